@@ -1,0 +1,109 @@
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | info."""
+
+import argparse
+import math
+import shutil
+import sys
+from pathlib import Path
+
+from . import __version__
+
+TEMPLATE = Path(__file__).with_name("template")
+
+
+def new(arguments):
+    """Copy the template folder."""
+    target = Path(arguments.name)
+    if target.exists():
+        raise ValueError(f"{target}: is there already; choose another name")
+    shutil.copytree(TEMPLATE, target, ignore=shutil.ignore_patterns("__pycache__"))
+    print(f"{target}: model.py, case.toml and README.md; README.md says how to go on")
+
+
+def import_(arguments):
+    """Convert foreign files to a model or reduced file."""
+    from .importers import FORMATS
+
+    print(f"{arguments.output}: {FORMATS[arguments.format](arguments.files, arguments.output)}")
+
+
+def plot(arguments):
+    """Draw a picture of a results file."""
+    from . import plot as pictures
+    from .results import Results
+
+    results = Results(arguments.results)
+    if len(results) == 0:
+        raise ValueError(f"{arguments.results}: no point has been computed yet")
+    at = None if arguments.at is None else arguments.at * (2 * math.pi if arguments.hz else 1.0)
+    if arguments.kind == "response":
+        figure = pictures.response(results, arguments.dof, at, arguments.hz)
+    else:
+        first = (arguments.dof or pictures.default_dofs(results))[0]
+        point = results.peak_point(first) if at is None else results.at(at)
+        figure = getattr(pictures, arguments.kind)(results, point, arguments.dof, arguments.hz)
+    suffix = ".png" if arguments.kind == "response" else f"_{arguments.kind}.png"
+    output = Path(arguments.output) if arguments.output else results.path.with_name(results.path.stem + suffix)
+    figure.savefig(output)
+    print(output)
+
+
+def info(arguments):
+    """Say what is in a file."""
+    from .info import describe
+
+    for path in arguments.files:
+        print(describe(path))
+
+
+def parser():
+    top = argparse.ArgumentParser(prog="python3 -m dovetail", description="Set-up and post-processing for dovetail, which computes "
+                                  "the forced response of structures with frictional joints.")
+    top.add_argument("--version", action="version", version=f"dovetail {__version__}")
+    commands = top.add_subparsers(required=True, metavar="COMMAND")
+
+    command = commands.add_parser("new", help="a folder to start from", description="Make a folder with a small jointed model, "
+                                  "a commented case file and a README, ready to run.")
+    command.add_argument("name", metavar="NAME", help="folder to make; must not exist")
+    command.set_defaults(run=new)
+
+    command = commands.add_parser("import", help="convert files of other programs", description="Convert files of other programs to "
+                                  "a model file (full matrices) or a reduced file (reduced ones).")
+    command.add_argument("format", metavar="FORMAT", choices=["csv"], help="csv: text blocks headed by 'Name: Kee' and so on")
+    command.add_argument("files", metavar="FILES", nargs="+", help="the files; their blocks are put together")
+    command.add_argument("-o", "--output", metavar="MODEL.h5", required=True, help="file to write")
+    command.set_defaults(run=import_)
+
+    command = commands.add_parser("plot", help="draw results", description="Draw a picture of a results file, also of one that is "
+                                  "still being written. Prints the name of the picture.")
+    command.add_argument("results", metavar="RESULTS.h5")
+    command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points); "
+                         "default: the contact point that moves most")
+    command.add_argument("--kind", choices=["response", "history", "hysteresis"], default="response", help="default: %(default)s")
+    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in rad/s (in Hz with --hz): marked in the response, "
+                         "chosen for history and hysteresis; default there: the peak of the first dof")
+    command.add_argument("--hz", action="store_true", help="frequencies in Hz instead of rad/s")
+    command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")
+    command.set_defaults(run=plot)
+
+    command = commands.add_parser("info", help="what is in a file", description="Sizes, units, range and peaks of model, reduced and "
+                                  "results files.")
+    command.add_argument("files", metavar="FILE.h5", nargs="+")
+    command.set_defaults(run=info)
+    return top
+
+
+def main(arguments=None):
+    """Returns the exit status: 0 done, 2 the input is wrong."""
+    chosen = parser().parse_args(arguments)
+    try:
+        chosen.run(chosen)
+    except (ValueError, KeyError, OSError) as error:
+        message = error.args[0] if isinstance(error, KeyError) else error
+        print(f"dovetail: {message}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,5 @@
+"""Readers of foreign formats; each module offers convert(files, output) -> summary text."""
+
+from . import csv
+
+FORMATS = {"csv": csv.convert}

@@ -1,0 +1,83 @@
+"""What is in a file, in a few lines: model, reduced model or results."""
+
+import os
+
+import h5py
+import numpy as np
+
+from .hdf5_parts import text
+from .plot import default_dofs
+from .results import Results
+
+
+def describe(path):
+    """Text for `python3 -m dovetail info`."""
+    if not os.path.isfile(path):
+        raise ValueError(f"{path}: no such file")
+    readers = {"dovetail-model": _model, "dovetail-reduced": _reduced}
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            kind = text(file.attrs.get("format", "unnamed"))
+            lines = readers[kind](file) if kind in readers else []
+    except (OSError, KeyError) as error:
+        raise ValueError(f"{path}: not a readable file of Dovetail: {error}") from error
+    if kind == "dovetail-results":
+        lines = _results(Results(path))
+    elif kind not in readers:
+        raise ValueError(f"{path}: not a file of Dovetail (format {kind})")
+    width = max(len(label) for label, _ in lines)
+    return "\n".join([f"{path}: {kind}"] + [f"  {label:<{width}}  {value}" for label, value in lines])
+
+
+def _range(values):
+    low, high = np.min(values), np.max(values)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def _contact_lines(group):
+    return [(name.replace("_", " "), _range(group[name][()]))
+            for name in ("normal_stiffness", "tangential_stiffness", "friction", "gap") if name in group]
+
+
+def _model(file):
+    n, points = file["force"].size if "force" in file else file["K/jc"].size - 1, len(file["contact/dofs"])
+    lines = [("units", text(file.attrs.get("units", "not given"))), ("degrees of freedom", f"{n} ({n - 3 * points} elastic)"),
+             ("contact points", points), ("entries of K, M", f"{file['K/data'].size}, {file['M/data'].size}")]
+    for name in ("force", "preload"):
+        if name in file:
+            values = file[name][()]
+            lines.append((name, f"{np.count_nonzero(values)} entries, largest {np.abs(values).max():g}"))
+    lines += _contact_lines(file["contact"])
+    if "mesh" in file:
+        lines.append(("mesh", f"{len(file['mesh/nodes'])} nodes, {len(file['mesh/cells'])} cells "
+                              f"({text(file['mesh'].attrs['cell_type'])})"))
+    return lines
+
+
+def _reduced(file):
+    squares = file["Kaa"][()]
+    frequencies = np.sqrt(np.maximum(squares, 0))
+    lines = [("modes", f"{squares.size}, {_range(frequencies)} rad/s ({_range(frequencies / (2 * np.pi))} Hz), contact points held"),
+             ("contact points", file["R"].size // 3), ("largest contact preload", f"{np.abs(file['R'][()]).max():g}")]
+    if "recovery" in file:
+        group = file["recovery"]
+        lines.append(("recovery", f"{', '.join(sorted(group))}" + (f"; {len(group['Phi'])} elastic dofs" if "Phi" in group else "")))
+    else:
+        lines.append(("recovery", "none: displacements of the full model cannot be computed"))
+    return lines
+
+
+def _results(results):
+    n = len(results)
+    lines = [("title", results.title or "none"), ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, "
+              f"{results.harmonics} harmonics, {results.samples} samples"), ("points", n)]
+    if n:
+        lines.append(("omega", f"{_range(results.omega)} rad/s ({_range(results.frequency)} Hz), last {results.omega[-1]:g} rad/s"))
+        for dof in default_dofs(results):
+            omega, amplitude = results.peak(dof)
+            lines.append((f"peak of {dof}", f"{amplitude:.7g} at {omega:.7g} rad/s"))
+        lines += [(f"points that {verb}", f"at most {100 * results.points(name).max():.4g} %, in {np.count_nonzero(results.points(name))}"
+                   f" of {n} responses") for name, verb in (("slip", "slip"), ("open", "open"))]
+        lines.append(("effort", f"{results.points('newton_iterations').sum():.0f} Newton iterations, "
+                                f"{results.points('seconds').sum():.3g} s"))
+    return lines + _contact_lines(results.contact)

@@ -1,0 +1,229 @@
+"""Build, check and write a full model: the input of `dovetail run`.
+
+The model is equation (1) of theory.md,
+
+    M u'' + xi K u' + K u + [0; g(x_c)] = F f(t) + P,
+
+without xi and f(t), which belong to the case file.
+"""
+
+import h5py
+import numpy as np
+import scipy.sparse as sp
+
+from . import hdf5_parts
+from .hdf5_parts import Part
+from .sparse_rows import even_range, fault, is_petsc, rows_of
+
+CONTACT_WIDTH = {"normal_stiffness": 1, "tangential_stiffness": 2, "friction": 2, "gap": 1}
+MESH_KEYS = ("nodes", "cells", "cell_type", "dof_node", "dof_direction")
+
+
+class Model:
+    """A structure with contact points, before any reduction.
+
+    Parameters
+    ----------
+    K, M : scipy sparse, numpy or petsc4py Mat, (n, n)
+        Stiffness [N/m] and mass [kg], symmetric, both triangles. SciPy matrices are whole on every rank, PETSc ones distributed.
+    contact_dofs : (N_x, 3) int
+        Zero-based indices of t1, t2, n of each contact point; positive n closes the gap.
+    force, preload : (n,) array or petsc4py Vec, optional
+        F, the amplitude of the excitation, and P, the static load [N]. Default zero.
+    contact : dict, optional
+        Any of `normal_stiffness`, `gap` (a number or one per point) and `tangential_stiffness`, `friction` (a number,
+        [t1, t2], or one such pair per point). The case file can override them.
+    mesh : dict, optional
+        `nodes` (n_nodes, 3) [m], `cells` (n_cells, k), `cell_type` str, `dof_node` (n,), `dof_direction` (n,); for pictures.
+        Use -1 in `dof_node` for a dof that belongs to no node.
+    units : str
+        Shown in messages and plots.
+    comm : mpi4py communicator, optional
+        Default: that of K when it is a PETSc matrix, else all ranks under mpirun, else this process.
+
+    Raises
+    ------
+    ValueError
+        On every rank, when anything above does not hold.
+    """
+
+    def __init__(self, K, M, contact_dofs, force=None, preload=None, contact=None, mesh=None, units="SI", comm=None):
+        if comm is None:
+            comm = K.getComm().tompi4py() if is_petsc(K) else hdf5_parts.default_comm()
+        self.K, self.M, self.units, self.comm = K, M, str(units), comm
+        self._rows = {}
+        for name, matrix in (("K", K), ("M", M)):
+            rows, asymmetry = rows_of(matrix, name, comm)
+            hdf5_parts.agree(comm, fault(rows, asymmetry, name))
+            self._rows[name] = rows
+        self.n = self._rows["K"].n
+        if self._rows["M"].n != self.n:
+            raise ValueError(f"K and M must have the same size, found {self.n} and {self._rows['M'].n}")
+        self.contact_dofs = _contact_dofs(contact_dofs, self.n)
+        self.force = self._load(force, "force")
+        self.preload = self._load(preload, "preload")
+        self.contact = _contact_parameters(contact or {}, len(self.contact_dofs))
+        self.mesh = _mesh(mesh, self.n) if mesh else None
+
+    @classmethod
+    def from_blocks(cls, Kee, Kec, Kcc, Mee, Mec, Mcc, Fe=None, Fc=None, Pe=None, Pc=None, **options):
+        """A model from its elastic (e) and contact (c) blocks; contact dofs come last, ordered t1, t2, n per point.
+
+        Parameters
+        ----------
+        Kee, Mee : (n_e, n_e);  Kec, Mec : (n_e, 3 N_x);  Kcc, Mcc : (3 N_x, 3 N_x)
+            SciPy sparse or numpy.
+        Fe, Pe : (n_e,), optional;  Fc, Pc : (3 N_x,), optional
+            Parts of F and P [N], default zero.
+        **options
+            `contact`, `mesh`, `units`, `comm` of Model.
+        """
+        n_e, n_c = np.shape(Kec)
+        wanted = {"Kee": (Kee, (n_e, n_e)), "Kcc": (Kcc, (n_c, n_c)), "Mee": (Mee, (n_e, n_e)), "Mec": (Mec, (n_e, n_c)),
+                  "Mcc": (Mcc, (n_c, n_c))}
+        for name, (block, shape) in wanted.items():
+            if np.shape(block) != shape:
+                raise ValueError(f"{name} must have shape {shape} to go with Kec of shape {(n_e, n_c)}, "
+                                 f"found {np.shape(block)}")
+        if n_c == 0 or n_c % 3:
+            raise ValueError(f"Kec must have 3 columns (t1, t2, n) per contact point, found {n_c}")
+        Kec, Mec = sp.csr_matrix(Kec), sp.csr_matrix(Mec)
+        K = sp.bmat([[Kee, Kec], [Kec.T, Kcc]], format="csr")
+        M = sp.bmat([[Mee, Mec], [Mec.T, Mcc]], format="csr")
+        contact_dofs = n_e + np.arange(n_c).reshape(-1, 3)
+        return cls(K, M, contact_dofs, _stack(Fe, Fc, n_e, n_c, "F"), _stack(Pe, Pc, n_e, n_c, "P"), **options)
+
+    def write(self, path):
+        """Write the model file of interfaces.md. Collective: every rank writes the rows it holds."""
+        parts = []
+        for name, rows in self._rows.items():
+            parts += _sparse_parts(name, rows, self.comm)
+        for name, load in (("force", self.force), ("preload", self.preload)):
+            start, stop = load.getOwnershipRange() if is_petsc(load) else even_range(self.n, self.comm)
+            values = load.getArray(readonly=True) if is_petsc(load) else load[start:stop]
+            parts.append(Part(name, (self.n,), start, np.real(values).astype(np.float64)))
+        parts.append(self._share("contact/dofs", self.contact_dofs))
+        parts += [self._share(f"contact/{name}", values) for name, values in self.contact.items()]
+        attributes = {"": {"format": "dovetail-model", "version": 1, "units": self.units}}
+        for name in self._rows:
+            attributes[name] = {"MATLAB_sparse": np.uint64(self.n), "MATLAB_class": np.string_("double")}
+        if self.mesh:
+            parts += [self._share(f"mesh/{key}", value) for key, value in self.mesh.items() if key != "cell_type"]
+            attributes["mesh"] = {"cell_type": self.mesh["cell_type"]}
+        hdf5_parts.write(path, parts, attributes, self.comm)
+
+    @classmethod
+    def read(cls, path):
+        """The model in a file, as SciPy matrices in this process (serial)."""
+        if not h5py.is_hdf5(path):
+            raise ValueError(f"{path}: no such HDF5 file")
+        with h5py.File(path, "r") as file:
+            kind = hdf5_parts.text(file.attrs.get("format", "unnamed"))
+            if kind != "dovetail-model":
+                raise ValueError(f"{path}: format must be dovetail-model, found {kind}")
+            contact = {name: file["contact"][name][()] for name in CONTACT_WIDTH if name in file["contact"]}
+            mesh = None
+            if "mesh" in file:
+                mesh = {key: file["mesh"][key][()] for key in MESH_KEYS if key in file["mesh"]}
+                mesh["cell_type"] = hdf5_parts.text(file["mesh"].attrs["cell_type"])
+            loads = {name: file[name][()] for name in ("force", "preload") if name in file}
+            return cls(_read_sparse(file["K"]), _read_sparse(file["M"]), file["contact/dofs"][()], **loads,
+                       contact=contact, mesh=mesh, units=hdf5_parts.text(file.attrs.get("units", "SI")),
+                       comm=hdf5_parts.Alone())
+
+    def _load(self, load, name):
+        if load is None:
+            return np.zeros(self.n)
+        if not is_petsc(load):
+            load = np.asarray(load, dtype=np.float64).reshape(-1)
+        size = load.getSize() if is_petsc(load) else load.size
+        if size != self.n:
+            raise ValueError(f"{name} must have one entry per degree of freedom, {self.n}, found {size}")
+        values = load.getArray(readonly=True) if is_petsc(load) else load
+        hdf5_parts.agree(self.comm, None if np.all(np.isfinite(values)) else f"{name} has an entry that is not finite")
+        return load
+
+    def _share(self, name, values):
+        """The part of an array known whole on every rank that this rank writes."""
+        start, stop = even_range(len(values), self.comm)
+        return Part(name, values.shape, start, values[start:stop])
+
+
+def _sparse_parts(name, rows, comm):
+    """MATLAB v7.3: column pointers `jc`, row numbers `ir` and `data`; rows stand for columns, the matrix being symmetric."""
+    counts = comm.allgather(int(rows.data.size))
+    offset, total = sum(counts[:comm.rank]), sum(counts)
+    jc = rows.indptr[:-1].astype(np.uint64) + np.uint64(offset)
+    if comm.rank == comm.size - 1:
+        jc = np.append(jc, np.uint64(total))
+    return [Part(f"{name}/data", (total,), offset, rows.data.astype(np.float64)),
+            Part(f"{name}/ir", (total,), offset, rows.indices.astype(np.uint64)),
+            Part(f"{name}/jc", (rows.n + 1,), rows.start, jc)]
+
+
+def _read_sparse(group):
+    n = int(group.attrs["MATLAB_sparse"])
+    return sp.csc_matrix((group["data"][()], group["ir"][()].astype(np.int64), group["jc"][()].astype(np.int64)),
+                         shape=(n, group["jc"].size - 1)).tocsr()
+
+
+def _stack(elastic, contact, n_e, n_c, name):
+    parts = []
+    for part, size, kind in ((elastic, n_e, "e"), (contact, n_c, "c")):
+        part = np.zeros(size) if part is None else np.asarray(part, dtype=np.float64).reshape(-1)
+        if part.size != size:
+            raise ValueError(f"{name}{kind} must have {size} entries, found {part.size}")
+        parts.append(part)
+    return np.concatenate(parts)
+
+
+def _contact_dofs(dofs, n):
+    dofs = np.asarray(dofs)
+    if dofs.ndim != 2 or dofs.shape[1] != 3 or dofs.shape[0] == 0 or not np.issubdtype(dofs.dtype, np.integer):
+        raise ValueError("contact_dofs must be whole numbers of shape (N_x, 3), one row t1, t2, n per contact point, "
+                         f"found {dofs.dtype} of shape {dofs.shape}")
+    if dofs.min() < 0 or dofs.max() >= n:
+        raise ValueError(f"contact_dofs must lie in 0 to {n - 1}, found {dofs.min()} to {dofs.max()}")
+    values, counts = np.unique(dofs, return_counts=True)
+    if counts.max() > 1:
+        raise ValueError(f"contact_dofs must not repeat, found {values[counts.argmax()]} {counts.max()} times")
+    return dofs.astype(np.int64)
+
+
+def _contact_parameters(contact, n_points):
+    """Every parameter given, one row per contact point: (N_x,) or (N_x, 2)."""
+    unknown = set(contact) - set(CONTACT_WIDTH)
+    if unknown:
+        raise ValueError(f"contact has unknown {sorted(unknown)}; known are {sorted(CONTACT_WIDTH)}")
+    rows = {}
+    for name, given in contact.items():
+        shape = (n_points,) if CONTACT_WIDTH[name] == 1 else (n_points, 2)
+        given = np.asarray(given, dtype=np.float64)
+        if given.shape not in ((), shape, shape[1:]):
+            choices = "a number or one per point" if len(shape) == 1 else "a number, [t1, t2] or one such pair per point"
+            raise ValueError(f"contact {name} must be {choices} ({n_points} points), found shape {given.shape}")
+        values = np.broadcast_to(given, shape).copy()
+        if not np.all(np.isfinite(values)):
+            raise ValueError(f"contact {name} must be finite")
+        if name.endswith("stiffness") and values.min() <= 0:
+            raise ValueError(f"contact {name} must be positive, found {values.min():g}")
+        if name == "friction" and values.min() < 0:
+            raise ValueError(f"contact friction must not be negative, found {values.min():g}")
+        rows[name] = values
+    return rows
+
+
+def _mesh(mesh, n):
+    if set(mesh) != set(MESH_KEYS):
+        raise ValueError(f"mesh must have {', '.join(MESH_KEYS)}, found {', '.join(sorted(mesh))}")
+    nodes = np.asarray(mesh["nodes"], dtype=np.float64)
+    cells, dof_node, dof_direction = (np.asarray(mesh[key], dtype=np.int64) for key in ("cells", "dof_node", "dof_direction"))
+    if nodes.ndim != 2 or nodes.shape[1] != 3:
+        raise ValueError(f"mesh nodes must have shape (n_nodes, 3), found {nodes.shape}")
+    if cells.ndim != 2 or (cells.size and not 0 <= cells.min() <= cells.max() < len(nodes)):
+        raise ValueError(f"mesh cells must be (n_cells, nodes per cell) numbers of nodes, 0 to {len(nodes) - 1}")
+    for name, values, top in (("dof_node", dof_node, len(nodes)), ("dof_direction", dof_direction, 3)):
+        if values.shape != (n,) or values.min() < -1 or values.max() >= top:
+            raise ValueError(f"mesh {name} must have shape ({n},) and values from -1 to {top - 1}, found shape {values.shape}")
+    return {"nodes": nodes, "cells": cells, "cell_type": str(mesh["cell_type"]), "dof_node": dof_node,
+            "dof_direction": dof_direction}

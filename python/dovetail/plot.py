@@ -1,0 +1,139 @@
+"""Pictures of a results file: response curve, time history, friction loops. Readable in black and white."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.ticker import MaxNLocator  # noqa: E402
+
+from .results import DIRECTIONS  # noqa: E402
+
+LINES = [("#000000", "-"), ("#c1440e", "--"), ("#1f6f9f", "-."), ("#6a9a1f", ":"), ("#8a4f9e", (0, (6, 1, 1, 1, 1, 1))),
+         ("#7f7f7f", (0, (1, 1)))]  # colours of falling darkness, each with its own dash pattern
+STYLE = {"font.size": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e3e3e3",
+         "grid.linewidth": 0.7, "lines.linewidth": 1.5, "legend.frameon": False, "figure.dpi": 160, "axes.axisbelow": True}
+LOOP_SAMPLES = 1024  # per period, so that corners of a friction loop look like corners
+NEGLIGIBLE = 0.01  # a direction that moves less than this part of the largest one is left out of the default picture
+
+
+def default_dofs(results):
+    """The three directions of the contact point that moves most, without those that hardly move."""
+    size = np.sqrt(np.sum(results.coefficients[:, results.modes:, 1:] ** 2, axis=2)).max(axis=0)
+    j = int(np.argmax(size)) // 3
+    moving = size[3 * j:3 * j + 3] > NEGLIGIBLE * size.max()
+    return [f"x{j + 1}.{d}" for d, moves in zip(DIRECTIONS, moving) if moves] or [f"x{j + 1}.t1"]
+
+
+def response(results, dofs=None, at=None, hz=False):
+    """Amplitude over excitation frequency; beneath, the share of contact points that slip or are open at some time.
+
+    Parameters
+    ----------
+    results : Results
+    dofs : list of str, optional
+        Default: `default_dofs`. Modal and contact unknowns get a panel each.
+    at : float, optional
+        A frequency [rad/s] to mark.
+    hz : bool
+        Frequency axis in Hz instead of rad/s.
+    """
+    dofs = dofs or default_dofs(results)
+    kinds = {"contact": [], "modal": []}
+    for dof in dofs:
+        kinds["modal" if results.dof_index(dof) < results.modes else "contact"].append(dof)
+    panels = [names for names in kinds.values() if names]
+    scale, unit = (1 / (2 * np.pi), "Hz") if hz else (1.0, "rad/s")
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(len(panels) + 1, 1, sharex=True, figsize=(7.5, 2.0 + 3.2 * len(panels)),
+                                    gridspec_kw={"height_ratios": [3.2] * len(panels) + [1]}, layout="constrained")
+        for axis, names in zip(axes, panels):
+            for i, dof in enumerate(names):
+                omega, top = results.peak(dof)
+                axis.plot(scale * results.omega, results.amplitude(dof), **_line(i),
+                          label=f"{dof}   peak {top:.4g} at {scale * omega:.5g}", marker="o" if len(results) == 1 else None)
+                axis.plot(scale * omega, top, "o", color=_line(i)["color"], markersize=4, markerfacecolor="white")
+            axis.set_ylim(bottom=0)
+            axis.set_ylabel("amplitude" + _unit(results, names[0]))
+            axis.legend(loc="best", handlelength=3.2)
+        for i, state in enumerate(("slip", "open")):
+            axes[-1].plot(scale * results.omega, 100 * results.points(state), **_line(i), label=state)
+        axes[-1].set(ylim=(-4, 104), yticks=(0, 50, 100), ylabel="points [%]", xlabel=f"excitation frequency [{unit}]")
+        axes[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3.2)
+        if at is not None:
+            for axis in axes:
+                axis.axvline(scale * at, color="#9a9a9a", linewidth=0.8)
+        figure.suptitle(results.title or results.path.name)
+    return figure
+
+
+def history(results, point, dofs=None, hz=False):
+    """One period of motion, measured from the preload state."""
+    dofs = dofs or default_dofs(results)
+    with plt.rc_context(STYLE):
+        figure, axis = plt.subplots(figsize=(7.5, 3.8), layout="constrained")
+        for i, dof in enumerate(dofs):
+            t, q = results.time_history(point, dof, 512)
+            period = 2 * np.pi / results.omega[point]
+            axis.plot(np.append(t, period), np.append(q, q[0]), **_line(i), label=dof)
+        axis.set(xlim=(0, period), xlabel="time [s]", ylabel="displacement from preload" + _common_unit(results, dofs))
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3.2)
+        axis.set_title(_point_title(results, point, hz))
+    return figure
+
+
+def hysteresis(results, point, dofs=None, hz=False):
+    """Friction loops: tangential force over displacement; heavy where the point slips, light where it sticks.
+
+    `dofs` are tangential ones ("x2.t1"); default: those of `default_dofs`.
+    """
+    if not dofs:
+        moving = default_dofs(results)
+        dofs = [dof for dof in moving if not dof.endswith(".n")] or [moving[0].replace(".n", ".t1")]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, len(dofs), figsize=(0.6 + 3.9 * len(dofs), 3.9), layout="constrained", squeeze=False)
+        for axis, dof in zip(axes[0], dofs):
+            _loop(axis, results, point, dof)
+        figure.suptitle(_point_title(results, point, hz))
+    return figure
+
+
+def _loop(axis, results, point, dof):
+    index = results.dof_index(dof) - results.modes
+    if index < 0 or index % 3 == 2:
+        raise ValueError(f"a friction loop needs a tangential direction such as x1.t1, found {dof!r}")
+    contact, direction = index // 3 + 1, index % 3
+    x, T = results.hysteresis(point, contact, direction, LOOP_SAMPLES)
+    force, state = results.contact_force(point, contact, LOOP_SAMPLES)
+    limit = results.contact["friction"][contact - 1, direction] * force[:, 2]
+    area = float(np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x)))
+    x, T, limit, state = (np.append(v, v[0]) for v in (x, T, limit, state[:, direction]))
+    axis.fill(x, T, color="#ececec", linewidth=0)
+    axis.plot(x, limit, x, -limit, color="#9a9a9a", linestyle=":", linewidth=1)
+    axis.plot(x, T, color="black", linewidth=1)
+    axis.plot(x, np.where(np.abs(state) == 1, T, np.nan), color="black", linewidth=2.8, solid_capstyle="round")
+    axis.set_title(f"{dof}: {area:.4g}{' J' if results.units == 'SI' else ''} per cycle", fontsize=10)
+    axis.set(xlabel="displacement" + _unit(results, dof), ylabel="friction force" + (" [N]" if results.units == "SI" else ""))
+    axis.xaxis.set_major_locator(MaxNLocator(5))
+
+
+def _line(i):
+    color, dashes = LINES[i % len(LINES)]
+    return {"color": color, "linestyle": dashes}
+
+
+def _unit(results, dof):
+    if results.units != "SI":
+        return ""
+    return " [m]" if results.dof_index(dof) >= results.modes else r" [m $\sqrt{\mathrm{kg}}$]"
+
+
+def _common_unit(results, dofs):
+    units = {_unit(results, dof) for dof in dofs}
+    return units.pop() if len(units) == 1 else ""
+
+
+def _point_title(results, point, hz):
+    where = f"{results.frequency[point]:.6g} Hz" if hz else f"{results.omega[point]:.6g} rad/s"
+    return f"{results.title or results.path.name}, at {where}"

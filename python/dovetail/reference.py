@@ -1,0 +1,357 @@
+"""Forced response of small structures with frictional joints, in plain NumPy.
+
+The same mathematics as the compiled core, written to be read: start with `law`. Everything is dense, and the derivative
+of the contact force is taken by complex step, so that nothing here shares an idea with the core except the equations.
+Numbers in parentheses are equations of the theory page; units are those of the model (SI in the examples).
+
+    reduced = craig_bampton(K, M, contact_dofs, force, preload, modes=2)
+    contact = Contact.uniform(1, normal_stiffness=1.0, tangential_stiffness=1.0, friction=1.0, gap=-3.5)
+    system = HarmonicBalance(reduced, contact, contact_preload(reduced, contact), 0.05, [0, 0, 1], 10, 64)
+    omega, q = system.continuation(0.9, 1.3, 0.05)
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+STICK, OPEN = 0, 2  # contact states; slip is +1 or -1, the sign of the tangential force
+
+
+# ----------------------------------------------------------------------------------------------- Fourier series (10)
+def waves(harmonics, samples):
+    """Rows 1, cos(j), sin(j), cos(2j), ... of one period; shape (2 harmonics + 1, samples)."""
+    angle = 2 * np.pi * np.arange(samples) / samples
+    rows = [np.ones(samples)]
+    for k in range(1, harmonics + 1):
+        rows += [np.cos(k * angle), np.sin(k * angle)]
+    return np.array(rows)
+
+
+def synthesis(coefficients, samples):
+    """Samples of one period from coefficients [a0, a1, b1, ...] on the last axis; the mean is a0/2."""
+    harmonics = coefficients.shape[-1] // 2
+    rows = waves(harmonics, samples)
+    rows[0] = 0.5
+    return coefficients @ rows
+
+
+def analysis(values, harmonics):
+    """Coefficients [a0, a1, b1, ...] from samples of one period on the last axis: (2/N) sums."""
+    samples = values.shape[-1]
+    if samples <= 2 * harmonics:
+        raise ValueError(f"{samples} samples cannot carry {harmonics} harmonics: more than {2 * harmonics} are needed")
+    return values @ waves(harmonics, samples).T * (2 / samples)
+
+
+# ------------------------------------------------------------------------------------------------------- contact law
+@dataclass(frozen=True)
+class Contact:
+    """Parameters of all contact points.
+
+    kn : (N_x,) normal stiffness [N/m];  kt : (N_x, 2) tangential stiffness [N/m], positive
+    mu : (N_x, 2) friction coefficient [-];  gap : (N_x,) lift-off displacement [m]
+    """
+
+    kn: np.ndarray
+    kt: np.ndarray
+    mu: np.ndarray
+    gap: np.ndarray
+
+    @classmethod
+    def uniform(cls, points, normal_stiffness, tangential_stiffness, friction, gap=0.0):
+        """From values as in the case file: one for all points, or one (tangential: one pair) per point."""
+        return cls(np.broadcast_to(np.asarray(normal_stiffness, float), (points,)),
+                   np.broadcast_to(np.asarray(tangential_stiffness, float), (points, 2)),
+                   np.broadcast_to(np.asarray(friction, float), (points, 2)),
+                   np.broadcast_to(np.asarray(gap, float), (points,)))
+
+    @property
+    def points(self):
+        return len(self.kn)
+
+
+def law(x, xp, w, kn, kt, mu, gap):
+    """Contact force over one period: unilateral normal spring, one friction slider in each tangential direction.
+
+    The normal force is N = kn max(0, p), p the approach beyond lift-off. Each slider is a spring kt between the surface
+    and a foot at w: it holds (stick) while |kt (x_t - w)| <= mu N, else the foot is dragged along (slip) so that the
+    force stays at mu N. An open contact carries nothing; when it lands, the foot is set where the surface was at the
+    instant p = 0, interpolated linearly between the two samples. The period is marched twice, starting with the foot at
+    w, and the second time round is kept: by then the force is periodic.
+
+    Parameters
+    ----------
+    x : (..., N, 3) displacement from the preload state, t1, t2, n, at N equal steps of one period [m]; may be complex
+        (complex-step derivatives): only real parts decide about states
+    xp : (..., 3) preload displacement [m]
+    w : (..., 2) foot of the two sliders at preload, in total displacement [m]
+    kn, gap : (...); kt, mu : (..., 2) as in `Contact`
+
+    Returns
+    -------
+    force : (..., N, 3) total contact force g(x + xp) [N]
+    state : (..., N, 2) 0 stick, +1 or -1 slip with that sign of the force, 2 open
+    """
+    total = np.asarray(x) + np.asarray(xp)[..., None, :]
+    surface = total[..., :2]
+    approach = total[..., 2:] - np.asarray(gap)[..., None, None]
+    kn = np.asarray(kn)[..., None]
+    force = np.zeros_like(total)
+    state = np.zeros(surface.shape, int)
+    was_open = False  # nothing precedes the first sample of the first pass
+    for j in 2 * list(range(total.shape[-2])):
+        here, p = surface[..., j, :], approach[..., j, :]
+        before, p_before = surface[..., j - 1, :], approach[..., j - 1, :]
+        is_open = p.real <= 0
+        landing = was_open & ~is_open
+        instant = p_before / np.where(landing, p_before - p, 1)
+        w = np.where(landing, before + instant * (here - before), w)
+
+        normal = np.where(is_open, 0, kn * p)
+        trial, limit = kt * (here - w), mu * normal
+        sign = np.where(np.abs(trial.real) > limit.real, np.sign(trial.real), 0)
+        tangential = np.where(is_open, 0, np.where(sign == 0, trial, sign * limit))
+        w = np.where(sign == 0, w, here - sign * limit / kt)
+
+        force[..., j, :2] = tangential
+        force[..., j, 2:] = normal
+        state[..., j, :] = np.where(is_open, OPEN, sign)
+        was_open = is_open
+    return force, state
+
+
+def contact_coefficients(X, contact, preload, samples):
+    """Coefficients G of g(x + xp) - g(xp) for all points.
+
+    X : (..., N_x, 3, 2H+1) coefficients of the displacement [m]. Returns an array of the same shape [N].
+    """
+    x = np.swapaxes(synthesis(X, samples), -1, -2)
+    force, _ = law(x, preload.xp, preload.w, contact.kn, contact.kt, contact.mu, contact.gap)
+    return analysis(np.swapaxes(force - preload.g[:, None, :], -1, -2), X.shape[-1] // 2)
+
+
+def contact_jacobian(X, contact, preload, samples):
+    """dG/dX by complex step: (N_x, 3, 2H+1, 3, 2H+1) [N/m]; a point's force depends on that point alone."""
+    points, _, size = X.shape
+    h = 1e-30
+    moved = X + 1j * h * np.eye(3 * size).reshape(3 * size, 1, 3, size)
+    columns = contact_coefficients(moved, contact, preload, samples).imag / h
+    return np.moveaxis(columns.reshape(3, size, points, 3, size), (0, 1), (3, 4))
+
+
+# --------------------------------------------------------------------------------------------- reduction and preload
+@dataclass(frozen=True)
+class Reduced:
+    """Craig-Bampton model: kaa, fa (N_a,); max (N_a, n_c); mxx, kxx (n_c, n_c); fx, r (n_c,); n_c = 3 N_x."""
+
+    kaa: np.ndarray
+    max: np.ndarray
+    mxx: np.ndarray
+    kxx: np.ndarray
+    fa: np.ndarray
+    fx: np.ndarray
+    r: np.ndarray
+
+
+@dataclass(frozen=True)
+class Preload:
+    """Preload state of the contact points: xp (N_x, 3) [m], g (N_x, 3) [N], w (N_x, 2) [m]."""
+
+    xp: np.ndarray
+    g: np.ndarray
+    w: np.ndarray
+
+
+def split(K, M, contact_dofs):
+    """Elastic dofs (all others, ascending), contact dofs (t1, t2, n of each point), and K, M as dense arrays."""
+    K, M = (A.toarray() if hasattr(A, "toarray") else np.asarray(A, float) for A in (K, M))
+    c = np.asarray(contact_dofs).ravel()
+    return np.setdiff1d(np.arange(len(K)), c), c, K, M
+
+
+def bases(K, M, contact_dofs, modes):
+    """Fixed-interface modes Phi, their w^2 (15), and constraint modes Psi (16)."""
+    e, c, K, M = split(K, M, contact_dofs)
+    squares, phi = scipy.linalg.eigh(K[np.ix_(e, e)], M[np.ix_(e, e)])
+    squares, phi = squares[:modes], phi[:, :modes]
+    for mode in phi.T:  # sign: the largest entry is positive, the first one where several are equally large
+        largest = np.abs(mode).max()
+        mode *= np.sign(mode[np.argmax(np.abs(mode) > (1 - 1e-6) * largest)])
+    return squares, phi, -np.linalg.solve(K[np.ix_(e, e)], K[np.ix_(e, c)])
+
+
+def craig_bampton(K, M, contact_dofs, force, preload, modes):
+    """Reduce a full model (1) to its contact dofs and `modes` fixed-interface modes: (2), (5), (15)-(18).
+
+    K, M : (n, n) sparse or dense; contact_dofs : (N_x, 3) indices of t1, t2, n; force, preload : (n,) [N].
+    """
+    squares, phi, psi = bases(K, M, contact_dofs, modes)
+    e, c, K, M = split(K, M, contact_dofs)
+    Kee, Kec, Kcc = K[np.ix_(e, e)], K[np.ix_(e, c)], K[np.ix_(c, c)]
+    Mee, Mec, Mcc = M[np.ix_(e, e)], M[np.ix_(e, c)], M[np.ix_(c, c)]
+    return Reduced(kaa=squares,
+                   max=phi.T @ (Mee @ psi + Mec),
+                   mxx=psi.T @ Mee @ psi + psi.T @ Mec + Mec.T @ psi + Mcc,
+                   kxx=Kcc + Kec.T @ psi,
+                   fa=phi.T @ force[e],
+                   fx=psi.T @ force[e] + force[c],
+                   r=Kec.T @ np.linalg.solve(Kee, preload[e]) - preload[c])
+
+
+def static_law(x, contact):
+    """Force reached in one step from a foot at zero.
+
+    x : (N_x, 3) total displacement [m]. Returns g (N_x, 3), w (N_x, 2), and dg/dx (N_x, 3, 3), in which p = 0 counts as
+    closed, so that a body held by its joint alone can be pushed onto it.
+    """
+    p = x[:, 2] - contact.gap
+    normal = contact.kn * np.maximum(p, 0)
+    trial, limit = contact.kt * x[:, :2], contact.mu * normal[:, None]
+    slip = np.where(np.abs(trial) > limit, np.sign(trial), 0)
+    tangential = np.where(slip == 0, trial, slip * limit)
+    slope = np.zeros((contact.points, 3, 3))
+    slope[:, 2, 2] = np.where(p >= 0, contact.kn, 0)
+    for t in range(2):
+        slope[:, t, t] = np.where((slip[:, t] == 0) & (p >= 0), contact.kt[:, t], 0)
+        slope[:, t, 2] = slip[:, t] * contact.mu[:, t] * slope[:, 2, 2]
+    w = np.where(slip == 0, 0, x[:, :2] - tangential / contact.kt)
+    is_open = (p <= 0)[:, None]
+    force = np.column_stack([np.where(is_open, 0, tangential), normal])
+    return force, np.where(is_open, x[:, :2], w), slope
+
+
+def contact_preload(reduced, contact, initial=0.0):
+    """Solve K_xx xp + g(xp) = -R (7) by Newton's method from `initial` (a number, or one per contact dof) [m]."""
+    def residual(x):
+        return reduced.kxx @ x + static_law(x.reshape(-1, 3), contact)[0].ravel() + reduced.r
+
+    def jacobian(x):
+        return reduced.kxx + scipy.linalg.block_diag(*static_law(x.reshape(-1, 3), contact)[2])
+
+    start = np.broadcast_to(np.asarray(initial, float), reduced.r.shape)
+    xp = newton(residual, jacobian, start).reshape(-1, 3)
+    g, w, _ = static_law(xp, contact)
+    return Preload(xp, g, w)
+
+
+def newton(residual, jacobian, x, tolerance=1e-11, iterations=60):
+    """Newton's method, steps halved while they do not reduce the residual; ends when the step is below `tolerance` |x|."""
+    for _ in range(iterations):
+        r = residual(x)
+        step = -np.linalg.solve(jacobian(x), r)
+        if np.linalg.norm(step) <= tolerance * np.linalg.norm(x + step):
+            return x + step
+        part = 1.0
+        while part > 1e-3 and np.linalg.norm(residual(x + part * step)) >= np.linalg.norm(r):
+            part /= 2
+        x = x + part * step
+    raise RuntimeError(f"Newton's method did not converge in {iterations} iterations")
+
+
+# -------------------------------------------------------------------------------------------------- harmonic balance
+class HarmonicBalance:
+    """The equations (11) in real form. Unknowns q : (N_a + 3 N_x, 2H+1), modal ones first, measured from preload.
+
+    xi : stiffness-proportional damping [s]; fourier : coefficients [a0, a1, b1, ...] of f(t); N : samples per period.
+    """
+
+    def __init__(self, reduced, contact, preload, xi, fourier, H, N):
+        if len(fourier) > 2 * H + 1:
+            raise ValueError(f"the excitation has {len(fourier)} coefficients, {H} harmonics carry {2 * H + 1}")
+        self.contact, self.preload, self.xi, self.H, self.N = contact, preload, xi, H, N
+        self.modes = len(reduced.kaa)
+        self.K = scipy.linalg.block_diag(np.diag(reduced.kaa), reduced.kxx)
+        self.M = np.block([[np.eye(self.modes), reduced.max], [reduced.max.T, reduced.mxx]])
+        self.shape = (len(self.K), 2 * H + 1)
+        self.excitation = np.zeros(self.shape)
+        self.excitation[:, :len(fourier)] = np.outer(np.r_[reduced.fa, reduced.fx], fourier)
+
+    def contact_part(self, q):
+        """Coefficients (N_x, 3, 2H+1) of the contact displacements in q."""
+        return q[self.modes:].reshape(-1, 3, self.shape[1])
+
+    def harmonic_blocks(self, in_phase, quadrature):
+        """Matrix (n (2H+1), n (2H+1)) that has D_k = in_phase(k) + i quadrature(k) as its harmonic k."""
+        n, size = self.shape
+        matrix = np.zeros((n, size, n, size))
+        matrix[:, 0, :, 0] = in_phase(0)
+        for k in range(1, self.H + 1):
+            c, s = 2 * k - 1, 2 * k
+            matrix[:, c, :, c] = matrix[:, s, :, s] = in_phase(k)
+            matrix[:, c, :, s] = quadrature(k)
+            matrix[:, s, :, c] = -quadrature(k)
+        return matrix.reshape(n * size, n * size)
+
+    def dynamic_stiffness(self, omega):
+        """D_k = K - k^2 omega^2 M + i k omega xi K for all harmonics."""
+        return self.harmonic_blocks(lambda k: self.K - (k * omega) ** 2 * self.M, lambda k: k * omega * self.xi * self.K)
+
+    def residual(self, q, omega):
+        """Left-hand side of (11) [N], in the shape of q."""
+        r = (self.dynamic_stiffness(omega) @ q.ravel()).reshape(self.shape) - self.excitation
+        G = contact_coefficients(self.contact_part(q), self.contact, self.preload, self.N)
+        r[self.modes:] += G.reshape(-1, self.shape[1])
+        return r
+
+    def jacobian(self, q, omega):
+        """Derivative of the flattened residual with respect to the flattened q (12)."""
+        n, size = self.shape
+        matrix = self.dynamic_stiffness(omega).reshape(n, size, n, size)
+        blocks = contact_jacobian(self.contact_part(q), self.contact, self.preload, self.N)
+        for point, block in enumerate(blocks):
+            rows = slice(self.modes + 3 * point, self.modes + 3 * point + 3)
+            matrix[rows, :, rows, :] += block
+        return matrix.reshape(n * size, n * size)
+
+    def omega_derivative(self, q, omega):
+        """Derivative of the residual with respect to omega (13), in the shape of q."""
+        slope = self.harmonic_blocks(lambda k: -2 * k ** 2 * omega * self.M, lambda k: k * self.xi * self.K)
+        return (slope @ q.ravel()).reshape(self.shape)
+
+    def solve(self, omega, q0=None):
+        """Newton's method at one frequency [rad/s], from q0 (default: rest in the preload state)."""
+        start = np.zeros(self.shape) if q0 is None else q0
+        return newton(lambda z: self.residual(z.reshape(self.shape), omega).ravel(),
+                      lambda z: self.jacobian(z.reshape(self.shape), omega), start.ravel()).reshape(self.shape)
+
+    def continuation(self, omega_from, omega_to, step, largest=np.inf, smallest=1e-7, points=2000, q0=None):
+        """Follow the solution by pseudo arc length: predictor along the tangent, corrector perpendicular to it.
+
+        step, largest, smallest : arc lengths in the norm of [q, omega], user units. The step is halved when Newton's
+        method fails and grows by a quarter when it does not. Ends exactly at omega_to.
+
+        Returns omega (n,) [rad/s] and q (n, N_a + 3 N_x, 2H+1).
+        """
+        def bordered(y, row):
+            """Jacobian with respect to y = [q, omega], completed by `row`."""
+            q = y[:-1].reshape(self.shape)
+            column = self.omega_derivative(q, y[-1]).ravel()
+            return np.vstack([np.column_stack([self.jacobian(q, y[-1]), column]), row])
+
+        def correct(predicted, tangent):
+            return newton(lambda y: np.append(self.residual(y[:-1].reshape(self.shape), y[-1]), tangent @ (y - predicted)),
+                          lambda y: bordered(y, tangent), predicted, iterations=10)
+
+        sense = np.sign(omega_to - omega_from)
+        branch = [np.append(self.solve(omega_from, q0), omega_from)]
+        tangent = sense * np.eye(len(branch[0]))[-1]
+        while len(branch) < points and branch[-1][-1] != omega_to:
+            y = branch[-1]
+            tangent = np.linalg.solve(bordered(y, tangent), np.eye(len(y))[-1])
+            tangent /= np.linalg.norm(tangent)
+            try:
+                new = correct(y + step * tangent, tangent)
+            except RuntimeError:
+                step /= 2
+                if step < smallest:
+                    raise
+                continue
+            if sense * (new[-1] - omega_to) >= 0:
+                part = (omega_to - y[-1]) / (new[-1] - y[-1])
+                start = (y + part * (new - y))[:-1].reshape(self.shape)
+                new = np.append(self.solve(omega_to, start), omega_to)
+            branch.append(new)
+            step = min(1.25 * step, largest)
+        branch = np.array(branch)
+        return branch[:, -1], branch[:, :-1].reshape(-1, *self.shape)

@@ -1,0 +1,269 @@
+"""Read a results file: amplitudes, time histories, contact forces, hysteresis loops, fields of the full model."""
+
+import re
+import time
+from functools import cached_property
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from . import fourier
+from .hdf5_parts import text
+
+DIRECTIONS = ("t1", "t2", "n")
+READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
+
+
+class Results:
+    """A response branch, finished or still being computed.
+
+    Every number is in the user's own units. Coefficients are measured from the preload state (theory.md, section 4).
+    `point` below is the zero-based index of a point of the branch (see `at`, `peak_point`); `contact` is the one-based number
+    of a contact point, as in the name "x3.t1".
+
+    Attributes
+    ----------
+    omega : (n,) array
+        Excitation frequency [rad/s]; `frequency` is the same in Hz.
+    harmonics, samples, modes, contact_points : int
+        H, N, N_a, N_x.
+    contact : dict
+        `normal_stiffness` (N_x,), `tangential_stiffness` (N_x, 2), `friction` (N_x, 2), `gap` (N_x,).
+    xp, g, w : (3 N_x,), (3 N_x,), (N_x, 2) arrays
+        Displacement, force and slider positions of the preload state, equation (7).
+    title, case, units : str
+    """
+
+    def __init__(self, path):
+        self.path = Path(path)
+        self._read(self._load_header)
+
+    def _load_header(self, file):
+        kind = text(file.attrs.get("format", "unnamed"))
+        if kind != "dovetail-results":
+            raise ValueError(f"{self.path}: format must be dovetail-results, found {kind}")
+        self.title, self.case = text(file.attrs.get("title", "")), text(file.attrs.get("case", ""))
+        self.units = text(file.attrs.get("units", "SI"))
+        self.harmonics, self.samples, self.modes, self.contact_points = (
+            int(file.attrs[key]) for key in ("harmonics", "samples", "modes", "contact_points"))
+        reduced = text(file.attrs.get("reduced", ""))
+        self.reduced = self.path.parent / reduced if reduced else None
+        self.contact = {name: values[()] for name, values in file["contact"].items()}
+        self.xp, self.g, self.w = (file["preload"][name][()] for name in ("xp", "g", "w"))
+        points = file["points"]
+        self._n = min(len(values) for values in points.values())
+        self._points = {name: values[:self._n] for name, values in points.items() if name != "coefficients"}
+        self.omega = self._points["omega"]
+        shape, wanted = points["coefficients"].shape[1:], (self.modes + 3 * self.contact_points, 2 * self.harmonics + 1)
+        if shape != wanted:
+            raise ValueError(f"{self.path}: coefficients of a point must have shape {wanted}, found {shape}")
+
+    def _read(self, function):
+        """function(open file). The file is closed at once, so that a run that is still writing is never kept waiting."""
+        if not self.path.is_file():
+            raise ValueError(f"{self.path}: no such file")
+        for attempt in range(READ_ATTEMPTS):
+            try:
+                with h5py.File(self.path, "r", locking=False) as file:
+                    return function(file)
+            except (OSError, KeyError, RuntimeError) as error:
+                if attempt == READ_ATTEMPTS - 1:
+                    raise ValueError(f"{self.path}: not a readable results file: {error}") from error
+                time.sleep(READ_PAUSE)
+
+    def __len__(self):
+        return self._n
+
+    @property
+    def frequency(self):
+        """Excitation frequency [Hz], (n,)."""
+        return self.omega / (2 * np.pi)
+
+    @cached_property
+    def coefficients(self):
+        """All coefficients, (n, N_a + 3 N_x, 2H+1); modal unknowns first, then t1, t2, n of each contact point."""
+        return self._read(lambda file: file["points/coefficients"][:self._n])
+
+    def points(self, name):
+        """A quantity stored per point, (n,): arclength, newton_iterations, residual, seconds, stick, slip, open, ..."""
+        if name not in self._points:
+            raise KeyError(f"no quantity {name!r} per point; there are {', '.join(sorted(self._points))}")
+        return self._points[name]
+
+    def dof_names(self):
+        """Names of all unknowns in the order of `coefficients`: a1, a2, ..., x1.t1, x1.t2, x1.n, x2.t1, ..."""
+        return [f"a{j + 1}" for j in range(self.modes)] + [f"x{j + 1}.{d}" for j in range(self.contact_points) for d in DIRECTIONS]
+
+    def dof_index(self, name):
+        """Row in `coefficients` of a degree of freedom: "a1", "x3.n" (numbers from one), or the row itself."""
+        if isinstance(name, (int, np.integer)):
+            if 0 <= name < self.modes + 3 * self.contact_points:
+                return int(name)
+        else:
+            match = re.fullmatch(r"a(\d+)|x(\d+)\.(t1|t2|n)", str(name))
+            if match and match[1] and 1 <= int(match[1]) <= self.modes:
+                return int(match[1]) - 1
+            if match and match[2] and 1 <= int(match[2]) <= self.contact_points:
+                return self.modes + 3 * (int(match[2]) - 1) + DIRECTIONS.index(match[3])
+        raise KeyError(f"no degree of freedom {name!r}; there are a1 to a{self.modes}, and x1 to x{self.contact_points} "
+                       f"each with .t1, .t2 and .n")
+
+    def at(self, omega):
+        """Index of the point whose frequency [rad/s] is nearest; the first one where the branch passes it several times."""
+        self._need_points()
+        return int(np.argmin(np.abs(self.omega - omega)))
+
+    def amplitude(self, dof, mean=True):
+        """Largest |q(t)| over the period at every point, (n,), from the trigonometric polynomial (not from samples).
+
+        With mean=False the constant part a0/2 is left out.
+        """
+        coefficients = self._of_dof(dof)
+        if not mean:
+            coefficients[:, 0] = 0.0
+        return fourier.amplitude(coefficients)
+
+    def harmonic(self, dof, k):
+        """Amplitude sqrt(a_k^2 + b_k^2) of harmonic k at every point, (n,); |a0|/2 for k = 0."""
+        if not 0 <= k <= self.harmonics:
+            raise ValueError(f"harmonic must lie in 0 to {self.harmonics}, found {k}")
+        coefficients = self._of_dof(dof)
+        return np.abs(coefficients[:, 0]) / 2 if k == 0 else np.hypot(coefficients[:, 2 * k - 1], coefficients[:, 2 * k])
+
+    def peak_point(self, dof, mean=True):
+        """Index of the point with the largest amplitude."""
+        self._need_points()
+        return int(np.argmax(self.amplitude(dof, mean)))
+
+    def peak(self, dof, mean=True):
+        """(omega, amplitude) at the top of the response curve.
+
+        The largest point and its two neighbours give one parabola for the amplitude and one for omega, both as functions of
+        arc length, so that a curve that leans over is no trouble. At an end of the branch it is the point itself.
+        """
+        amplitude, i = self.amplitude(dof, mean), self.peak_point(dof, mean)
+        if not 0 < i < self._n - 1:
+            return float(self.omega[i]), float(amplitude[i])
+        near = slice(i - 1, i + 2)
+        s = self.points("arclength")[near] - self.points("arclength")[i]
+        if not s[0] < 0 < s[2]:
+            s = np.array([-1.0, 0.0, 1.0])
+        curve, frequency = np.polyfit(s, amplitude[near], 2), np.polyfit(s, self.omega[near], 2)
+        top = np.clip(-curve[1] / (2 * curve[0]), s[0], s[2]) if curve[0] < 0 else 0.0
+        return float(np.polyval(frequency, top)), float(np.polyval(curve, top))
+
+    def time_history(self, point, dof, n=256):
+        """One period of a degree of freedom: time [s] and value, both (n,), without the end point."""
+        coefficients, theta = self._of_point(point)[self.dof_index(dof)], fourier.phases(n)
+        return theta / self.omega[point], fourier.basis(self.harmonics, theta) @ coefficients
+
+    def contact_force(self, point, contact, n=None):
+        """Total force g(x + x_p) of a contact point over the period.
+
+        Parameters
+        ----------
+        point : int
+        contact : int
+            One-based number of the contact point.
+        n : int, optional
+            Samples over the period, default those of the run.
+
+        Returns
+        -------
+        force : (n, 3)
+            T1, T2, N [N].
+        state : (n, 2) int
+            Per tangential direction: 0 stick, 1 slip forward, -1 slip backward, 2 open.
+        """
+        from . import reference
+
+        j = self._contact_index(contact)
+        x = self._contact_motion(point, j, n or self.samples)
+        return reference.law(x, self.xp[3 * j:3 * j + 3], self.w[j], self.contact["normal_stiffness"][j],
+                             self.contact["tangential_stiffness"][j], self.contact["friction"][j], self.contact["gap"][j])
+
+    def hysteresis(self, point, contact, direction=0, n=None):
+        """A friction loop: total tangential displacement x + x_p [m] and force T [N] over one period, both (n,).
+
+        direction is 0 for t1, 1 for t2.
+        """
+        if direction not in (0, 1):
+            raise ValueError(f"direction must be 0 (t1) or 1 (t2), found {direction!r}")
+        j = self._contact_index(contact)
+        x = self._contact_motion(point, j, n or self.samples)[:, direction] + self.xp[3 * j + direction]
+        return x, self.contact_force(point, contact, n)[0][:, direction]
+
+    def dissipated(self, point, contact, n=None):
+        """Energy a contact point takes from the structure per cycle [J]: area of its two friction loops, sum of T dx."""
+        loops = (self.hysteresis(point, contact, direction, n) for direction in (0, 1))
+        return float(sum(np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x)) for x, T in loops))
+
+    def elastic(self, point, n=64, times=None):
+        """Elastic displacements of the full model, e = x_e0 + Phi a + Psi (x + x_p), equations (2) and (5).
+
+        Parameters
+        ----------
+        point : int
+        n : int
+            Equal steps over one period ...
+        times : (N,) array, optional
+            ... or these times [s].
+
+        Returns
+        -------
+        (N, n_e) array, in the order of `elastic_dofs` of the reduced file.
+        """
+        recovery = self._recovery(("xe0", "Phi", "Psi"))
+        motion = self._motion(point, n, times)
+        contact = motion[:, self.modes:] + self.xp
+        return recovery["xe0"] + motion[:, :self.modes] @ recovery["Phi"].T + contact @ recovery["Psi"].T
+
+    def full(self, point, n=64, times=None):
+        """Displacements of every degree of freedom in the order of the full model, (N, n_full); arguments as `elastic`."""
+        recovery = self._recovery(("elastic_dofs", "contact_dofs"))
+        elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
+        size = elastic.size + contact.size
+        if max(elastic.max(initial=-1), contact.max(initial=-1)) + 1 != size:
+            raise ValueError(f"{self.reduced}: keeps {elastic.size} elastic degrees of freedom only, not the full model; use elastic()")
+        e = self.elastic(point, n, times)
+        field = np.empty((len(e), size))
+        field[:, elastic] = e
+        field[:, contact] = self._motion(point, n, times)[:, self.modes:] + self.xp
+        return field
+
+    def _need_points(self):
+        if self._n == 0:
+            raise ValueError(f"{self.path}: no point has been computed yet")
+
+    def _of_dof(self, dof):
+        index = self.dof_index(dof)
+        return self._read(lambda file: file["points/coefficients"][:self._n, index, :])
+
+    def _of_point(self, point):
+        if not -self._n <= point < self._n:
+            raise ValueError(f"point must lie in 0 to {self._n - 1}, found {point}")
+        return self._read(lambda file: file["points/coefficients"][point % self._n])
+
+    def _contact_index(self, contact):
+        if not 1 <= contact <= self.contact_points:
+            raise ValueError(f"contact point must lie in 1 to {self.contact_points}, found {contact}")
+        return int(contact) - 1
+
+    def _contact_motion(self, point, j, n):
+        rows = self._of_point(point)[self.modes + 3 * j:self.modes + 3 * j + 3]
+        return fourier.basis(self.harmonics, fourier.phases(n)) @ rows.T
+
+    def _motion(self, point, n, times):
+        coefficients = self._of_point(point)
+        theta = fourier.phases(n) if times is None else self.omega[point] * np.asarray(times, dtype=float)
+        return fourier.basis(self.harmonics, theta) @ coefficients.T
+
+    def _recovery(self, names):
+        if self.reduced is None or not self.reduced.is_file():
+            raise ValueError(f"{self.path}: the reduced file it was computed from is not there ({self.reduced})")
+        with h5py.File(self.reduced, "r") as file:
+            missing = [name for name in names if f"recovery/{name}" not in file]
+            if missing:
+                raise ValueError(f"{self.reduced}: no recovery data ({', '.join(missing)}); the run must start from a model file")
+            return {name: file["recovery"][name][()] for name in names}

@@ -1,0 +1,19 @@
+#pragma once
+// The job from case.toml to results.h5, as five steps.
+#include <mpi.h>
+
+#include <filesystem>
+
+namespace dovetail {
+
+struct Request {
+  std::filesystem::path file;   ///< case.toml
+  std::filesystem::path out;    ///< --out, or empty
+  bool dry_run = false;         ///< check, print what is in force, stop
+  bool reduce_only = false;     ///< stop after the reduction
+};
+
+/// Returns the exit status 0 or 3; throws InputError (2) and ComputeError (3). Collective.
+int run_case(MPI_Comm comm, const Request &request);
+
+} // namespace dovetail

@@ -1,0 +1,87 @@
+#pragma once
+// case.toml as one immutable value, checked; every error text about the user's input file starts here.
+#include <array>
+#include <filesystem>
+#include <iosfwd>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "contact/contact_point.hpp"
+
+namespace dovetail {
+
+/// One contact parameter as written: a number, one per point, or (tangential ones) a pair, or a pair per
+/// point.
+struct ContactSetting {
+  std::vector<double> values; ///< 1, N_x, 2 or 2 N_x numbers (pairs contiguous)
+  bool pairs = false;         ///< values are [t1, t2] pairs
+  std::string where;      ///< "file.toml:12: contact.friction" or "model.h5: /contact/friction", for messages
+  bool per_point = false; ///< written as a list with one entry per point, even if that list is short
+};
+
+struct ContactSettings {
+  std::optional<ContactSetting> normal_stiffness, tangential_stiffness, friction, gap;
+  std::string file; ///< where a missing one is to be added, for messages
+};
+
+enum class ScalingKind { automatic, none, manual };
+
+struct Case {
+  std::filesystem::path file; ///< case.toml as given
+  std::string text;           ///< its whole content, kept with the results
+  std::string title;
+  std::filesystem::path model;   ///< full model, empty when `reduced` is given
+  std::filesystem::path reduced; ///< reduced model used as it stands, or empty
+
+  int modes = 0;                             ///< N_a (only with `model`)
+  double damping = 0;                        ///< xi [s]
+  std::vector<double> fourier = {0, 1};      ///< f(t) as [a0, a1, b1, ...], padded with zeros to 2H+1
+  ContactSettings contact;                   ///< as written here; a model file may supply the rest
+  std::vector<double> preload_initial = {0}; ///< x_p0: one number, or 3 N_x [m]
+  std::string preload_initial_where;         ///< place in the file, for messages about its length
+
+  int harmonics = 0; ///< H >= 1
+  int samples = 0;   ///< N >= 2H+1; default max(256, power of two >= 40 H)
+
+  double step_tolerance = 1e-8;     ///< eps_x, relative
+  double residual_tolerance = 1e-8; ///< eps_f, in the scaled variables
+  int max_iterations = 20;
+
+  ScalingKind scaling = ScalingKind::automatic;
+  double scale_frequency = 0, scale_modal = 0, scale_contact = 0; ///< w0, alpha, beta when manual
+
+  double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point
+  double step = 0.02;                  ///< first arc length, in the scaled variables
+  bool adaptive = true;
+  int max_points = 20000;
+  std::vector<double> at;      ///< frequencies wanted exactly [rad/s], in order of the sweep
+  std::filesystem::path start; ///< results file to begin from, or empty
+
+  std::filesystem::path directory; ///< output directory, absolute or relative to the working directory
+
+  std::map<std::string, std::string>
+      given; ///< key -> "case.toml:12" or "--out", of every key that is not left at its default
+};
+
+/// Reads and checks case.toml. `out` (from --out) overrides output.directory; empty: not given. Throws
+/// InputError.
+Case read_case(const std::filesystem::path &file, const std::filesystem::path &out);
+
+/// The settings in force for each of `n` contact points: case file first, else what the model file gave.
+/// Throws InputError naming the place when a length is wrong or a parameter is missing.
+std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model,
+                                         int n);
+
+/// Checks x_p0 against the number of contact points and returns 3 N_x values [m].
+std::vector<double> initial_preload(const Case &study, int n);
+
+/// Every value in force, one per line: key, value, unit, and whether it was given or is the default.
+void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points);
+
+/// Makes the output directory and checks that results.h5 can be written there. Throws InputError. For one
+/// rank only.
+void prepare_output(const Case &study);
+
+} // namespace dovetail

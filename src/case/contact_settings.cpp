@@ -1,0 +1,139 @@
+#include "case/contact_settings.hpp"
+
+#include <cmath>
+#include <functional>
+
+#include "case/number_text.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+enum class Allowed { positive, not_negative, any };
+
+/// The four parameters of the law: everything below works through this table.
+struct Parameter {
+  const char *name;
+  std::optional<ContactSetting> ContactSettings::*setting;
+  bool tangential;
+  Allowed allowed;
+  const char *example;
+  void (*store)(ContactPoint &point, double t1, double t2);
+};
+
+const Parameter parameters[] = {
+    {"normal_stiffness", &ContactSettings::normal_stiffness, false, Allowed::positive, "1e9",
+     [](ContactPoint &point, double value, double) { point.kn = value; }},
+    {"tangential_stiffness", &ContactSettings::tangential_stiffness, true, Allowed::positive, "[1e6, 1e6]",
+     [](ContactPoint &point, double t1, double t2) {
+       point.kt = {t1, t2};
+     }},
+    {"friction", &ContactSettings::friction, true, Allowed::not_negative, "[0.3, 0.3]",
+     [](ContactPoint &point, double t1, double t2) {
+       point.mu = {t1, t2};
+     }},
+    {"gap", &ContactSettings::gap, false, Allowed::any, "0.0",
+     [](ContactPoint &point, double value, double) { point.gap = value; }},
+};
+
+void check_values(const ContactSetting &setting, Allowed allowed) {
+  for (size_t i = 0; i < setting.values.size(); ++i) {
+    const double value = setting.values[i];
+    const char *fault = !std::isfinite(value)                           ? "must be a finite number"
+                        : allowed == Allowed::positive && value <= 0    ? "must be greater than 0"
+                        : allowed == Allowed::not_negative && value < 0 ? "must not be negative"
+                                                                        : nullptr;
+    if (!fault) continue;
+    const size_t width = setting.pairs ? 2 : 1;
+    std::string which; // needed only where there are several
+    if (setting.values.size() > width)
+      which = " at contact point " + std::to_string(i / width) + " (counted from 0)";
+    if (setting.pairs) which += i % 2 ? " along t2" : " along t1";
+    throw InputError(setting.where + " = " + number_text(value) + which + ": " + fault);
+  }
+}
+
+ContactSetting read_setting(const Entry &entry, const Parameter &parameter) {
+  ContactSetting result;
+  result.where = entry.where();
+  if (!entry.is_list()) {
+    result.values = {entry.number()};
+  } else {
+    const auto items = entry.items();
+    if (items.empty()) entry.refuse("is empty; write a number for all points, or one per contact point");
+    const bool nested = items.front().is_list();
+    // Two plain numbers are [t1, t2] for all points, also where there happen to be two points.
+    result.pairs = parameter.tangential && (nested || items.size() == 2);
+    result.per_point = nested || !result.pairs;
+    for (const auto &item : items) {
+      if (!nested || !parameter.tangential) {
+        result.values.push_back(item.number());
+        continue;
+      }
+      const auto pair = item.numbers();
+      if (pair.size() != 2) item.refuse("must be a pair [t1, t2]");
+      result.values.insert(result.values.end(), pair.begin(), pair.end());
+    }
+  }
+  check_values(result, parameter.allowed);
+  return result;
+}
+
+/// Values of (t1, t2), or twice the same, for each of n points.
+std::vector<std::array<double, 2>> spread(const ContactSetting &setting, bool tangential, int n) {
+  const size_t width = setting.pairs ? 2 : 1, count = setting.values.size() / width,
+               points = static_cast<size_t>(n);
+  if (setting.values.size() % width || (count != points && (count != 1 || setting.per_point)))
+    throw InputError(setting.where + ": " + std::to_string(count) + (setting.pairs ? " pairs" : " values") +
+                     " found, but there are N_x = " + std::to_string(n) + " contact points: write " +
+                     (tangential ? "a number, one pair [t1, t2], or " : "one number, or ") +
+                     std::to_string(n) + (setting.pairs ? " pairs" : " numbers"));
+  std::vector<std::array<double, 2>> result(points);
+  for (size_t i = 0; i < points; ++i) {
+    const double *value = &setting.values[count == 1 ? 0 : i * width];
+    result[i] = {value[0], value[width - 1]};
+  }
+  return result;
+}
+
+} // namespace
+
+ContactSettings read_contact_settings(const Document &document) {
+  ContactSettings result;
+  for (const auto &parameter : parameters)
+    if (const Entry entry = document[std::string("contact.") + parameter.name])
+      result.*parameter.setting = read_setting(entry, parameter);
+  return result;
+}
+
+std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model,
+                                         int n) {
+  std::vector<ContactPoint> points(static_cast<size_t>(n));
+  for (const auto &parameter : parameters) {
+    const auto &in_case = from_case.*parameter.setting, &in_model = from_model.*parameter.setting;
+    const auto &setting = in_case ? in_case : in_model;
+    if (!setting) {
+      if (parameter.allowed == Allowed::any) continue; // the gap is 0 where nobody says otherwise
+      throw InputError(from_case.file + ": contact." + parameter.name +
+                       " is missing, and the model file has no /contact/" + parameter.name + ": write " +
+                       parameter.name + " = " + parameter.example + " under [contact]");
+    }
+    check_values(*setting, parameter.allowed);
+    const auto values = spread(*setting, parameter.tangential, n);
+    for (size_t i = 0; i < points.size(); ++i) parameter.store(points[i], values[i][0], values[i][1]);
+  }
+  return points;
+}
+
+std::vector<double> initial_preload(const Case &study, int n) {
+  const size_t wanted = 3 * static_cast<size_t>(n), found = study.preload_initial.size();
+  if (found == 1) return std::vector<double>(wanted, study.preload_initial.front());
+  if (found != wanted)
+    throw InputError(study.preload_initial_where + ": " + std::to_string(found) +
+                     " values found, but there are N_x = " + std::to_string(n) +
+                     " contact points: write one number, or 3 per contact point (t1, t2, n), " +
+                     std::to_string(wanted) + " in all");
+  return study.preload_initial;
+}
+
+} // namespace dovetail

@@ -1,0 +1,84 @@
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <limits>
+#include <ostream>
+
+#include "case/case.hpp"
+#include "case/keys.hpp"
+#include "case/number_text.hpp"
+
+namespace dovetail {
+namespace {
+
+struct Row {
+  std::string key, value, unit, origin;
+};
+
+/// One contact parameter over all points and both directions.
+struct Span {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void take(double value) { low = std::min(low, value), high = std::max(high, value); }
+};
+
+Span span_of(const std::string &key, const std::vector<ContactPoint> &points) {
+  Span span;
+  for (const auto &point : points) {
+    if (key == "contact.gap") span.take(point.gap);
+    if (key == "contact.normal_stiffness") span.take(point.kn);
+    for (int direction = 0; direction < 2; ++direction) {
+      if (key == "contact.tangential_stiffness") span.take(point.kt[direction]);
+      if (key == "contact.friction") span.take(point.mu[direction]);
+    }
+  }
+  return span;
+}
+
+std::string contact_origin(const Case &study, const std::string &key, const Span &span) {
+  // A gap of zero in the model file looks the same here as none.
+  if (key == "contact.gap" && span.low == 0 && span.high == 0)
+    return study.model.empty() ? "default" : "model file or default";
+  return "model file";
+}
+
+std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &points) {
+  std::vector<Row> rows;
+  for (const auto &key : keys()) {
+    Row row{key.name, "", key.unit, "default"};
+    if (key.text) {
+      row.value = key.text(study);
+    } else if (!points.empty()) {
+      const Span span = span_of(key.name, points);
+      row.value = number_text(span.low) + (span.low == span.high ? "" : " .. " + number_text(span.high));
+      row.origin = contact_origin(study, key.name, span);
+    }
+    if (row.value.empty()) continue;
+    if (const auto found = study.given.find(key.name); found != study.given.end())
+      row.origin = found->second == "--out" ? "--out" : "given";
+    rows.push_back(row);
+    if (row.key == "continuation.omega") {
+      const auto hertz = [](double omega) { return number_text(std::round(omega / (2 * M_PI) * 1e6) / 1e6); };
+      rows.push_back(
+          {"", "[" + hertz(study.omega_from) + ", " + hertz(study.omega_to) + "]", "Hz", row.origin});
+    }
+  }
+  return rows;
+}
+
+} // namespace
+
+void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points) {
+  const auto rows = rows_of(study, points);
+  size_t key_width = 0, value_width = 0;
+  for (const auto &row : rows) {
+    key_width = std::max(key_width, row.key.size());
+    if (row.value.size() <= 40)
+      value_width = std::max(value_width, row.value.size()); // long paths may stick out
+  }
+  for (const auto &row : rows)
+    out << std::left << std::setw(static_cast<int>(key_width + 2)) << row.key
+        << std::setw(static_cast<int>(value_width + 2)) << row.value << ' ' << std::setw(10)
+        << (row.unit.empty() ? "" : "[" + row.unit + "]") << ' ' << row.origin << '\n';
+}
+
+} // namespace dovetail

@@ -1,0 +1,145 @@
+#include "case/document.hpp"
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+std::string shorten(const std::string &text, size_t length = 60) {
+  return text.size() <= length ? text : text.substr(0, length) + " ...";
+}
+
+/// toml11 draws its message over several lines, with a caret below the culprit; this keeps the headline and
+/// the last remark beside a caret, without the name of the parser's function.
+std::string condense(const std::string &drawing) {
+  std::istringstream lines(drawing);
+  std::string headline, line, remark;
+  std::getline(lines, headline);
+  while (std::getline(lines, line))
+    for (const std::string mark : {"^--- ", "~~ "})
+      if (const auto at = line.rfind(mark); at != std::string::npos) remark = line.substr(at + mark.size());
+  if (const std::string tag = "[error] "; headline.rfind(tag, 0) == 0) headline.erase(0, tag.size());
+  if (headline.rfind("toml::", 0) == 0)
+    if (const auto colon = headline.find(':', 6); colon != std::string::npos) headline.erase(0, colon + 2);
+  // What it says of words without quotes depends on their first letter ("not a boolean" for five).
+  if (headline.empty() || headline == "bad format: unknown value appeared")
+    return "unknown value; text needs quotes, a switch is true or false";
+  if (headline.back() == '.') headline.pop_back();
+  return headline + (remark.empty() || remark == "here" ? "" : " (" + remark + ")");
+}
+
+toml::value parse(const std::string &file, const std::string &text) {
+  std::istringstream stream(text);
+  try {
+    return toml::parse(stream, file);
+  } catch (const toml::exception &error) {
+    throw InputError(file + ":" + std::to_string(error.location().line()) + ": " +
+                     shorten(error.location().line_str()) + ": " + condense(error.what()));
+  } catch (const std::exception &error) { // toml11 lets a few standard exceptions through, without a place
+    throw InputError(file + ": not a TOML file: " + condense(error.what()));
+  }
+}
+
+} // namespace
+
+Entry::Entry(std::string file, std::string name, const toml::value *value)
+    : file_(std::move(file)), name_(std::move(name)), value_(value) {}
+
+std::string Entry::source() const {
+  const auto at = value_->location();
+  const std::string rest = at.column() <= at.line_str().size() ? at.line_str().substr(at.column() - 1) : "";
+  // A value over several lines is cut at the end of its first one.
+  return at.region() > rest.size() ? shorten(rest) + " ..." : shorten(rest.substr(0, at.region()));
+}
+
+void Entry::refuse(const std::string &why) const {
+  throw InputError(where() + " = " + source() + ": " + why);
+}
+
+double Entry::number() const {
+  double result = 0;
+  if (value_->is_integer()) {
+    const auto whole = value_->as_integer();
+    // toml11 cuts what does not fit without a word; nobody means these two values.
+    using Limits = std::numeric_limits<toml::integer>;
+    if (whole == Limits::max() || whole == Limits::min())
+      refuse("too many digits; write it with an exponent, as 1e20");
+    result = static_cast<double>(whole);
+  } else if (value_->is_floating()) {
+    result = value_->as_floating();
+  } else {
+    refuse(value_->is_string() ? "must be a number; write it without quotes" : "must be a number");
+  }
+  // 1e999 arrives as the largest double.
+  if (!(std::abs(result) < std::numeric_limits<double>::max())) refuse("must be a finite number");
+  return result;
+}
+
+int Entry::whole(int lowest, int highest) const {
+  if (value_->is_floating()) {
+    const double found = value_->as_floating();
+    const bool fits = found == std::floor(found) && found >= lowest && found <= highest;
+    refuse("must be a whole number" + (fits ? "; write " + std::to_string(static_cast<int>(found)) : ""));
+  }
+  if (!value_->is_integer())
+    refuse(value_->is_string() ? "must be a whole number; write it without quotes"
+                               : "must be a whole number");
+  const auto found = value_->as_integer();
+  if (found < lowest) refuse("must be at least " + std::to_string(lowest));
+  if (found > highest) refuse("must be at most " + std::to_string(highest));
+  return static_cast<int>(found);
+}
+
+bool Entry::truth() const {
+  if (!value_->is_boolean()) refuse("must be true or false, without quotes");
+  return value_->as_boolean();
+}
+
+std::string Entry::words() const {
+  if (!value_->is_string()) refuse("must be text in quotes");
+  const std::string &result = value_->as_string().str;
+  if (result.empty()) refuse("is empty; write something between the quotes, or leave the key out");
+  return result;
+}
+
+std::vector<Entry> Entry::items() const {
+  if (!is_list()) refuse("must be a list in brackets, as [1.0, 2.0]");
+  std::vector<Entry> result;
+  for (const auto &item : value_->as_array())
+    result.emplace_back(file_, "entry " + std::to_string(result.size() + 1) + " of " + name_, &item);
+  return result;
+}
+
+std::vector<double> Entry::numbers() const {
+  std::vector<double> result;
+  for (const auto &item : items()) result.push_back(item.number());
+  return result;
+}
+
+Document::Document(const std::filesystem::path &file, const std::string &text)
+    : file_(file.string()), root_(parse(file_, text)) {}
+
+Entry Document::operator[](const std::string &key) const {
+  const auto inside = [](const toml::value *table, const std::string &name) -> const toml::value * {
+    if (!table || !table->is_table()) return nullptr;
+    const auto found = table->as_table().find(name);
+    return found == table->as_table().end() ? nullptr : &found->second;
+  };
+  const auto dot = key.find('.');
+  const toml::value *value = inside(&root_, key.substr(0, dot));
+  return {file_, key, dot == std::string::npos ? value : inside(value, key.substr(dot + 1))};
+}
+
+void Document::missing(const std::string &key, const std::string &example) const {
+  const auto dot = key.find('.');
+  const std::string section = dot == std::string::npos ? "" : key.substr(0, dot);
+  const Entry heading = (*this)[section.empty() ? key : section];
+  throw InputError((heading ? heading.place() : file_) + ": " + key + " is missing: write " + example +
+                   (section.empty() ? " above the first section" : " under [" + section + "]"));
+}
+
+} // namespace dovetail

@@ -1,0 +1,60 @@
+#pragma once
+// The TOML file seen through its messages: every value knows its file, line and name, and complains in one
+// form,
+//   FILE:LINE: key = VALUE: what is wrong; what to write instead
+#include <filesystem>
+#include <string>
+#include <toml.hpp>
+#include <vector>
+
+namespace dovetail {
+
+/// One value of the document, or nothing where the key is absent. Borrowed: the Document must outlive it.
+class Entry {
+public:
+  Entry(std::string file, std::string name, const toml::value *value);
+
+  explicit operator bool() const { return value_ != nullptr; }
+  size_t line() const { return value_->location().line(); }
+  std::string place() const { return file_ + ":" + std::to_string(line()); } ///< FILE:LINE
+  std::string where() const { return place() + ": " + name_; }               ///< FILE:LINE: key
+  [[noreturn]] void refuse(const std::string &why) const;                    ///< throws InputError
+  std::string source() const; ///< the value as the user wrote it, shortened
+
+  // Strictly typed; each refuses anything else.
+  double number() const; ///< finite; an integer will do
+  int whole(int lowest, int highest) const;
+  bool truth() const;
+  std::string words() const;           ///< text, not empty
+  std::vector<double> numbers() const; ///< a list of finite numbers
+
+  bool is_list() const { return value_->is_array(); }
+  bool is_words() const { return value_->is_string(); }
+  std::vector<Entry> items() const; ///< of a list; they call themselves "entry 3 of KEY"
+
+private:
+  std::string file_, name_;
+  const toml::value *value_;
+};
+
+class Document {
+public:
+  /// Throws InputError where the text is not TOML.
+  Document(const std::filesystem::path &file, const std::string &text);
+
+  /// `key` is "title" or "section.name".
+  Entry operator[](const std::string &key) const;
+
+  /// Throws InputError for the first key or section not in `allowed` (spelled as for operator[]), with a
+  /// suggestion.
+  void refuse_unknown(const std::vector<std::string> &allowed) const;
+
+  /// Throws InputError: `key` is missing, with `example` of what to write.
+  [[noreturn]] void missing(const std::string &key, const std::string &example) const;
+
+private:
+  std::string file_;
+  toml::value root_;
+};
+
+} // namespace dovetail

@@ -1,0 +1,73 @@
+#include "case/keys.hpp"
+
+#include <algorithm>
+
+#include "case/number_text.hpp"
+
+namespace dovetail {
+namespace {
+
+std::string numbers_text(const std::vector<double> &values) {
+  std::string result;
+  for (const double value : values) result += (result.empty() ? "[" : ", ") + number_text(value);
+  return result.empty() ? result : result + "]";
+}
+
+std::string fourier_text(std::vector<double> values) {
+  while (values.size() > 1 && values.back() == 0) values.pop_back(); // padded to 2H+1 by the parser
+  return numbers_text(values);
+}
+
+std::string spread_text(const std::vector<double> &values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return number_text(*low) + (*low == *high ? "" : " .. " + number_text(*high));
+}
+
+std::string manual(const Case &study, double value) {
+  return study.scaling == ScalingKind::manual ? number_text(value) : "";
+}
+
+std::string kind_text(ScalingKind kind) {
+  return kind == ScalingKind::automatic ? "auto" : kind == ScalingKind::none ? "none" : "manual";
+}
+
+} // namespace
+
+const std::vector<Key> &keys() {
+  using C = const Case &;
+  static const std::vector<Key> table = {
+      {"title", "", [](C c) { return c.title; }},
+      {"model", "", [](C c) { return c.model.string(); }},
+      {"reduced", "", [](C c) { return c.reduced.string(); }},
+      {"reduction.modes", "-", [](C c) { return c.model.empty() ? "" : std::to_string(c.modes); }},
+      {"damping.stiffness", "s", [](C c) { return number_text(c.damping); }},
+      {"excitation.fourier", "-", [](C c) { return fourier_text(c.fourier); }},
+      {"contact.normal_stiffness", "N/m", nullptr},
+      {"contact.tangential_stiffness", "N/m", nullptr},
+      {"contact.friction", "-", nullptr},
+      {"contact.gap", "m", nullptr},
+      {"preload.initial", "m", [](C c) { return spread_text(c.preload_initial); }},
+      {"harmonic_balance.harmonics", "-", [](C c) { return std::to_string(c.harmonics); }},
+      {"harmonic_balance.samples", "-", [](C c) { return std::to_string(c.samples); }},
+      {"newton.step_tolerance", "-", [](C c) { return number_text(c.step_tolerance); }},
+      {"newton.residual_tolerance", "-", [](C c) { return number_text(c.residual_tolerance); }},
+      {"newton.max_iterations", "-", [](C c) { return std::to_string(c.max_iterations); }},
+      {"scaling.kind", "", [](C c) { return kind_text(c.scaling); }},
+      {"scaling.frequency", "rad/s", [](C c) { return manual(c, c.scale_frequency); }},
+      {"scaling.modal", "m kg^1/2", [](C c) { return manual(c, c.scale_modal); }},
+      {"scaling.contact", "m", [](C c) { return manual(c, c.scale_contact); }},
+      {"continuation.omega", "rad/s",
+       [](C c) {
+         return numbers_text({c.omega_from, c.omega_to});
+       }},
+      {"continuation.step", "-", [](C c) { return number_text(c.step); }},
+      {"continuation.adaptive", "", [](C c) { return std::string(c.adaptive ? "true" : "false"); }},
+      {"continuation.max_points", "-", [](C c) { return std::to_string(c.max_points); }},
+      {"continuation.at", "rad/s", [](C c) { return numbers_text(c.at); }},
+      {"continuation.start", "", [](C c) { return c.start.empty() ? "zero" : c.start.string(); }},
+      {"output.directory", "", [](C c) { return c.directory.string(); }},
+  };
+  return table;
+}
+
+} // namespace dovetail

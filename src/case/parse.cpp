@@ -1,0 +1,227 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "case/case.hpp"
+#include "case/contact_settings.hpp"
+#include "case/document.hpp"
+#include "case/keys.hpp"
+#include "case/number_text.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Far beyond any use; they keep products of sizes within the range of int.
+constexpr int most_harmonics = 1000, most_samples = 1 << 20, most = 1000000000;
+
+std::string text_of(const fs::path &file) {
+  std::error_code error;
+  if (fs::is_directory(file, error))
+    throw InputError(file.string() + ": is a folder; write the case file in it, as " +
+                     (file / "case.toml").string());
+  if (!fs::exists(file, error)) throw InputError(file.string() + ": there is no such case file");
+  std::ifstream stream(file, std::ios::binary);
+  std::string text(4096, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<size_t>(stream.gcount()));
+  if (stream.bad() || (!stream && !stream.eof()))
+    throw InputError(file.string() + ": the case file cannot be read");
+  // A model file handed over by mistake may be huge: its beginning is enough to tell.
+  if (text.find('\0') != std::string::npos)
+    throw InputError(file.string() + ": is not a text file; write a case file, case.toml");
+  if (stream) text += std::string(std::istreambuf_iterator<char>(stream), {});
+  return text;
+}
+
+// Each of these leaves `target` at its default where the key is absent.
+
+void read_positive(const Entry &entry, double &target) {
+  if (!entry) return;
+  target = entry.number();
+  if (target <= 0) entry.refuse("must be greater than 0");
+}
+
+void read_tolerance(const Entry &entry, double &target) {
+  if (!entry) return;
+  target = entry.number();
+  if (target <= 0 || target >= 1) entry.refuse("must be greater than 0 and less than 1");
+}
+
+void read_whole(const Entry &entry, int &target, int lowest, int highest) {
+  if (entry) target = entry.whole(lowest, highest);
+}
+
+/// An existing file, relative to the folder of the case file. The run must not overwrite what it reads.
+void read_input_file(const Entry &entry, const Case &study, fs::path &target) {
+  if (!entry) return;
+  target = study.file.parent_path() / entry.words();
+  std::error_code error;
+  if (!fs::exists(target, error)) entry.refuse("there is no file " + target.string());
+  if (!fs::is_regular_file(target, error)) entry.refuse(target.string() + " is not a file");
+  if (!std::ifstream(target)) entry.refuse(target.string() + " cannot be read");
+  if (fs::equivalent(target, study.directory / "results.h5", error))
+    entry.refuse(
+        "the run would overwrite this file with its results; name another output.directory, or give --out");
+}
+
+void read_output(const Document &document, const fs::path &out, Case &study) {
+  const Entry directory = document["output.directory"];
+  const fs::path here = study.file.parent_path();
+  study.directory = directory ? here / directory.words() : here.empty() ? "." : here;
+  if (out.empty()) return;
+  study.directory = out;
+  study.given["output.directory"] = "--out";
+}
+
+void read_model(const Document &document, Case &study) {
+  const Entry model = document["model"], reduced = document["reduced"], modes = document["reduction.modes"];
+  if (!model && !reduced) document.missing("model", "model = \"model.h5\", or reduced = \"reduced.h5\",");
+  if (model && reduced)
+    reduced.refuse("model is given as well, in line " + std::to_string(model.line()) +
+                   "; keep one of the two");
+  read_input_file(model, study, study.model);
+  read_input_file(reduced, study, study.reduced);
+  if (reduced && modes) modes.refuse("the reduced file has its own modes; delete this key");
+  if (model && !modes) document.missing("reduction.modes", "modes = 10");
+  read_whole(modes, study.modes, 0, most);
+}
+
+void read_harmonic_balance(const Document &document, Case &study) {
+  const Entry harmonics = document["harmonic_balance.harmonics"],
+              samples = document["harmonic_balance.samples"];
+  if (!harmonics) document.missing("harmonic_balance.harmonics", "harmonics = 5");
+  read_whole(harmonics, study.harmonics, 1, most_harmonics);
+
+  const int least = 2 * study.harmonics + 1;
+  for (study.samples = 256; study.samples < 40 * study.harmonics;) study.samples *= 2;
+  if (!samples) return;
+  if (samples.is_words() && samples.words() == "exact")
+    samples.refuse(
+        "exact evaluation is not available in this version; write a number of samples per period, as " +
+        std::to_string(study.samples));
+  study.samples = samples.whole(1, most_samples);
+  if (study.samples < least)
+    throw InputError(samples.where() + " = " + samples.source() +
+                     " is too small for harmonics = " + std::to_string(study.harmonics) + ": at least 2*" +
+                     std::to_string(study.harmonics) + "+1 = " + std::to_string(least));
+}
+
+void read_excitation(const Document &document, Case &study) {
+  const Entry fourier = document["excitation.fourier"];
+  if (!fourier)
+    document.missing("excitation.fourier", "fourier = [0, 1] for a cosine, [0, 0, 1] for a sine,");
+  study.fourier = fourier.numbers();
+  while (!study.fourier.empty() && study.fourier.back() == 0) study.fourier.pop_back();
+  if (study.fourier.empty())
+    fourier.refuse("nothing would move; write [0, 1] for a cosine, [0, 0, 1] for a sine");
+  const size_t highest = study.fourier.size() / 2; // [a0, a1, b1, ...]
+  if (highest > static_cast<size_t>(study.harmonics))
+    fourier.refuse("the force has harmonic " + std::to_string(highest) +
+                   ", but harmonic_balance.harmonics = " + std::to_string(study.harmonics) +
+                   "; write at least " + std::to_string(highest) + " there");
+  study.fourier.resize(2 * static_cast<size_t>(study.harmonics) + 1);
+}
+
+void read_preload(const Document &document, Case &study) {
+  const Entry initial = document["preload.initial"];
+  if (!initial) return;
+  study.preload_initial = initial.is_list() ? initial.numbers() : std::vector<double>{initial.number()};
+  study.preload_initial_where = initial.where();
+  if (initial.is_list() && (study.preload_initial.empty() || study.preload_initial.size() % 3 != 0))
+    initial.refuse(std::to_string(study.preload_initial.size()) +
+                   " values; write one number without brackets, or 3 per contact point (t1, t2, n)");
+}
+
+void read_scaling(const Document &document, Case &study) {
+  const Entry kind = document["scaling.kind"];
+  if (kind) {
+    const std::string word = kind.words();
+    if (word != "auto" && word != "none" && word != "manual")
+      kind.refuse("must be \"auto\", \"none\" or \"manual\"");
+    study.scaling = word == "auto"   ? ScalingKind::automatic
+                    : word == "none" ? ScalingKind::none
+                                     : ScalingKind::manual;
+  }
+  const std::pair<const char *, double *> scales[] = {{"scaling.frequency", &study.scale_frequency},
+                                                      {"scaling.modal", &study.scale_modal},
+                                                      {"scaling.contact", &study.scale_contact}};
+  for (const auto &[key, target] : scales) {
+    const Entry entry = document[key];
+    if (study.scaling == ScalingKind::manual && !entry)
+      document.missing(key, "all of frequency, modal and contact for kind = \"manual\"");
+    if (study.scaling != ScalingKind::manual && entry)
+      entry.refuse("is used only with kind = \"manual\"; delete it, or write that");
+    read_positive(entry, *target);
+  }
+}
+
+void read_continuation(const Document &document, Case &study) {
+  const Entry omega = document["continuation.omega"], adaptive = document["continuation.adaptive"];
+  if (!omega) document.missing("continuation.omega", "omega = [from, to] in rad/s");
+  if (!omega.is_list()) omega.refuse("must be [from, to]; for one point, write the same number twice");
+  const auto ends = omega.numbers();
+  if (ends.size() != 2) omega.refuse("must be two numbers, [from, to], not " + std::to_string(ends.size()));
+  for (const double end : ends)
+    if (end <= 0) omega.refuse("both frequencies must be greater than 0");
+  study.omega_from = ends[0], study.omega_to = ends[1];
+
+  read_positive(document["continuation.step"], study.step);
+  if (adaptive) study.adaptive = adaptive.truth();
+  read_whole(document["continuation.max_points"], study.max_points, 1, most);
+  read_input_file(document["continuation.start"], study, study.start);
+
+  const Entry at = document["continuation.at"];
+  if (!at) return;
+  const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
+  for (const auto &item : at.items()) {
+    const double wanted = item.number();
+    if (wanted < low || wanted > high)
+      item.refuse("outside continuation.omega = [" + number_text(study.omega_from) + ", " +
+                  number_text(study.omega_to) + "]");
+    if (!study.at.empty() &&
+        (study.omega_to < study.omega_from ? wanted >= study.at.back() : wanted <= study.at.back()))
+      item.refuse("must come in the order of the sweep, each once; the entry before is " +
+                  number_text(study.at.back()));
+    study.at.push_back(wanted);
+  }
+}
+
+} // namespace
+
+Case read_case(const fs::path &file, const fs::path &out) {
+  Case study;
+  study.file = file;
+  study.text = text_of(file);
+  const Document document(file, study.text);
+
+  std::vector<std::string> names;
+  for (const auto &key : keys()) names.emplace_back(key.name);
+  document.refuse_unknown(names);
+  for (const auto &name : names)
+    if (const Entry entry = document[name]) study.given[name] = entry.place();
+
+  if (const Entry title = document["title"]) study.title = title.words();
+  read_output(document, out, study);
+  read_model(document, study);
+  if (const Entry damping = document["damping.stiffness"]) {
+    study.damping = damping.number();
+    if (study.damping < 0) damping.refuse("must not be negative");
+  }
+  read_harmonic_balance(document, study);
+  read_excitation(document, study);
+  study.contact = read_contact_settings(document);
+  study.contact.file = file.string();
+  read_preload(document, study);
+  read_tolerance(document["newton.step_tolerance"], study.step_tolerance);
+  read_tolerance(document["newton.residual_tolerance"], study.residual_tolerance);
+  read_whole(document["newton.max_iterations"], study.max_iterations, 1, most);
+  read_scaling(document, study);
+  read_continuation(document, study);
+  return study;
+}
+
+} // namespace dovetail

@@ -1,0 +1,112 @@
+#include "continuation/corrector.hpp"
+
+#include <cmath>
+
+namespace dovetail {
+namespace {
+
+const char *in_words(SNESConvergedReason reason) {
+  switch (reason) {
+  case SNES_DIVERGED_MAX_IT: return "Newton did not converge within newton.max_iterations";
+  case SNES_DIVERGED_FNORM_NAN: return "the residual became NaN or infinite";
+  case SNES_DIVERGED_LINEAR_SOLVE: return "the Jacobian could not be factored";
+  case SNES_DIVERGED_LINE_SEARCH: return "the line search found no descent";
+  case SNES_DIVERGED_DTOL: return "Newton diverged";
+  default: return SNESConvergedReasons[reason];
+  }
+}
+
+} // namespace
+
+Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
+    : system_(system), settings_(settings), jacobian_(system.matrix()), residual_(system.unknowns()), trial_(system.unknowns()),
+      unit_(system.unknowns()) {
+  const Layout &layout = system.layout();
+  check(SNESCreate(layout.comm, snes_.out()), "setting up Newton");
+  check(SNESSetOptionsPrefix(snes_, "hb_"), "setting up Newton");
+  check(SNESSetFunction(snes_, residual_, &Corrector::residual, this), "setting up Newton");
+  check(SNESSetJacobian(snes_, jacobian_, jacobian_, &Corrector::jacobian, this), "setting up Newton");
+  check(SNESSetTolerances(snes_, 0, 0, 0, settings.max_iterations, 100000000), "setting up Newton");
+  check(SNESSetConvergenceTest(snes_, &Corrector::converged, this, nullptr), "setting up Newton");
+  check(SNESSetType(snes_, SNESNEWTONLS), "setting up Newton");
+  KSP ksp;
+  PC pc;
+  check(SNESGetKSP(snes_, &ksp), "setting up Newton");
+  check(KSPSetType(ksp, KSPPREONLY), "setting up Newton");
+  check(KSPGetPC(ksp, &pc), "setting up Newton");
+  check(PCSetType(pc, PCLU), "setting up Newton");
+  check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "setting up Newton");
+  check(SNESSetFromOptions(snes_), "setting up Newton");
+  check(KSPSetOperators(ksp, jacobian_, jacobian_), "setting up Newton");
+  if (layout.owns_omega()) check(VecSetValue(unit_, layout.omega_row(), 1, INSERT_VALUES), "setting up Newton");
+  check(VecAssemblyBegin(unit_), "setting up Newton");
+  check(VecAssemblyEnd(unit_), "setting up Newton");
+}
+
+PetscErrorCode Corrector::residual(SNES, Vec y, Vec f, void *context) {
+  auto &self = *static_cast<Corrector *>(context);
+  return self.courier_.run([&] {
+    self.system_.residual(y, f);
+    double along;
+    check(VecDot(self.border_, y, &along), "evaluating the arc-length equation");
+    double *own;
+    check(VecGetArray(f, &own), "evaluating the arc-length equation");
+    if (self.system_.layout().owns_omega()) own[self.system_.layout().own_coefficients()] = along - self.target_;
+    check(VecRestoreArray(f, &own), "evaluating the arc-length equation");
+  });
+}
+
+PetscErrorCode Corrector::jacobian(SNES, Vec y, Mat J, Mat, void *context) {
+  auto &self = *static_cast<Corrector *>(context);
+  return self.courier_.run([&] { self.system_.jacobian(y, self.border_, J); });
+}
+
+PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f, SNESConvergedReason *reason, void *context) {
+  const NewtonSettings &settings = static_cast<Corrector *>(context)->settings_;
+  *reason = SNES_CONVERGED_ITERATING;
+  if (!std::isfinite(f))
+    *reason = SNES_DIVERGED_FNORM_NAN;
+  else if (it > 0 && dy < settings.step_tolerance * y && f < settings.residual_tolerance)
+    *reason = SNES_CONVERGED_SNORM_RELATIVE;
+  return 0;
+}
+
+Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_search) {
+  border_ = border, target_ = target;
+  SNESLineSearch search;
+  check(SNESGetLineSearch(snes_, &search), "Newton");
+  check(SNESLineSearchSetType(search, line_search ? SNESLINESEARCHBT : SNESLINESEARCHBASIC), "Newton");
+  check(VecCopy(y, trial_), "Newton");
+  const PetscErrorCode code = SNESSolve(snes_, nullptr, trial_);
+  courier_.rethrow();
+  check(code, "Newton");
+  Outcome outcome;
+  SNESConvergedReason reason;
+  PetscInt newton, linear;
+  check(SNESGetConvergedReason(snes_, &reason), "Newton");
+  check(SNESGetIterationNumber(snes_, &newton), "Newton");
+  check(SNESGetLinearSolveIterations(snes_, &linear), "Newton");
+  check(SNESGetFunctionNorm(snes_, &outcome.residual), "Newton");
+  outcome.converged = reason > 0;
+  outcome.newton = static_cast<int>(newton), outcome.linear = static_cast<int>(linear);
+  if (outcome.converged)
+    check(VecCopy(trial_, y), "Newton");
+  else
+    outcome.why = in_words(reason);
+  return outcome;
+}
+
+bool Corrector::tangent(Vec y, Vec border, Vec t) {
+  system_.jacobian(y, border, jacobian_);
+  KSP ksp;
+  KSPConvergedReason reason;
+  PetscReal norm;
+  check(SNESGetKSP(snes_, &ksp), "computing a tangent");
+  check(KSPSetOperators(ksp, jacobian_, jacobian_), "computing a tangent");
+  check(KSPSolve(ksp, unit_, t), "computing a tangent");
+  check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
+  check(VecNorm(t, NORM_2, &norm), "computing a tangent");
+  return reason > 0 && std::isfinite(norm) && norm > 0;
+}
+
+} // namespace dovetail

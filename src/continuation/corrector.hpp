@@ -1,0 +1,45 @@
+#pragma once
+// Newton (SNES) on the bordered system [residual; border . y - target] = 0, and tangents from the same matrix.
+#include "harmonic/harmonic_system.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+
+struct NewtonSettings {
+  double step_tolerance;     ///< eps_x: |dy| < eps_x |y|
+  double residual_tolerance; ///< eps_f: |residual| < eps_f; both in scaled variables
+  int max_iterations;
+};
+
+class Corrector {
+public:
+  Corrector(HarmonicSystem &system, const NewtonSettings &settings);
+
+  struct Outcome {
+    bool converged = false;
+    int newton = 0, linear = 0; ///< iterations
+    double residual = 0;        ///< norm, scaled
+    std::string why;            ///< when not converged, in words
+  };
+  /// Newton from y, kept on the plane border . y = target. y is left alone unless it converges. Collective.
+  Outcome solve(Vec y, Vec border, double target, bool line_search = false);
+
+  /// t with [d residual / d y] t = 0 and border . t = 1, at y. False if the bordered matrix is singular. Collective.
+  bool tangent(Vec y, Vec border, Vec t);
+
+private:
+  static PetscErrorCode residual(SNES, Vec y, Vec f, void *context);
+  static PetscErrorCode jacobian(SNES, Vec y, Mat J, Mat, void *context);
+  static PetscErrorCode converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f, SNESConvergedReason *, void *context);
+
+  HarmonicSystem &system_;
+  NewtonSettings settings_;
+  UniqueMat jacobian_;
+  UniqueVec residual_, trial_, unit_;
+  UniqueSNES snes_;
+  Courier courier_;
+  Vec border_ = nullptr; // of the solve in progress
+  double target_ = 0;
+};
+
+} // namespace dovetail

@@ -1,0 +1,38 @@
+#pragma once
+// The finite-element model as it comes from file: K, M, F, P of eq (1), rows distributed over the ranks.
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "case/case.hpp"
+#include "support/handle.hpp"
+
+namespace dovetail {
+
+struct FullModel {
+  MPI_Comm comm = MPI_COMM_NULL;
+  std::filesystem::path file;
+  std::string units = "SI"; ///< a label, passed on to the results
+  PetscInt dofs = 0;       ///< n
+  PetscInt nonzeros = 0;   ///< stored entries of K
+  UniqueMat K, M;          ///< (n, n) AIJ, symmetric [N/m], [kg]
+  UniqueVec force, preload; ///< (n,) F and P [N]
+  std::vector<std::array<PetscInt, 3>> contact_dofs; ///< (N_x): t1, t2, n of each contact point; on every rank
+  ContactSettings contact; ///< what the model file says of the contact law
+  std::uint64_t hash = 0;  ///< of everything the reduction depends on; the same on any number of ranks
+};
+
+struct ModelHeader {
+  PetscInt dofs = 0, nonzeros = 0, points = 0;
+  ContactSettings contact;
+};
+
+/// Sizes and contact parameters only, for checks and forecasts. Each rank on its own.
+ModelHeader read_model_header(const std::filesystem::path &file);
+
+/// Reads and checks a model file (interfaces.md, "Model file"); each rank reads its own rows. Collective. InputError.
+FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &file);
+
+} // namespace dovetail

@@ -1,0 +1,246 @@
+#include <cmath>
+#include <cstring>
+#include <set>
+
+#include "model/full_model.hpp"
+#include "support/error.hpp"
+#include "support/hdf5.hpp"
+#include "support/partition.hpp"
+
+namespace dovetail {
+namespace {
+
+using h5::Extent;
+
+std::uint64_t mix(std::uint64_t x) { // finaliser of splitmix64
+  x ^= x >> 30, x *= 0xbf58476d1ce4e5b9u;
+  x ^= x >> 27, x *= 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+// Sum of hashed (place, value): the same whatever rank holds an entry.
+std::uint64_t entry_hash(std::uint64_t kind, std::uint64_t i, std::uint64_t j, double value) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  return mix(mix(mix(kind * 0x9e3779b97f4a7c15u + i) + j) + bits);
+}
+
+struct Rows { // this rank's rows of a symmetric matrix, from the file's columns
+  std::vector<PetscInt> begin, column;
+  std::vector<double> value;
+};
+
+PetscInt matrix_size(const h5::Reader &file, const std::string &name) {
+  if (!file.has(name)) throw InputError(file.place(name) + ": missing; a sparse matrix as MATLAB v7.3 writes it is wanted");
+  for (const char *part : {"/jc", "/ir", "/data"})
+    if (!file.has(name + part)) throw InputError(file.place(name + part) + ": missing");
+  const Extent jc = file.extent(name + "/jc");
+  if (jc.size() != 1 || jc[0] < 2) throw InputError(file.place(name + "/jc") + ": one number per column and one more are wanted");
+  return static_cast<PetscInt>(jc[0] - 1);
+}
+
+Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Range own) {
+  Rows rows;
+  const auto jc = file.integers(name + "/jc", {hsize_t(own.begin)}, {hsize_t(own.size() + 1)});
+  const hsize_t first = jc.front(), count = jc.back() - jc.front();
+  for (std::size_t i = 1; i < jc.size(); ++i)
+    if (jc[i] < jc[i - 1] || jc[0] < 0)
+      throw InputError(file.place(name + "/jc") + ": decreases at column " + std::to_string(own.begin + i));
+  for (const char *part : {"/ir", "/data"})
+    if (const Extent length = file.extent(name + part); length.size() != 1 || length[0] < first + count)
+      throw InputError(file.place(name + part) + ": shorter than jc says, " + std::to_string(first + count) + " wanted");
+  const auto ir = file.integers(name + "/ir", {first}, {count});
+  rows.value = file.doubles(name + "/data", {first}, {count});
+  rows.begin.reserve(jc.size());
+  for (const long start : jc) rows.begin.push_back(static_cast<PetscInt>(start - jc[0]));
+  rows.column.reserve(ir.size());
+  for (PetscInt i = 0; i < own.size(); ++i)
+    for (PetscInt at = rows.begin[i]; at < rows.begin[i + 1]; ++at) {
+      const std::string where = " in column " + std::to_string(own.begin + i);
+      if (ir[at] < 0 || ir[at] >= n)
+        throw InputError(file.place(name + "/ir") + ": " + std::to_string(ir[at]) + where + " is outside 0.." + std::to_string(n - 1));
+      if (at > rows.begin[i] && ir[at] <= ir[at - 1])
+        throw InputError(file.place(name + "/ir") + ": rows" + where + " are not in increasing order, each once");
+      if (!std::isfinite(rows.value[at]))
+        throw InputError(file.place(name + "/data") + ": " + std::to_string(rows.value[at]) + where + ", row " +
+                         std::to_string(ir[at]) + "; finite numbers are wanted");
+      rows.column.push_back(static_cast<PetscInt>(ir[at]));
+    }
+  return rows;
+}
+
+std::vector<double> read_vector(const h5::Reader &file, const std::string &name, PetscInt n, Range own) {
+  const Extent shape = file.extent(name);
+  hsize_t length = 1; // (n,), (n, 1) and (1, n) hold the same numbers in the same order
+  for (const hsize_t axis : shape) length *= axis;
+  if (length != hsize_t(n))
+    throw InputError(file.place(name) + ": " + std::to_string(length) + " values, " + std::to_string(n) + " wanted (one per dof)");
+  Extent offset, count;
+  for (const hsize_t axis : shape) {
+    offset.push_back(axis == length ? own.begin : 0);
+    count.push_back(axis == length ? own.size() : axis);
+  }
+  auto values = file.doubles(name, offset, count);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!std::isfinite(values[i]))
+      throw InputError(file.place(name) + ": " + std::to_string(values[i]) + " at dof " + std::to_string(own.begin + i));
+  return values;
+}
+
+ContactSettings read_contact(const h5::Reader &file) {
+  ContactSettings settings;
+  const auto read = [&](const char *key, std::optional<ContactSetting> &setting, double least, bool strictly) {
+    const std::string name = std::string("/contact/") + key;
+    if (!file.has(name)) return;
+    const Extent shape = file.extent(name);
+    const bool tangential = &setting == &settings.tangential_stiffness || &setting == &settings.friction;
+    const bool pairs = tangential && !shape.empty() && shape.back() == 2; // [t1, t2], for all points or per point
+    setting = ContactSetting{file.doubles(name), pairs, file.place(name)};
+    for (const double value : setting->values)
+      if (!std::isfinite(value) || value < least || (strictly && value == least))
+        throw InputError(file.place(name) + ": " + std::to_string(value) + " where a finite number " + (strictly ? "above " : "not below ") +
+                         std::to_string(least) + " is wanted");
+  };
+  const double any = -std::numeric_limits<double>::max();
+  read("normal_stiffness", settings.normal_stiffness, 0, true);
+  read("tangential_stiffness", settings.tangential_stiffness, 0, true);
+  read("friction", settings.friction, 0, false);
+  read("gap", settings.gap, any, false);
+  return settings;
+}
+
+std::vector<std::array<PetscInt, 3>> read_contact_dofs(const h5::Reader &file, PetscInt n) {
+  const std::string name = "/contact/dofs";
+  const Extent shape = file.extent(name);
+  if (shape.size() != 2 || shape[1] != 3)
+    throw InputError(file.place(name) + ": one row of three dof numbers (t1, t2, n) per contact point is wanted");
+  const auto flat = file.integers(name);
+  std::vector<std::array<PetscInt, 3>> dofs(shape[0]);
+  std::set<long> seen;
+  for (std::size_t i = 0; i < flat.size(); ++i) {
+    const std::string where = " for contact point " + std::to_string(i / 3) + " (counted from 0)";
+    if (flat[i] < 0 || flat[i] >= n)
+      throw InputError(file.place(name) + ": dof " + std::to_string(flat[i]) + where + " is out of range, 0.." + std::to_string(n - 1) + " wanted");
+    if (!seen.insert(flat[i]).second)
+      throw InputError(file.place(name) + ": dof " + std::to_string(flat[i]) + where + " is repeated");
+    dofs[i / 3][i % 3] = static_cast<PetscInt>(flat[i]);
+  }
+  return dofs;
+}
+
+void check_format(const h5::Reader &file, const std::filesystem::path &path) {
+  const std::string format = file.text_attribute("format");
+  if (format != "dovetail-model")
+    throw InputError(path.string() + ": attribute format is \"" + format + "\", \"dovetail-model\" wanted" +
+                     (format == "dovetail-reduced" ? "; name a reduced file with  reduced =  instead of  model =" : ""));
+  if (const long found = file.integer_attribute("version", 1); found != 1)
+    throw InputError(path.string() + ": version " + std::to_string(found) + " of the model format; this program reads version 1");
+}
+
+UniqueMat assemble(MPI_Comm comm, PetscInt n, Range own, const Rows &rows) {
+  UniqueMat A;
+  check(MatCreate(comm, A.out()), "creating a matrix");
+  check(MatSetSizes(A, own.size(), own.size(), n, n), "sizing a matrix");
+  check(MatSetType(A, MATAIJ), "typing a matrix");
+  check(MatSeqAIJSetPreallocationCSR(A, rows.begin.data(), rows.column.data(), rows.value.data()), "filling a matrix");
+  check(MatMPIAIJSetPreallocationCSR(A, rows.begin.data(), rows.column.data(), rows.value.data()), "filling a matrix");
+  check(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE), "marking a matrix");
+  return A;
+}
+
+// A x against A^T x for one vector without structure, row by row against the size of the row: no transpose is stored.
+void check_symmetry(Mat A, Range own, const std::string &place) {
+  UniqueVec x, y, z, largest;
+  check(MatCreateVecs(A, x.out(), y.out()), "checking symmetry");
+  check(VecDuplicate(y, z.out()), "checking symmetry");
+  check(VecDuplicate(y, largest.out()), "checking symmetry");
+  double *values;
+  check(VecGetArray(x, &values), "checking symmetry");
+  for (PetscInt i = 0; i < own.size(); ++i) values[i] = 0.5 + static_cast<double>(mix(own.begin + i) >> 11) * 0x1p-53;
+  check(VecRestoreArray(x, &values), "checking symmetry");
+  check(MatMult(A, x, y), "checking symmetry");
+  check(MatMultTranspose(A, x, z), "checking symmetry");
+  check(MatGetRowMaxAbs(A, largest, nullptr), "checking symmetry");
+  const double *a, *b, *scale;
+  check(VecGetArrayRead(y, &a), "checking symmetry");
+  check(VecGetArrayRead(z, &b), "checking symmetry");
+  check(VecGetArrayRead(largest, &scale), "checking symmetry");
+  PetscInt worst = -1;
+  double most = 1e-8; // of the row's largest entry
+  for (PetscInt i = 0; i < own.size(); ++i)
+    if (const double off = std::abs(a[i] - b[i]); off > most * scale[i]) worst = own.begin + i, most = scale[i] > 0 ? off / scale[i] : HUGE_VAL;
+  MPI_Comm comm;
+  PetscObjectGetComm(reinterpret_cast<PetscObject>(A), &comm);
+  on_all_ranks(comm, [&] {
+    if (worst >= 0)
+      throw InputError(place + ": not symmetric, seen in row " + std::to_string(worst) + " (of 0..); full symmetric storage is wanted");
+  });
+  VecRestoreArrayRead(y, &a), VecRestoreArrayRead(z, &b), VecRestoreArrayRead(largest, &scale);
+}
+
+UniqueVec distribute(MPI_Comm comm, PetscInt n, Range own, const std::vector<double> &values) {
+  UniqueVec v;
+  check(VecCreateMPI(comm, own.size(), n, v.out()), "creating a vector");
+  double *array;
+  check(VecGetArrayWrite(v, &array), "filling a vector");
+  std::copy(values.begin(), values.end(), array);
+  check(VecRestoreArrayWrite(v, &array), "filling a vector");
+  return v;
+}
+
+} // namespace
+
+ModelHeader read_model_header(const std::filesystem::path &path) {
+  const h5::Reader file(path);
+  check_format(file, path);
+  ModelHeader header;
+  header.dofs = matrix_size(file, "/K");
+  header.nonzeros = static_cast<PetscInt>(file.extent("/K/data")[0]);
+  header.points = static_cast<PetscInt>(read_contact_dofs(file, header.dofs).size());
+  header.contact = read_contact(file);
+  return header;
+}
+
+FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
+  FullModel model;
+  model.comm = comm;
+  model.file = path;
+  Rows k, m;
+  std::vector<double> force, preload;
+  Range own;
+  on_all_ranks(comm, [&] {
+    const h5::Reader file(path);
+    check_format(file, path);
+    if (const std::string units = file.text_attribute("units"); !units.empty()) model.units = units;
+    model.dofs = matrix_size(file, "/K");
+    if (const PetscInt other = matrix_size(file, "/M"); other != model.dofs)
+      throw InputError(file.place("/M") + ": " + std::to_string(other) + " columns where /K has " + std::to_string(model.dofs));
+    own = own_share(comm, model.dofs);
+    model.nonzeros = static_cast<PetscInt>(file.extent("/K/data")[0]);
+    model.contact_dofs = read_contact_dofs(file, model.dofs);
+    model.contact = read_contact(file);
+    k = read_rows(file, "/K", model.dofs, own);
+    m = read_rows(file, "/M", model.dofs, own);
+    force = read_vector(file, "/force", model.dofs, own);
+    preload = read_vector(file, "/preload", model.dofs, own);
+  });
+  for (PetscInt i = 0; i < own.size(); ++i) {
+    for (PetscInt at = k.begin[i]; at < k.begin[i + 1]; ++at)
+      model.hash += entry_hash(1, own.begin + i, k.column[at], k.value[at]);
+    for (PetscInt at = m.begin[i]; at < m.begin[i + 1]; ++at)
+      model.hash += entry_hash(2, own.begin + i, m.column[at], m.value[at]);
+    model.hash += entry_hash(3, own.begin + i, 0, force[i]) + entry_hash(4, own.begin + i, 0, preload[i]);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &model.hash, 1, MPI_UINT64_T, MPI_SUM, comm);
+  for (std::size_t p = 0; p < model.contact_dofs.size(); ++p)
+    for (int d = 0; d < 3; ++d) model.hash += entry_hash(5, 3 * p + d, model.contact_dofs[p][d], 0);
+  model.K = assemble(comm, model.dofs, own, k);
+  check_symmetry(model.K, own, path.string() + ": /K");
+  model.M = assemble(comm, model.dofs, own, m);
+  check_symmetry(model.M, own, path.string() + ": /M");
+  model.force = distribute(comm, model.dofs, own, force);
+  model.preload = distribute(comm, model.dofs, own, preload);
+  return model;
+}
+
+} // namespace dovetail

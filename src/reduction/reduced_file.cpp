@@ -1,0 +1,150 @@
+#include <cinttypes>
+#include <cmath>
+#include <cstdio>
+
+#include "reduction/reduced_model.hpp"
+#include "support/error.hpp"
+#include "support/hdf5.hpp"
+#include "support/version.hpp"
+
+namespace dovetail {
+namespace {
+
+using h5::Extent;
+
+std::string source_of(const FullModel &model, PetscInt modes) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld modes", model.hash, static_cast<long>(modes));
+  return text;
+}
+
+} // namespace
+
+void write_reduced(const std::filesystem::path &path, const FullModel &source, const Reduction &reduction) {
+  const ReducedModel &model = reduction.model;
+  const Recovery &recovery = reduction.recovery;
+  const hsize_t na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin, rows = model.own_contact_dofs();
+  std::filesystem::path partial = path;
+  partial += ".partial"; // renamed when whole: a killed run leaves no half file behind
+  {
+    h5::Writer file(model.comm, partial);
+    file.attribute("format", "dovetail-reduced");
+    file.attribute("version", 1);
+    file.attribute("source", source_of(source, model.modes));
+    file.attribute("units", model.units);
+    file.attribute("model", source.file.string());
+    file.attribute("program", std::string("dovetail ") + version + " " + git_revision);
+    file.attribute("ordering", reduction.ordering);
+    int rank;
+    MPI_Comm_rank(model.comm, &rank);
+    const hsize_t all = rank == 0 ? na : 0;
+    file.rows("/Kaa", {na}, 0, all, model.kaa.data());
+    file.rows("/Fa", {na}, 0, all, model.fa.data());
+    file.rows("/Kxx", {nc, nc}, first, rows, model.kxx.data());
+    file.rows("/Mxx", {nc, nc}, first, rows, model.mxx.data());
+    file.rows("/Fx", {nc}, first, rows, model.fx.data());
+    file.rows("/R", {nc}, first, rows, model.r.data());
+    std::vector<double> max(model.mxa.size()); // own columns of M_ax
+    for (hsize_t i = 0; i < na; ++i)
+      for (hsize_t j = 0; j < rows; ++j) max[i * rows + j] = model.mxa[j * na + i];
+    file.slab("/Max", {na, nc}, {0, first}, {na, rows}, max.data());
+    const hsize_t ne = recovery.elastic, e0 = recovery.own.begin, en = recovery.own.size();
+    file.rows("/recovery/elastic_dofs", {ne}, e0, en, recovery.elastic_dofs.data());
+    std::vector<long> contact;
+    for (const auto &point : source.contact_dofs) contact.insert(contact.end(), point.begin(), point.end());
+    file.rows("/recovery/contact_dofs", {nc / 3, 3}, 0, rank == 0 ? nc / 3 : 0, contact.data());
+    file.rows("/recovery/xe0", {ne}, e0, en, recovery.xe0.data());
+    file.rows("/recovery/Phi", {ne, na}, e0, en, recovery.phi.data());
+    file.rows("/recovery/Psi", {ne, nc}, e0, en, recovery.psi.data());
+  }
+  on_all_ranks(model.comm, [&] {
+    int rank;
+    MPI_Comm_rank(model.comm, &rank);
+    if (rank == 0) std::filesystem::rename(partial, path);
+  });
+}
+
+ReducedHeader read_reduced_header(const std::filesystem::path &path) {
+  const h5::Reader file(path);
+  const std::string format = file.text_attribute("format");
+  if (format != "dovetail-reduced")
+    throw InputError(path.string() + ": attribute format is \"" + format + "\", \"dovetail-reduced\" wanted" +
+                     (format == "dovetail-model" ? "; name a full model with  model =  instead of  reduced =" : ""));
+  if (const long found = file.integer_attribute("version", 1); found != 1)
+    throw InputError(path.string() + ": version " + std::to_string(found) + " of the reduced format; this program reads version 1");
+  const auto want = [&](const std::string &name, const Extent &wanted, const std::string &meaning) {
+    if (const Extent found = file.extent(name); found != wanted) {
+      std::string shape;
+      for (const hsize_t n : found) shape += (shape.empty() ? "" : ", ") + std::to_string(n);
+      throw InputError(file.place(name) + ": shape (" + shape + ") where " + meaning + " is wanted");
+    }
+  };
+  const Extent kaa = file.extent("/Kaa"), kxx = file.extent("/Kxx");
+  if (kaa.size() != 1) throw InputError(file.place("/Kaa") + ": a list of the squared frequencies (N_a,) is wanted");
+  if (kxx.size() != 2 || kxx[0] != kxx[1] || kxx[0] % 3 != 0)
+    throw InputError(file.place("/Kxx") + ": a square matrix with three rows (t1, t2, n) per contact point is wanted");
+  const hsize_t na = kaa[0], nc = kxx[0];
+  const std::string modes = "(" + std::to_string(na) + "", contact = std::to_string(nc) + ")";
+  want("/Max", {na, nc}, "(N_a, 3 N_x) = " + modes + ", " + contact);
+  want("/Mxx", {nc, nc}, "(3 N_x, 3 N_x) = (" + std::to_string(nc) + ", " + contact);
+  want("/Fa", {na}, "(N_a,) = " + modes + ",)");
+  want("/Fx", {nc}, "(3 N_x,) = (" + std::to_string(nc) + ",)");
+  want("/R", {nc}, "(3 N_x,) = (" + std::to_string(nc) + ",)");
+  return {static_cast<PetscInt>(na), static_cast<PetscInt>(nc / 3)};
+}
+
+ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
+  ReducedModel model;
+  model.comm = comm;
+  on_all_ranks(comm, [&] {
+    const ReducedHeader header = read_reduced_header(path);
+    model.modes = header.modes;
+    model.points = header.points;
+    model.own_modes = own_share(comm, model.modes);
+    model.own_points = own_share(comm, model.points);
+    const h5::Reader file(path);
+    if (const std::string units = file.text_attribute("units"); !units.empty()) model.units = units;
+    const hsize_t na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin, rows = model.own_contact_dofs();
+    const auto finite = [&](const std::string &name, std::vector<double> values) {
+      for (const double value : values)
+        if (!std::isfinite(value)) throw InputError(file.place(name) + ": " + std::to_string(value) + "; finite numbers are wanted");
+      return values;
+    };
+    model.kaa = finite("/Kaa", file.doubles("/Kaa"));
+    model.fa = finite("/Fa", file.doubles("/Fa"));
+    for (const double square : model.kaa)
+      if (!(square > 0)) throw InputError(file.place("/Kaa") + ": " + std::to_string(square) + "; squared frequencies above 0 are wanted");
+    model.fx = finite("/Fx", file.doubles("/Fx", {first}, {rows}));
+    model.r = finite("/R", file.doubles("/R", {first}, {rows}));
+    for (const auto &[name, own] : {std::pair{"/Kxx", &model.kxx}, std::pair{"/Mxx", &model.mxx}}) {
+      *own = finite(name, file.doubles(name, {first, 0}, {rows, nc}));
+      const auto columns = file.doubles(name, {0, first}, {nc, rows});
+      double largest = 0;
+      for (const double value : *own) largest = std::max(largest, std::abs(value));
+      for (hsize_t i = 0; i < rows; ++i)
+        for (hsize_t j = 0; j < nc; ++j)
+          if (std::abs((*own)[i * nc + j] - columns[j * rows + i]) > 1e-8 * largest)
+            throw InputError(file.place(name) + ": not symmetric, row " + std::to_string(first + i) + ", column " + std::to_string(j) + " (of 0..)");
+    }
+    const auto max = finite("/Max", file.doubles("/Max", {0, first}, {na, rows})); // own columns: rows of M_xa
+    model.mxa.resize(max.size());
+    for (hsize_t i = 0; i < na; ++i)
+      for (hsize_t j = 0; j < rows; ++j) model.mxa[j * na + i] = max[i * rows + j];
+  });
+  return model;
+}
+
+bool matches(const std::filesystem::path &path, const FullModel &source, PetscInt modes) {
+  bool same = false;
+  try {
+    on_all_ranks(source.comm, [&] {
+      const ReducedHeader header = read_reduced_header(path);
+      same = header.modes == modes && h5::Reader(path).text_attribute("source") == source_of(source, modes);
+    });
+  } catch (const InputError &) { // absent, damaged or foreign: it will be written anew
+    return false;
+  }
+  return same;
+}
+
+} // namespace dovetail

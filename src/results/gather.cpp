@@ -1,0 +1,70 @@
+#include "results/gather.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/error.hpp"
+#include "support/hdf5.hpp"
+
+namespace dovetail {
+
+std::vector<double> gather(MPI_Comm comm, const std::vector<double> &own) {
+  int rank, size;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &size);
+  const int count = static_cast<int>(own.size());
+  std::vector<int> counts(size), starts(size);
+  MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm);
+  for (int r = 1; r < size; ++r) starts[r] = starts[r - 1] + counts[r - 1];
+  std::vector<double> all(rank == 0 ? starts.back() + counts.back() : 0);
+  MPI_Gatherv(own.data(), count, MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE, 0, comm);
+  return all;
+}
+
+std::vector<double> physical_coefficients(const Layout &layout, const Scales &scales, Vec y) {
+  const double *values;
+  check(VecGetArrayRead(y, &values), "collecting a point");
+  const PetscInt modal = layout.own_modes.size() * layout.width;
+  std::vector<double> own_modal(values, values + modal), own_contact(values + modal, values + layout.own_coefficients());
+  check(VecRestoreArrayRead(y, &values), "collecting a point");
+  for (double &value : own_modal) value *= scales.modal;
+  for (double &value : own_contact) value *= scales.contact;
+  std::vector<double> all = gather(layout.comm, own_modal);
+  const std::vector<double> contact = gather(layout.comm, own_contact);
+  all.insert(all.end(), contact.begin(), contact.end());
+  return all;
+}
+
+void start_from(const std::filesystem::path &results, double omega, const Layout &layout, const Scales &scales, Vec y) {
+  std::vector<double> modal, contact;
+  hsize_t width = 0;
+  on_all_ranks(layout.comm, [&] {
+    const h5::Reader file(results);
+    const std::string name = "/points/coefficients";
+    const auto shape = file.extent(name);
+    const auto frequencies = file.doubles("/points/omega");
+    if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(layout.dofs()))
+      throw InputError(file.place(name) + ": does not belong to this model, which has " + std::to_string(layout.dofs()) +
+                       " reduced dofs (N_a + 3 N_x); continuation.start wants results of the same reduction");
+    if (frequencies.empty() || shape[0] == 0) throw InputError(file.place("/points/omega") + ": holds no point to start from");
+    const auto nearest = std::min_element(frequencies.begin(), frequencies.begin() + std::min<hsize_t>(shape[0], frequencies.size()),
+                                          [&](double a, double b) { return std::abs(a - omega) < std::abs(b - omega); });
+    const hsize_t point = nearest - frequencies.begin();
+    width = shape[2];
+    const hsize_t first_mode = layout.own_modes.begin, modes = layout.own_modes.size();
+    const hsize_t first_contact = layout.modes + 3 * layout.own_points.begin, contacts = 3 * layout.own_points.size();
+    modal = file.doubles(name, {point, first_mode, 0}, {1, modes, width});
+    contact = file.doubles(name, {point, first_contact, 0}, {1, contacts, width});
+  });
+  double *values;
+  check(VecGetArray(y, &values), "starting from results");
+  const auto fill = [&](const std::vector<double> &from, double scale, PetscInt dofs, double *to) {
+    for (PetscInt d = 0; d < dofs; ++d)
+      for (int i = 0; i < std::min<int>(layout.width, static_cast<int>(width)); ++i) to[d * layout.width + i] = from[d * width + i] / scale;
+  };
+  fill(modal, scales.modal, layout.own_modes.size(), values);
+  fill(contact, scales.contact, 3 * layout.own_points.size(), values + layout.own_modes.size() * layout.width);
+  check(VecRestoreArray(y, &values), "starting from results");
+}
+
+} // namespace dovetail

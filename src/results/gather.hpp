@@ -1,0 +1,21 @@
+#pragma once
+// From the ranks' scaled unknowns to one row of user-unit coefficients on rank 0, and back.
+#include <vector>
+
+#include "harmonic/layout.hpp"
+#include "scaling/scaled_model.hpp"
+
+namespace dovetail {
+
+/// Rank 0 gets the values of all ranks, in rank order; the others an empty vector. Collective.
+std::vector<double> gather(MPI_Comm comm, const std::vector<double> &own);
+
+/// (N_a + 3 N_x, 2H+1) coefficients in user units on rank 0: modes first, then t1, t2, n of each contact point.
+/// Empty on the other ranks. Only the file writer needs them in one place. Collective.
+std::vector<double> physical_coefficients(const Layout &layout, const Scales &scales, Vec y);
+
+/// Sets y to the coefficients of that point of a results file (each rank reads its own) whose Omega is nearest to
+/// `omega` [rad/s]; harmonics beyond either side's H are dropped or zero. Collective. InputError if it does not fit.
+void start_from(const std::filesystem::path &results, double omega, const Layout &layout, const Scales &scales, Vec y);
+
+} // namespace dovetail

@@ -1,0 +1,59 @@
+#include "results/progress.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace dovetail {
+namespace {
+
+constexpr double quiet_seconds = 10; // between lines when nobody watches
+
+// Largest motion of any contact dof (any mode, without contact), by the root of the sum of squared harmonics.
+double largest_motion(const PointRecord &record, PetscInt modes, int width) {
+  const PetscInt dofs = static_cast<PetscInt>(record.coefficients.size()) / width;
+  double largest = 0;
+  for (PetscInt d = modes < dofs ? modes : 0; d < dofs; ++d) {
+    double sum = 0;
+    for (int i = 1; i < width; ++i) sum += std::pow(record.coefficients[d * width + i], 2);
+    largest = std::max(largest, sum);
+  }
+  return std::sqrt(largest);
+}
+
+} // namespace
+
+Progress::Progress(bool speaks, const Layout &layout, std::string length_unit)
+    : speaks_(speaks), terminal_(isatty(STDOUT_FILENO)), modes_(layout.modes), width_(layout.width), length_unit_(std::move(length_unit)),
+      begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)) {}
+
+double Progress::elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+
+void Progress::heading() const {
+  if (speaks_) std::printf("  step   Omega [rad/s]   motion [%s]   Newton   stick  slip  open   done    left\n", length_unit_.c_str());
+}
+
+void Progress::point(const PointRecord &record) {
+  ++points_;
+  if (!speaks_) return;
+  const auto now = std::chrono::steady_clock::now();
+  const bool last = record.progress >= 1;
+  if (!terminal_ && !last && now - last_line_ < std::chrono::duration<double>(quiet_seconds)) return;
+  last_line_ = now;
+  char left[32] = "";
+  if (record.progress > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 / record.progress - 1));
+  std::printf("%6d %15.8g %12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %7s\n", points_, record.omega,
+              largest_motion(record, modes_, width_), record.newton, 100 * record.stick, 100 * record.slip, 100 * record.open,
+              100 * std::clamp(record.progress, 0.0, 1.0), left);
+  std::fflush(stdout);
+}
+
+void Progress::event(const BranchEvent &event, double frequency_scale) {
+  if (!speaks_ || (!terminal_ && event.kind == BranchEvent::Kind::cut)) return;
+  std::printf("       %15.8g %s\n", event.omega * frequency_scale, event.text.c_str());
+  std::fflush(stdout);
+}
+
+} // namespace dovetail

@@ -1,0 +1,106 @@
+#include "results/results_file.hpp"
+
+#include <algorithm>
+
+#include "support/version.hpp"
+
+namespace dovetail {
+namespace {
+
+int rank_of(MPI_Comm comm) {
+  int rank;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+// Own contact points' numbers, written as datasets of N_x rows by rank 0.
+template <class Pick> void write_points(MPI_Comm comm, h5::Writer *file, const std::string &name, std::size_t points, int columns, Pick &&pick) {
+  std::vector<double> own;
+  for (std::size_t p = 0; p < points; ++p)
+    for (int d = 0; d < columns; ++d) own.push_back(pick(p, d));
+  const auto all = gather(comm, own);
+  if (!file) return;
+  const hsize_t rows = all.size() / columns;
+  if (columns == 1) file->rows(name, {rows}, 0, rows, all.data());
+  else file->rows(name, {rows, hsize_t(columns)}, 0, rows, all.data());
+}
+
+} // namespace
+
+PointRecord collect(const HarmonicSystem &system, const BranchPoint &point, double seconds) {
+  const Layout &layout = system.layout();
+  PointRecord record;
+  record.omega = point.omega * system.scales().frequency;
+  record.arclength = point.arclength;
+  record.newton = point.newton.newton, record.linear = point.newton.linear;
+  record.residual = point.newton.residual;
+  record.seconds = seconds;
+  record.progress = point.progress;
+  std::array<long, 3> states = point.states;
+  MPI_Allreduce(MPI_IN_PLACE, states.data(), 3, MPI_LONG, MPI_SUM, layout.comm);
+  const double points = std::max<double>(1, layout.points);
+  record.stick = states[0] / points, record.slip = states[1] / points, record.open = states[2] / points;
+  record.coefficients = physical_coefficients(layout, system.scales(), point.y);
+  return record;
+}
+
+ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, const std::filesystem::path &reduced, const PreloadedModel &preloaded)
+    : comm_(preloaded.reduced.comm) {
+  const ReducedModel &model = preloaded.reduced;
+  on_all_ranks(comm_, [&] {
+    if (rank_of(comm_) != 0) return;
+    file_ = std::make_unique<h5::Writer>(path);
+    file_->attribute("format", "dovetail-results");
+    file_->attribute("version", 1);
+    file_->attribute("program", std::string("dovetail ") + version + " " + git_revision);
+    char petsc[256];
+    check(PetscGetVersion(petsc, sizeof petsc), "asking PETSc its version");
+    file_->attribute("petsc", petsc);
+    int size;
+    MPI_Comm_size(comm_, &size);
+    file_->attribute("ranks", size);
+    file_->attribute("title", study.title);
+    file_->attribute("case", study.text);
+    file_->attribute("units", model.units);
+    file_->attribute("reduced", reduced.string());
+    file_->attribute("harmonics", study.harmonics);
+    file_->attribute("samples", study.samples);
+    file_->attribute("modes", model.modes);
+    file_->attribute("contact_points", model.points);
+  });
+  h5::Writer *file = file_.get();
+  const auto &contact = preloaded.contact;
+  const auto &rest = preloaded.standstill;
+  const std::size_t own = contact.size();
+  write_points(comm_, file, "/contact/normal_stiffness", own, 1, [&](auto p, int) { return contact[p].kn; });
+  write_points(comm_, file, "/contact/tangential_stiffness", own, 2, [&](auto p, int d) { return contact[p].kt[d]; });
+  write_points(comm_, file, "/contact/friction", own, 2, [&](auto p, int d) { return contact[p].mu[d]; });
+  write_points(comm_, file, "/contact/gap", own, 1, [&](auto p, int) { return contact[p].gap; });
+  write_points(comm_, file, "/preload/xp", 3 * own, 1, [&](auto i, int) { return rest[i / 3].x[i % 3]; });
+  write_points(comm_, file, "/preload/g", 3 * own, 1, [&](auto i, int) { return rest[i / 3].force[i % 3]; });
+  write_points(comm_, file, "/preload/w", own, 2, [&](auto p, int d) { return rest[p].w[d]; });
+  on_all_ranks(comm_, [&] {
+    if (!file) return;
+    const hsize_t dofs = model.modes + model.contact_dofs(), width = coefficient_count(study.harmonics);
+    const hsize_t rows = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, 256); // chunks of about 256 KiB
+    const auto table = [&](const std::string &name, const h5::Extent &row, hid_t type, hsize_t chunk) {
+      tables_.emplace_back(*file, "/points/" + name, row, type, chunk);
+    };
+    table("coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, rows); // the order of append() below
+    for (const char *name : {"omega", "arclength", "residual", "seconds", "stick", "slip", "open"}) table(name, {}, H5T_NATIVE_DOUBLE, 256);
+    for (const char *name : {"newton_iterations", "linear_iterations"}) table(name, {}, H5T_NATIVE_INT, 256);
+    file->flush();
+  });
+}
+
+void ResultsFile::append(const PointRecord &point) {
+  on_all_ranks(comm_, [&] {
+    if (!file_) return;
+    const void *rows[] = {point.coefficients.data(), &point.omega, &point.arclength, &point.residual, &point.seconds,
+                          &point.stick, &point.slip, &point.open, &point.newton, &point.linear};
+    for (std::size_t i = 0; i < tables_.size(); ++i) tables_[i].append(rows[i]);
+    file_->flush();
+  });
+}
+
+} // namespace dovetail

@@ -1,0 +1,14 @@
+#pragma once
+// summary.json beside the results, and the same in words at the end of a run.
+#include <filesystem>
+
+#include "continuation/branch.hpp"
+#include "support/stage.hpp"
+
+namespace dovetail {
+
+/// What a run amounts to. Collective: stages are collected from all ranks; rank 0 writes and prints.
+void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch, double frequency_scale,
+                   const Stages &stages, const std::string &failure);
+
+} // namespace dovetail

@@ -1,0 +1,60 @@
+#include "scaling/scaled_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dovetail {
+
+Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
+  if (study.scaling == ScalingKind::none) return {};
+  if (study.scaling == ScalingKind::manual) return {study.scale_frequency, study.scale_modal, study.scale_contact};
+  const ReducedModel &model = preloaded.reduced;
+  // Per own contact dof: the force at work, and the displacement at which friction gives way under the preload.
+  double force = 0, slip_limit = 0, stiffness = 0;
+  for (std::size_t i = 0; i < model.r.size(); ++i) {
+    const ContactPoint &point = preloaded.contact[i / 3];
+    force = std::max(force, std::abs(model.fx[i]));
+    const double mu = std::max(point.mu[0], point.mu[1]), kt = std::min(point.kt[0], point.kt[1]);
+    slip_limit = std::max(slip_limit, mu * std::abs(model.r[i]) / kt);
+    stiffness = std::max({stiffness, std::abs(model.kxx[i * model.contact_dofs() + 3 * model.own_points.begin + i]), point.kn, kt});
+  }
+  double largest[] = {force, slip_limit, stiffness};
+  MPI_Allreduce(MPI_IN_PLACE, largest, 3, MPI_DOUBLE, MPI_MAX, model.comm);
+  Scales scales;
+  scales.frequency = model.modes > 0 ? std::sqrt(model.kaa[0]) : study.omega_from;
+  double modal_force = model.modes > 0 ? std::abs(model.fa[0]) : 0;
+  for (const double fa : model.fa) // a first mode that the load hardly moves is no measure
+    if (modal_force < 1e-6 * std::abs(fa)) modal_force = std::abs(fa);
+  const double w2 = scales.frequency * scales.frequency;
+  scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
+  // without modal force: such that modal and contact accelerations weigh alike
+  scales.modal = modal_force > 0 ? modal_force / w2 : largest[0] > 0 ? std::sqrt(scales.contact * largest[0] / w2) : 1;
+  return scales;
+}
+
+ScaledModel scaled(PreloadedModel model, double damping, const Scales &scales) {
+  const double w0 = scales.frequency, a = scales.modal, b = scales.contact;
+  const double stiffness = std::pow(b / (a * w0), 2), force = b / (a * a * w0 * w0);
+  const auto multiply = [](std::vector<double> &values, double factor) {
+    for (double &value : values) value *= factor;
+  };
+  ReducedModel &reduced = model.reduced;
+  multiply(reduced.kaa, 1 / (w0 * w0));
+  multiply(reduced.mxa, b / a);
+  multiply(reduced.mxx, b / a * (b / a));
+  multiply(reduced.kxx, stiffness);
+  multiply(reduced.fa, 1 / (a * w0 * w0));
+  multiply(reduced.fx, force);
+  multiply(reduced.r, force);
+  for (std::size_t p = 0; p < model.contact.size(); ++p) {
+    ContactPoint &point = model.contact[p];
+    Standstill &at_rest = model.standstill[p];
+    point.kn *= stiffness;
+    point.gap /= b;
+    for (int d = 0; d < 2; ++d) point.kt[d] *= stiffness, at_rest.w[d] /= b;
+    for (int d = 0; d < 3; ++d) at_rest.x[d] /= b, at_rest.force[d] *= force;
+  }
+  return {std::move(model), damping * w0, scales};
+}
+
+} // namespace dovetail

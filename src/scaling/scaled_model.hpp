@@ -1,0 +1,27 @@
+#pragma once
+// Physical <-> dimensionless (theory.md, section 7): Om = w0 Om', a = alpha a', x = beta x'.
+#include "case/case.hpp"
+#include "preload/contact_preload.hpp"
+
+namespace dovetail {
+
+struct Scales {
+  double frequency = 1; ///< w0 [rad/s]
+  double modal = 1;     ///< alpha
+  double contact = 1;   ///< beta [m]
+};
+
+/// The preloaded model in dimensionless numbers: same structure, same equations, K_aa and so on divided as in section 7.
+struct ScaledModel {
+  PreloadedModel model;
+  double damping = 0;  ///< xi w0 [-]
+  Scales scales;
+};
+
+/// The scales in force: given by hand, all 1, or taken from the model (first mode, its static answer, friction limit).
+Scales choose_scales(const Case &study, const PreloadedModel &model);
+
+/// Collective only in choose_scales; this is local arithmetic.
+ScaledModel scaled(PreloadedModel model, double damping, const Scales &scales);
+
+} // namespace dovetail

@@ -1,0 +1,54 @@
+#pragma once
+// The two ways a run can end early, and the bridge between C++ exceptions, PETSc error codes and MPI ranks.
+#include <mpi.h>
+#include <petscsys.h>
+
+#include <exception>
+#include <utility>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+namespace dovetail {
+
+/// The user's input is wrong (exit status 2). The text names file, line or dataset, key, value found, value wanted.
+struct InputError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The computation cannot go on (exit status 3). What was computed before stays saved.
+struct ComputeError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws ComputeError when a PETSc, SLEPc or MPI call failed; `doing` completes "while ...".
+void check(PetscErrorCode code, const char *doing);
+
+/// Replaces PETSc's traceback printer: the first message is kept for the exception that check() throws.
+void install_error_handler();
+
+/// Runs `work` on every rank of `comm` (collective). If it throws on any rank, the message of the lowest such rank is
+/// thrown on all of them, so that no rank is left waiting in a later collective call.
+void on_all_ranks(MPI_Comm comm, const std::function<void()> &work);
+
+/// Carries a C++ exception through a C library: run() turns it into an error code, rethrow() brings it back.
+class Courier {
+public:
+  template <class Work> PetscErrorCode run(Work &&work) noexcept {
+    try {
+      work();
+      return 0;
+    } catch (...) {
+      if (!held_) held_ = std::current_exception();
+      return PETSC_ERR_LIB;
+    }
+  }
+  void rethrow() {
+    if (held_) std::rethrow_exception(std::exchange(held_, nullptr));
+  }
+
+private:
+  std::exception_ptr held_;
+};
+
+} // namespace dovetail

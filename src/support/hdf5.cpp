@@ -1,0 +1,197 @@
+#include "support/hdf5.hpp"
+
+#include "support/error.hpp"
+
+namespace dovetail::h5 {
+namespace {
+
+void silence() { // HDF5 prints its own stack of errors unless told not to; ours name file and dataset instead
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+std::string shown(const Extent &extent) {
+  std::string text = "(";
+  for (std::size_t i = 0; i < extent.size(); ++i) text += (i ? ", " : "") + std::to_string(extent[i]);
+  return text + ")";
+}
+
+Id open_to_read(const std::filesystem::path &path) {
+  silence();
+  if (!std::filesystem::exists(path)) throw InputError(path.string() + ": no such file");
+  if (std::filesystem::is_directory(path)) throw InputError(path.string() + ": is a folder, an HDF5 file is wanted");
+  if (H5Fis_hdf5(path.c_str()) <= 0) throw InputError(path.string() + ": not an HDF5 file (or empty, or cut off)");
+  Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_file_locking(access, false, true);
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
+  if (file < 0) throw InputError(path.string() + ": cannot be opened: truncated, damaged, or still being written");
+  return Id(file, H5Fclose);
+}
+
+Id create(const std::filesystem::path &path, MPI_Comm comm) {
+  silence();
+  Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_file_locking(access, false, true);
+  if (comm != MPI_COMM_NULL) H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL);
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  if (file < 0) throw ComputeError(path.string() + ": cannot be created");
+  return Id(file, H5Fclose);
+}
+
+} // namespace
+
+Reader::Reader(const std::filesystem::path &path) : path_(path), file_(open_to_read(path)) {}
+
+bool Reader::has(const std::string &name) const {
+  for (std::size_t slash = name.find('/', 1);; slash = name.find('/', slash + 1)) { // every group on the way
+    if (H5Lexists(file_, name.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
+    if (slash == std::string::npos) return true;
+  }
+}
+
+Extent Reader::extent(const std::string &dataset) const {
+  if (!has(dataset)) throw InputError(place(dataset) + ": missing");
+  Id set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  if (set < 0) throw InputError(place(dataset) + ": a group was found where a dataset is wanted");
+  Id space(H5Dget_space(set), H5Sclose);
+  Extent extent(H5Sget_simple_extent_ndims(space));
+  H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+  return extent;
+}
+
+template <class T>
+std::vector<T> Reader::read(const std::string &dataset, hid_t type, H5T_class_t wanted, Extent offset,
+                            Extent count) const {
+  const Extent whole = extent(dataset);
+  if (count.empty()) count = whole, offset.assign(whole.size(), 0);
+  Id set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  Id stored(H5Dget_type(set), H5Tclose);
+  const H5T_class_t found = H5Tget_class(stored);
+  if (found != H5T_INTEGER && (found != H5T_FLOAT || wanted == H5T_INTEGER))
+    throw InputError(place(dataset) + ": holds values that are not " +
+                     (wanted == H5T_INTEGER ? "integers" : "real numbers"));
+  hsize_t total = 1;
+  for (const hsize_t n : count) total *= n;
+  std::vector<T> values(total);
+  if (total == 0) return values;
+  Id space(H5Dget_space(set), H5Sclose);
+  Id memory(H5Screate_simple(1, &total, nullptr), H5Sclose);
+  if (!count.empty() && H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr) < 0)
+    throw InputError(place(dataset) + ": has shape " + shown(whole) + ", too small");
+  if (H5Dread(set, type, memory, space, H5P_DEFAULT, values.data()) < 0)
+    throw InputError(place(dataset) + ": cannot be read: the file is truncated or damaged");
+  return values;
+}
+
+std::vector<double> Reader::doubles(const std::string &dataset, Extent offset, Extent count) const {
+  return read<double>(dataset, H5T_NATIVE_DOUBLE, H5T_FLOAT, std::move(offset), std::move(count));
+}
+
+std::vector<long> Reader::integers(const std::string &dataset, Extent offset, Extent count) const {
+  return read<long>(dataset, H5T_NATIVE_LONG, H5T_INTEGER, std::move(offset), std::move(count));
+}
+
+std::string Reader::text_attribute(const std::string &name) const {
+  if (H5Aexists(file_, name.c_str()) <= 0) return "";
+  Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+  Id stored(H5Aget_type(attribute), H5Tclose);
+  if (H5Tget_class(stored) != H5T_STRING) return "";
+  Id type(H5Tcopy(stored), H5Tclose);
+  if (H5Tis_variable_str(stored) > 0) {
+    char *text = nullptr;
+    if (H5Aread(attribute, type, &text) < 0 || !text) return "";
+    const std::string copy(text);
+    H5free_memory(text);
+    return copy;
+  }
+  std::string text(H5Tget_size(stored), '\0');
+  if (H5Aread(attribute, type, text.data()) < 0) return "";
+  return text.substr(0, text.find('\0'));
+}
+
+long Reader::integer_attribute(const std::string &name, long otherwise) const {
+  if (H5Aexists(file_, name.c_str()) <= 0) return otherwise;
+  Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+  long value = otherwise;
+  return H5Aread(attribute, H5T_NATIVE_LONG, &value) < 0 ? otherwise : value;
+}
+
+Writer::Writer(const std::filesystem::path &path)
+    : path_(path), collective_(false), file_(create(path, MPI_COMM_NULL)) {}
+Writer::Writer(MPI_Comm comm, const std::filesystem::path &path)
+    : path_(path), collective_(true), file_(create(path, comm)) {}
+
+void Writer::attribute(const std::string &name, const std::string &text) {
+  Id type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, text.size() + 1);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  Id space(H5Screate(H5S_SCALAR), H5Sclose);
+  Id attribute(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  if (attribute < 0 || H5Awrite(attribute, type, text.c_str()) < 0)
+    throw ComputeError(path_.string() + ": attribute " + name + " cannot be written");
+}
+
+void Writer::attribute(const std::string &name, long number) {
+  Id space(H5Screate(H5S_SCALAR), H5Sclose);
+  Id attribute(H5Acreate2(file_, name.c_str(), H5T_NATIVE_LONG, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  if (attribute < 0 || H5Awrite(attribute, H5T_NATIVE_LONG, &number) < 0)
+    throw ComputeError(path_.string() + ": attribute " + name + " cannot be written");
+}
+
+void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count, const void *values) {
+  Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(links, 1);
+  Id space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
+  Id set(H5Dcreate2(file_, dataset.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  Id transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
+  if (collective_) H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
+  hsize_t total = 1;
+  for (const hsize_t n : count) total *= n;
+  Id memory(H5Screate_simple(1, &total, nullptr), H5Sclose);
+  if (total == 0) {
+    H5Sselect_none(space);
+    H5Sselect_none(memory);
+  } else {
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr);
+  }
+  if (set < 0 || H5Dwrite(set, type, memory, space, transfer, values) < 0)
+    throw ComputeError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
+}
+
+void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count, const double *values) {
+  write(dataset, H5T_NATIVE_DOUBLE, extent, offset, count, values);
+}
+
+void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count, const long *values) {
+  write(dataset, H5T_NATIVE_LONG, extent, offset, count, values);
+}
+
+void Writer::flush() {
+  if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0) throw ComputeError(path_.string() + ": cannot be written (is the disk full?)");
+}
+
+Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows)
+    : name_(name), row_(row), type_(type), dataset_(-1, H5Dclose) {
+  Extent extent{0}, largest{H5S_UNLIMITED}, chunk{chunk_rows};
+  for (const hsize_t n : row_) extent.push_back(n), largest.push_back(n), chunk.push_back(n);
+  Id space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), largest.data()), H5Sclose);
+  Id properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data());
+  Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(links, 1);
+  dataset_ = Id(H5Dcreate2(file, name.c_str(), type, space, links, properties, H5P_DEFAULT), H5Dclose);
+  if (dataset_ < 0) throw ComputeError("results: " + name + " cannot be created");
+}
+
+void Table::append(const void *row) {
+  Extent extent{rows_ + 1}, offset{rows_}, count{1};
+  for (const hsize_t n : row_) extent.push_back(n), offset.push_back(0), count.push_back(n);
+  bool good = H5Dset_extent(dataset_, extent.data()) >= 0;
+  Id space(H5Dget_space(dataset_), H5Sclose);
+  Id memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
+  good = good && H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr) >= 0;
+  if (!good || H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, row) < 0)
+    throw ComputeError("results: " + name_ + " cannot be written (is the disk full?)");
+  ++rows_;
+}
+
+} // namespace dovetail::h5

@@ -1,0 +1,101 @@
+#pragma once
+// Thin owners around the HDF5 C interface. Errors are thrown with the name of file and dataset.
+#include <hdf5.h>
+#include <mpi.h>
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dovetail::h5 {
+
+/// Owner of one HDF5 identifier.
+class Id {
+public:
+  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  Id(Id &&other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Id &operator=(Id &&other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  ~Id() {
+    if (id_ >= 0) close_(id_);
+  }
+  operator hid_t() const { return id_; }
+
+private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+using Extent = std::vector<hsize_t>;
+
+/// A file opened for reading, by each rank on its own. Everything wrong with it is the user's input: InputError.
+class Reader {
+public:
+  explicit Reader(const std::filesystem::path &path);
+
+  bool has(const std::string &name) const; ///< group or dataset of this absolute name
+  Extent extent(const std::string &dataset) const;
+  /// Whole dataset, or the slab of `count` from `offset` along each axis, in row-major order.
+  std::vector<double> doubles(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
+  std::vector<long> integers(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
+  std::string text_attribute(const std::string &name) const;  ///< of the root group, "" if absent
+  long integer_attribute(const std::string &name, long otherwise) const;
+  /// The message's beginning: "file.h5: /dataset".
+  std::string place(const std::string &dataset) const { return path_.string() + ": " + dataset; }
+
+private:
+  template <class T>
+  std::vector<T> read(const std::string &dataset, hid_t type, H5T_class_t wanted, Extent offset, Extent count) const;
+  std::filesystem::path path_;
+  Id file_;
+};
+
+/// A file being written. Failures (disk full, no permission) throw ComputeError.
+class Writer {
+public:
+  /// Opened by the calling process alone; other processes may read it meanwhile (no lock is taken).
+  explicit Writer(const std::filesystem::path &path);
+  /// Opened by all ranks of `comm` together (collective, as is every write of a slab).
+  Writer(MPI_Comm comm, const std::filesystem::path &path);
+
+  void attribute(const std::string &name, const std::string &text);
+  void attribute(const std::string &name, long number);
+  /// This rank's slab [offset, offset + count) of a dataset of `extent`, row-major; groups on the way are made.
+  /// Collective when the file is; a rank with nothing to write gives a zero in `count`.
+  void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count, const double *values);
+  void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count, const long *values);
+  /// The same for whole rows [first, first + rows) along axis 0.
+  template <class T> void rows(const std::string &dataset, const Extent &extent, hsize_t first, hsize_t rows, const T *values) {
+    Extent offset(extent.size(), 0), count(extent);
+    offset[0] = first, count[0] = rows;
+    slab(dataset, extent, offset, count, values);
+  }
+  void flush();
+  operator hid_t() const { return file_; }
+
+private:
+  void write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count, const void *values);
+  std::filesystem::path path_;
+  bool collective_;
+  Id file_;
+};
+
+/// A dataset that grows along its first axis, one row at a time.
+class Table {
+public:
+  Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows);
+  void append(const void *row);
+
+private:
+  std::string name_;
+  Extent row_;
+  hid_t type_;
+  hsize_t rows_ = 0;
+  Id dataset_;
+};
+
+} // namespace dovetail::h5

@@ -1,0 +1,42 @@
+#pragma once
+// Named stages of a run: seconds and peak memory of each, on every rank; also visible in PETSc's -log_view.
+#include <petscsys.h>
+
+#include <string>
+#include <vector>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+
+class Stages {
+public:
+  struct Record {
+    std::string name;
+    double seconds;   ///< wall time on this rank
+    double peak_mib;  ///< largest resident memory of this rank so far, at the end of the stage [MiB]
+  };
+
+  template <class Work> auto run(const char *name, Work &&work) {
+    const Guard guard(*this, name);
+    return work();
+  }
+  const std::vector<Record> &records() const { return records_; }
+
+private:
+  class Guard {
+  public:
+    Guard(Stages &stages, const char *name);
+    ~Guard();
+    Guard(const Guard &) = delete;
+    Guard &operator=(const Guard &) = delete;
+
+  private:
+    Stages &stages_;
+    std::string name_;
+    double begin_;
+  };
+  std::vector<Record> records_;
+};
+
+} // namespace dovetail

@@ -1,0 +1,203 @@
+"""Writing and reading model files, serial and distributed; refusal of wrong input."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from dovetail import Model, hdf5_parts
+
+ROOT = Path(__file__).resolve().parents[2]
+MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+       "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT / "python")}
+
+DISTRIBUTED = """
+import os, sys
+if sys.argv[2] == "turns":  # makes Debian load the h5py without MPI
+    os.environ.pop("OMPI_COMM_WORLD_SIZE", None)
+import h5py
+import numpy as np
+from petsc4py import PETSc
+from dovetail import Model
+comm = PETSc.COMM_WORLD
+assert comm.size == int(sys.argv[3])
+assert comm.size == 1 or h5py.get_config().mpi == (sys.argv[2] != "turns")
+n = 23
+K, M = (PETSc.Mat().createAIJ((n, n), nnz=(3, 3)) for _ in range(2))
+first, last = K.getOwnershipRange()
+for i in range(first, last):
+    K[i, i], M[i, i] = 3.0 + i, 1.0
+    for j in (i - 1, i + 1):
+        if 0 <= j < n:
+            K[i, j], M[i, j] = -1.0 / (1 + min(i, j)), 0.1
+if sys.argv[2] == "unsymmetric" and last == n:
+    K[n - 1, 0] = 5.0
+K.assemble(), M.assemble()
+force = K.createVecLeft()
+force.setArray(np.arange(first, last) ** 2.0)
+try:
+    Model(K, M, np.array([[3, 4, 5], [12, 20, 13]]), force=force, preload=np.arange(n) / 7,
+          contact={"friction": 0.3, "gap": [1.0, 2.0]}).write(sys.argv[1])
+except ValueError as error:
+    print(f"refused on rank {comm.rank}: {error}")
+"""
+
+
+def small(n=9, **changes):
+    K = sp.diags([-1.0, 2.5, -1.0], [-1, 0, 1], shape=(n, n), format="csr")
+    arguments = {"K": K, "M": sp.identity(n, format="csr") * 2, "contact_dofs": [[3, 1, 8]], "force": np.arange(n)}
+    return Model(**{**arguments, **changes})
+
+
+def contents(path):
+    found = {}
+    with h5py.File(path, "r") as file:
+        def visit(name, thing):
+            found.update({f"{name}@{key}": value for key, value in thing.attrs.items()})
+            if isinstance(thing, h5py.Dataset):
+                found[name] = thing[()]
+        visit("", file)
+        file.visititems(visit)
+    return found
+
+
+def test_file_has_the_documented_layout(tmp_path):
+    K = sp.csr_matrix(np.array([[4.0, 0, -1, 0], [0, 5, 0, -2], [-1, 0, 6, 0], [0, -2, 0, 7]]))
+    Model(K, sp.identity(4), [[1, 2, 3]], preload=[1, 2, 3, 4], contact={"friction": [0.1, 0.2]}).write(tmp_path / "m.h5")
+    found = contents(tmp_path / "m.h5")
+    assert found["@format"] == "dovetail-model" and found["@version"] == 1 and found["@units"] == "SI"
+    assert found["K@MATLAB_sparse"] == 4 and found["K@MATLAB_sparse"].dtype == np.uint64
+    assert found["K/jc"].dtype == found["K/ir"].dtype == np.uint64
+    np.testing.assert_array_equal(found["K/data"], [4, -1, 5, -2, -1, 6, -2, 7])
+    np.testing.assert_array_equal(found["K/ir"], [0, 2, 1, 3, 0, 2, 1, 3])
+    np.testing.assert_array_equal(found["K/jc"], [0, 2, 4, 6, 8])
+    np.testing.assert_array_equal(found["contact/dofs"], [[1, 2, 3]])
+    np.testing.assert_array_equal(found["contact/friction"], [[0.1, 0.2]])
+    np.testing.assert_array_equal(found["preload"], [1, 2, 3, 4])
+    np.testing.assert_array_equal(found["force"], np.zeros(4))
+
+
+def test_round_trip(tmp_path):
+    mesh = {"nodes": np.random.rand(3, 3), "cells": [[0, 1], [1, 2]], "cell_type": "line", "dof_node": np.arange(9) // 3,
+            "dof_direction": np.arange(9) % 3}
+    written = small(contact={"normal_stiffness": [5.0], "tangential_stiffness": 7.0, "gap": -1}, mesh=mesh, units="mm-N-s")
+    written.write(tmp_path / "m.h5")
+    read = Model.read(tmp_path / "m.h5")
+    assert abs(read.K - written.K).max() == 0 and abs(read.M - written.M).max() == 0
+    assert read.units == "mm-N-s" and read.mesh["cell_type"] == "line"
+    np.testing.assert_array_equal(read.force, written.force)
+    np.testing.assert_array_equal(read.contact_dofs, [[3, 1, 8]])
+    np.testing.assert_array_equal(read.contact["tangential_stiffness"], [[7.0, 7.0]])
+    np.testing.assert_array_equal(read.mesh["cells"], mesh["cells"])
+    np.testing.assert_array_equal(read.mesh["nodes"], mesh["nodes"])
+
+
+def test_blocks_are_put_in_place():
+    rng = np.random.default_rng(1)
+    A, B = (m + m.T for m in rng.random((2, 8, 8)))
+    e, c = slice(0, 2), slice(2, 8)
+    model = Model.from_blocks(A[e, e], A[e, c], A[c, c], B[e, e], B[e, c], B[c, c], Fe=[1, 2], Pc=np.arange(6))
+    np.testing.assert_array_equal(model.K.toarray(), A)
+    np.testing.assert_array_equal(model.M.toarray(), B)
+    np.testing.assert_array_equal(model.contact_dofs, [[2, 3, 4], [5, 6, 7]])
+    np.testing.assert_array_equal(model.force, [1, 2, 0, 0, 0, 0, 0, 0])
+    np.testing.assert_array_equal(model.preload, [0, 0, 0, 1, 2, 3, 4, 5])
+
+
+@pytest.mark.parametrize("changes, message", [
+    ({"K": sp.random(9, 8)}, r"K must be square, found shape \(9, 8\)"),
+    ({"M": sp.identity(8)}, "same size, found 9 and 8"),
+    ({"K": sp.diags([1.0, 2.5], [-1, 0], shape=(9, 9))}, r"K must be symmetric.* row 0"),
+    ({"K": sp.diags([np.r_[1.0, np.nan, np.ones(7)]], [0])}, "K has an entry that is not finite in row 1"),
+    ({"force": np.ones(5)}, "force must have one entry per degree of freedom, 9, found 5"),
+    ({"preload": np.full(9, np.inf)}, "preload has an entry that is not finite"),
+    ({"contact_dofs": [[0, 1, 9]]}, "contact_dofs must lie in 0 to 8, found 0 to 9"),
+    ({"contact_dofs": [[0, 1, 2], [3, 1, 5]]}, "must not repeat, found 1 2 times"),
+    ({"contact_dofs": [0, 1, 2]}, r"shape \(N_x, 3\).* found int64 of shape \(3,\)"),
+    ({"contact_dofs": [[0.0, 1.0, 2.0]]}, "whole numbers.* found float64"),
+    ({"contact": {"normal_stiffness": 0.0}}, "normal_stiffness must be positive, found 0"),
+    ({"contact": {"tangential_stiffness": [1.0, -2.0]}}, "tangential_stiffness must be positive, found -2"),
+    ({"contact": {"friction": -0.1}}, "friction must not be negative, found -0.1"),
+    ({"contact": {"friction": [1, 2, 3]}}, r"a number, \[t1, t2\] or one such pair per point"),
+    ({"contact": {"gap": np.nan}}, "gap must be finite"),
+    ({"contact": {"stiffness": 1.0}}, "unknown .'stiffness'.; known are"),
+    ({"mesh": {"nodes": np.zeros((1, 3))}}, "mesh must have nodes, cells, cell_type, dof_node, dof_direction, found nodes"),
+])
+def test_wrong_input_is_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        small(**changes)
+
+
+def test_symmetry_limit_is_relative_to_the_row():
+    off = sp.csr_matrix(([1.0], ([0], [8])), shape=(9, 9))
+    K = small().K * 1e12
+    small(K=K + off)
+    with pytest.raises(ValueError, match="row 0"):
+        small(K=K + 1e4 * off)
+
+
+def test_wrong_block_is_named():
+    with pytest.raises(ValueError, match=r"Mcc must have shape \(3, 3\)"):
+        Model.from_blocks(np.eye(2), np.zeros((2, 3)), np.eye(3), np.eye(2), np.zeros((2, 3)), np.eye(2))
+    with pytest.raises(ValueError, match="3 columns"):
+        Model.from_blocks(np.eye(2), np.zeros((2, 4)), np.eye(4), np.eye(2), np.zeros((2, 4)), np.eye(4))
+
+
+def test_broken_write_keeps_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "m.h5"
+    small().write(path)
+    before = path.read_bytes()
+
+    def break_off(file, parts):
+        file[parts[0].name][0] = 99.0
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(hdf5_parts, "_fill", break_off)
+    with pytest.raises(KeyboardInterrupt):
+        small(force=np.ones(9)).write(path)
+    assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
+
+
+def test_reading_something_else_is_refused(tmp_path):
+    (tmp_path / "text.h5").write_text("no")
+    with pytest.raises(ValueError, match="no such HDF5 file"):
+        Model.read(tmp_path / "text.h5")
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file.attrs["format"] = "dovetail-results"
+    with pytest.raises(ValueError, match="must be dovetail-model, found dovetail-results"):
+        Model.read(tmp_path / "other.h5")
+
+
+def run_distributed(folder, ranks, how):
+    script = folder / "write.py"
+    script.write_text(DISTRIBUTED)
+    path = folder / f"{how}{ranks}.h5"
+    command = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
+    done = subprocess.run(command + [sys.executable, str(script), str(path), how, str(ranks)], env={**os.environ, **MPI},
+                          capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return path, done.stdout
+
+
+@pytest.mark.parametrize("how", ["together", "turns"])
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_distributed_matrix_gives_the_serial_file(tmp_path, ranks, how):
+    one, many = (contents(run_distributed(tmp_path, r, how)[0]) for r in (1, ranks))
+    assert one.keys() == many.keys() and one["K/data"].size == 67
+    for name, value in one.items():
+        np.testing.assert_array_equal(many[name], value, err_msg=name)
+        assert np.asarray(many[name]).dtype == np.asarray(value).dtype, name
+    model = Model.read(tmp_path / f"{how}{ranks}.h5")
+    assert model.K[4, 5] == -1.0 / 5 and model.force[22] == 22**2 and model.preload[22] == 22 / 7
+
+
+def test_fault_on_one_rank_is_raised_on_all(tmp_path):
+    path, output = run_distributed(tmp_path, 2, "unsymmetric")
+    assert not path.exists()
+    for rank in (0, 1):
+        assert f"refused on rank {rank}: K must be symmetric" in output

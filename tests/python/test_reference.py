@@ -1,0 +1,138 @@
+"""The reference's parts one by one: Fourier convention, the contact law sample by sample, preload, continuation."""
+
+import numpy as np
+import pytest
+
+from dovetail import reference
+
+
+def march(x, w=(0.0, 0.0), kn=2.0, kt=(1.0, 3.0), mu=(0.5, 0.5), gap=0.0, xp=(0.0, 0.0, 0.0)):
+    """`reference.law` for one point with default parameters; x as rows [t1, t2, n]."""
+    return reference.law(np.array(x, float), np.array(xp), np.array(w), kn, np.array(kt), np.array(mu), gap)
+
+
+def test_fourier_convention():
+    """Mean = a0/2, then cosine and sine of each harmonic."""
+    angle = 2 * np.pi * np.arange(9) / 9
+    values = 1.5 + 2 * np.cos(angle) - 3 * np.sin(angle) + 0.5 * np.sin(3 * angle)
+    coefficients = np.array([3.0, 2, -3, 0, 0, 0, 0.5])
+    np.testing.assert_allclose(reference.analysis(values, 3), coefficients, atol=1e-14)
+    np.testing.assert_allclose(reference.synthesis(coefficients, 9), values, atol=1e-14)
+
+
+def test_too_few_samples_are_refused():
+    with pytest.raises(ValueError, match="more than 6"):
+        reference.analysis(np.zeros(6), 3)
+
+
+def test_stick_is_a_spring_from_the_foot():
+    force, state = march([[0.1, -0.1, 1], [0.2, 0.1, 1]], w=(0.05, 0.0))
+    np.testing.assert_allclose(force, [[0.05, -0.3, 2], [0.15, 0.3, 2]], rtol=1e-14)
+    assert (state == reference.STICK).all()
+
+
+def test_slip_is_limited_by_the_normal_force_of_the_moment():
+    force, state = march([[5, -5, 1], [-5, 5, 2]])
+    np.testing.assert_allclose(force, [[1, -1, 2], [-2, 2, 4]], rtol=1e-14)
+    np.testing.assert_array_equal(state, [[1, -1], [-1, 1]])
+
+
+def test_the_foot_is_dragged_along_in_slip():
+    """After slip to x = 5 with limit 1 the foot is at 4, so that x = 4.5 gives 0.5. Direction 2 does the same with kt = 3."""
+    force, state = march([[5, 5, 1], [4.5, 5, 1]])
+    np.testing.assert_allclose(force[:, :2], [[1, 1], [0.5, 1]], rtol=1e-14)
+    assert state[1, 0] == reference.STICK
+
+
+def test_the_second_pass_is_kept():
+    """The first pass moves the foot, so the first sample differs from a march that begins at w."""
+    force, _ = march([[0, 0, 1], [5, 0, 1], [4.5, 0, 1]])
+    np.testing.assert_allclose(force[:, 0], [-1, 1, 0.5], rtol=1e-14)
+
+
+def test_open_contact_carries_nothing():
+    force, state = march([[1, 1, 0], [2, 2, -1]])
+    assert (force == 0).all() and (state == reference.OPEN).all()
+
+
+def test_landing_sets_the_foot_where_the_surface_was_at_touch():
+    """From p = -1 to 3 touch is after a quarter of the step, at x_t = 1.25; from there T = 1 * (2 - 1.25)."""
+    force, state = march([[1, 1.25, -1], [2, 1.25, 3]])
+    np.testing.assert_allclose(force[1], [0.75, 0, 6], rtol=1e-14)
+    assert (state[1] == reference.STICK).all()
+
+
+def test_landing_on_the_first_sample_comes_from_the_last():
+    """The same landing, wrapped round the end of the period."""
+    force, _ = march([[2, 1.25, 3], [1, 1.25, -1]])
+    np.testing.assert_allclose(force[0], [0.75, 0, 6], rtol=1e-14)
+
+
+def test_preload_state_and_gap_shift_the_law():
+    """x is measured from xp, w and gap are total: shifting all of them changes nothing."""
+    x = np.random.default_rng(1).normal(size=(16, 3))
+    force, state = march(x, w=(0.2, -0.1), gap=-0.3)
+    shift = np.array([0.7, -0.4, 0.9])
+    moved, moved_state = march(x - shift, xp=shift, w=(0.2, -0.1), gap=-0.3)
+    np.testing.assert_allclose(moved, force, atol=1e-14)
+    np.testing.assert_array_equal(moved_state, state)
+
+
+def test_many_points_at_once_equal_one_by_one():
+    rng = np.random.default_rng(2)
+    x, xp, w = rng.normal(size=(5, 32, 3)), rng.normal(size=(5, 3)), rng.normal(size=(5, 2))
+    kn, kt, mu, gap = rng.uniform(1, 2, 5), rng.uniform(1, 2, (5, 2)), rng.uniform(0, 1, (5, 2)), rng.normal(size=5)
+    together, states = reference.law(x, xp, w, kn, kt, mu, gap)
+    for i in range(5):
+        force, state = reference.law(x[i], xp[i], w[i], kn[i], kt[i], mu[i], gap[i])
+        np.testing.assert_array_equal(together[i], force)
+        np.testing.assert_array_equal(states[i], state)
+
+
+def test_contact_force_is_measured_from_preload():
+    """No motion, no force: G(0) = 0 for a point that sticks, for one that slips and for one that is open at preload."""
+    contact = reference.Contact.uniform(3, 2.0, 1.0, 0.5, [0.0, 0.0, 9.0])
+    xp = np.array([[0.1, 0.2, 1], [5, -5, 1], [1, 1, 1]])
+    g, w, _ = reference.static_law(xp, contact)
+    np.testing.assert_allclose(w, [[0, 0], [4, -4], [1, 1]])
+    preload = reference.Preload(xp, g, w)
+    np.testing.assert_allclose(reference.contact_coefficients(np.zeros((3, 3, 5)), contact, preload, 16), 0, atol=1e-14)
+
+
+def test_preload_of_a_body_held_by_its_joint_alone():
+    """K_xx is singular, and p = 0 at the start: the joint alone carries the push of 6 N, so kn x = 6, kt x = 0.5."""
+    contact = reference.Contact.uniform(1, 2.0, 1.0, 0.5)
+    r = np.array([-0.5, 0, -6])
+    reduced = reference.Reduced(np.ones(1), np.zeros((1, 3)), np.eye(3), np.zeros((3, 3)), np.zeros(1), np.zeros(3), r)
+    state = reference.contact_preload(reduced, contact)
+    np.testing.assert_allclose(state.xp, [[0.5, 0, 3]], atol=1e-12)
+    np.testing.assert_allclose(state.g, [-r], atol=1e-12)
+
+
+def test_mode_signs_prefer_the_first_of_equally_large_entries():
+    """A symmetric chain has modes with several largest entries; each time the first of them is positive."""
+    K = 2 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1)
+    _, phi, _ = reference.bases(K, np.eye(6), [[5, 3, 4]], 3)
+    first = [mode[np.flatnonzero(np.abs(mode) > 0.999 * np.abs(mode).max())[0]] for mode in phi.T]
+    assert min(first) > 0
+
+
+def test_excitation_beyond_the_harmonics_is_refused():
+    reduced = reference.Reduced(np.ones(1), np.zeros((1, 3)), np.eye(3), np.eye(3), np.zeros(1), np.zeros(3), np.zeros(3))
+    contact = reference.Contact.uniform(1, 1.0, 1.0, 1.0)
+    with pytest.raises(ValueError, match="5 coefficients"):
+        reference.HarmonicBalance(reduced, contact, reference.contact_preload(reduced, contact), 0.1, [0, 0, 1, 0, 1], 1, 8)
+
+
+@pytest.mark.parametrize("ends", [(0.5, 3.0), (3.0, 0.5)])
+def test_continuation_ends_exactly_and_passes_the_resonance(ends):
+    """A mass on the closed, stuck joint (stiffness 1 + 3 N/m) resonates at 2 rad/s with amplitude 1 / (xi * 1 * 2)."""
+    contact = reference.Contact.uniform(1, 3.0, 3.0, 1e3, -1e3)
+    force = np.array([1.0, 0, 0])
+    reduced = reference.Reduced(np.ones(1), np.zeros((1, 3)), np.eye(3), np.eye(3), np.zeros(1), force, np.zeros(3))
+    system = reference.HarmonicBalance(reduced, contact, reference.contact_preload(reduced, contact), 0.1, [0, 1], 1, 16)
+    omega, q = system.continuation(*ends, 0.05, largest=0.2)
+    assert (omega[0], omega[-1]) == ends
+    amplitude = np.hypot(q[:, 1, 1], q[:, 1, 2])
+    np.testing.assert_allclose(amplitude, 1 / np.hypot(4 - omega ** 2, 0.1 * omega), rtol=1e-9)
+    assert amplitude.max() > 4.9

@@ -1,0 +1,189 @@
+"""Reading results: amplitudes, peaks, loops, recovery of the full model, files still being written."""
+
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+import scipy.linalg
+import synthetic_results
+
+from dovetail import Results
+
+CONTACT = {"normal_stiffness": np.array([2.0]), "tangential_stiffness": np.array([[3.0, 4.0]]), "friction": np.array([[0.5, 0.25]]),
+           "gap": np.array([0.0])}
+
+
+def one_point(path, coefficients, modes=1, omega=(1.0,), **more):
+    return Results(synthetic_results.write(path, omega, coefficients, modes, CONTACT, **more))
+
+
+def brute_force(coefficients, n):
+    theta = 2 * np.pi * np.arange(n) / n
+    value = np.repeat(coefficients[:, :1] / 2, n, axis=1)
+    for k in range(1, (coefficients.shape[1] - 1) // 2 + 1):
+        value += coefficients[:, [2 * k - 1]] * np.cos(k * theta) + coefficients[:, [2 * k]] * np.sin(k * theta)
+    return np.abs(value).max(axis=1)
+
+
+@pytest.mark.parametrize("harmonics", [0, 1, 3, 10])
+@pytest.mark.parametrize("mean", [0.0, 1.0, 1e4])
+def test_amplitude_is_the_maximum_over_the_period(tmp_path, harmonics, mean):
+    coefficients = np.random.default_rng(harmonics).standard_normal((40, 4, 2 * harmonics + 1))
+    coefficients[:, :, 0] *= mean
+    results = one_point(tmp_path / "r.h5", coefficients, omega=np.arange(1, 41.0))
+    n = 1 << 16
+    sampled = brute_force(coefficients[:, 0], n)
+    missed = (np.pi / n) ** 2 / 2 * np.abs(coefficients[:, 0, 1:]).sum(axis=1) * harmonics**2  # sampling error at most
+    found = results.amplitude("a1")
+    assert np.all(found >= sampled * (1 - 1e-14)) and np.all(found <= sampled + missed + 1e-12 * sampled)
+    coefficients[:, 0, 0] = 0
+    np.testing.assert_allclose(results.amplitude("a1", mean=False), brute_force(coefficients[:, 0], n), rtol=1e-7, atol=1e-14)
+
+
+def test_amplitude_closed_forms(tmp_path):
+    # cos - cos(3 .)/9 is flat-topped; sin + 0.3 sin(2 .) has its extreme where cos th = (-1 + sqrt(1 + 8 0.6^2)) / (4 0.6)
+    rows = np.zeros((2, 4, 7))
+    rows[0, 0, [1, 5]] = 1, -1 / 9
+    rows[1, 0, [2, 4]] = 1, 0.3
+    c = (-1 + np.sqrt(1 + 8 * 0.6**2)) / (4 * 0.6)
+    exact = np.sqrt(1 - c**2) * (1 + 0.6 * c)
+    results = one_point(tmp_path / "r.h5", rows, omega=[1.0, 2.0])
+    np.testing.assert_allclose(results.amplitude("a1"), [8 / 9, exact], rtol=2e-15)
+
+
+def test_amplitude_with_two_nearly_equal_extremes(tmp_path):
+    """The larger one may lie between the points of the search grid while the smaller one is met exactly."""
+    coefficients = np.random.default_rng(0).standard_normal((4000, 4, 7))
+    results = one_point(tmp_path / "r.h5", coefficients, omega=np.arange(1, 4001.0))
+    found, sampled = results.amplitude("a1"), brute_force(coefficients[:, 0], 4096)
+    assert np.all(found >= sampled * (1 - 1e-14)) and np.all(found <= sampled * (1 + 1e-5))
+
+
+def test_harmonics_and_time_history_follow_the_convention(tmp_path):
+    coefficients = np.zeros((1, 4, 5))
+    coefficients[0, 3] = [2.0, 3.0, 4.0, 0.0, -1.0]
+    results = one_point(tmp_path / "r.h5", coefficients, omega=[2.0])
+    assert results.harmonic("x1.n", 0) == 1.0 and results.harmonic("x1.n", 1) == 5.0 and results.harmonic(3, 2) == 1.0
+    t, q = results.time_history(0, "x1.n", 10)
+    np.testing.assert_allclose(t, np.pi * np.arange(10) / 10)
+    np.testing.assert_allclose(q, 1 + 3 * np.cos(2 * t) + 4 * np.sin(2 * t) - np.sin(4 * t), atol=1e-14)
+    with pytest.raises(ValueError, match="0 to 2, found 3"):
+        results.harmonic("x1.n", 3)
+
+
+def test_peak_of_a_curve_that_leans_over(tmp_path):
+    s = np.linspace(-1.1, 1.0, 8)
+    coefficients = np.zeros((8, 4, 3))
+    coefficients[:, 1, 1] = 5 - (s - 0.2) ** 2
+    omega = 3 - (s - 0.3) ** 2  # folds just beyond the peak
+    results = one_point(tmp_path / "r.h5", coefficients, omega=omega, arclength=s)
+    np.testing.assert_allclose(results.peak("x1.t1"), [3 - 0.01, 5], rtol=1e-12)
+    assert results.peak_point("x1.t1") == np.argmin(np.abs(s - 0.2))
+    coefficients[:, 1, 1] = s + 2
+    assert one_point(tmp_path / "r.h5", coefficients, omega=omega, arclength=s).peak("x1.t1") == (omega[-1], 3.0)
+
+
+def test_names_and_their_errors(tmp_path):
+    results = Results(synthetic_results.write(tmp_path / "r.h5", [1.0, 2.0], np.zeros((2, 8, 3)), 2, CONTACT))
+    assert results.dof_names() == ["a1", "a2", "x1.t1", "x1.t2", "x1.n", "x2.t1", "x2.t2", "x2.n"]
+    assert [results.dof_index(name) for name in results.dof_names()] == list(range(8))
+    for name in ("a3", "a0", "x3.t1", "x0.n", "x1.t3", "x1", "b1", 8, -1):
+        with pytest.raises(KeyError, match="there are a1 to a2, and x1 to x2"):
+            results.dof_index(name)
+    assert results.at(1.6) == 1
+    with pytest.raises(KeyError, match="arclength, linear_iterations"):
+        results.points("speed")
+    with pytest.raises(ValueError, match="point must lie in 0 to 1"):
+        results.time_history(2, "a1")
+    with pytest.raises(ValueError, match="contact point must lie in 1 to 2, found 0"):
+        results.dissipated(0, 0)
+    with pytest.raises(ValueError, match="reduced file it was computed from is not there"):
+        results.elastic(0)
+
+
+@pytest.mark.parametrize("amplitude, direction", [(3.0, 0), (3.0, 1), (0.05, 0)])
+def test_friction_loop_has_the_area_of_the_closed_form(tmp_path, amplitude, direction):
+    coefficients = np.zeros((1, 4, 3))
+    coefficients[0, 1 + direction, 2] = amplitude
+    xp = np.array([0.1, 0.2, 1.5])  # normal force 3
+    results = one_point(tmp_path / "r.h5", coefficients, xp=xp, w=xp[None, :2])
+    stiffness, limit = CONTACT["tangential_stiffness"][0, direction], CONTACT["friction"][0, direction] * 3.0
+    exact = 4 * limit * max(0.0, amplitude - limit / stiffness)
+    assert results.dissipated(0, 1, n=4096) == pytest.approx(exact, rel=1e-5, abs=1e-12)
+    x, T = results.hysteresis(0, 1, direction)
+    assert x.size == 256 and np.abs(T).max() == pytest.approx(min(limit, stiffness * amplitude), rel=1e-12)
+    assert x.mean() == pytest.approx(xp[direction])
+    force, state = results.contact_force(0, 1, 64)
+    np.testing.assert_allclose(force[:, 2], 3.0)
+    assert force.shape == (64, 3) and set(np.unique(state[:, direction])) == ({-1, 0, 1} if exact else {0})
+
+
+def test_recovery_gives_the_motion_of_the_full_model(tmp_path):
+    """Linear structure, no contact force, all modes kept: the reduction is exact, so the full solution must come back."""
+    rng = np.random.default_rng(5)
+    n, xi, omega = 10, 0.02, 1.7
+    K, M = (A @ A.T + n * np.eye(n) for A in rng.standard_normal((2, n, n)))
+    F, P = rng.standard_normal((2, n))
+    c, modes = np.array([[7, 2, 4]]), 7
+    e = np.setdiff1d(np.arange(n), c)
+    ee, ec, cc = np.ix_(e, e), np.ix_(e, c[0]), np.ix_(c[0], c[0])
+    squares, Phi = scipy.linalg.eigh(K[ee], M[ee])
+    Psi = -np.linalg.solve(K[ee], K[ec])
+    xe0 = np.linalg.solve(K[ee], P[e])
+    xp = np.linalg.solve(K[cc] + K[ec].T @ Psi, P[c[0]] - K[ec].T @ xe0)
+    V = np.zeros((n, modes + 3))  # u = V [a; x_c]
+    V[np.ix_(e, np.arange(modes))], V[np.ix_(e, modes + np.arange(3))] = Phi, Psi
+    V[np.ix_(c[0], modes + np.arange(3))] = np.eye(3)
+    q = np.linalg.solve(V.T @ (K * (1 + 1j * omega * xi) - omega**2 * M) @ V, V.T @ F)
+    with h5py.File(tmp_path / "reduced.h5", "w") as file:
+        for name, values in {"elastic_dofs": e, "contact_dofs": c, "xe0": xe0, "Phi": Phi, "Psi": Psi}.items():
+            file[f"recovery/{name}"] = values
+    coefficients = np.stack([np.zeros(modes + 3), q.real, -q.imag], axis=1)[None]
+    results = one_point(tmp_path / "r.h5", coefficients, modes, omega=[omega], xp=xp, reduced="reduced.h5")
+
+    times = np.array([0.0, 0.4, 2.9])
+    u = np.linalg.solve(K * (1 + 1j * omega * xi) - omega**2 * M, F)
+    expected = np.linalg.solve(K, P) + np.real(np.exp(1j * omega * times)[:, None] * u)
+    np.testing.assert_allclose(results.full(0, times=times), expected, atol=1e-12)
+    np.testing.assert_allclose(results.elastic(0, times=times), expected[:, e], atol=1e-12)
+    np.testing.assert_allclose(results.full(0, n=4), results.full(0, times=np.arange(4) * np.pi / 2 / omega), atol=1e-12)
+
+    with h5py.File(tmp_path / "reduced.h5", "r+") as file:
+        for name, axis in (("elastic_dofs", e), ("xe0", xe0), ("Phi", Phi), ("Psi", Psi)):
+            del file[f"recovery/{name}"]
+            file[f"recovery/{name}"] = axis[1:]
+    with pytest.raises(ValueError, match="keeps 6 elastic degrees of freedom only"):
+        results.full(0)
+
+
+def test_file_caught_in_the_middle_of_a_write(tmp_path):
+    path = synthetic_results.write(tmp_path / "r.h5", [1.0, 2.0, 3.0], np.ones((3, 4, 3)), 1, CONTACT, residual=np.zeros(2))
+    results = Results(path)
+    assert len(results) == 2 and results.coefficients.shape == (2, 4, 3) and results.points("seconds").shape == (2,)
+    assert results.amplitude("a1").shape == results.omega.shape == (2,)
+
+
+def test_opens_while_another_program_writes(tmp_path):
+    path = synthetic_results.write(tmp_path / "r.h5", [1.0], np.ones((1, 4, 3)), 1, CONTACT)
+    writer = subprocess.Popen([sys.executable, "-c", "import h5py, sys; f = h5py.File(sys.argv[1], 'r+'); print('open', flush=True); "
+                               "sys.stdin.read()", str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        assert writer.stdout.readline() == "open\n"
+        assert Results(path).amplitude("a1").shape == (1,)
+    finally:
+        writer.communicate("")
+
+
+def test_wrong_files_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="none.h5: no such file"):
+        Results(tmp_path / "none.h5")
+    (tmp_path / "text.h5").write_text("no")
+    with pytest.raises(ValueError, match="not a readable results file"):
+        Results(tmp_path / "text.h5")
+    path = synthetic_results.write(tmp_path / "r.h5", [1.0], np.ones((1, 4, 3)), 1, CONTACT)
+    with h5py.File(path, "r+") as file:
+        file.attrs["harmonics"] = 4
+    with pytest.raises(ValueError, match=r"shape \(4, 9\), found \(4, 3\)"):
+        Results(path)

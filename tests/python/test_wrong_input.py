@@ -1,0 +1,270 @@
+"""Wrong input ends with status 2 and one message that names file, key or dataset and the value found; nothing is written, no rank hangs."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+BINARY = Path(os.environ.get("DOVETAIL", Path(__file__).resolve().parents[2] / "build" / "dovetail"))
+MPI = {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "OMP_NUM_THREADS": "1",
+}
+SECONDS = 60  # far more than any of these needs, far less than a hang
+
+CASE = """\
+title = "wrong on purpose"
+model = "model.h5"
+[reduction]
+modes = 2
+[damping]
+stiffness = 0.05
+[excitation]
+fourier = [0, 0, 1]
+[contact]
+normal_stiffness = 1.0
+tangential_stiffness = [1.0, 1.0]
+friction = [1.0, 1.0]
+gap = -3.5
+[preload]
+initial = 1e-5
+[harmonic_balance]
+harmonics = 5
+samples = 64
+[newton]
+step_tolerance = 1e-5
+residual_tolerance = 1e-5
+max_iterations = 50
+[scaling]
+kind = "none"
+[continuation]
+omega = [0.9, 1.3]
+step = 0.05
+adaptive = true
+max_points = 3
+[output]
+directory = "out"
+"""
+
+K = np.array([[10, -10, 0, 0, 0], [-10, 20, -10, 0, 0], [0, -10, 20, -10, 0], [0, 0, -10, 20, -10], [0, 0, 0, -10, 20]], dtype=float)
+
+
+def write_sparse(file, name, matrix):
+    columns = sp.csc_matrix(matrix)
+    group = file.create_group(name)
+    group.attrs["MATLAB_sparse"] = np.uint64(columns.shape[0])
+    for key, values in (("data", columns.data), ("ir", columns.indices.astype(np.uint64)), ("jc", columns.indptr.astype(np.uint64))):
+        group[key] = values
+
+
+def write_model(path, K=K, M=np.eye(5), dofs=((2, 3, 4),), without=(), **datasets):
+    """The five-degree-of-freedom model; `datasets` replaces or adds some ("/" written as two underscores)."""
+    vectors = {"force": [1.0, 1, 0, 0, 0], "preload": [1.0, 0.1, 0.1, 0.1, 0.1], "contact__dofs": np.array(dofs, dtype=np.int64)}
+    with h5py.File(path, "w") as file:
+        file.attrs["format"], file.attrs["version"], file.attrs["units"] = "dovetail-model", 1, "SI"
+        write_sparse(file, "K", K)
+        write_sparse(file, "M", M)
+        for name, values in (vectors | datasets).items():
+            file[name.replace("__", "/")] = np.asarray(values)
+        for name in without:
+            del file[name]
+
+
+def run(folder, *options, ranks=None, status=2):
+    """Runs the case in `folder` and returns what it says on stderr."""
+    mpirun = ["mpirun", "-n", str(ranks)] if ranks else []
+    done = subprocess.run([*mpirun, BINARY, "run", folder / "case.toml", *options], capture_output=True, text=True, timeout=SECONDS,
+                          env=os.environ | MPI)
+    assert done.returncode == status, f"status {done.returncode}\n{done.stdout}\n{done.stderr}"
+    if status:
+        assert not list(folder.rglob("results.h5*")), "results of a run that was refused"
+    return done.stderr
+
+
+def expect(message, words):
+    for word in words:
+        assert word in message, message
+    assert "PETSC ERROR" not in message and "Traceback" not in message, message
+
+
+def edit(old, new):
+    """CASE with one line changed, and the number of that line."""
+    lines = CASE.splitlines()
+    at = lines.index(old)
+    lines[at:at + 1] = new.splitlines()
+    return "\n".join(lines) + "\n", at + 1
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_model(tmp_path / "model.h5")
+    (tmp_path / "case.toml").write_text(CASE)
+    return tmp_path
+
+
+# Line of CASE, what stands there instead (the fault in its first line), words of the message beside the place.
+CASES = [
+    ("title = \"wrong on purpose\"", "title = 5", ["title = 5", "quotes"]),
+    ("model = \"model.h5\"", "model = \"nowhere.h5\"", ["model = \"nowhere.h5\"", "no file"]),
+    ("model = \"model.h5\"", "reduced = \"nowhere.h5\"", ["reduced = \"nowhere.h5\"", "no file"]),
+    ("modes = 2", "modes = 2.0", ["reduction.modes = 2.0", "write 2"]),
+    ("modes = 2", "modes = -2", ["reduction.modes = -2", "at least 0"]),
+    ("modes = 2", "mode = 2", ["reduction.mode = 2", "did you mean modes"]),
+    ("[damping]", "[dampnig]", ["[dampnig]", "did you mean [damping]"]),
+    ("[damping]", "[solver]", ["[solver]", "[harmonic_balance]"]),
+    ("stiffness = 0.05", "stiffness = -0.05", ["damping.stiffness = -0.05", "negative"]),
+    ("stiffness = 0.05", "stiffness = nan", ["damping.stiffness = nan", "finite"]),
+    ("stiffness = 0.05", "stiffness = \"0.05\"", ["damping.stiffness = \"0.05\"", "without quotes"]),
+    ("stiffness = 0.05", "stiffness = 0,05", ["stiffness = 0,05"]),
+    ("fourier = [0, 0, 1]", "fourier = [0, 0, 0]", ["excitation.fourier = [0, 0, 0]", "nothing would move"]),
+    ("fourier = [0, 0, 1]", "fourier = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]", ["excitation.fourier", "harmonic 6", "harmonics = 5"]),
+    ("normal_stiffness = 1.0", "normal_stiffness = 0.0", ["contact.normal_stiffness = 0", "greater than 0"]),
+    ("normal_stiffness = 1.0", "normal_stiffness = [1.0, 2.0, 3.0]", ["contact.normal_stiffness", "3 values", "N_x = 1"]),
+    ("tangential_stiffness = [1.0, 1.0]", "tangential_stiffness = [1.0, -1.0]", ["contact.tangential_stiffness = -1", "greater than 0"]),
+    ("tangential_stiffness = [1.0, 1.0]", "tangential_stiffness = [[1.0, 1.0], [1.0, 1.0]]", ["2 pairs", "N_x = 1"]),
+    ("friction = [1.0, 1.0]", "friction = -1.0", ["contact.friction = -1", "negative"]),
+    ("gap = -3.5", "gap = inf", ["contact.gap = inf", "finite"]),
+    ("initial = 1e-5", "initial = [0, 0, 0, 0, 0, 0]", ["preload.initial", "6 values", "3 in all"]),
+    ("initial = 1e-5", "initial = [0, 0]", ["preload.initial = [0, 0]", "2 values"]),
+    ("harmonics = 5", "harmonics = 0", ["harmonic_balance.harmonics = 0", "at least 1"]),
+    ("samples = 64", "samples = 8", ["harmonic_balance.samples = 8 is too small for harmonics = 5: at least 2*5+1 = 11"]),
+    ("samples = 64", "samples = \"exact\"", ["harmonic_balance.samples = \"exact\"", "not available"]),
+    ("step_tolerance = 1e-5", "step_tolerance = 0", ["newton.step_tolerance = 0", "greater than 0"]),
+    ("residual_tolerance = 1e-5", "residual_tolerance = 2", ["newton.residual_tolerance = 2", "less than 1"]),
+    ("max_iterations = 50", "max_iterations = 50.0", ["newton.max_iterations = 50.0", "write 50"]),
+    ("kind = \"none\"", "kind = \"some\"", ["scaling.kind = \"some\"", "manual"]),
+    ("kind = \"none\"", "modal = 1.0\nkind = \"none\"", ["scaling.modal = 1.0", "manual"]),
+    ("omega = [0.9, 1.3]", "omega = [0, 1.3]", ["continuation.omega = [0, 1.3]", "greater than 0"]),
+    ("omega = [0.9, 1.3]", "omega = 1.3", ["continuation.omega = 1.3", "[from, to]"]),
+    ("omega = [0.9, 1.3]", "at = [1.4]\nomega = [0.9, 1.3]", ["continuation.at = 1.4", "outside"]),
+    ("omega = [0.9, 1.3]", "at = [1.2, 1.1]\nomega = [0.9, 1.3]", ["continuation.at = 1.1", "order"]),
+    ("omega = [0.9, 1.3]", "start = \"no.h5\"\nomega = [0.9, 1.3]", ["continuation.start = \"no.h5\"", "no file"]),
+    ("step = 0.05", "step = 0", ["continuation.step = 0", "greater than 0"]),
+    ("adaptive = true", "adaptive = 1", ["continuation.adaptive = 1", "true or false"]),
+    ("max_points = 3", "max_points = 0", ["continuation.max_points = 0", "at least 1"]),
+    ("[output]", "[stability]\nenabled = true\n[output]", ["[stability]", "not available"]),
+    ("directory = \"out\"", "directory = 5", ["output.directory = 5", "quotes"]),
+    ("directory = \"out\"", "directory = \"model.h5/out\"", ["output.directory", "model.h5/out"]),
+]
+MISSING = [
+    ("model = \"model.h5\"", ["model is missing", "reduced"]),
+    ("modes = 2", ["reduction.modes is missing"]),
+    ("fourier = [0, 0, 1]", ["excitation.fourier is missing", "fourier = [0, 1]"]),
+    ("normal_stiffness = 1.0", ["contact.normal_stiffness is missing"]),
+    ("friction = [1.0, 1.0]", ["contact.friction is missing"]),
+    ("harmonics = 5", ["harmonic_balance.harmonics is missing"]),
+    ("omega = [0.9, 1.3]", ["continuation.omega is missing"]),
+]
+NAN = K.copy()
+NAN[0, 0] = np.nan
+SKEW = K.copy()
+SKEW[0, 1] = -9
+# Keywords of write_model, words of the message beside the file.
+MODELS = {
+    "without_K": (dict(without=["K"]), ["/K"]),
+    "without_M_data": (dict(without=["M/data"]), ["/M/data"]),
+    "without_force": (dict(without=["force"]), ["/force"]),
+    "without_contact_dofs": (dict(without=["contact/dofs"]), ["/contact/dofs"]),
+    "unsymmetric": (dict(K=SKEW), ["/K", "symmetric"]),
+    "sizes_differ": (dict(M=np.eye(4)), ["/M", "4", "5"]),
+    "contact_dof_too_large": (dict(dofs=[(2, 3, 5)]), ["/contact/dofs", "5"]),
+    "contact_dof_negative": (dict(dofs=[(2, 3, -1)]), ["/contact/dofs", "-1"]),
+    "contact_dof_repeated": (dict(dofs=[(2, 3, 3)]), ["/contact/dofs", "3", "repeated"]),
+    "contact_dofs_in_pairs": (dict(dofs=[(2, 3)]), ["/contact/dofs"]),
+    "force_too_short": (dict(force=np.ones(4)), ["/force", "4", "5"]),
+    "nan_in_force": (dict(force=[1, np.nan, 0, 0, 0]), ["/force", "nan"]),
+    "nan_in_K": (dict(K=NAN), ["/K", "nan"]),
+    "negative_stiffness": (dict(contact__normal_stiffness=[-1.0]), ["/contact/normal_stiffness", "-1"]),
+}
+
+
+def test_the_case_itself_is_good(folder):
+    run(folder, "--dry-run", status=0)
+
+
+@pytest.mark.parametrize("old, new, words", CASES, ids=[new.replace("\n", " ") for _, new, _ in CASES])
+def test_case_file(folder, old, new, words):
+    text, line = edit(old, new)
+    (folder / "case.toml").write_text(text)
+    expect(run(folder), [f"case.toml:{line}: ", *words])
+
+
+@pytest.mark.parametrize("old, words", MISSING, ids=[old for old, _ in MISSING])
+def test_key_missing(folder, old, words):
+    (folder / "case.toml").write_text(CASE.replace(old + "\n", ""))
+    expect(run(folder), ["case.toml", *words])
+
+
+def test_case_file_missing(folder):
+    (folder / "case.toml").unlink()
+    expect(run(folder), ["case.toml", "no such case file"])
+
+
+def test_folder_for_a_case_file(folder):
+    (folder / "case.toml").unlink()
+    (folder / "case.toml").mkdir()
+    expect(run(folder), ["case.toml", "is a folder"])
+
+
+def test_model_file_for_a_case_file(folder):
+    (folder / "model.h5").rename(folder / "case.toml")
+    expect(run(folder), ["case.toml", "not a text file"])
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_model_file(folder, name):
+    changes, words = MODELS[name]
+    write_model(folder / "model.h5", **changes)
+    if "negative" in name and "stiffness" in name:  # else the case file wins
+        (folder / "case.toml").write_text(CASE.replace("normal_stiffness = 1.0\n", ""))
+    expect(run(folder), ["model.h5", *words])
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
+def test_model_file_cut_short(folder, share):
+    whole = (folder / "model.h5").read_bytes()
+    (folder / "model.h5").write_bytes(whole[:int(share * len(whole))])
+    expect(run(folder), ["model.h5"])
+
+
+def test_more_modes_than_the_model_has(folder):
+    (folder / "case.toml").write_text(CASE.replace("modes = 2", "modes = 50"))
+    expect(run(folder), ["reduction.modes = 50", "model.h5"])
+
+
+def test_out_below_a_file(folder):
+    expect(run(folder, "--out", folder / "model.h5" / "out"), ["--out", "model.h5/out"])
+
+
+def test_results_that_cannot_be_overwritten(folder):
+    (folder / "out" / "results.h5").mkdir(parents=True)
+    done = subprocess.run([BINARY, "run", folder / "case.toml"], capture_output=True, text=True, timeout=SECONDS, env=os.environ | MPI)
+    assert done.returncode == 2, done.stderr
+    expect(done.stderr, ["case.toml:31: output.directory", "results.h5", "not a file"])
+
+
+PARALLEL = {
+    "case_file": (lambda folder: (folder / "case.toml").write_text(CASE.replace("samples = 64", "samples = 8")), "too small for harmonics"),
+    "case_file_missing": (lambda folder: (folder / "case.toml").unlink(), "no such case file"),
+    "output": (lambda folder: (folder / "case.toml").write_text(CASE.replace("\"out\"", "\"model.h5/out\"")), "model.h5/out"),
+    "contact_length": (lambda folder: (folder / "case.toml").write_text(CASE.replace("gap = -3.5", "gap = [1, 2]")), "contact.gap"),
+    "cut_short": (lambda folder: (folder / "model.h5").write_bytes((folder / "model.h5").read_bytes()[:900]), "model.h5"),
+    "nan_on_one_rank": (lambda folder: write_model(folder / "model.h5", K=NAN), "/K"),
+    "unsymmetric": (lambda folder: write_model(folder / "model.h5", K=SKEW), "symmetric"),
+    "contact_dof": (lambda folder: write_model(folder / "model.h5", dofs=[(2, 3, 9)]), "/contact/dofs"),
+}
+
+
+@pytest.mark.parametrize("name", PARALLEL)
+def test_two_ranks_stop_together_and_say_it_once(folder, name):
+    spoil, word = PARALLEL[name]
+    spoil(folder)
+    message = run(folder, ranks=2)
+    expect(message, [word])
+    assert sum(word in line for line in message.splitlines()) == 1, message

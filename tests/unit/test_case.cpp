@@ -1,0 +1,474 @@
+// Reading case files: every complaint names the file, the line, the key and the value; good ones arrive
+// complete.
+#include "case/case.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <sstream>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> good_lines = {
+    "title = \"test\"",                  // 1
+    "model = \"model.h5\"",              // 2
+    "",                                  // 3
+    "[reduction]",                       // 4
+    "modes = 2",                         // 5
+    "[damping]",                         // 6
+    "stiffness = 0.05",                  // 7
+    "[excitation]",                      // 8
+    "fourier = [0, 0, 1]",               // 9
+    "[contact]",                         // 10
+    "normal_stiffness = 1.0",            // 11
+    "tangential_stiffness = [1.0, 2.0]", // 12
+    "friction = [0.3, 0.4]",             // 13
+    "gap = -3.5",                        // 14
+    "[preload]",                         // 15
+    "initial = 1e-5",                    // 16
+    "[harmonic_balance]",                // 17
+    "harmonics = 5",                     // 18
+    "samples = 64",                      // 19
+    "[newton]",                          // 20
+    "step_tolerance = 1e-5",             // 21
+    "residual_tolerance = 1e-6",         // 22
+    "max_iterations = 50",               // 23
+    "[scaling]",                         // 24
+    "kind = \"none\"",                   // 25
+    "[continuation]",                    // 26
+    "omega = [0.9, 1.3]",                // 27
+    "step = 0.05",                       // 28
+    "adaptive = false",                  // 29
+    "max_points = 300",                  // 30
+    "at = [1.0, 1.1]",                   // 31
+    "start = \"start.h5\"",              // 32
+    "[output]",                          // 33
+    "directory = \"out\"",               // 34
+};
+
+using Changes = std::vector<std::pair<size_t, std::string>>; ///< line from 1, its new text
+
+class CaseFile : public ::testing::Test {
+protected:
+  void SetUp() override {
+    std::string name =
+        (fs::temp_directory_path() / "dovetail-case-XXXXXX").string(); // every rank has its own
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder = name;
+    for (const char *file : {"model.h5", "reduced.h5", "start.h5"}) std::ofstream(folder / file) << "x";
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  fs::path write(const std::string &text) const {
+    std::ofstream(folder / "case.toml", std::ios::binary) << text;
+    return folder / "case.toml";
+  }
+  fs::path write(const Changes &changes) const {
+    auto lines = good_lines;
+    for (const auto &[line, text] : changes) lines.at(line - 1) = text;
+    std::string text;
+    for (const auto &line : lines) text += line + "\n";
+    return write(text);
+  }
+  Case read(const Changes &changes = {}) const { return read_case(write(changes), {}); }
+
+  static void expect_words(const std::string &message, const std::vector<std::string> &words) {
+    for (const auto &word : words)
+      EXPECT_NE(message.find(word), std::string::npos) << message << "\n  lacks: " << word;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  static std::string message_of(const std::function<void()> &work) {
+    try {
+      work();
+    } catch (const InputError &error) {
+      return error.what();
+    }
+    return "nothing was wrong";
+  }
+  /// The changed file is refused with the line of the fault, and `words`.
+  void refused(const Changes &changes, size_t line, std::vector<std::string> words) const {
+    words.push_back((folder / "case.toml").string() + (line ? ":" + std::to_string(line) : "") + ": ");
+    expect_words(message_of([&] { read(changes); }), words);
+  }
+  void refused(size_t line, const std::string &text, const std::vector<std::string> &words) const {
+    refused({{line, text}}, line, words);
+  }
+
+  fs::path folder;
+};
+
+TEST_F(CaseFile, EveryValueArrives) {
+  const Case study = read();
+  EXPECT_EQ(study.file, folder / "case.toml");
+  EXPECT_NE(study.text.find("directory = \"out\""), std::string::npos);
+  EXPECT_EQ(study.title, "test");
+  EXPECT_EQ(study.model, folder / "model.h5");
+  EXPECT_TRUE(study.reduced.empty());
+  EXPECT_EQ(study.modes, 2);
+  EXPECT_EQ(study.damping, 0.05);
+  EXPECT_EQ(study.fourier, (std::vector<double>{0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(study.contact.normal_stiffness->values, std::vector<double>{1});
+  EXPECT_FALSE(study.contact.normal_stiffness->pairs);
+  EXPECT_EQ(study.contact.tangential_stiffness->values, (std::vector<double>{1, 2}));
+  EXPECT_TRUE(study.contact.tangential_stiffness->pairs);
+  EXPECT_EQ(study.contact.friction->where, (folder / "case.toml").string() + ":13: contact.friction");
+  EXPECT_EQ(study.contact.gap->values, std::vector<double>{-3.5});
+  EXPECT_EQ(study.preload_initial, std::vector<double>{1e-5});
+  EXPECT_EQ(study.harmonics, 5);
+  EXPECT_EQ(study.samples, 64);
+  EXPECT_EQ(study.step_tolerance, 1e-5);
+  EXPECT_EQ(study.residual_tolerance, 1e-6);
+  EXPECT_EQ(study.max_iterations, 50);
+  EXPECT_EQ(study.scaling, ScalingKind::none);
+  EXPECT_EQ(study.omega_from, 0.9);
+  EXPECT_EQ(study.omega_to, 1.3);
+  EXPECT_EQ(study.step, 0.05);
+  EXPECT_FALSE(study.adaptive);
+  EXPECT_EQ(study.max_points, 300);
+  EXPECT_EQ(study.at, (std::vector<double>{1.0, 1.1}));
+  EXPECT_EQ(study.start, folder / "start.h5");
+  EXPECT_EQ(study.directory, folder / "out");
+}
+
+TEST_F(CaseFile, ShortestFileTakesDefaults) {
+  const Case study = read_case(write("reduced = \"reduced.h5\"\nexcitation.fourier = [0, 1]\n"
+                                     "harmonic_balance.harmonics = 10\ncontinuation.omega = [5, 2]"),
+                               {});
+  EXPECT_EQ(study.reduced, folder / "reduced.h5");
+  EXPECT_EQ(study.damping, 0);
+  EXPECT_EQ(study.samples, 512); // 40 * 10 rounded up to a power of two
+  EXPECT_EQ(study.preload_initial, std::vector<double>{0});
+  EXPECT_EQ(study.scaling, ScalingKind::automatic);
+  EXPECT_EQ(study.step_tolerance, 1e-8);
+  EXPECT_TRUE(study.adaptive);
+  EXPECT_EQ(study.omega_from, 5);
+  EXPECT_EQ(study.directory, folder);
+  EXPECT_FALSE(study.contact.gap);
+}
+
+TEST_F(CaseFile, GoodVariants) {
+  EXPECT_EQ(read({{18, "harmonics = 1"}, {19, ""}}).samples, 256);
+  EXPECT_EQ(read({{19, "samples = 11"}}).samples, 11);
+  EXPECT_EQ(read({{9, "fourier = [0.5]"}}).fourier.front(), 0.5);
+  EXPECT_EQ(read({{9, "fourier = [0, 0, 1, 0, 0]"}, {18, "harmonics = 1"}}).fourier,
+            (std::vector<double>{0, 0, 1}));
+  EXPECT_EQ(read({{9, "fourier = [0, 1, 0, 2]"}, {18, "harmonics = 2"}}).fourier,
+            (std::vector<double>{0, 1, 0, 2, 0}));
+  EXPECT_EQ(read({{5, "modes = 0"}}).modes, 0);
+  EXPECT_EQ(read({{27, "omega = [1, 1]"}, {31, "at = [1.0]"}}).omega_to, 1);
+  EXPECT_EQ(read({{27, "omega = [1.3, 0.9]"}, {31, "at = [1.1,\n 1.0]"}}).at.back(), 1.0);
+  EXPECT_EQ(read({{11, "normal_stiffness = 1_000"}}).contact.normal_stiffness->values.front(), 1000);
+  const Case manual = read({{25, "kind = \"manual\"\nfrequency = 2\nmodal = 3.0\ncontact = 1e-6"}});
+  EXPECT_EQ(manual.scaling, ScalingKind::manual);
+  EXPECT_EQ(manual.scale_frequency, 2);
+  EXPECT_EQ(manual.scale_modal, 3);
+  EXPECT_EQ(manual.scale_contact, 1e-6);
+}
+
+TEST_F(CaseFile, WindowsLineEndsAndMarksAreAccepted) {
+  std::string text = "\xef\xbb\xbf";
+  for (const auto &line : good_lines) text += line + "\r\n";
+  EXPECT_EQ(read_case(write(text), {}).max_points, 300);
+}
+
+TEST_F(CaseFile, OutOverridesTheDirectory) {
+  const Case study = read_case(write(Changes{}), "elsewhere/out");
+  EXPECT_EQ(study.directory, "elsewhere/out");
+  EXPECT_EQ(study.given.at("output.directory"), "--out");
+}
+
+TEST_F(CaseFile, FileThatIsNoCaseFile) {
+  expect_words(message_of([&] { read_case(folder / "none.toml", {}); }),
+               {"none.toml: ", "no such case file"});
+  expect_words(message_of([&] { read_case(folder, {}); }), {folder.string(), "is a folder", "case.toml"});
+  std::ofstream(folder / "binary.h5", std::ios::binary) << "\x89HDF\r\n\x1a\n" << std::string(9000, '\0');
+  expect_words(message_of([&] { read_case(folder / "binary.h5", {}); }), {"binary.h5: ", "not a text file"});
+  expect_words(message_of([&] { read_case(write(""), {}); }), {"case.toml: model is missing"});
+}
+
+TEST_F(CaseFile, SyntaxErrors) {
+  refused(18, "harmonics 5", {"harmonics 5", "missing key-value separator", "should be `=`"});
+  refused(18, "harmonics = five", {"harmonics = five", "unknown value", "quotes"});
+  refused(7, "stiffness = .5", {"stiffness = .5", "integer part required"});
+  refused(2, "model = \"model.h5", {"model = \"model.h5", "not a valid string"});
+  refused(22, "step_tolerance = 1e-6", {"step_tolerance", "already exists", "defined twice"});
+  refused(24, "[newton]", {"[newton]", "already exists"});
+  refused({{9, "fourier = [0, 0, 1"}}, 10, {"[contact]", "missing array separator"});
+}
+
+TEST_F(CaseFile, UnknownKeysAndSections) {
+  refused(21, "step_tolerence = 1e-5",
+          {"unknown key newton.step_tolerence = 1e-5", "did you mean step_tolerance in [newton]?"});
+  refused(27, "omgea = [0.9, 1.3]", {"unknown key continuation.omgea = [0.9, 1.3]", "did you mean omega"});
+  refused(21, "colour = 3",
+          {"newton.colour", "allowed in [newton]: step_tolerance, residual_tolerance, max_iterations"});
+  refused(3, "harmonics = 5", {"unknown key harmonics = 5", "did you mean harmonics in [harmonic_balance]?"});
+  refused(5, "model = 2", {"unknown key reduction.model = 2", "did you mean model above the first section?"});
+  refused(3, "banana = 5", {"unknown key banana", "allowed above the first section: title, model, reduced"});
+  refused(20, "[newtn]", {"unknown section [newtn]", "did you mean [newton]?"});
+  refused(20, "[solver]", {"unknown section [solver]", "[harmonic_balance], [newton], [scaling]"});
+  refused({{20, "[newtn]"}, {34, "directry = \"out\""}, {5, "mods = 2"}}, 5,
+          {"reduction.mods"}); // the first one
+  refused(5, "mode = 2", {"unknown key reduction.mode = 2", "did you mean modes in [reduction]?"});
+  refused({{3, "newton = 5"}, {20, ""}, {21, ""}, {22, ""}, {23, ""}}, 3,
+          {"newton is a section", "[newton]"});
+  refused(20, "[[newton]]", {"newton is a section"});
+  refused(33, "[stability]\nenabled = true\n[output]", {"[stability]", "not available in this version"});
+  refused({{1, ""}, {33, "[title]"}, {34, ""}}, 33, {"title = [title]", "must be text in quotes"});
+}
+
+TEST_F(CaseFile, MissingKeys) {
+  refused({{2, ""}}, 0, {"model is missing", "reduced = \"reduced.h5\""});
+  refused({{5, ""}}, 4, {"reduction.modes is missing", "[reduction]"});
+  refused({{8, ""}, {9, ""}}, 0, {"excitation.fourier is missing", "fourier = [0, 1]", "under [excitation]"});
+  refused({{18, ""}}, 17, {"harmonic_balance.harmonics is missing", "harmonics = 5"});
+  refused({{27, ""}}, 26, {"continuation.omega is missing", "omega = [from, to]"});
+}
+
+TEST_F(CaseFile, ModelOrReduced) {
+  refused({{3, "reduced = \"reduced.h5\""}}, 3, {"reduced = \"reduced.h5\"", "line 2", "keep one"});
+  refused({{2, "reduced = \"reduced.h5\""}}, 5, {"reduction.modes = 2", "delete this key"});
+  refused(5, "modes = -1", {"reduction.modes = -1", "at least 0"});
+}
+
+TEST_F(CaseFile, FilesNamedMustExist) {
+  refused(2, "model = \"nowhere.h5\"",
+          {"model = \"nowhere.h5\"", "no file", (folder / "nowhere.h5").string()});
+  refused({{2, "reduced = \"nowhere.h5\""}, {5, ""}}, 2, {"reduced = \"nowhere.h5\"", "no file"});
+  refused(32, "start = \"nowhere.h5\"", {"continuation.start = \"nowhere.h5\"", "no file"});
+  refused(2, "model = \".\"", {"model = \".\"", "is not a file"});
+  refused(2, "model = \"\"", {"model = \"\"", "is empty"});
+  fs::create_directory(folder / "out");
+  std::ofstream(folder / "out" / "results.h5") << "x";
+  refused(32, "start = \"out/results.h5\"", {"continuation.start", "overwrite", "output.directory"});
+}
+
+TEST_F(CaseFile, WrongTypes) {
+  refused(1, "title = 5", {"title = 5", "text in quotes"});
+  refused(2, "model = 5", {"model = 5", "text in quotes"});
+  refused(7, "stiffness = \"0.05\"", {"damping.stiffness = \"0.05\"", "must be a number", "without quotes"});
+  refused(7, "stiffness = true", {"damping.stiffness = true", "must be a number"});
+  refused(7, "stiffness = 1979-05-27", {"1979-05-27", "must be a number"});
+  refused(23, "max_iterations = 10.0", {"newton.max_iterations = 10.0", "must be a whole number; write 10"});
+  refused(23, "max_iterations = 1e3", {"newton.max_iterations = 1e3", "write 1000"});
+  refused(23, "max_iterations = 10.5", {"newton.max_iterations = 10.5", "must be a whole number"});
+  refused(23, "max_iterations = \"10\"", {"newton.max_iterations = \"10\"", "without quotes"});
+  refused(18, "harmonics = nan", {"harmonics = nan", "must be a whole number"});
+  refused(29, "adaptive = 1", {"continuation.adaptive = 1", "true or false"});
+  refused(9, "fourier = 1", {"excitation.fourier = 1", "list in brackets"});
+  refused(9, "fourier = [0, \"x\"]", {"entry 2 of excitation.fourier = \"x\"", "must be a number"});
+  refused(34, "directory = 3", {"output.directory = 3", "text in quotes"});
+}
+
+TEST_F(CaseFile, NumbersMustBeFinite) {
+  for (const char *value : {"nan", "inf", "-inf", "+nan", "1e999"})
+    refused(7, std::string("stiffness = ") + value, {std::string("damping.stiffness = ") + value, "finite"});
+  refused(27, "omega = [0.9, inf]", {"entry 2 of continuation.omega = inf", "finite"});
+  refused(14, "gap = nan", {"contact.gap = nan", "finite"});
+  refused(16, "initial = nan", {"preload.initial = nan", "finite"});
+  refused(7, "stiffness = 99999999999999999999", {"99999999999999999999", "too many digits"});
+}
+
+TEST_F(CaseFile, NumbersOutOfRange) {
+  refused(7, "stiffness = -0.1", {"damping.stiffness = -0.1", "must not be negative"});
+  refused(18, "harmonics = 0", {"harmonic_balance.harmonics = 0", "at least 1"});
+  refused(18, "harmonics = 2000000000", {"harmonic_balance.harmonics = 2000000000", "at most"});
+  refused(18, "harmonics = 99999999999999999999", {"at most"});
+  refused(19, "samples = 8",
+          {"harmonic_balance.samples = 8 is too small for harmonics = 5: at least 2*5+1 = 11"});
+  refused(19, "samples = 10", {"too small"});
+  refused(19, "samples = -3", {"samples = -3", "at least"});
+  refused(19, "samples = \"exact\"", {"samples = \"exact\"", "not available in this version"});
+  refused(21, "step_tolerance = 0", {"newton.step_tolerance = 0", "greater than 0 and less than 1"});
+  refused(21, "step_tolerance = 1.0", {"newton.step_tolerance = 1.0", "less than 1"});
+  refused(22, "residual_tolerance = -1e-5", {"newton.residual_tolerance = -1e-5", "greater than 0"});
+  refused(23, "max_iterations = 0", {"newton.max_iterations = 0", "at least 1"});
+  refused(28, "step = 0.0", {"continuation.step = 0.0", "greater than 0"});
+  refused(30, "max_points = 0", {"continuation.max_points = 0", "at least 1"});
+}
+
+TEST_F(CaseFile, Excitation) {
+  refused(9, "fourier = [0, 0, 0]", {"excitation.fourier = [0, 0, 0]", "nothing would move"});
+  refused(9, "fourier = []", {"nothing would move"});
+  refused({{9, "fourier = [0, 0, 1, 0, 0, 2]"}, {18, "harmonics = 2"}}, 9,
+          {"the force has harmonic 3", "harmonic_balance.harmonics = 2", "at least 3"});
+}
+
+TEST_F(CaseFile, Sweep) {
+  refused(27, "omega = 1.0", {"continuation.omega = 1.0", "[from, to]"});
+  refused(27, "omega = [1.0]", {"continuation.omega = [1.0]", "two numbers"});
+  refused(27, "omega = [1.0, 2.0, 3.0]", {"two numbers", "not 3"});
+  refused(27, "omega = [0, 1.3]", {"continuation.omega = [0, 1.3]", "greater than 0"});
+  refused(27, "omega = [0.9, -1.3]", {"continuation.omega = [0.9, -1.3]", "greater than 0"});
+  refused(31, "at = [1.0, 1.4]",
+          {"entry 2 of continuation.at = 1.4", "outside continuation.omega = [0.9, 1.3]"});
+  refused(31, "at = [1.1, 1.0]", {"entry 2 of continuation.at = 1.0", "order of the sweep", "1.1"});
+  refused(31, "at = [1.1, 1.1]", {"entry 2 of continuation.at", "each once"});
+  refused({{31, "at = [\n1.0,\n2.0]"}}, 33, {"entry 2 of continuation.at = 2.0"});
+  refused({{27, "omega = [1.3, 0.9]"}}, 31, {"entry 2 of continuation.at = 1.1", "order of the sweep"});
+}
+
+TEST_F(CaseFile, Scaling) {
+  refused(25, "kind = \"automatic\"", {"scaling.kind = \"automatic\"", "\"auto\", \"none\" or \"manual\""});
+  refused({{25, "kind = \"manual\"\nfrequency = 1.0\ncontact = 1.0"}}, 24,
+          {"scaling.modal is missing", "manual"});
+  refused({{25, "kind = \"manual\"\nfrequency = 1.0\nmodal = 0\ncontact = 1.0"}}, 27,
+          {"scaling.modal = 0", "greater than 0"});
+  refused({{25, "kind = \"auto\"\nfrequency = 1.0"}}, 26,
+          {"scaling.frequency = 1.0", "only with kind = \"manual\""});
+  refused({{25, "modal = 1.0"}}, 25, {"scaling.modal = 1.0", "only with kind"});
+}
+
+TEST_F(CaseFile, ContactValues) {
+  refused(11, "normal_stiffness = 0", {"contact.normal_stiffness = 0", "greater than 0"});
+  refused(11, "normal_stiffness = [1.0, -2.0, 3.0]",
+          {"contact.normal_stiffness = -2 at contact point 1 (counted from 0): ", "greater than 0"});
+  refused(11, "normal_stiffness = []", {"contact.normal_stiffness = []", "is empty"});
+  refused(11, "normal_stiffness = [[1.0, 2.0]]",
+          {"contact.normal_stiffness = [1.0, 2.0]", "must be a number"});
+  refused(12, "tangential_stiffness = [1.0, -2.0]",
+          {"contact.tangential_stiffness = -2 along t2: ", "greater than 0"});
+  refused(13, "friction = -0.1", {"contact.friction = -0.1", "must not be negative"});
+  refused(13, "friction = [[0.1, 0.1], [0.1, -0.2]]",
+          {"friction = -0.2 at contact point 1 (counted from 0) along t2: ", "negative"});
+  refused(13, "friction = [[0.1, 0.1], [0.1]]", {"entry 2 of contact.friction = [0.1]", "pair [t1, t2]"});
+  refused(13, "friction = [[0.1, 0.1], 0.1]", {"entry 2 of contact.friction = 0.1", "list in brackets"});
+  refused(13, "friction = \"rough\"", {"contact.friction = \"rough\"", "must be a number"});
+}
+
+TEST_F(CaseFile, ContactPointsFromTheCase) {
+  const auto points = contact_points(read().contact, {}, 3);
+  ASSERT_EQ(points.size(), 3u);
+  EXPECT_EQ(points[2].kn, 1);
+  EXPECT_EQ(points[2].kt, (std::array<double, 2>{1, 2}));
+  EXPECT_EQ(points[2].mu, (std::array<double, 2>{0.3, 0.4}));
+  EXPECT_EQ(points[2].gap, -3.5);
+
+  const auto varied = contact_points(read({{11, "normal_stiffness = [5, 6]"},
+                                           {12, "tangential_stiffness = [[1, 2], [3, 4]]"},
+                                           {13, "friction = 0.5"},
+                                           {14, ""}})
+                                         .contact,
+                                     {}, 2);
+  EXPECT_EQ(varied[1].kn, 6);
+  EXPECT_EQ(varied[1].kt, (std::array<double, 2>{3, 4}));
+  EXPECT_EQ(varied[0].mu, (std::array<double, 2>{0.5, 0.5}));
+  EXPECT_EQ(varied[0].gap, 0);
+
+  // Two plain numbers are a pair even for two points; three are one per point, both directions alike.
+  EXPECT_EQ(contact_points(read().contact, {}, 2)[0].kt, (std::array<double, 2>{1, 2}));
+  EXPECT_EQ(contact_points(read({{13, "friction = [0.1, 0.2, 0.3]"}}).contact, {}, 3)[1].mu,
+            (std::array<double, 2>{0.2, 0.2}));
+}
+
+TEST_F(CaseFile, ContactPointsOfWrongLength) {
+  const auto message = [&](size_t line, const std::string &text, int n) {
+    const auto settings = read({{line, text}}).contact;
+    return message_of([&] { contact_points(settings, {}, n); });
+  };
+  expect_words(message(11, "normal_stiffness = [1, 2, 3]", 4),
+               {"case.toml:11: contact.normal_stiffness: 3 values found", "N_x = 4"});
+  expect_words(message(11, "normal_stiffness = [1.0]", 4), {"1 values found", "N_x = 4"});
+  expect_words(message(13, "friction = [0.1, 0.2, 0.3]", 4),
+               {"case.toml:13: contact.friction: 3 values", "N_x = 4"});
+  expect_words(message(13, "friction = [[0.1, 0.2]]", 4), {"1 pairs found", "4 pairs"});
+}
+
+TEST_F(CaseFile, ContactPointsFromTheModel) {
+  ContactSettings model;
+  model.normal_stiffness = ContactSetting{{7, 8}, false, "model.h5: /contact/normal_stiffness"};
+  model.friction = ContactSetting{{0.1, 0.2, 0.3, 0.4}, true, "model.h5: /contact/friction"};
+  model.gap = ContactSetting{{1, 2}, false, "model.h5: /contact/gap"};
+  const auto points = contact_points(read({{11, ""}, {13, ""}}).contact, model, 2);
+  EXPECT_EQ(points[1].kn, 8);
+  EXPECT_EQ(points[1].mu, (std::array<double, 2>{0.3, 0.4}));
+  EXPECT_EQ(points[1].gap, -3.5); // the case file wins
+
+  const auto settings = read({{12, ""}, {14, ""}}).contact;
+  expect_words(message_of([&] { contact_points(settings, model, 2); }),
+               {"case.toml: contact.tangential_stiffness is missing", "tangential_stiffness = [1e6, 1e6]",
+                "[contact]"});
+  const auto bare = read({{11, ""}, {13, ""}}).contact;
+  model.normal_stiffness->values[1] = -8;
+  expect_words(
+      message_of([&] { contact_points(bare, model, 2); }),
+      {"model.h5: /contact/normal_stiffness = -8 at contact point 1 (counted from 0): ", "greater than 0"});
+  model.normal_stiffness->values = {1, 2, 3};
+  expect_words(message_of([&] { contact_points(bare, model, 2); }),
+               {"/contact/normal_stiffness: 3 values", "N_x = 2"});
+  model.normal_stiffness->values = {1, std::nan("")};
+  expect_words(message_of([&] { contact_points(bare, model, 2); }),
+               {"/contact/normal_stiffness = nan", "finite"});
+}
+
+TEST_F(CaseFile, InitialPreload) {
+  EXPECT_EQ(initial_preload(read(), 2), std::vector<double>(6, 1e-5));
+  EXPECT_EQ(initial_preload(read({{16, "initial = [1, 2, 3]"}}), 1), (std::vector<double>{1, 2, 3}));
+  const Case study = read({{16, "initial = [1, 2, 3]"}});
+  expect_words(message_of([&] { initial_preload(study, 2); }),
+               {"case.toml:16: preload.initial: 3 values found", "N_x = 2", "6 in all"});
+  refused(16, "initial = [1, 2]", {"preload.initial = [1, 2]", "2 values", "3 per contact point"});
+  refused(16, "initial = [[1, 2, 3]]", {"entry 1 of preload.initial = [1, 2, 3]", "must be a number"});
+}
+
+TEST_F(CaseFile, DescriptionNamesValueUnitAndOrigin) {
+  const Case study =
+      read({{12, "tangential_stiffness = [[1, 2], [3, 4]]"}, {13, ""}, {14, ""}, {21, ""}, {19, ""}});
+  ContactSettings model;
+  model.friction = ContactSetting{{0.25}, false, "model.h5: /contact/friction"};
+  std::ostringstream out;
+  describe(out, study, contact_points(study.contact, model, 2));
+  const auto line_of = [&](const std::string &key) {
+    std::istringstream lines(out.str());
+    for (std::string line; std::getline(lines, line);)
+      if (line.rfind(key + " ", 0) == 0) return line;
+    return "no line for " + key;
+  };
+  expect_words(line_of("title"), {"test", "given"});
+  expect_words(line_of("damping.stiffness"), {"0.05", "[s]", "given"});
+  expect_words(line_of("excitation.fourier"), {"[0, 0, 1] "});
+  expect_words(line_of("contact.normal_stiffness"), {" 1 ", "[N/m]", "given"});
+  expect_words(line_of("contact.tangential_stiffness"), {"1 .. 4", "[N/m]", "given"});
+  expect_words(line_of("contact.friction"), {"0.25", "[-]", "model file"});
+  expect_words(line_of("contact.gap"), {" 0 ", "[m]", "default"});
+  expect_words(line_of("harmonic_balance.samples"), {"256", "default"});
+  expect_words(line_of("newton.step_tolerance"), {"1e-08", "[-]", "default"});
+  expect_words(line_of("continuation.omega"), {"[0.9, 1.3]", "[rad/s]", "given"});
+  expect_words(line_of(" "), {"[0.143239, 0.206901]", "[Hz]"});
+  expect_words(line_of("output.directory"), {"out", "given"});
+  EXPECT_EQ(out.str().find("scaling.modal"), std::string::npos); // no meaning here
+  EXPECT_EQ(out.str().find("reduced"), std::string::npos);
+}
+
+TEST_F(CaseFile, OutputFolderIsMadeAndTried) {
+  prepare_output(read({{34, "directory = \"new/er\""}}));
+  EXPECT_TRUE(fs::is_directory(folder / "new" / "er"));
+  EXPECT_TRUE(fs::is_empty(folder / "new" / "er"));
+  std::ofstream(folder / "new" / "er" / "results.h5") << "old";
+  prepare_output(read({{34, "directory = \"new/er\""}}));
+  EXPECT_EQ(fs::file_size(folder / "new" / "er" / "results.h5"), 3u);
+}
+
+TEST_F(CaseFile, OutputFolderThatCannotBe) {
+  const Case below_file = read({{34, "directory = \"model.h5/out\""}});
+  expect_words(message_of([&] { prepare_output(below_file); }),
+               {"case.toml:34: output.directory = ", "model.h5/out", "cannot be made"});
+  const Case is_file = read({{34, "directory = \"model.h5\""}});
+  expect_words(message_of([&] { prepare_output(is_file); }), {"case.toml:34", "model.h5"});
+  fs::create_directories(folder / "out" / "results.h5");
+  const Case taken = read();
+  expect_words(message_of([&] { prepare_output(taken); }), {"case.toml:34", "results.h5", "is not a file"});
+  const Case outside = read_case(folder / "case.toml", folder / "model.h5" / "out");
+  expect_words(message_of([&] { prepare_output(outside); }), {"--out", "model.h5/out"});
+}
+
+} // namespace
+} // namespace dovetail

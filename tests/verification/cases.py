@@ -1,0 +1,158 @@
+"""The structures of the verification tests: each as arrays for the reference, and as files for `dovetail run`.
+
+Every function writes model.h5 or reduced.h5 and case.toml into a folder and returns a `Case`. Keyword overrides are named
+as the keys of the case file: `dof5(folder, harmonics=3, samples=32, omega=[1, 1.1], kind="auto")`.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from dovetail import Model, reference
+
+SECTION_OF = {
+    "modes": "reduction", "stiffness": "damping", "fourier": "excitation",
+    "normal_stiffness": "contact", "tangential_stiffness": "contact", "friction": "contact", "gap": "contact",
+    "initial": "preload", "harmonics": "harmonic_balance", "samples": "harmonic_balance",
+    "step_tolerance": "newton", "residual_tolerance": "newton", "max_iterations": "newton",
+    "kind": "scaling", "frequency": "scaling", "modal": "scaling", "contact": "scaling",
+    "omega": "continuation", "step": "continuation", "adaptive": "continuation", "max_points": "continuation",
+    "at": "continuation",
+}
+TIGHT = {"step_tolerance": 1e-10, "residual_tolerance": 1e-10}
+
+
+@dataclass
+class Structure:
+    """Arguments of `reference.craig_bampton`, without the number of modes."""
+
+    K: np.ndarray
+    M: np.ndarray
+    contact_dofs: np.ndarray
+    force: np.ndarray
+    preload: np.ndarray
+
+    def static_state(self, xp):
+        """Displacements (n,) of the whole structure under its preload, contact points held at xp (N_x, 3) [m]."""
+        e, c, K, _ = reference.split(self.K, self.M, self.contact_dofs)
+        u = np.empty(len(K))
+        u[c] = xp.ravel()
+        u[e] = np.linalg.solve(K[np.ix_(e, e)], self.preload[e] - K[np.ix_(e, c)] @ u[c])
+        return u
+
+
+@dataclass
+class Case:
+    """A case in a folder, and the same thing for the reference. `structure` is None for a reduced model."""
+
+    path: Path
+    structure: Structure
+    reduced: reference.Reduced
+    settings: dict
+
+    @property
+    def contact(self):
+        keys = ("normal_stiffness", "tangential_stiffness", "friction", "gap")
+        return reference.Contact.uniform(len(self.reduced.fx) // 3, *(self.settings[key] for key in keys))
+
+    @property
+    def preload(self):
+        return reference.contact_preload(self.reduced, self.contact, self.settings["initial"])
+
+    def system(self, harmonics=None, samples=None):
+        """The reference's equations, by default with the harmonics and samples of the case."""
+        s = self.settings
+        return reference.HarmonicBalance(self.reduced, self.contact, self.preload, s["stiffness"], s["fourier"],
+                                         harmonics or s["harmonics"], samples or s["samples"])
+
+
+def dof5(folder, **overrides):
+    """The five-degree-of-freedom example with one contact point, as its authors deliver it."""
+    structure = Structure(K=20 * np.eye(5) - 10 * np.eye(5, k=1) - 10 * np.eye(5, k=-1), M=np.eye(5),
+                          contact_dofs=np.array([[2, 3, 4]]), force=np.array([1.0, 1, 0, 0, 0]),
+                          preload=np.array([1, 0.1, 0.1, 0.1, 0.1]))
+    structure.K[0, 0] = 10
+    return full(folder, "five degrees of freedom", structure, overrides, modes=2, stiffness=0.05, fourier=[0, 0, 1, 0, 0],
+                normal_stiffness=1.0, tangential_stiffness=[1.0, 1.0], friction=[1.0, 1.0], gap=-3.5, initial=1e-5,
+                harmonics=10, samples=64, step_tolerance=1e-5, residual_tolerance=1e-5, omega=[0.9, 1.3], step=0.05)
+
+
+def single_mass(folder, check, **overrides):
+    """One mass on springs pressed onto one contact point; check 1 excites it normally, check 2 also tangentially.
+
+    N_a = 1 is a dummy mode that nothing couples or excites.
+    """
+    force = np.array([0.0, 0, 100]) if check == 1 else np.array([100.0, 0, 100])
+    reduced = reference.Reduced(kaa=np.ones(1), max=np.zeros((1, 3)), mxx=np.eye(3), kxx=40 * np.eye(3), fa=np.zeros(1),
+                                fx=force, r=np.array([0.0, 0, -800]))
+    path = Path(folder) / "reduced.h5"
+    with h5py.File(path, "w") as file:
+        for name, values in (("Kaa", reduced.kaa), ("Max", reduced.max), ("Mxx", reduced.mxx), ("Kxx", reduced.kxx),
+                             ("Fa", reduced.fa), ("Fx", reduced.fx), ("R", reduced.r)):
+            file[name] = values
+        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
+    return write(folder, f"single mass, check {check}", "reduced.h5", None, reduced, overrides, stiffness=0.01,
+                 fourier=[0, 0, 1], normal_stiffness=120.0, tangential_stiffness=30.0, friction=0.3 if check == 1 else 8.0,
+                 gap=0.0, initial=0.0, harmonics=10, samples=256, omega=[5, 16], step=0.5, kind="none", **TIGHT)
+
+
+def random_structure(elastic=12, points=4, seed=7):
+    """Structure with full matrices, eigenfrequencies from 1 to 6 rad/s, and contact dofs scattered among the others."""
+    rng = np.random.default_rng(seed)
+    n = elastic + 3 * points
+    basis = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    mixing = np.eye(n) + 0.2 * basis[:, ::-1] @ np.diag(rng.uniform(0, 1, n)) @ basis[:, ::-1].T
+    K = mixing @ basis @ np.diag(np.linspace(1, 6, n) ** 2) @ basis.T @ mixing
+    dofs = rng.permutation(n)[:3 * points].reshape(points, 3)
+    preload = 0.3 * rng.normal(size=n)
+    preload[dofs[:, 2]] = 4
+    return Structure((K + K.T) / 2, mixing @ mixing, dofs, rng.normal(size=n), preload)
+
+
+def several_points(folder, **overrides):
+    """Four contact points with different parameters, of which some slip and some lift off near the first resonance."""
+    return full(folder, "random structure", random_structure(), overrides, modes=5, stiffness=0.02,
+                fourier=[0.2, 1, 0.5, 0, 0.3], normal_stiffness=[3.0, 4.0, 5.0, 6.0],
+                tangential_stiffness=[[1.0, 2.0], [2.0, 1.0], [1.5, 1.5], [3.0, 2.0]],
+                friction=[[0.3, 0.4], [0.2, 0.3], [0.5, 0.6], [0.4, 0.2]], gap=[-0.1, 0.0, -0.2, 0.1], initial=0.0,
+                harmonics=5, samples=64, omega=[0.8, 1.6], step=0.05, **TIGHT)
+
+
+def always_open(folder, **overrides):
+    """A linear case: the contacts stay open, and all modes are kept, so that the full model's response is exact."""
+    return full(folder, "contacts never touch", random_structure(), overrides, modes=12, stiffness=0.02,
+                fourier=[0.2, 1, 0.5, 0, 0.3], normal_stiffness=5.0, tangential_stiffness=2.0, friction=0.5, gap=1e3,
+                initial=0.0, harmonics=3, samples=32, omega=[0.8, 1.6], step=0.1, **TIGHT)
+
+
+def always_stuck(folder, **overrides):
+    """A linear case: the contacts stay closed and never slip, so that they act as springs."""
+    return full(folder, "contacts never slip", random_structure(), overrides, modes=12, stiffness=0.02,
+                fourier=[0.2, 1, 0.5, 0, 0.3], normal_stiffness=5.0, tangential_stiffness=[2.0, 3.0], friction=1e3, gap=-1e3,
+                initial=0.0, harmonics=3, samples=32, omega=[0.8, 1.6], step=0.1, **TIGHT)
+
+
+def full(folder, title, structure, overrides, **settings):
+    """A case that starts from a full model."""
+    Model(structure.K, structure.M, structure.contact_dofs, structure.force, structure.preload).write(Path(folder) / "model.h5")
+    modes = overrides.get("modes", settings["modes"])
+    reduced = reference.craig_bampton(structure.K, structure.M, structure.contact_dofs, structure.force, structure.preload,
+                                      modes)
+    return write(folder, title, "model.h5", structure, reduced, overrides, **{"kind": "none", **settings})
+
+
+def write(folder, title, model, structure, reduced, overrides, **settings):
+    """Write case.toml: `settings` with `overrides`."""
+    settings.update(overrides)
+    sections = {}
+    for key, value in settings.items():
+        sections.setdefault(SECTION_OF[key], []).append(f"{key} = {json.dumps(value)}")
+    lines = [f'title = "{title}"', f'{Path(model).stem} = "{model}"']
+    for name, entries in sections.items():
+        lines += ["", f"[{name}]", *entries]
+    path = Path(folder) / "case.toml"
+    path.write_text("\n".join(lines) + "\n")
+    return Case(path, structure, reduced, settings)
