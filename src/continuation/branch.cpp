@@ -13,10 +13,12 @@ namespace {
 constexpr double longest_step = 0.1;          // of the motion
 constexpr double longest_omega_step = 0.01;   // of the sweep: narrower resonances than this are met with care only if seen
 constexpr double shortest_step = 1e-7;
-constexpr double free_turn_step = 1e-4;       // below it a step may turn as it likes: a corner of the curve
-constexpr double least_cosine = 0.8;          // between tangents before and after a step
+constexpr double most_angle = 0.64;           // between the tangents before and after a step [rad]
+constexpr double corner_ratio = 0.75;         // of that angle after halving to before: a smooth curve gives 1/2, a corner 1
+constexpr int corner_halvings = 2;            // so many without effect and the turn is a corner of the curve: it is taken
 constexpr double aimed_angle = 0.25;          // between them [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
+constexpr double least_newton_step = 1e-4;    // shorter steps may take as many iterations as newton.max_iterations allows
 
 class Follower {
 public:
@@ -108,7 +110,8 @@ private:
 
   // One accepted step along the curve, or the news that there is none.
   Go advance() {
-    double trial_step = step_;
+    double trial_step = step_, angle = 0;
+    int blunt = 0; // halvings in a row that did not make the curve turn less
     norm_.weigh(t_, row_);
     for (;; trial_step /= 2) {
       if (trial_step < shortest_step * (settings_.adaptive ? 1 : settings_.step)) {
@@ -120,28 +123,33 @@ private:
       check(VecDot(row_, trial_, &target), "predicting");
       const double predicted = system_.omega(trial_);
       Corrector::Outcome outcome;
-      double cosine = 1;
+      const double wider = angle;
+      angle = 0;
       if (!(predicted > 0)) {
         refusal_ = "the predicted frequency is not positive";
       } else if (outcome = correct(trial_, row_, target); !outcome.converged) {
         refusal_ = outcome.why;
       } else if (const auto states = system_.states(); !corrector_.tangent(trial_, row_, turned_)) {
         refusal_ = "the bordered Jacobian is singular";
-      } else if (cosine = turn(); settings_.adaptive && trial_step > free_turn_step && (cosine < least_cosine || outcome.newton > most_newton)) {
-        refusal_ = cosine < least_cosine ? "the curve turns too far within one step" : "too many Newton iterations";
+      } else if (angle = turn(); !settings_.adaptive) {
+        return take(trial_step, angle, outcome, states);
+      } else if (blunt = angle > corner_ratio * wider && wider > most_angle ? blunt + 1 : 0; angle > most_angle && blunt < corner_halvings) {
+        refusal_ = "the curve turns too far within one step";
+      } else if (outcome.newton > most_newton && trial_step > least_newton_step) {
+        refusal_ = "too many Newton iterations";
       } else {
-        return take(trial_step, cosine, outcome, states);
+        return take(trial_step, angle, outcome, states);
       }
       ++summary_.cuts;
       notify(BranchEvent::Kind::cut, refusal_ + ", step halved");
     }
   }
 
-  double turn() const { // cosine of the angle between the tangents before and after the trial step
-    return norm_.product(t_, turned_) / (norm_.length(t_) * norm_.length(turned_));
+  double turn() const { // angle between the tangents before and after the trial step
+    return std::acos(std::clamp(norm_.product(t_, turned_) / (norm_.length(t_) * norm_.length(turned_)), -1.0, 1.0));
   }
 
-  Go take(double trial_step, double cosine, const Corrector::Outcome &outcome, const std::array<long, 3> &states) {
+  Go take(double trial_step, double angle, const Corrector::Outcome &outcome, const std::array<long, 3> &states) {
     const double next = system_.omega(trial_), before = omega_;
     for (const double w : passed(before, next)) {
       UniqueVec exact = system_.unknowns();
@@ -180,7 +188,7 @@ private:
     const double length = norm_.length(t_);
     if (settings_.adaptive) {
       const double by_newton = std::pow(2.0, (aimed_newton - outcome.newton) / 3.0);
-      const double by_angle = aimed_angle / std::max(std::acos(std::min(1.0, cosine)), 1e-3);
+      const double by_angle = aimed_angle / std::max(angle, 1e-3);
       step_ = trial_step * std::clamp(std::min(by_newton, by_angle), 0.5, 2.0);
     }
     check(VecScale(t_, 1 / length), "accepting a point");

@@ -10,16 +10,18 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   if (study.scaling == ScalingKind::manual) return {study.scale_frequency, study.scale_modal, study.scale_contact};
   const ReducedModel &model = preloaded.reduced;
   // Per own contact dof: the force at work, and the displacement at which friction gives way under the preload.
-  double force = 0, slip_limit = 0, stiffness = 0;
+  double force = 0, slip_limit = 0, stiffness = 0, mass = 0;
   for (std::size_t i = 0; i < model.r.size(); ++i) {
     const ContactPoint &point = preloaded.contact[i / 3];
+    const std::size_t diagonal = i * model.contact_dofs() + 3 * model.own_points.begin + i;
     force = std::max(force, std::abs(model.fx[i]));
+    mass = std::max(mass, model.mxx[diagonal]);
     const double mu = std::max(point.mu[0], point.mu[1]), kt = std::min(point.kt[0], point.kt[1]);
     slip_limit = std::max(slip_limit, mu * std::abs(model.r[i]) / kt);
-    stiffness = std::max({stiffness, std::abs(model.kxx[i * model.contact_dofs() + 3 * model.own_points.begin + i]), point.kn, kt});
+    stiffness = std::max({stiffness, std::abs(model.kxx[diagonal]), point.kn, kt});
   }
-  double largest[] = {force, slip_limit, stiffness};
-  MPI_Allreduce(MPI_IN_PLACE, largest, 3, MPI_DOUBLE, MPI_MAX, model.comm);
+  double largest[] = {force, slip_limit, stiffness, mass};
+  MPI_Allreduce(MPI_IN_PLACE, largest, 4, MPI_DOUBLE, MPI_MAX, model.comm);
   Scales scales;
   scales.frequency = model.modes > 0 ? std::sqrt(model.kaa[0]) : study.omega_from;
   double modal_force = model.modes > 0 ? std::abs(model.fa[0]) : 0;
@@ -27,6 +29,8 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
     if (modal_force < 1e-6 * std::abs(fa)) modal_force = std::abs(fa);
   const double w2 = scales.frequency * scales.frequency;
   scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
+  // A joint that never slips has a slip limit far beyond any motion: measure by the motion then, where x weighs like a.
+  if (modal_force > 0 && largest[3] > 0) scales.contact = std::min(scales.contact, modal_force / w2 / std::sqrt(largest[3]));
   // without modal force: such that modal and contact accelerations weigh alike
   scales.modal = modal_force > 0 ? modal_force / w2 : largest[0] > 0 ? std::sqrt(scales.contact * largest[0] / w2) : 1;
   return scales;
