@@ -187,7 +187,7 @@ private:
     check(VecCopy(turned_, t_), "accepting a point");
     const double length = norm_.length(t_);
     if (settings_.adaptive) {
-      const double by_newton = std::pow(2.0, (aimed_newton - outcome.newton) / 3.0);
+      const double by_newton = std::pow(2.0, (aimed_newton - outcome.newton) / 2.0);
       const double by_angle = aimed_angle / std::max(angle, 1e-3);
       step_ = trial_step * std::clamp(std::min(by_newton, by_angle), 0.5, 2.0);
     }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "support/mumps.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -30,14 +32,9 @@ Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
   check(SNESSetConvergenceTest(snes_, &Corrector::converged, this, nullptr), "setting up Newton");
   check(SNESSetType(snes_, SNESNEWTONLS), "setting up Newton");
   KSP ksp;
-  PC pc;
   check(SNESGetKSP(snes_, &ksp), "setting up Newton");
-  check(KSPSetType(ksp, KSPPREONLY), "setting up Newton");
-  check(KSPGetPC(ksp, &pc), "setting up Newton");
-  check(PCSetType(pc, PCLU), "setting up Newton");
-  check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "setting up Newton");
+  factor_by_lu(ksp, jacobian_);
   check(SNESSetFromOptions(snes_), "setting up Newton");
-  check(KSPSetOperators(ksp, jacobian_, jacobian_), "setting up Newton");
   if (layout.owns_omega()) check(VecSetValue(unit_, layout.omega_row(), 1, INSERT_VALUES), "setting up Newton");
   check(VecAssemblyBegin(unit_), "setting up Newton");
   check(VecAssemblyEnd(unit_), "setting up Newton");
@@ -87,6 +84,11 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   check(SNESGetIterationNumber(snes_, &newton), "Newton");
   check(SNESGetLinearSolveIterations(snes_, &linear), "Newton");
   check(SNESGetFunctionNorm(snes_, &outcome.residual), "Newton");
+  if (reason == SNES_DIVERGED_LINEAR_SOLVE) {
+    KSP ksp;
+    check(SNESGetKSP(snes_, &ksp), "Newton");
+    recover_lu(ksp, jacobian_);
+  }
   outcome.converged = reason > 0;
   outcome.newton = static_cast<int>(newton), outcome.linear = static_cast<int>(linear);
   if (outcome.converged)
@@ -106,6 +108,7 @@ bool Corrector::tangent(Vec y, Vec border, Vec t) {
   check(KSPSolve(ksp, unit_, t), "computing a tangent");
   check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
   check(VecNorm(t, NORM_2, &norm), "computing a tangent");
+  if (reason <= 0) recover_lu(ksp, jacobian_);
   return reason > 0 && std::isfinite(norm) && norm > 0;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "support/error.hpp"
+#include "support/mumps.hpp"
 
 namespace dovetail {
 namespace {
@@ -32,12 +33,8 @@ public:
     check(SNESSetJacobian(snes_, jacobian_, jacobian_, &jacobian, this), "contact preload");
     check(SNESSetTolerances(snes_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 60, 10000), "contact preload");
     KSP ksp;
-    PC pc;
     check(SNESGetKSP(snes_, &ksp), "contact preload");
-    check(KSPSetType(ksp, KSPPREONLY), "contact preload");
-    check(KSPGetPC(ksp, &pc), "contact preload");
-    check(PCSetType(pc, PCLU), "contact preload");
-    check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "contact preload");
+    factor_by_lu(ksp, jacobian_);
     SNESLineSearch search;
     check(SNESGetLineSearch(snes_, &search), "contact preload");
     check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC), "contact preload");
@@ -68,6 +65,11 @@ public:
     SNESConvergedReason reason;
     PetscReal left;
     check(SNESGetConvergedReason(snes_, &reason), "contact preload");
+    if (reason == SNES_DIVERGED_LINEAR_SOLVE) {
+      KSP ksp;
+      check(SNESGetKSP(snes_, &ksp), "contact preload");
+      recover_lu(ksp, jacobian_);
+    }
     check(SNESGetFunctionNorm(snes_, &left), "contact preload");
     // round-off may keep the residual just above the tolerance: then Newton repeats itself at that level
     const bool converged = reason > 0 || left <= 1e-10 * std::sqrt(force);

@@ -1,6 +1,7 @@
 #include "reduction/clamped_solver.hpp"
 
 #include "support/error.hpp"
+#include "support/mumps.hpp"
 
 namespace dovetail {
 
@@ -17,12 +18,12 @@ ClampedSolver::ClampedSolver(Mat K_ee, const std::string &model_name) {
   check(PCSetType(pc, PCCHOLESKY), "factoring K_ee");
   check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "factoring K_ee");
   check(PCFactorSetUpMatSolverType(pc), "factoring K_ee");
-  check(MatMumpsSetIcntl(factor(), 14, 40), "factoring K_ee"); // room for pivoting beyond the analysis' estimate [%]
+  check(MatMumpsSetIcntl(mumps_factor(ksp_), 14, 40), "factoring K_ee"); // room for pivoting beyond the analysis' estimate [%]
   check(KSPSetFromOptions(ksp_), "factoring K_ee");
   const PetscErrorCode code = KSPSetUp(ksp_);
   PetscInt info = 0, detail = 0;
-  MatMumpsGetInfog(factor(), 1, &info);
-  MatMumpsGetInfog(factor(), 2, &detail);
+  MatMumpsGetInfog(mumps_factor(ksp_), 1, &info);
+  MatMumpsGetInfog(mumps_factor(ksp_), 2, &detail);
   if (info == -10 || info == -40)
     throw InputError(model_name + ": K_ee, the stiffness with the contact dofs held, is not positive definite (MUMPS " +
                      std::to_string(info) + "): either constraints are missing, so that a body can still move as a whole, or K is not the "
@@ -35,21 +36,13 @@ ClampedSolver::ClampedSolver(Mat K_ee, const std::string &model_name) {
                                                  : ""));
 }
 
-Mat ClampedSolver::factor() const {
-  PC pc;
-  Mat factor = nullptr;
-  check(KSPGetPC(ksp_, &pc), "reaching the factor of K_ee");
-  check(PCFactorGetMatrix(pc, &factor), "reaching the factor of K_ee");
-  return factor;
-}
-
 void ClampedSolver::solve(Vec b, Vec x) const { check(KSPSolve(ksp_, b, x), "solving with K_ee"); }
 
-void ClampedSolver::solve(Mat B, Mat X) const { check(MatMatSolve(factor(), B, X), "solving with K_ee"); }
+void ClampedSolver::solve(Mat B, Mat X) const { check(MatMatSolve(mumps_factor(ksp_), B, X), "solving with K_ee"); }
 
 std::string ClampedSolver::ordering() const {
   PetscInt used = -1;
-  check(MatMumpsGetInfog(factor(), 7, &used), "asking for the ordering");
+  check(MatMumpsGetInfog(mumps_factor(ksp_), 7, &used), "asking for the ordering");
   const char *names[] = {"AMD", "given", "AMF", "SCOTCH", "PORD", "METIS", "QAMD"};
   return used >= 0 && used <= 6 ? names[used] : std::to_string(used);
 }

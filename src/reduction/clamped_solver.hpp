@@ -17,7 +17,6 @@ public:
   std::string ordering() const;
 
 private:
-  Mat factor() const;
   UniqueKSP ksp_;
 };
 

@@ -1,0 +1,47 @@
+#pragma once
+// A made-up reduced model with three contact points, small enough to know by heart, on any number of ranks.
+#include <cmath>
+
+#include "preload/contact_preload.hpp"
+#include "scaling/scaled_model.hpp"
+
+namespace dovetail::testing {
+
+inline double wave(int i, int j) { return std::sin(1.0 + 3.7 * i + 2.3 * j); } // numbers without structure
+
+/// N_a = 2, N_x = 3; K_xx and M_xx well conditioned.
+inline ReducedModel small_reduced(MPI_Comm comm) {
+  ReducedModel model;
+  model.comm = comm;
+  model.modes = 2, model.points = 3;
+  model.own_modes = own_share(comm, model.modes);
+  model.own_points = own_share(comm, model.points);
+  model.kaa = {1.0, 4.0};
+  model.fa = {1.0, -0.4};
+  const int nc = 9;
+  for (int i = 3 * model.own_points.begin; i < 3 * model.own_points.end; ++i) {
+    for (int j = 0; j < 2; ++j) model.mxa.push_back(0.2 * wave(i, j));
+    for (int j = 0; j < nc; ++j) {
+      model.kxx.push_back((i == j ? 6.0 : 0.0) + 0.3 * (wave(i, j) + wave(j, i)));
+      model.mxx.push_back((i == j ? 1.0 : 0.0) + 0.03 * (wave(i, j + 9) + wave(j, i + 9)));
+    }
+    model.fx.push_back(0.5 * wave(i, 40));
+    model.r.push_back(i % 3 == 2 ? -2.0 : 0.3 * wave(i, 50)); // presses the joint together
+  }
+  return model;
+}
+
+inline std::vector<ContactPoint> small_contact(const ReducedModel &model) {
+  const ContactPoint all[] = {{5, {3, 4}, {0.2, 0.3}, 0}, {4, {2, 2}, {0.5, 0.4}, -0.1}, {6, {3, 3}, {5, 5}, 0}};
+  return {all + model.own_points.begin, all + model.own_points.end};
+}
+
+inline PreloadedModel small_preloaded(MPI_Comm comm) {
+  ReducedModel model = small_reduced(comm);
+  auto contact = small_contact(model);
+  std::string note;
+  const std::vector<double> zero(model.own_contact_dofs(), 0.0);
+  return contact_preload(std::move(model), std::move(contact), zero, note);
+}
+
+} // namespace dovetail::testing

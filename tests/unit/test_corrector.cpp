@@ -1,0 +1,156 @@
+// Newton and tangents on the bordered system.
+#include <gtest/gtest.h>
+
+#include "continuation/branch.hpp"
+#include "small_model.hpp"
+
+using namespace dovetail;
+using namespace dovetail::testing;
+
+namespace {
+
+constexpr NewtonSettings tight{1e-10, 1e-11, 30};
+
+HarmonicSystem small_system(double load = 1) {
+  return HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, {0, load});
+}
+
+UniqueVec unit_omega(const HarmonicSystem &system) {
+  UniqueVec e = system.unknowns();
+  if (system.layout().owns_omega()) check(VecSetValue(e, system.layout().omega_row(), 1, INSERT_VALUES), "");
+  check(VecAssemblyBegin(e), ""), check(VecAssemblyEnd(e), "");
+  return e;
+}
+
+double norm(Vec v) {
+  PetscReal value;
+  check(VecNorm(v, NORM_2, &value), "");
+  return value;
+}
+
+} // namespace
+
+TEST(Corrector, fixed_frequency_solution_satisfies_the_equations) {
+  HarmonicSystem system = small_system();
+  Corrector corrector(system, tight);
+  const UniqueVec e = unit_omega(system);
+  UniqueVec y = system.unknowns(), f = system.unknowns();
+  check(VecAXPY(y, 0.7, e), "");
+  const auto outcome = corrector.solve(y, e, 0.7);
+  ASSERT_TRUE(outcome.converged) << outcome.why;
+  EXPECT_DOUBLE_EQ(system.omega(y), 0.7);
+  system.residual(y, f);
+  EXPECT_LT(norm(f), 1e-10);
+}
+
+TEST(Corrector, leaves_the_point_alone_when_it_fails) {
+  HarmonicSystem system = small_system();
+  Corrector corrector(system, {1e-10, 1e-11, 1}); // one iteration is not enough
+  const UniqueVec e = unit_omega(system);
+  UniqueVec y = system.unknowns();
+  check(VecAXPY(y, 0.7, e), "");
+  const auto outcome = corrector.solve(y, e, 0.7);
+  EXPECT_FALSE(outcome.converged);
+  EXPECT_FALSE(outcome.why.empty());
+  EXPECT_DOUBLE_EQ(norm(y), 0.7);
+}
+
+// The assembled border against bordering by block elimination: two solves with the Jacobian at fixed Omega.
+TEST(Corrector, tangent_equals_block_elimination) {
+  HarmonicSystem system = small_system();
+  Corrector corrector(system, tight);
+  const UniqueVec e = unit_omega(system);
+  UniqueVec y = system.unknowns();
+  check(VecAXPY(y, 0.7, e), "");
+  ASSERT_TRUE(corrector.solve(y, e, 0.7).converged);
+
+  UniqueVec by_omega = system.unknowns(), border = system.unknowns(), t = system.unknowns(), wanted = system.unknowns();
+  ASSERT_TRUE(corrector.tangent(y, e, by_omega)); // dX/dOmega; its last entry is 1
+  EXPECT_NEAR(system.omega(by_omega), 1, 1e-14);
+  for (PetscInt i = 0, first = 0, last = 0; i == 0; ++i) {
+    check(VecGetOwnershipRange(border, &first, &last), "");
+    for (PetscInt row = first; row < last; ++row) check(VecSetValue(border, row, wave(row, 2), INSERT_VALUES), "");
+  }
+  check(VecAssemblyBegin(border), ""), check(VecAssemblyEnd(border), "");
+  ASSERT_TRUE(corrector.tangent(y, border, t));
+  double along;
+  check(VecDot(border, by_omega, &along), "");
+  check(VecAXPY(wanted, 1 / along, by_omega), ""); // the null vector is one, only its length differs
+  const double size = norm(wanted);
+  check(VecAXPY(wanted, -1, t), "");
+  EXPECT_LT(norm(wanted), 1e-10 * size);
+}
+
+TEST(Branch, hits_its_end_and_the_frequencies_asked_for) {
+  for (const double to : {1.6, 0.5}) { // either direction from 1.0
+    HarmonicSystem system = small_system();
+    UniqueVec y = system.unknowns();
+    std::vector<double> omegas;
+    const double named = to > 1 ? 1.2345 : 0.7654;
+    const BranchObserver observer{[&](const BranchPoint &point) { omegas.push_back(point.omega); }, [](const BranchEvent &) {}};
+    const auto summary = follow_branch(system, tight, {1.0, to, 0.05, true, 2000, {named}}, y, observer);
+    EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;
+    EXPECT_EQ(omegas.front(), 1.0);
+    EXPECT_EQ(omegas.back(), to);
+    EXPECT_EQ(std::count(omegas.begin(), omegas.end(), named), 1);
+    EXPECT_EQ(summary.points, static_cast<int>(omegas.size()));
+  }
+}
+
+TEST(Branch, equal_ends_give_one_point) {
+  HarmonicSystem system = small_system();
+  UniqueVec y = system.unknowns();
+  int points = 0;
+  const BranchObserver observer{[&](const BranchPoint &) { ++points; }, [](const BranchEvent &) {}};
+  EXPECT_EQ(follow_branch(system, tight, {0.8, 0.8, 0.05, true, 2000, {}}, y, observer).end, BranchSummary::End::arrived);
+  EXPECT_EQ(points, 1);
+}
+
+TEST(Branch, stops_at_max_points) {
+  HarmonicSystem system = small_system();
+  UniqueVec y = system.unknowns();
+  int points = 0;
+  const BranchObserver observer{[&](const BranchPoint &) { ++points; }, [](const BranchEvent &) {}};
+  EXPECT_EQ(follow_branch(system, tight, {0.5, 3, 0.05, false, 7, {}}, y, observer).end, BranchSummary::End::max_points);
+  EXPECT_EQ(points, 7);
+}
+
+// One mass on one unilateral spring, hung so that it lifts off: the resonance bends over, two folds must be passed.
+TEST(Branch, passes_and_counts_turning_points) {
+  ReducedModel model;
+  model.comm = PETSC_COMM_WORLD;
+  model.points = 1;
+  model.own_points = own_share(model.comm, 1), model.own_modes = own_share(model.comm, 0);
+  std::vector<ContactPoint> contact;
+  std::vector<double> initial;
+  if (model.own_points.size() == 1) {
+    model.kxx = {40, 0, 0, 0, 40, 0, 0, 0, 40}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    model.r = {0, 0, -800}, model.fx = {0, 0, 100};
+    contact = {{120, {30, 30}, {0.3, 0.3}, 0}}, initial = {0, 0, 0};
+  }
+  std::string note;
+  HarmonicSystem system(scaled(contact_preload(std::move(model), std::move(contact), initial, note), 0.01, {}), 5, 256, {0, 0, 1});
+  UniqueVec y = system.unknowns();
+  std::vector<double> omegas;
+  int folds = 0;
+  const BranchObserver observer{[&](const BranchPoint &point) { omegas.push_back(point.omega); },
+                                [&](const BranchEvent &event) { folds += event.kind == BranchEvent::Kind::fold; }};
+  const auto summary = follow_branch(system, tight, {5, 16, 0.5, true, 2000, {}}, y, observer);
+  EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;
+  EXPECT_EQ(summary.folds, 2);
+  EXPECT_EQ(folds, 2);
+  bool backwards = false;
+  for (std::size_t i = 1; i < omegas.size(); ++i) backwards = backwards || omegas[i] < omegas[i - 1];
+  EXPECT_TRUE(backwards);
+}
+
+// A singular Jacobian must not spoil the solves after it (PETSc 3.18 would skip their factorisation silently).
+TEST(Corrector, recovers_from_a_singular_jacobian) {
+  HarmonicSystem system = small_system();
+  Corrector corrector(system, tight);
+  const UniqueVec e = unit_omega(system), nothing = system.unknowns();
+  UniqueVec y = system.unknowns();
+  check(VecAXPY(y, 0.7, e), "");
+  EXPECT_FALSE(corrector.solve(y, nothing, 0).converged); // a border of zeros
+  EXPECT_TRUE(corrector.solve(y, e, 0.7).converged);
+}
