@@ -87,12 +87,11 @@ private:
     }
     accept(y_, outcome, 0);
     if (settings_.to == settings_.from) return true;
-    UniqueVec forward = system_.unknowns();
-    check(VecAXPY(forward, direction_, e_omega_), "computing a tangent");
-    if (!corrector_.tangent(y_, forward, t_)) {
+    if (!corrector_.tangent(t_)) {
       summary_.why = "the Jacobian at the first frequency is singular";
       return false;
     }
+    check(VecScale(t_, direction_), "computing a tangent");
     PetscReal plain;
     check(VecNorm(t_, NORM_2, &plain), "computing a tangent");
     const double length = norm_.length(t_);
@@ -129,7 +128,7 @@ private:
         refusal_ = "the predicted frequency is not positive";
       } else if (outcome = correct(trial_, row_, target); !outcome.converged) {
         refusal_ = outcome.why;
-      } else if (const auto states = system_.states(); !corrector_.tangent(trial_, row_, turned_)) {
+      } else if (const auto states = system_.states(); !corrector_.tangent(turned_)) {
         refusal_ = "the bordered Jacobian is singular";
       } else if (angle = turn(); !settings_.adaptive) {
         return take(trial_step, angle, outcome, states);

@@ -98,17 +98,14 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   return outcome;
 }
 
-bool Corrector::tangent(Vec y, Vec border, Vec t) {
-  system_.jacobian(y, border, jacobian_);
+bool Corrector::tangent(Vec t) {
   KSP ksp;
   KSPConvergedReason reason;
   PetscReal norm;
   check(SNESGetKSP(snes_, &ksp), "computing a tangent");
-  check(KSPSetOperators(ksp, jacobian_, jacobian_), "computing a tangent");
   check(KSPSolve(ksp, unit_, t), "computing a tangent");
   check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
   check(VecNorm(t, NORM_2, &norm), "computing a tangent");
-  if (reason <= 0) recover_lu(ksp, jacobian_);
   return reason > 0 && std::isfinite(norm) && norm > 0;
 }
 

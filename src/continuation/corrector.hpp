@@ -24,8 +24,9 @@ public:
   /// Newton from y, kept on the plane border . y = target. y is left alone unless it converges. Collective.
   Outcome solve(Vec y, Vec border, double target, bool line_search = false);
 
-  /// t with [d residual / d y] t = 0 and border . t = 1, at y. False if the bordered matrix is singular. Collective.
-  bool tangent(Vec y, Vec border, Vec t);
+  /// t with [d residual / d y] t = 0 and border . t = 1, where the last solve converged and with its border: one more
+  /// solve with the factors of its last iteration, which lies within eps_x of the solution. False if singular. Collective.
+  bool tangent(Vec t);
 
 private:
   static PetscErrorCode residual(SNES, Vec y, Vec f, void *context);
