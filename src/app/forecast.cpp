@@ -15,7 +15,8 @@ void harmonic_balance(Forecast &sizes, int harmonics) {
   const double n = coefficient_count(harmonics), na = sizes.modes, nc = 3.0 * sizes.points, h = harmonics;
   sizes.unknowns = (na + nc) * n + 1;
   const double pairs = nc * nc + na; // of the reduced matrices with stiffness; modes and contact meet in the mass only
-  sizes.jacobian_entries = pairs * (1 + 4 * h) + 2 * na * nc * 2 * h + sizes.points * 9 * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
+  sizes.jacobian_entries =
+      pairs * (1 + 4 * h) + 2 * na * nc * 2 * h + sizes.points * 9 * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
   // 12 bytes an entry in the matrix, 24 in the list it is assembled from; the factors at worst full
   const double factor = std::min(sizes.unknowns * sizes.unknowns, 20 * sizes.jacobian_entries);
   sizes.solve_gib = (36 * sizes.jacobian_entries + 12 * factor + 40 * pairs) / gib;
@@ -30,7 +31,8 @@ Forecast forecast(const ModelHeader &header, const Case &study) {
   // K, M, their split and MUMPS's factor: n^1.37 fits compact and slender steel parts of 50 to 400 thousand dofs
   const double n = static_cast<double>(header.dofs), factor = 1.7e9 * std::pow(n / 146e3, 1.37);
   const double columns = 3.0 * header.points;
-  sizes.reduction_gib = (factor + 4 * 12.0 * header.nonzeros + 8 * n * (4 * columns + 2 * 128 + 3.0 * study.modes)) / gib;
+  sizes.reduction_gib =
+      (factor + 4 * 12.0 * header.nonzeros + 8 * n * (4 * columns + 2 * 128 + 3.0 * study.modes)) / gib;
   return sizes;
 }
 
@@ -45,12 +47,15 @@ void describe(std::ostream &out, const Forecast &sizes) {
   char line[200];
   out << "\nsizes\n";
   if (sizes.dofs > 0) {
-    std::snprintf(line, sizeof line, "  full model               %ld dofs, %ld entries in K\n", long(sizes.dofs), long(sizes.nonzeros));
+    std::snprintf(line, sizeof line, "  full model               %ld dofs, %ld entries in K\n", long(sizes.dofs),
+                  long(sizes.nonzeros));
     out << line;
   }
-  std::snprintf(line, sizeof line, "  reduced model            %ld modes, %ld contact points\n", long(sizes.modes), long(sizes.points));
+  std::snprintf(line, sizeof line, "  reduced model            %ld modes, %ld contact points\n", long(sizes.modes),
+                long(sizes.points));
   out << line;
-  std::snprintf(line, sizeof line, "  harmonic balance         %.0f unknowns, %.3g Jacobian entries\n", sizes.unknowns, sizes.jacobian_entries);
+  std::snprintf(line, sizeof line, "  harmonic balance         %.0f unknowns, %.3g Jacobian entries\n", sizes.unknowns,
+                sizes.jacobian_entries);
   out << line;
   out << "memory over all ranks, roughly\n";
   if (sizes.dofs > 0) {

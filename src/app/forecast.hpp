@@ -10,7 +10,7 @@ namespace dovetail {
 struct Forecast {
   PetscInt dofs = 0, nonzeros = 0; ///< of the full model; 0 when the reduced one is given
   PetscInt modes = 0, points = 0;
-  double unknowns = 0;             ///< (N_a + 3 N_x)(2H+1) + 1
+  double unknowns = 0; ///< (N_a + 3 N_x)(2H+1) + 1
   double jacobian_entries = 0;
   double reduction_gib = 0, solve_gib = 0; ///< over all ranks
 };

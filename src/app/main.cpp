@@ -20,26 +20,34 @@ constexpr const char *usage =
     "run does the whole job, reduce stops after the reduction; both work under mpirun -n RANKS.\n"
     "  --out DIR    write there instead of output.directory\n"
     "  --dry-run    check the case, print every value in force with its unit and the forecast sizes, stop\n"
-    "PETSc options reach the solvers by prefix: kee_ (factorisation and modes), preload_, hb_ (Newton); -log_view shows the time.\n"
+    "PETSc options reach the solvers by prefix: kee_ (factorisation and modes), preload_, hb_ (Newton); -log_view "
+    "shows the time.\n"
     "Exit status: 0 done; 2 the input is wrong; 3 the computation could not go on, what was computed is saved.\n";
 
 dovetail::Request parse(std::vector<std::string> words) {
   using dovetail::InputError;
   dovetail::Request request;
   if (words.empty()) throw InputError(std::string("no command given\n\n") + usage);
-  if (words[0] != "run" && words[0] != "reduce") throw InputError("\"" + words[0] + "\" is not a command; run, reduce, --help or --version are");
+  if (words[0] != "run" && words[0] != "reduce")
+    throw InputError("\"" + words[0] + "\" is not a command; run, reduce, --help or --version are");
   request.reduce_only = words[0] == "reduce";
   for (std::size_t i = 1; i < words.size(); ++i) {
-    if (words[i] == "--dry-run") request.dry_run = true;
+    if (words[i] == "--dry-run")
+      request.dry_run = true;
     else if (words[i] == "--out") {
       if (++i == words.size()) throw InputError("--out wants a folder behind it");
       request.out = words[i];
-    } else if (words[i].rfind("--", 0) == 0) throw InputError(words[i] + " is not an option; --out DIR and --dry-run are");
-    else if (words[i].rfind("-", 0) == 0) break; // from here on PETSc's
-    else if (request.file.empty()) request.file = words[i];
-    else throw InputError("one case file is wanted, \"" + words[i] + "\" is a second");
+    } else if (words[i].rfind("--", 0) == 0)
+      throw InputError(words[i] + " is not an option; --out DIR and --dry-run are");
+    else if (words[i].rfind("-", 0) == 0)
+      break; // from here on PETSc's
+    else if (request.file.empty())
+      request.file = words[i];
+    else
+      throw InputError("one case file is wanted, \"" + words[i] + "\" is a second");
   }
-  if (request.file.empty()) throw InputError("dovetail " + words[0] + " wants a case file, as in: dovetail " + words[0] + " case.toml");
+  if (request.file.empty())
+    throw InputError("dovetail " + words[0] + " wants a case file, as in: dovetail " + words[0] + " case.toml");
   return request;
 }
 

@@ -59,11 +59,13 @@ Checked check_input(MPI_Comm comm, const Request &request) {
 void warn_of_slow_blas(const Voice &voice) {
   for (const char *known : {"openblas_get_config", "MKL_Get_Version", "bli_info_get_version_str", "armpl_get_version"})
     if (dlsym(RTLD_DEFAULT, known)) return;
-  voice.say("note: this looks like reference BLAS, with which factorisations take about 8 times longer; on Debian install libopenblas0-serial");
+  voice.say("note: this looks like reference BLAS, with which factorisations take about 8 times longer; on Debian "
+            "install libopenblas0-serial");
 }
 
 // Steps 1 and 2: the reduced model, from its file if that still fits the case.
-ReducedModel reduced_model(MPI_Comm comm, const Checked &checked, const std::filesystem::path &file, Stages &stages, const Voice &voice) {
+ReducedModel reduced_model(MPI_Comm comm, const Checked &checked, const std::filesystem::path &file, Stages &stages,
+                           const Voice &voice) {
   const Case &study = checked.study;
   if (!study.reduced.empty()) return stages.run("1 model", [&] { return read_reduced(comm, study.reduced); });
   const FullModel model = stages.run("1 model", [&] { return read_full_model(comm, study.model); });
@@ -72,13 +74,15 @@ ReducedModel reduced_model(MPI_Comm comm, const Checked &checked, const std::fil
     return stages.run("2 reduction", [&] { return read_reduced(comm, file); });
   }
   warn_of_slow_blas(voice);
-  voice.say("reduction: " + std::to_string(model.dofs) + " dofs, " + std::to_string(model.contact_dofs.size()) + " contact points, " +
-            std::to_string(study.modes) + " modes ...");
+  voice.say("reduction: " + std::to_string(model.dofs) + " dofs, " + std::to_string(model.contact_dofs.size()) +
+            " contact points, " + std::to_string(study.modes) + " modes ...");
   return stages.run("2 reduction", [&] {
     Reduction reduction = craig_bampton(model, study.modes);
     write_reduced(file, model, reduction);
     std::string first;
-    if (study.modes > 0) first = ", first fixed-interface frequency " + std::to_string(std::sqrt(reduction.model.kaa[0]) / (2 * M_PI)) + " Hz";
+    if (study.modes > 0)
+      first =
+          ", first fixed-interface frequency " + std::to_string(std::sqrt(reduction.model.kaa[0]) / (2 * M_PI)) + " Hz";
     voice.say("reduction: ordering " + (reduction.ordering.empty() ? "none needed" : reduction.ordering) + first);
     return std::move(reduction.model);
   });
@@ -88,13 +92,19 @@ std::string in_words(const BranchSummary &summary, double frequency_scale, const
   char where[64];
   std::snprintf(where, sizeof where, "%.8g rad/s", summary.omega * frequency_scale);
   switch (summary.end) {
-  case BranchSummary::End::arrived: return "";
-  case BranchSummary::End::max_points: return summary.why + ", at " + where;
+  case BranchSummary::End::arrived:
+    return "";
+  case BranchSummary::End::max_points:
+    return summary.why + ", at " + where;
   case BranchSummary::End::no_start:
-    return summary.why + " (" + where + "). Try the other end of the sweep, a start from other results (continuation.start), fewer harmonics, or a smaller load first.";
+    return summary.why + " (" + where +
+           "). Try the other end of the sweep, a start from other results (continuation.start), fewer harmonics, or a "
+           "smaller load first.";
   default:
-    return "the sweep could not go on beyond " + std::string(where) + ": " + summary.why + ". The " + std::to_string(summary.points) +
-           " points so far are in " + results + ". Where contacts open, more samples (harmonic_balance.samples) and more harmonics help; or sweep from the other end.";
+    return "the sweep could not go on beyond " + std::string(where) + ": " + summary.why + ". The " +
+           std::to_string(summary.points) + " points so far are in " + results +
+           ". Where contacts open, more samples (harmonic_balance.samples) and more harmonics help; or sweep from the "
+           "other end.";
   }
 }
 
@@ -119,7 +129,8 @@ int run_case(MPI_Comm comm, const Request &request) {
   const auto summarise = [&](double scale, const std::string &failure) {
     write_summary(comm, study.directory, branch ? &*branch : nullptr, scale, stages, failure);
   };
-  voice.say("dovetail " + std::string(version) + "  " + study.file.string() + (study.title.empty() ? "" : ": " + study.title));
+  voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
+            (study.title.empty() ? "" : ": " + study.title));
 
   const std::filesystem::path own_file = study.directory / "reduced.h5";
   ReducedModel reduced = reduced_model(comm, checked, own_file, stages, voice); // eqs (2), (5), (15)-(18)
@@ -138,37 +149,42 @@ int run_case(MPI_Comm comm, const Request &request) {
   });
   voice.say(note);
   const std::filesystem::path results_path = study.directory / "results.h5";
-  ResultsFile results(results_path, study, study.reduced.empty() ? std::filesystem::path("reduced.h5") : std::filesystem::absolute(study.reduced), preloaded);
+  ResultsFile results(results_path, study,
+                      study.reduced.empty() ? std::filesystem::path("reduced.h5")
+                                            : std::filesystem::absolute(study.reduced),
+                      preloaded);
 
   HarmonicSystem system = stages.run("4 scaling", [&] { // theory.md, section 7
     const Scales scales = choose_scales(study, preloaded);
-    return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples, study.fourier);
+    return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
+                          study.fourier);
   });
 
   const double w0 = system.scales().frequency;
-  BranchSettings settings{study.omega_from / w0, study.omega_to / w0, study.step, study.adaptive, study.max_points, study.at};
+  BranchSettings settings{study.omega_from / w0, study.omega_to / w0, study.step,
+                          study.adaptive,        study.max_points,    study.at};
   for (double &w : settings.at) w /= w0;
   UniqueVec y = system.unknowns();
   if (!study.start.empty()) start_from(study.start, study.omega_from, system.layout(), system.scales(), y);
   Progress progress(voice.speaks(), system.layout(), unit);
   progress.heading();
   double clock = MPI_Wtime();
-  const BranchObserver observer{
-      [&](const BranchPoint &point) {
-        const double now = MPI_Wtime();
-        PointRecord record = collect(system, point, now - clock);
-        // the frequencies the user named come out as he wrote them
-        for (const double *named : {&study.omega_from, &study.omega_to})
-          if (point.omega == *named / w0) record.omega = *named;
-        for (const double named : study.at)
-          if (point.omega == named / w0) record.omega = named;
-        results.append(record);
-        progress.point(record);
-        clock = now;
-      },
-      [&](const BranchEvent &event) { progress.event(event, w0); }};
+  const BranchObserver observer{[&](const BranchPoint &point) {
+                                  const double now = MPI_Wtime();
+                                  PointRecord record = collect(system, point, now - clock);
+                                  // the frequencies the user named come out as he wrote them
+                                  for (const double *named : {&study.omega_from, &study.omega_to})
+                                    if (point.omega == *named / w0) record.omega = *named;
+                                  for (const double named : study.at)
+                                    if (point.omega == named / w0) record.omega = named;
+                                  results.append(record);
+                                  progress.point(record);
+                                  clock = now;
+                                },
+                                [&](const BranchEvent &event) { progress.event(event, w0); }};
   branch = stages.run("5 branch", [&] {
-    return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y, observer);
+    return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
+                         observer);
   });
   const std::string message = in_words(*branch, w0, results_path.string());
   const bool good = branch->end == BranchSummary::End::arrived || branch->end == BranchSummary::End::max_points;

@@ -7,10 +7,10 @@
 namespace dovetail {
 
 struct Request {
-  std::filesystem::path file;   ///< case.toml
-  std::filesystem::path out;    ///< --out, or empty
-  bool dry_run = false;         ///< check, print what is in force, stop
-  bool reduce_only = false;     ///< stop after the reduction
+  std::filesystem::path file; ///< case.toml
+  std::filesystem::path out;  ///< --out, or empty
+  bool dry_run = false;       ///< check, print what is in force, stop
+  bool reduce_only = false;   ///< stop after the reduction
 };
 
 /// Returns the exit status 0 or 3; throws InputError (2) and ComputeError (3). Collective.

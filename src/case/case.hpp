@@ -17,8 +17,8 @@ namespace dovetail {
 struct ContactSetting {
   std::vector<double> values; ///< 1, N_x, 2 or 2 N_x numbers (pairs contiguous)
   bool pairs = false;         ///< values are [t1, t2] pairs
-  std::string where;      ///< "file.toml:12: contact.friction" or "model.h5: /contact/friction", for messages
-  bool per_point = false; ///< written as a list with one entry per point, even if that list is short
+  std::string where;          ///< "file.toml:12: contact.friction" or "model.h5: /contact/friction", for messages
+  bool per_point = false;     ///< written as a list with one entry per point, even if that list is short
 };
 
 struct ContactSettings {
@@ -71,8 +71,7 @@ Case read_case(const std::filesystem::path &file, const std::filesystem::path &o
 
 /// The settings in force for each of `n` contact points: case file first, else what the model file gave.
 /// Throws InputError naming the place when a length is wrong or a parameter is missing.
-std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model,
-                                         int n);
+std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model, int n);
 
 /// Checks x_p0 against the number of contact points and returns 3 N_x values [m].
 std::vector<double> initial_preload(const Case &study, int n);

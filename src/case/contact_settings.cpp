@@ -46,8 +46,7 @@ void check_values(const ContactSetting &setting, Allowed allowed) {
     if (!fault) continue;
     const size_t width = setting.pairs ? 2 : 1;
     std::string which; // needed only where there are several
-    if (setting.values.size() > width)
-      which = " at contact point " + std::to_string(i / width) + " (counted from 0)";
+    if (setting.values.size() > width) which = " at contact point " + std::to_string(i / width) + " (counted from 0)";
     if (setting.pairs) which += i % 2 ? " along t2" : " along t1";
     throw InputError(setting.where + " = " + number_text(value) + which + ": " + fault);
   }
@@ -81,13 +80,12 @@ ContactSetting read_setting(const Entry &entry, const Parameter &parameter) {
 
 /// Values of (t1, t2), or twice the same, for each of n points.
 std::vector<std::array<double, 2>> spread(const ContactSetting &setting, bool tangential, int n) {
-  const size_t width = setting.pairs ? 2 : 1, count = setting.values.size() / width,
-               points = static_cast<size_t>(n);
+  const size_t width = setting.pairs ? 2 : 1, count = setting.values.size() / width, points = static_cast<size_t>(n);
   if (setting.values.size() % width || (count != points && (count != 1 || setting.per_point)))
     throw InputError(setting.where + ": " + std::to_string(count) + (setting.pairs ? " pairs" : " values") +
                      " found, but there are N_x = " + std::to_string(n) + " contact points: write " +
-                     (tangential ? "a number, one pair [t1, t2], or " : "one number, or ") +
-                     std::to_string(n) + (setting.pairs ? " pairs" : " numbers"));
+                     (tangential ? "a number, one pair [t1, t2], or " : "one number, or ") + std::to_string(n) +
+                     (setting.pairs ? " pairs" : " numbers"));
   std::vector<std::array<double, 2>> result(points);
   for (size_t i = 0; i < points; ++i) {
     const double *value = &setting.values[count == 1 ? 0 : i * width];
@@ -106,8 +104,7 @@ ContactSettings read_contact_settings(const Document &document) {
   return result;
 }
 
-std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model,
-                                         int n) {
+std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model, int n) {
   std::vector<ContactPoint> points(static_cast<size_t>(n));
   for (const auto &parameter : parameters) {
     const auto &in_case = from_case.*parameter.setting, &in_model = from_model.*parameter.setting;

@@ -58,8 +58,7 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
     rows.push_back(row);
     if (row.key == "continuation.omega") {
       const auto hertz = [](double omega) { return number_text(std::round(omega / (2 * M_PI) * 1e6) / 1e6); };
-      rows.push_back(
-          {"", "[" + hertz(study.omega_from) + ", " + hertz(study.omega_to) + "]", "Hz", row.origin});
+      rows.push_back({"", "[" + hertz(study.omega_from) + ", " + hertz(study.omega_to) + "]", "Hz", row.origin});
     }
   }
   return rows;
@@ -72,8 +71,7 @@ void describe(std::ostream &out, const Case &study, const std::vector<ContactPoi
   size_t key_width = 0, value_width = 0;
   for (const auto &row : rows) {
     key_width = std::max(key_width, row.key.size());
-    if (row.value.size() <= 40)
-      value_width = std::max(value_width, row.value.size()); // long paths may stick out
+    if (row.value.size() <= 40) value_width = std::max(value_width, row.value.size()); // long paths may stick out
   }
   for (const auto &row : rows)
     out << std::left << std::setw(static_cast<int>(key_width + 2)) << row.key

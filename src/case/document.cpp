@@ -56,9 +56,7 @@ std::string Entry::source() const {
   return at.region() > rest.size() ? shorten(rest) + " ..." : shorten(rest.substr(0, at.region()));
 }
 
-void Entry::refuse(const std::string &why) const {
-  throw InputError(where() + " = " + source() + ": " + why);
-}
+void Entry::refuse(const std::string &why) const { throw InputError(where() + " = " + source() + ": " + why); }
 
 double Entry::number() const {
   double result = 0;
@@ -66,8 +64,7 @@ double Entry::number() const {
     const auto whole = value_->as_integer();
     // toml11 cuts what does not fit without a word; nobody means these two values.
     using Limits = std::numeric_limits<toml::integer>;
-    if (whole == Limits::max() || whole == Limits::min())
-      refuse("too many digits; write it with an exponent, as 1e20");
+    if (whole == Limits::max() || whole == Limits::min()) refuse("too many digits; write it with an exponent, as 1e20");
     result = static_cast<double>(whole);
   } else if (value_->is_floating()) {
     result = value_->as_floating();
@@ -86,8 +83,7 @@ int Entry::whole(int lowest, int highest) const {
     refuse("must be a whole number" + (fits ? "; write " + std::to_string(static_cast<int>(found)) : ""));
   }
   if (!value_->is_integer())
-    refuse(value_->is_string() ? "must be a whole number; write it without quotes"
-                               : "must be a whole number");
+    refuse(value_->is_string() ? "must be a whole number; write it without quotes" : "must be a whole number");
   const auto found = value_->as_integer();
   if (found < lowest) refuse("must be at least " + std::to_string(lowest));
   if (found > highest) refuse("must be at most " + std::to_string(highest));

@@ -10,8 +10,7 @@ namespace dovetail {
 struct Key {
   const char *name; ///< "title" or "section.name"
   const char *unit;
-  std::string (*text)(
-      const Case &study); ///< the value in force, empty where the key has no meaning for this case
+  std::string (*text)(const Case &study); ///< the value in force, empty where the key has no meaning for this case
 };
 
 /// Those of [contact] have no text: they depend on the model too.

@@ -21,15 +21,13 @@ constexpr int most_harmonics = 1000, most_samples = 1 << 20, most = 1000000000;
 std::string text_of(const fs::path &file) {
   std::error_code error;
   if (fs::is_directory(file, error))
-    throw InputError(file.string() + ": is a folder; write the case file in it, as " +
-                     (file / "case.toml").string());
+    throw InputError(file.string() + ": is a folder; write the case file in it, as " + (file / "case.toml").string());
   if (!fs::exists(file, error)) throw InputError(file.string() + ": there is no such case file");
   std::ifstream stream(file, std::ios::binary);
   std::string text(4096, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<size_t>(stream.gcount()));
-  if (stream.bad() || (!stream && !stream.eof()))
-    throw InputError(file.string() + ": the case file cannot be read");
+  if (stream.bad() || (!stream && !stream.eof())) throw InputError(file.string() + ": the case file cannot be read");
   // A model file handed over by mistake may be huge: its beginning is enough to tell.
   if (text.find('\0') != std::string::npos)
     throw InputError(file.string() + ": is not a text file; write a case file, case.toml");
@@ -64,8 +62,7 @@ void read_input_file(const Entry &entry, const Case &study, fs::path &target) {
   if (!fs::is_regular_file(target, error)) entry.refuse(target.string() + " is not a file");
   if (!std::ifstream(target)) entry.refuse(target.string() + " cannot be read");
   if (fs::equivalent(target, study.directory / "results.h5", error))
-    entry.refuse(
-        "the run would overwrite this file with its results; name another output.directory, or give --out");
+    entry.refuse("the run would overwrite this file with its results; name another output.directory, or give --out");
 }
 
 void read_output(const Document &document, const fs::path &out, Case &study) {
@@ -81,8 +78,7 @@ void read_model(const Document &document, Case &study) {
   const Entry model = document["model"], reduced = document["reduced"], modes = document["reduction.modes"];
   if (!model && !reduced) document.missing("model", "model = \"model.h5\", or reduced = \"reduced.h5\",");
   if (model && reduced)
-    reduced.refuse("model is given as well, in line " + std::to_string(model.line()) +
-                   "; keep one of the two");
+    reduced.refuse("model is given as well, in line " + std::to_string(model.line()) + "; keep one of the two");
   read_input_file(model, study, study.model);
   read_input_file(reduced, study, study.reduced);
   if (reduced && modes) modes.refuse("the reduced file has its own modes; delete this key");
@@ -91,8 +87,7 @@ void read_model(const Document &document, Case &study) {
 }
 
 void read_harmonic_balance(const Document &document, Case &study) {
-  const Entry harmonics = document["harmonic_balance.harmonics"],
-              samples = document["harmonic_balance.samples"];
+  const Entry harmonics = document["harmonic_balance.harmonics"], samples = document["harmonic_balance.samples"];
   if (!harmonics) document.missing("harmonic_balance.harmonics", "harmonics = 5");
   read_whole(harmonics, study.harmonics, 1, most_harmonics);
 
@@ -100,9 +95,8 @@ void read_harmonic_balance(const Document &document, Case &study) {
   for (study.samples = 256; study.samples < 40 * study.harmonics;) study.samples *= 2;
   if (!samples) return;
   if (samples.is_words() && samples.words() == "exact")
-    samples.refuse(
-        "exact evaluation is not available in this version; write a number of samples per period, as " +
-        std::to_string(study.samples));
+    samples.refuse("exact evaluation is not available in this version; write a number of samples per period, as " +
+                   std::to_string(study.samples));
   study.samples = samples.whole(1, most_samples);
   if (study.samples < least)
     throw InputError(samples.where() + " = " + samples.source() +
@@ -112,17 +106,14 @@ void read_harmonic_balance(const Document &document, Case &study) {
 
 void read_excitation(const Document &document, Case &study) {
   const Entry fourier = document["excitation.fourier"];
-  if (!fourier)
-    document.missing("excitation.fourier", "fourier = [0, 1] for a cosine, [0, 0, 1] for a sine,");
+  if (!fourier) document.missing("excitation.fourier", "fourier = [0, 1] for a cosine, [0, 0, 1] for a sine,");
   study.fourier = fourier.numbers();
   while (!study.fourier.empty() && study.fourier.back() == 0) study.fourier.pop_back();
-  if (study.fourier.empty())
-    fourier.refuse("nothing would move; write [0, 1] for a cosine, [0, 0, 1] for a sine");
+  if (study.fourier.empty()) fourier.refuse("nothing would move; write [0, 1] for a cosine, [0, 0, 1] for a sine");
   const size_t highest = study.fourier.size() / 2; // [a0, a1, b1, ...]
   if (highest > static_cast<size_t>(study.harmonics))
-    fourier.refuse("the force has harmonic " + std::to_string(highest) +
-                   ", but harmonic_balance.harmonics = " + std::to_string(study.harmonics) +
-                   "; write at least " + std::to_string(highest) + " there");
+    fourier.refuse("the force has harmonic " + std::to_string(highest) + ", but harmonic_balance.harmonics = " +
+                   std::to_string(study.harmonics) + "; write at least " + std::to_string(highest) + " there");
   study.fourier.resize(2 * static_cast<size_t>(study.harmonics) + 1);
 }
 
@@ -140,11 +131,8 @@ void read_scaling(const Document &document, Case &study) {
   const Entry kind = document["scaling.kind"];
   if (kind) {
     const std::string word = kind.words();
-    if (word != "auto" && word != "none" && word != "manual")
-      kind.refuse("must be \"auto\", \"none\" or \"manual\"");
-    study.scaling = word == "auto"   ? ScalingKind::automatic
-                    : word == "none" ? ScalingKind::none
-                                     : ScalingKind::manual;
+    if (word != "auto" && word != "none" && word != "manual") kind.refuse("must be \"auto\", \"none\" or \"manual\"");
+    study.scaling = word == "auto" ? ScalingKind::automatic : word == "none" ? ScalingKind::none : ScalingKind::manual;
   }
   const std::pair<const char *, double *> scales[] = {{"scaling.frequency", &study.scale_frequency},
                                                       {"scaling.modal", &study.scale_modal},

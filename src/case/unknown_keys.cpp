@@ -40,10 +40,8 @@ std::string spelled(const Name &name) {
 
 /// The allowed name most like `word`; a namesake in `section` comes before equals elsewhere. Empty: none is
 /// alike.
-std::string suggestion(const std::string &word, const std::string &section,
-                       const std::vector<Name> &allowed) {
-  size_t best =
-      2 * std::max<size_t>(1, word.size() / 3) + 2; // beyond one change in three letters it is another word
+std::string suggestion(const std::string &word, const std::string &section, const std::vector<Name> &allowed) {
+  size_t best = 2 * std::max<size_t>(1, word.size() / 3) + 2; // beyond one change in three letters it is another word
   std::string result;
   for (const auto &name : allowed) {
     const size_t away = name.section != section;
@@ -68,13 +66,11 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
   for (const auto &dotted : allowed) {
     names.push_back(split(dotted));
     const std::string &section = names.back().section;
-    if (!section.empty() && (sections.empty() || sections.back().section != section))
-      sections.push_back({section, ""});
+    if (!section.empty() && (sections.empty() || sections.back().section != section)) sections.push_back({section, ""});
   }
   const std::set<std::string> known(allowed.begin(), allowed.end());
   const auto is_section = [&](const std::string &word) {
-    return std::any_of(sections.begin(), sections.end(),
-                       [&](const Name &name) { return name.section == word; });
+    return std::any_of(sections.begin(), sections.end(), [&](const Name &name) { return name.section == word; });
   };
 
   // toml11 keeps its tables unordered: of all complaints, the one that comes first in the file is made.
@@ -86,10 +82,10 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
   const auto unknown_key = [&](const Entry &entry, const toml::value &value, const Name &name) {
     const std::string alike = suggestion(name.key, name.section, names);
     const std::string place = name.section.empty() ? "above the first section" : "in [" + name.section + "]";
-    complain(value, "unknown key " + (name.section.empty() ? "" : name.section + ".") + name.key + " = " +
-                        entry.source() + ": " +
-                        (alike.empty() ? "allowed " + place + ": " + listed(name.section, names)
-                                       : "did you mean " + alike + "?"));
+    complain(
+        value,
+        "unknown key " + (name.section.empty() ? "" : name.section + ".") + name.key + " = " + entry.source() + ": " +
+            (alike.empty() ? "allowed " + place + ": " + listed(name.section, names) : "did you mean " + alike + "?"));
   };
 
   for (const auto &[word, value] : root_.as_table()) {
@@ -105,8 +101,8 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
       const std::string alike = suggestion(word, "", sections);
       std::string all;
       for (const auto &name : sections) all += (all.empty() ? "" : ", ") + spelled(name);
-      complain(value, "unknown section [" + word + "]: " +
-                          (alike.empty() ? "the sections are " + all : "did you mean " + alike + "?"));
+      complain(value, "unknown section [" + word +
+                          "]: " + (alike.empty() ? "the sections are " + all : "did you mean " + alike + "?"));
     } else if (!known.count(word)) {
       unknown_key(Entry(file_, word, &value), value, {"", word});
     }

@@ -5,10 +5,10 @@
 namespace dovetail {
 
 struct ContactPoint {
-  double kn = 0;               ///< normal stiffness [N/m], > 0
-  std::array<double, 2> kt{};  ///< tangential stiffness [N/m], > 0
-  std::array<double, 2> mu{};  ///< friction coefficient [-], >= 0
-  double gap = 0;              ///< x_n0, lift-off displacement [m]: closed where x_n > x_n0
+  double kn = 0;              ///< normal stiffness [N/m], > 0
+  std::array<double, 2> kt{}; ///< tangential stiffness [N/m], > 0
+  std::array<double, 2> mu{}; ///< friction coefficient [-], >= 0
+  double gap = 0;             ///< x_n0, lift-off displacement [m]: closed where x_n > x_n0
 };
 
 /// Slider positions w [m]: the law's memory.

@@ -23,7 +23,7 @@ public:
   const double *row(int j) const { return &rows_[static_cast<std::size_t>(j) * size()]; }
 
   void synthesise(const double *coefficients, double *values) const; ///< (2H+1) -> (N)
-  void analyse(const double *values, double *coefficients) const;    ///< (N) -> (2H+1), a_k = 2/N sum q_j cos(k theta_j)
+  void analyse(const double *values, double *coefficients) const; ///< (N) -> (2H+1), a_k = 2/N sum q_j cos(k theta_j)
 
   /// Adds weight * sum_{a <= j < b} exp(i m theta_j), m = 0..2H, to `sums` (interleaved cos, sin; 2(2H+1) numbers).
   void add_sums(int a, int b, double weight, double *sums) const;

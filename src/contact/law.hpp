@@ -26,9 +26,9 @@ inline Slide slide(double x, double kt, double bound, double &w) {
 
 /// Force at a standstill x = (t1, t2, n), reached from memory w = 0 (eq 7), with its derivative and the memory left.
 struct StaticForce {
-  std::array<double, 3> force{};               ///< [N]
+  std::array<double, 3> force{};                ///< [N]
   std::array<std::array<double, 3>, 3> slope{}; ///< d force / d x [N/m]
-  Memory w{};                                  ///< [m]
+  Memory w{};                                   ///< [m]
 };
 
 inline StaticForce static_force(const ContactPoint &point, const double *x) {

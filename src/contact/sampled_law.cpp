@@ -28,7 +28,8 @@ State SampledLaw::evaluate(const ContactPoint &point, const Standstill &preload,
     std::fill(stick_sums_.begin(), stick_sums_.end(), 0.0);
     for (int a = 0, b; a < N; a = b) {
       const bool closed = closing_[a] > 0;
-      for (b = a + 1; b < N && (closing_[b] > 0) == closed; ++b) {}
+      for (b = a + 1; b < N && (closing_[b] > 0) == closed; ++b) {
+      }
       if (closed) fourier_.add_sums(a, b, 1, stick_sums_.data());
     }
     fourier_.add_gram(stick_sums_.data(), point.kn, dG + 2 * n * (width + 1), width);

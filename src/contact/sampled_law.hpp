@@ -14,17 +14,17 @@ struct Standstill {
   Memory w{};                    ///< w_p [m]
 };
 
-/// The marched law (theory.md, section 5; design.md, section 4): twice round the period from w_p, the second round kept.
-/// Holds scratch memory: one object per thread.
+/// The marched law (theory.md, section 5; design.md, section 4): twice round the period from w_p, the second round
+/// kept. Holds scratch memory: one object per thread.
 class SampledLaw {
 public:
   SampledLaw(int harmonics, int samples);
 
   const Fourier &fourier() const { return fourier_; }
 
-  /// X (3, 2H+1): motion measured from the standstill, rows t1, t2, n. G (3, 2H+1): coefficients of g(x + x_p) - g(x_p).
-  /// dG, unless null: (3(2H+1), 3(2H+1)) row-major, d G / d X, overwritten.
-  /// Returns open if the point lifts off at some instant, else slip if it slips in either direction, else stick.
+  /// X (3, 2H+1): motion measured from the standstill, rows t1, t2, n. G (3, 2H+1): coefficients of g(x + x_p) -
+  /// g(x_p). dG, unless null: (3(2H+1), 3(2H+1)) row-major, d G / d X, overwritten. Returns open if the point lifts off
+  /// at some instant, else slip if it slips in either direction, else stick.
   State evaluate(const ContactPoint &point, const Standstill &preload, const double *X, double *G, double *dG);
 
 private:

@@ -8,8 +8,8 @@
 namespace dovetail {
 
 ArcNorm::ArcNorm(const Layout &layout, double omega_unit, bool weighted)
-    : own_coefficients_(layout.own_coefficients()), owns_omega_(layout.owns_omega()), weighted_(weighted), omega_(omega_unit),
-      comm_(layout.comm) {}
+    : own_coefficients_(layout.own_coefficients()), owns_omega_(layout.owns_omega()), weighted_(weighted),
+      omega_(omega_unit), comm_(layout.comm) {}
 
 void ArcNorm::see(Vec y) {
   const double *own;

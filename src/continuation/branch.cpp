@@ -10,37 +10,45 @@ namespace dovetail {
 namespace {
 
 // Step control. Lengths are in the weighted norm, where 1 is the largest motion so far or the whole sweep.
-constexpr double longest_step = 0.1;          // of the motion
-constexpr double longest_omega_step = 0.01;   // of the sweep: narrower resonances than this are met with care only if seen
+constexpr double longest_step = 0.1; // of the motion
+constexpr double longest_omega_step =
+    0.01; // of the sweep: narrower resonances than this are met with care only if seen
 constexpr double shortest_step = 1e-7;
-constexpr double most_angle = 0.64;           // between the tangents before and after a step [rad]
-constexpr double corner_ratio = 0.75;         // of that angle after halving to before: a smooth curve gives 1/2, a corner 1
-constexpr int corner_halvings = 2;            // so many without effect and the turn is a corner of the curve: it is taken
-constexpr double aimed_angle = 0.25;          // between them [rad]
+constexpr double most_angle = 0.64;   // between the tangents before and after a step [rad]
+constexpr double corner_ratio = 0.75; // of that angle after halving to before: a smooth curve gives 1/2, a corner 1
+constexpr int corner_halvings = 2;    // so many without effect and the turn is a corner of the curve: it is taken
+constexpr double aimed_angle = 0.25;  // between them [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
-constexpr double least_newton_step = 1e-4;    // shorter steps may take as many iterations as newton.max_iterations allows
+constexpr double least_newton_step = 1e-4; // shorter steps may take as many iterations as newton.max_iterations allows
 
 class Follower {
 public:
-  Follower(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings, Vec y, const BranchObserver &observer)
+  Follower(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings, Vec y,
+           const BranchObserver &observer)
       : system_(system), corrector_(system, newton), settings_(settings), observer_(observer),
-        norm_(system.layout(), settings.to != settings.from ? std::abs(settings.to - settings.from) : 1, settings.adaptive), y_(y),
-        trial_(system.unknowns()), t_(system.unknowns()), turned_(system.unknowns()), row_(system.unknowns()), e_omega_(system.unknowns()) {
+        norm_(system.layout(), settings.to != settings.from ? std::abs(settings.to - settings.from) : 1,
+              settings.adaptive),
+        y_(y), trial_(system.unknowns()), t_(system.unknowns()), turned_(system.unknowns()), row_(system.unknowns()),
+        e_omega_(system.unknowns()) {
     const Layout &layout = system.layout();
-    if (layout.owns_omega()) check(VecSetValue(e_omega_, layout.omega_row(), 1, INSERT_VALUES), "setting up continuation");
+    if (layout.owns_omega())
+      check(VecSetValue(e_omega_, layout.omega_row(), 1, INSERT_VALUES), "setting up continuation");
     check(VecAssemblyBegin(e_omega_), "setting up continuation");
     check(VecAssemblyEnd(e_omega_), "setting up continuation");
   }
 
   BranchSummary run() {
     direction_ = settings_.to < settings_.from ? -1 : 1;
-    std::copy_if(settings_.at.begin(), settings_.at.end(), std::back_inserter(wanted_), [&](double w) { return w != settings_.from && w != settings_.to; });
+    std::copy_if(settings_.at.begin(), settings_.at.end(), std::back_inserter(wanted_),
+                 [&](double w) { return w != settings_.from && w != settings_.to; });
     wanted_.push_back(settings_.to);
     if (!start()) return finish(BranchSummary::End::no_start);
     if (settings_.to == settings_.from) return finish(BranchSummary::End::arrived);
     while (summary_.points < settings_.max_points)
       if (const auto end = advance(); end != Go::on)
-        return finish(end == Go::arrived ? BranchSummary::End::arrived : end == Go::stalled ? BranchSummary::End::stalled : BranchSummary::End::turned_back);
+        return finish(end == Go::arrived   ? BranchSummary::End::arrived
+                      : end == Go::stalled ? BranchSummary::End::stalled
+                                           : BranchSummary::End::turned_back);
     summary_.why = "stopped at continuation.max_points = " + std::to_string(settings_.max_points);
     return finish(BranchSummary::End::max_points);
   }
@@ -132,7 +140,8 @@ private:
         refusal_ = "the bordered Jacobian is singular";
       } else if (angle = turn(); !settings_.adaptive) {
         return take(trial_step, angle, outcome, states);
-      } else if (blunt = angle > corner_ratio * wider && wider > most_angle ? blunt + 1 : 0; angle > most_angle && blunt < corner_halvings) {
+      } else if (blunt = angle > corner_ratio * wider && wider > most_angle ? blunt + 1 : 0;
+                 angle > most_angle && blunt < corner_halvings) {
         refusal_ = "the curve turns too far within one step";
       } else if (outcome.newton > most_newton && trial_step > least_newton_step) {
         refusal_ = "too many Newton iterations";
@@ -166,7 +175,8 @@ private:
         summary_.why = "at the end of the sweep: " + refusal_;
         return Go::stalled;
       }
-      if (!at_exact.converged) notify(BranchEvent::Kind::cut, "no solution at a frequency of continuation.at: " + at_exact.why);
+      if (!at_exact.converged)
+        notify(BranchEvent::Kind::cut, "no solution at a frequency of continuation.at: " + at_exact.why);
       if (summary_.points >= settings_.max_points) return Go::on;
     }
     omega_ = next;
@@ -180,7 +190,8 @@ private:
     report(y_, outcome, step_length(trial_step));
     if (rate_before * rate_after < 0) {
       ++summary_.folds;
-      notify(BranchEvent::Kind::fold, "turning point: the curve goes on towards " + std::string(rate_after > 0 ? "higher" : "lower") + " frequencies");
+      notify(BranchEvent::Kind::fold, "turning point: the curve goes on towards " +
+                                          std::string(rate_after > 0 ? "higher" : "lower") + " frequencies");
     }
     norm_.see(y_);
     check(VecCopy(turned_, t_), "accepting a point");
@@ -200,8 +211,10 @@ private:
     std::vector<double> found;
     for (const double w : wanted_)
       if ((w - before) * (w - next) <= 0 && w != before) found.push_back(w);
-    if (next < before) std::sort(found.rbegin(), found.rend());
-    else std::sort(found.begin(), found.end());
+    if (next < before)
+      std::sort(found.rbegin(), found.rend());
+    else
+      std::sort(found.begin(), found.end());
     return found;
   }
 
@@ -233,9 +246,9 @@ private:
   const BranchObserver &observer_;
   ArcNorm norm_;
   BranchSummary summary_;
-  Vec y_;                                    // last accepted point
+  Vec y_; // last accepted point
   UniqueVec trial_, t_, turned_, row_, e_omega_;
-  std::vector<double> wanted_;               // frequencies to be hit, the end among them
+  std::vector<double> wanted_; // frequencies to be hit, the end among them
   std::array<long, 3> states_{};
   std::string refusal_;
   double omega_ = 0, step_ = 0, arclength_ = 0;

@@ -10,20 +10,20 @@ namespace dovetail {
 
 /// All frequencies in scaled numbers.
 struct BranchSettings {
-  double from = 0, to = 0;    ///< equal: one point
-  double step = 0;            ///< first arc length
-  bool adaptive = true;       ///< false: `step` throughout, as the original
+  double from = 0, to = 0; ///< equal: one point
+  double step = 0;         ///< first arc length
+  bool adaptive = true;    ///< false: `step` throughout, as the original
   int max_points = 1;
-  std::vector<double> at;     ///< solved exactly whenever the branch passes them, between from and to
+  std::vector<double> at; ///< solved exactly whenever the branch passes them, between from and to
 };
 
 struct BranchPoint {
-  Vec y;                 ///< [X; Omega], scaled; valid during the call only
-  double omega;          ///< scaled
-  double arclength;      ///< along the branch so far, plain norm of the scaled unknowns
+  Vec y;            ///< [X; Omega], scaled; valid during the call only
+  double omega;     ///< scaled
+  double arclength; ///< along the branch so far, plain norm of the scaled unknowns
   Corrector::Outcome newton;
   std::array<long, 3> states; ///< own contact points: stick, slip, open
-  double progress;       ///< 0..1, how far from `from` to `to`
+  double progress;            ///< 0..1, how far from `from` to `to`
 };
 
 /// Something worth a line in words: a fold, a step cut.

@@ -9,20 +9,26 @@ namespace {
 
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {
-  case SNES_DIVERGED_MAX_IT: return "Newton did not converge within newton.max_iterations";
-  case SNES_DIVERGED_FNORM_NAN: return "the residual became NaN or infinite";
-  case SNES_DIVERGED_LINEAR_SOLVE: return "the Jacobian could not be factored";
-  case SNES_DIVERGED_LINE_SEARCH: return "the line search found no descent";
-  case SNES_DIVERGED_DTOL: return "Newton diverged";
-  default: return SNESConvergedReasons[reason];
+  case SNES_DIVERGED_MAX_IT:
+    return "Newton did not converge within newton.max_iterations";
+  case SNES_DIVERGED_FNORM_NAN:
+    return "the residual became NaN or infinite";
+  case SNES_DIVERGED_LINEAR_SOLVE:
+    return "the Jacobian could not be factored";
+  case SNES_DIVERGED_LINE_SEARCH:
+    return "the line search found no descent";
+  case SNES_DIVERGED_DTOL:
+    return "Newton diverged";
+  default:
+    return SNESConvergedReasons[reason];
   }
 }
 
 } // namespace
 
 Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
-    : system_(system), settings_(settings), jacobian_(system.matrix()), residual_(system.unknowns()), trial_(system.unknowns()),
-      unit_(system.unknowns()) {
+    : system_(system), settings_(settings), jacobian_(system.matrix()), residual_(system.unknowns()),
+      trial_(system.unknowns()), unit_(system.unknowns()) {
   const Layout &layout = system.layout();
   check(SNESCreate(layout.comm, snes_.out()), "setting up Newton");
   check(SNESSetOptionsPrefix(snes_, "hb_"), "setting up Newton");
@@ -58,7 +64,8 @@ PetscErrorCode Corrector::jacobian(SNES, Vec y, Mat J, Mat, void *context) {
   return self.courier_.run([&] { self.system_.jacobian(y, self.border_, J); });
 }
 
-PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f, SNESConvergedReason *reason, void *context) {
+PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f,
+                                    SNESConvergedReason *reason, void *context) {
   const NewtonSettings &settings = static_cast<Corrector *>(context)->settings_;
   *reason = SNES_CONVERGED_ITERATING;
   if (!std::isfinite(f))

@@ -25,13 +25,15 @@ public:
   Outcome solve(Vec y, Vec border, double target, bool line_search = false);
 
   /// t with [d residual / d y] t = 0 and border . t = 1, where the last solve converged and with its border: one more
-  /// solve with the factors of its last iteration, which lies within eps_x of the solution. False if singular. Collective.
+  /// solve with the factors of its last iteration, which lies within eps_x of the solution. False if singular.
+  /// Collective.
   bool tangent(Vec t);
 
 private:
   static PetscErrorCode residual(SNES, Vec y, Vec f, void *context);
   static PetscErrorCode jacobian(SNES, Vec y, Mat J, Mat, void *context);
-  static PetscErrorCode converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f, SNESConvergedReason *, void *context);
+  static PetscErrorCode converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f, SNESConvergedReason *,
+                                  void *context);
 
   HarmonicSystem &system_;
   NewtonSettings settings_;

@@ -37,7 +37,8 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, st
   fill(mass_, std::move(rows), std::move(columns), values);
   check(MatCreateMAIJ(stiffness_, layout_.width, stiffness_kron_.out()), "building the harmonic system");
   check(MatCreateMAIJ(mass_, layout_.width, mass_kron_.out()), "building the harmonic system");
-  check(VecCreateMPI(layout_.comm, layout_.own_coefficients(), PETSC_DETERMINE, motion_.out()), "building the harmonic system");
+  check(VecCreateMPI(layout_.comm, layout_.own_coefficients(), PETSC_DETERMINE, motion_.out()),
+        "building the harmonic system");
   check(VecDuplicate(motion_, stiffness_force_.out()), "building the harmonic system");
   check(VecDuplicate(motion_, inertia_force_.out()), "building the harmonic system");
 }
@@ -92,7 +93,8 @@ UniqueMat HarmonicSystem::matrix() const {
 
   UniqueMat J;
   check(MatCreate(layout_.comm, J.out()), "laying out the Jacobian");
-  check(MatSetSizes(J, layout_.own_unknowns(), layout_.own_unknowns(), layout_.unknowns(), layout_.unknowns()), "laying out the Jacobian");
+  check(MatSetSizes(J, layout_.own_unknowns(), layout_.own_unknowns(), layout_.unknowns(), layout_.unknowns()),
+        "laying out the Jacobian");
   check(MatSetType(J, MATAIJ), "laying out the Jacobian");
   check(MatSetPreallocationCOO(J, rows.size(), rows.data(), columns.data()), "laying out the Jacobian");
   return J;
@@ -144,7 +146,8 @@ void HarmonicSystem::residual(Vec y, Vec f) {
   states_ = {};
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const PetscInt at = layout_.own_point_offset(p);
-    const State state = law_.evaluate(scaled_.model.contact[p], scaled_.model.standstill[p], q + at, force_.data(), nullptr);
+    const State state =
+        law_.evaluate(scaled_.model.contact[p], scaled_.model.standstill[p], q + at, force_.data(), nullptr);
     ++states_[static_cast<int>(state)];
     for (int i = 0; i < 3 * n; ++i) out[at + i] += force_[i];
   }
@@ -172,7 +175,8 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const std::size_t at = values_.size();
     values_.resize(at + 9 * n * n);
-    law_.evaluate(scaled_.model.contact[p], scaled_.model.standstill[p], q + layout_.own_point_offset(p), force_.data(), &values_[at]);
+    law_.evaluate(scaled_.model.contact[p], scaled_.model.standstill[p], q + layout_.own_point_offset(p), force_.data(),
+                  &values_[at]);
   }
   check(VecGetArrayRead(stiffness_force_, &u), "evaluating the Jacobian");
   check(VecGetArrayRead(inertia_force_, &v), "evaluating the Jacobian");

@@ -45,8 +45,8 @@ private:
   std::vector<double> fourier_;
   SampledLaw law_;
   std::vector<Coupling> couplings_;
-  UniqueMat stiffness_, mass_;              // (dofs, dofs) AIJ
-  UniqueMat stiffness_kron_, mass_kron_;    // the same acting on all 2H+1 coefficients at once
+  UniqueMat stiffness_, mass_;                         // (dofs, dofs) AIJ
+  UniqueMat stiffness_kron_, mass_kron_;               // the same acting on all 2H+1 coefficients at once
   UniqueVec motion_, stiffness_force_, inertia_force_; // (dofs * width)
   std::vector<double> values_; // Jacobian entries in the order given to the matrix: couplings, contact, border
   std::vector<double> force_;  // (3, 2H+1) of one point

@@ -21,9 +21,9 @@ public:
   PetscInt modes, points;
   Range own_modes, own_points;
 
-  PetscInt dofs() const { return modes + 3 * points; }                            ///< of the reduced model
+  PetscInt dofs() const { return modes + 3 * points; } ///< of the reduced model
   PetscInt own_dofs() const { return own_modes.size() + 3 * own_points.size(); }
-  PetscInt first_dof() const { return own_modes.begin + 3 * own_points.begin; }   ///< number of the first own one
+  PetscInt first_dof() const { return own_modes.begin + 3 * own_points.begin; } ///< number of the first own one
   /// Number of a mode's or a contact dof's (3 point + direction) row; its coefficients are unknowns row * width + i.
   PetscInt mode_row(PetscInt mode) const {
     return mode + 3 * share_of(points, modes > 0 ? owner_of(modes, mode, size) : 0, size).begin;

@@ -14,14 +14,14 @@ namespace dovetail {
 struct FullModel {
   MPI_Comm comm = MPI_COMM_NULL;
   std::filesystem::path file;
-  std::string units = "SI"; ///< a label, passed on to the results
-  PetscInt dofs = 0;       ///< n
-  PetscInt nonzeros = 0;   ///< stored entries of K
-  UniqueMat K, M;          ///< (n, n) AIJ, symmetric [N/m], [kg]
-  UniqueVec force, preload; ///< (n,) F and P [N]
+  std::string units = "SI";                          ///< a label, passed on to the results
+  PetscInt dofs = 0;                                 ///< n
+  PetscInt nonzeros = 0;                             ///< stored entries of K
+  UniqueMat K, M;                                    ///< (n, n) AIJ, symmetric [N/m], [kg]
+  UniqueVec force, preload;                          ///< (n,) F and P [N]
   std::vector<std::array<PetscInt, 3>> contact_dofs; ///< (N_x): t1, t2, n of each contact point; on every rank
-  ContactSettings contact; ///< what the model file says of the contact law
-  std::uint64_t hash = 0;  ///< of everything the reduction depends on; the same on any number of ranks
+  ContactSettings contact;                           ///< what the model file says of the contact law
+  std::uint64_t hash = 0; ///< of everything the reduction depends on; the same on any number of ranks
 };
 
 struct ModelHeader {

@@ -31,11 +31,13 @@ struct Rows { // this rank's rows of a symmetric matrix, from the file's columns
 };
 
 PetscInt matrix_size(const h5::Reader &file, const std::string &name) {
-  if (!file.has(name)) throw InputError(file.place(name) + ": missing; a sparse matrix as MATLAB v7.3 writes it is wanted");
+  if (!file.has(name))
+    throw InputError(file.place(name) + ": missing; a sparse matrix as MATLAB v7.3 writes it is wanted");
   for (const char *part : {"/jc", "/ir", "/data"})
     if (!file.has(name + part)) throw InputError(file.place(name + part) + ": missing");
   const Extent jc = file.extent(name + "/jc");
-  if (jc.size() != 1 || jc[0] < 2) throw InputError(file.place(name + "/jc") + ": one number per column and one more are wanted");
+  if (jc.size() != 1 || jc[0] < 2)
+    throw InputError(file.place(name + "/jc") + ": one number per column and one more are wanted");
   return static_cast<PetscInt>(jc[0] - 1);
 }
 
@@ -48,7 +50,8 @@ Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Rang
       throw InputError(file.place(name + "/jc") + ": decreases at column " + std::to_string(own.begin + i));
   for (const char *part : {"/ir", "/data"})
     if (const Extent length = file.extent(name + part); length.size() != 1 || length[0] < first + count)
-      throw InputError(file.place(name + part) + ": shorter than jc says, " + std::to_string(first + count) + " wanted");
+      throw InputError(file.place(name + part) + ": shorter than jc says, " + std::to_string(first + count) +
+                       " wanted");
   const auto ir = file.integers(name + "/ir", {first}, {count});
   rows.value = file.doubles(name + "/data", {first}, {count});
   rows.begin.reserve(jc.size());
@@ -58,7 +61,8 @@ Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Rang
     for (PetscInt at = rows.begin[i]; at < rows.begin[i + 1]; ++at) {
       const std::string where = " in column " + std::to_string(own.begin + i);
       if (ir[at] < 0 || ir[at] >= n)
-        throw InputError(file.place(name + "/ir") + ": " + std::to_string(ir[at]) + where + " is outside 0.." + std::to_string(n - 1));
+        throw InputError(file.place(name + "/ir") + ": " + std::to_string(ir[at]) + where + " is outside 0.." +
+                         std::to_string(n - 1));
       if (at > rows.begin[i] && ir[at] <= ir[at - 1])
         throw InputError(file.place(name + "/ir") + ": rows" + where + " are not in increasing order, each once");
       if (!std::isfinite(rows.value[at]))
@@ -74,7 +78,8 @@ std::vector<double> read_vector(const h5::Reader &file, const std::string &name,
   hsize_t length = 1; // (n,), (n, 1) and (1, n) hold the same numbers in the same order
   for (const hsize_t axis : shape) length *= axis;
   if (length != hsize_t(n))
-    throw InputError(file.place(name) + ": " + std::to_string(length) + " values, " + std::to_string(n) + " wanted (one per dof)");
+    throw InputError(file.place(name) + ": " + std::to_string(length) + " values, " + std::to_string(n) +
+                     " wanted (one per dof)");
   Extent offset, count;
   for (const hsize_t axis : shape) {
     offset.push_back(axis == length ? own.begin : 0);
@@ -83,7 +88,8 @@ std::vector<double> read_vector(const h5::Reader &file, const std::string &name,
   auto values = file.doubles(name, offset, count);
   for (std::size_t i = 0; i < values.size(); ++i)
     if (!std::isfinite(values[i]))
-      throw InputError(file.place(name) + ": " + std::to_string(values[i]) + " at dof " + std::to_string(own.begin + i));
+      throw InputError(file.place(name) + ": " + std::to_string(values[i]) + " at dof " +
+                       std::to_string(own.begin + i));
   return values;
 }
 
@@ -98,8 +104,8 @@ ContactSettings read_contact(const h5::Reader &file) {
     setting = ContactSetting{file.doubles(name), pairs, file.place(name)};
     for (const double value : setting->values)
       if (!std::isfinite(value) || value < least || (strictly && value == least))
-        throw InputError(file.place(name) + ": " + std::to_string(value) + " where a finite number " + (strictly ? "above " : "not below ") +
-                         std::to_string(least) + " is wanted");
+        throw InputError(file.place(name) + ": " + std::to_string(value) + " where a finite number " +
+                         (strictly ? "above " : "not below ") + std::to_string(least) + " is wanted");
   };
   const double any = -std::numeric_limits<double>::max();
   read("normal_stiffness", settings.normal_stiffness, 0, true);
@@ -120,7 +126,8 @@ std::vector<std::array<PetscInt, 3>> read_contact_dofs(const h5::Reader &file, P
   for (std::size_t i = 0; i < flat.size(); ++i) {
     const std::string where = " for contact point " + std::to_string(i / 3) + " (counted from 0)";
     if (flat[i] < 0 || flat[i] >= n)
-      throw InputError(file.place(name) + ": dof " + std::to_string(flat[i]) + where + " is out of range, 0.." + std::to_string(n - 1) + " wanted");
+      throw InputError(file.place(name) + ": dof " + std::to_string(flat[i]) + where + " is out of range, 0.." +
+                       std::to_string(n - 1) + " wanted");
     if (!seen.insert(flat[i]).second)
       throw InputError(file.place(name) + ": dof " + std::to_string(flat[i]) + where + " is repeated");
     dofs[i / 3][i % 3] = static_cast<PetscInt>(flat[i]);
@@ -131,10 +138,12 @@ std::vector<std::array<PetscInt, 3>> read_contact_dofs(const h5::Reader &file, P
 void check_format(const h5::Reader &file, const std::filesystem::path &path) {
   const std::string format = file.text_attribute("format");
   if (format != "dovetail-model")
-    throw InputError(path.string() + ": attribute format is \"" + format + "\", \"dovetail-model\" wanted" +
-                     (format == "dovetail-reduced" ? "; name a reduced file with  reduced =  instead of  model =" : ""));
+    throw InputError(
+        path.string() + ": attribute format is \"" + format + "\", \"dovetail-model\" wanted" +
+        (format == "dovetail-reduced" ? "; name a reduced file with  reduced =  instead of  model =" : ""));
   if (const long found = file.integer_attribute("version", 1); found != 1)
-    throw InputError(path.string() + ": version " + std::to_string(found) + " of the model format; this program reads version 1");
+    throw InputError(path.string() + ": version " + std::to_string(found) +
+                     " of the model format; this program reads version 1");
 }
 
 UniqueMat assemble(MPI_Comm comm, PetscInt n, Range own, const Rows &rows) {
@@ -168,12 +177,14 @@ void check_symmetry(Mat A, Range own, const std::string &place) {
   PetscInt worst = -1;
   double most = 1e-8; // of the row's largest entry
   for (PetscInt i = 0; i < own.size(); ++i)
-    if (const double off = std::abs(a[i] - b[i]); off > most * scale[i]) worst = own.begin + i, most = scale[i] > 0 ? off / scale[i] : HUGE_VAL;
+    if (const double off = std::abs(a[i] - b[i]); off > most * scale[i])
+      worst = own.begin + i, most = scale[i] > 0 ? off / scale[i] : HUGE_VAL;
   MPI_Comm comm;
   PetscObjectGetComm(reinterpret_cast<PetscObject>(A), &comm);
   on_all_ranks(comm, [&] {
     if (worst >= 0)
-      throw InputError(place + ": not symmetric, seen in row " + std::to_string(worst) + " (of 0..); full symmetric storage is wanted");
+      throw InputError(place + ": not symmetric, seen in row " + std::to_string(worst) +
+                       " (of 0..); full symmetric storage is wanted");
   });
   VecRestoreArrayRead(y, &a), VecRestoreArrayRead(z, &b), VecRestoreArrayRead(largest, &scale);
 }
@@ -214,7 +225,8 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
     if (const std::string units = file.text_attribute("units"); !units.empty()) model.units = units;
     model.dofs = matrix_size(file, "/K");
     if (const PetscInt other = matrix_size(file, "/M"); other != model.dofs)
-      throw InputError(file.place("/M") + ": " + std::to_string(other) + " columns where /K has " + std::to_string(model.dofs));
+      throw InputError(file.place("/M") + ": " + std::to_string(other) + " columns where /K has " +
+                       std::to_string(model.dofs));
     own = own_share(comm, model.dofs);
     model.nonzeros = static_cast<PetscInt>(file.extent("/K/data")[0]);
     model.contact_dofs = read_contact_dofs(file, model.dofs);

@@ -12,7 +12,8 @@ namespace {
 // load * R + K_xx x + g(x) = 0; with `stuck` the law is replaced by its springs, closed and sticking.
 class PreloadProblem {
 public:
-  PreloadProblem(const ReducedModel &model, const std::vector<ContactPoint> &contact) : model_(model), contact_(contact) {
+  PreloadProblem(const ReducedModel &model, const std::vector<ContactPoint> &contact)
+      : model_(model), contact_(contact) {
     const PetscInt own = model.own_contact_dofs(), all = model.contact_dofs(), first = 3 * model.own_points.begin;
     std::vector<PetscInt> columns(all);
     for (PetscInt j = 0; j < all; ++j) columns[j] = j;
@@ -21,7 +22,9 @@ public:
       check(MatSetOption(*A, MAT_IGNORE_OFF_PROC_ENTRIES, PETSC_TRUE), "contact preload");
       for (PetscInt i = 0; i < own; ++i) {
         const PetscInt row = first + i;
-        check(MatSetValues(*A, 1, &row, all, columns.data(), &model.kxx[static_cast<std::size_t>(i) * all], INSERT_VALUES), "contact preload");
+        check(MatSetValues(*A, 1, &row, all, columns.data(), &model.kxx[static_cast<std::size_t>(i) * all],
+                           INSERT_VALUES),
+              "contact preload");
       }
       check(MatAssemblyBegin(*A, MAT_FINAL_ASSEMBLY), "contact preload");
       check(MatAssemblyEnd(*A, MAT_FINAL_ASSEMBLY), "contact preload");
@@ -152,8 +155,8 @@ bool load_in_steps(PreloadProblem &problem, Vec x) { // x: solution with the joi
 
 } // namespace
 
-PreloadedModel contact_preload(ReducedModel reduced, std::vector<ContactPoint> contact, const std::vector<double> &initial,
-                               std::string &note) {
+PreloadedModel contact_preload(ReducedModel reduced, std::vector<ContactPoint> contact,
+                               const std::vector<double> &initial, std::string &note) {
   PreloadedModel out{std::move(reduced), std::move(contact), {}};
   out.standstill.resize(out.contact.size());
   if (out.reduced.points == 0) return out;
@@ -171,8 +174,10 @@ PreloadedModel contact_preload(ReducedModel reduced, std::vector<ContactPoint> c
     if (!(stuck && problem.solve(x, 1, false))) {
       note = "contact preload: plain Newton failed, loaded in steps";
       if (!(stuck && load_in_steps(problem, from_stuck)))
-        throw ComputeError("contact preload (eq 7) found no equilibrium: K_xx x + g(x) = -R has no solution Newton could reach, also loaded "
-                           "in steps. A body held by its joint alone must be pressed against it: check the sign of /preload and of the "
+        throw ComputeError("contact preload (eq 7) found no equilibrium: K_xx x + g(x) = -R has no solution Newton "
+                           "could reach, also loaded "
+                           "in steps. A body held by its joint alone must be pressed against it: check the sign of "
+                           "/preload and of the "
                            "normals (positive x_n closes), contact.gap, and try preload.initial.");
       check(VecCopy(from_stuck, x), "contact preload");
     }

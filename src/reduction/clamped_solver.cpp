@@ -18,7 +18,8 @@ ClampedSolver::ClampedSolver(Mat K_ee, const std::string &model_name) {
   check(PCSetType(pc, PCCHOLESKY), "factoring K_ee");
   check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "factoring K_ee");
   check(PCFactorSetUpMatSolverType(pc), "factoring K_ee");
-  check(MatMumpsSetIcntl(mumps_factor(ksp_), 14, 40), "factoring K_ee"); // room for pivoting beyond the analysis' estimate [%]
+  check(MatMumpsSetIcntl(mumps_factor(ksp_), 14, 40),
+        "factoring K_ee"); // room for pivoting beyond the analysis' estimate [%]
   check(KSPSetFromOptions(ksp_), "factoring K_ee");
   const PetscErrorCode code = KSPSetUp(ksp_);
   PetscInt info = 0, detail = 0;
@@ -26,11 +27,14 @@ ClampedSolver::ClampedSolver(Mat K_ee, const std::string &model_name) {
   MatMumpsGetInfog(mumps_factor(ksp_), 2, &detail);
   if (info == -10 || info == -40)
     throw InputError(model_name + ": K_ee, the stiffness with the contact dofs held, is not positive definite (MUMPS " +
-                     std::to_string(info) + "): either constraints are missing, so that a body can still move as a whole, or K is not the "
-                     "stiffness of a stable structure. Remove the clamped dofs from K and M, and check which dofs are named in /contact/dofs.");
+                     std::to_string(info) +
+                     "): either constraints are missing, so that a body can still move as a whole, or K is not the "
+                     "stiffness of a stable structure. Remove the clamped dofs from K and M, and check which dofs are "
+                     "named in /contact/dofs.");
   check(code, "factoring K_ee");
   if (info < 0)
-    throw ComputeError("while factoring K_ee: MUMPS error " + std::to_string(info) + " (" + std::to_string(detail) + ")" +
+    throw ComputeError("while factoring K_ee: MUMPS error " + std::to_string(info) + " (" + std::to_string(detail) +
+                       ")" +
                        (info == -8 || info == -9 ? "; its workspace was too small: try -kee_mat_mumps_icntl_14 100"
                         : info == -13            ? "; out of memory: take more ranks or a machine with more of it"
                                                  : ""));

@@ -43,7 +43,8 @@ void add_sparse(Mat A, double factor, PetscInt first, Slab &slab) {
     const double *values;
     check(MatGetRow(A, i, &count, &columns, &values), "reading rows");
     for (PetscInt at = 0; at < count; ++at)
-      if (columns[at] >= first && columns[at] < first + slab.columns) slab.column(columns[at] - first)[i - begin] += factor * values[at];
+      if (columns[at] >= first && columns[at] < first + slab.columns)
+        slab.column(columns[at] - first)[i - begin] += factor * values[at];
     check(MatRestoreRow(A, i, &count, &columns, &values), "reading rows");
   }
 }
@@ -64,8 +65,10 @@ Slab constraint_modes(const ClampedSolver &solver, Mat K_ec) {
     rhs.values.resize(static_cast<std::size_t>(rhs.rows) * rhs.columns);
     add_sparse(K_ec, -1, first, rhs);
     UniqueMat B, X;
-    check(MatCreateDense(comm, psi.rows, PETSC_DECIDE, PETSC_DETERMINE, rhs.columns, rhs.values.data(), B.out()), "computing constraint modes");
-    check(MatCreateDense(comm, psi.rows, PETSC_DECIDE, PETSC_DETERMINE, rhs.columns, psi.column(first), X.out()), "computing constraint modes");
+    check(MatCreateDense(comm, psi.rows, PETSC_DECIDE, PETSC_DETERMINE, rhs.columns, rhs.values.data(), B.out()),
+          "computing constraint modes");
+    check(MatCreateDense(comm, psi.rows, PETSC_DECIDE, PETSC_DETERMINE, rhs.columns, psi.column(first), X.out()),
+          "computing constraint modes");
     for (Mat A : {Mat(B), Mat(X)}) {
       check(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY), "computing constraint modes");
       check(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY), "computing constraint modes");
@@ -83,7 +86,8 @@ Slab multiply(Mat A, Slab &S) {
   Slab product;
   product.columns = S.columns;
   check(MatGetLocalSize(A, &product.rows, nullptr), "multiplying");
-  check(MatCreateDense(comm, S.rows, PETSC_DECIDE, PETSC_DETERMINE, S.columns, S.values.data(), B.out()), "multiplying");
+  check(MatCreateDense(comm, S.rows, PETSC_DECIDE, PETSC_DETERMINE, S.columns, S.values.data(), B.out()),
+        "multiplying");
   check(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY), "multiplying");
   check(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY), "multiplying");
   check(MatMatMult(A, B, MAT_INITIAL_MATRIX, PETSC_DEFAULT, C.out()), "multiplying");
@@ -111,7 +115,8 @@ std::vector<double> transposed_product(MPI_Comm comm, PetscInt points, const Sla
     part.assign(static_cast<std::size_t>(rows) * columns, 0.0);
     const double one = 1, zero = 0;
     if (rows > 0 && columns > 0 && inner > 0) // column-major (columns, rows) is row-major (rows, columns)
-      BLASgemm_("T", "N", &columns, &rows, &inner, &one, T.values.data(), &ld, S.column(3 * range.begin), &ld, &zero, part.data(), &columns);
+      BLASgemm_("T", "N", &columns, &rows, &inner, &one, T.values.data(), &ld, S.column(3 * range.begin), &ld, &zero,
+                part.data(), &columns);
     if (owner == rank) own.resize(part.size());
     MPI_Reduce(part.data(), own.data(), static_cast<int>(part.size()), MPI_DOUBLE, MPI_SUM, owner, comm);
   }
@@ -151,7 +156,8 @@ std::vector<double> row_major(const Slab &slab) {
 
 void add_to(std::vector<double> &rows, const Slab &slab) {
   for (PetscInt i = 0; i < slab.rows; ++i)
-    for (PetscInt j = 0; j < slab.columns; ++j) rows[static_cast<std::size_t>(i) * slab.columns + j] += slab.column(j)[i];
+    for (PetscInt j = 0; j < slab.columns; ++j)
+      rows[static_cast<std::size_t>(i) * slab.columns + j] += slab.column(j)[i];
 }
 
 } // namespace
@@ -185,11 +191,13 @@ Reduction craig_bampton(const FullModel &full, PetscInt modes) {
   recovery.own.end = recovery.own.begin + own_elastic;
   if (modes > recovery.elastic)
     throw InputError(full.file.string() + ": reduction.modes = " + std::to_string(modes) + ", but the model has only " +
-                     std::to_string(recovery.elastic) + " elastic dofs (those not in /contact/dofs): at most so many modes exist");
+                     std::to_string(recovery.elastic) +
+                     " elastic dofs (those not in /contact/dofs): at most so many modes exist");
 
   UniqueIS is_e, is_c;
   check(ISCreateGeneral(comm, own_elastic, elastic.data(), PETSC_COPY_VALUES, is_e.out()), "splitting dofs");
-  check(ISCreateGeneral(comm, static_cast<PetscInt>(contact.size()), contact.data(), PETSC_COPY_VALUES, is_c.out()), "splitting dofs");
+  check(ISCreateGeneral(comm, static_cast<PetscInt>(contact.size()), contact.data(), PETSC_COPY_VALUES, is_c.out()),
+        "splitting dofs");
   Slab contact_rows{model.own_contact_dofs(), model.contact_dofs(), {}};
   const auto rows_of = [&](Mat A) { // own rows of a sparse contact block, row-major
     contact_rows.values.assign(static_cast<std::size_t>(contact_rows.rows) * contact_rows.columns, 0.0);
@@ -232,8 +240,8 @@ Reduction craig_bampton(const FullModel &full, PetscInt modes) {
     phi.values.insert(phi.values.end(), column.begin(), column.end());
   }
 
-  add_to(model.kxx, multiply(K.ce, psi));    // K_xx = K_cc + K_ce Psi
-  add_to(model.mxx, multiply(M.ce, psi));    // M_xx = M_cc + M_ce Psi + Psi^T (M_ee Psi + M_ec)
+  add_to(model.kxx, multiply(K.ce, psi)); // K_xx = K_cc + K_ce Psi
+  add_to(model.mxx, multiply(M.ce, psi)); // M_xx = M_cc + M_ce Psi + Psi^T (M_ee Psi + M_ec)
   Slab inertia = multiply(M.ee, psi);
   add_sparse(M.ec, 1, 0, inertia);
   const auto quadratic = transposed_product(comm, model.points, psi, inertia);

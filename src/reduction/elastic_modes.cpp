@@ -8,8 +8,8 @@
 namespace dovetail {
 namespace {
 
-// The sign of an eigenvector is arbitrary. Its largest entry is made positive; of entries that symmetry makes equal, the
-// first counts, so that round-off cannot choose differently on another number of ranks.
+// The sign of an eigenvector is arbitrary. Its largest entry is made positive; of entries that symmetry makes equal,
+// the first counts, so that round-off cannot choose differently on another number of ranks.
 void fix_sign(MPI_Comm comm, Vec v) {
   PetscReal largest;
   check(VecNorm(v, NORM_INFINITY, &largest), "fixing a mode's sign");
@@ -17,7 +17,8 @@ void fix_sign(MPI_Comm comm, Vec v) {
   check(VecGetOwnershipRange(v, &begin, &end), "fixing a mode's sign");
   const double *values;
   check(VecGetArrayRead(v, &values), "fixing a mode's sign");
-  const double *found = std::find_if(values, values + (end - begin), [&](double x) { return std::abs(x) > (1 - 1e-6) * largest; });
+  const double *found =
+      std::find_if(values, values + (end - begin), [&](double x) { return std::abs(x) > (1 - 1e-6) * largest; });
   struct {
     double sign;
     int rank;
@@ -58,7 +59,8 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, PetscInt c
   check(EPSSetTarget(eps, 0), "computing modes");
   check(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE), "computing modes");
   check(EPSSetDimensions(eps, std::max<PetscInt>(count, 1), PETSC_DEFAULT, PETSC_DEFAULT), "computing modes");
-  check(EPSSetTolerances(eps, 1e-12, 1000), "computing modes"); // shapes then agree between rank counts to 1e-9 and better
+  check(EPSSetTolerances(eps, 1e-12, 1000),
+        "computing modes"); // shapes then agree between rank counts to 1e-9 and better
   ST st;
   check(EPSGetST(eps, &st), "computing modes");
   check(STSetType(st, STSINVERT), "computing modes");
@@ -75,8 +77,9 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, PetscInt c
   PetscInt converged = 0;
   check(EPSGetConverged(eps, &converged), "computing modes");
   if (converged < count)
-    throw ComputeError("while computing modes: only " + std::to_string(converged) + " of " + std::to_string(count) +
-                       " fixed-interface modes converged; ask for fewer in reduction.modes, or widen the search with -kee_eps_ncv");
+    throw ComputeError(
+        "while computing modes: only " + std::to_string(converged) + " of " + std::to_string(count) +
+        " fixed-interface modes converged; ask for fewer in reduction.modes, or widen the search with -kee_eps_ncv");
   ElasticModes modes;
   for (PetscInt j = 0; j < std::max<PetscInt>(count, 1); ++j) {
     UniqueVec shape;
@@ -88,13 +91,17 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, PetscInt c
     check(VecDuplicate(shape, Mv.out()), "computing modes");
     check(MatMult(M, shape, Mv), "computing modes");
     check(VecDot(Mv, shape, &scale), "computing modes");
-    if (!(scale > 0)) throw InputError(model_name + ": /M is not positive definite on the elastic dofs (mode " + std::to_string(j + 1) + " has no mass)");
+    if (!(scale > 0))
+      throw InputError(model_name + ": /M is not positive definite on the elastic dofs (mode " + std::to_string(j + 1) +
+                       " has no mass)");
     check(VecScale(shape, 1 / std::sqrt(scale)), "computing modes");
     if (!(square > 0) || is_rigid(K, shape, square))
-      throw InputError(model_name + ": a rigid-body motion is left in K_ee: with the contact dofs held, mode " + std::to_string(j + 1) +
-                       " has no stiffness (w^2 = " + std::to_string(square) + "). Constraints are missing, or a part is not connected.");
+      throw InputError(model_name + ": a rigid-body motion is left in K_ee: with the contact dofs held, mode " +
+                       std::to_string(j + 1) + " has no stiffness (w^2 = " + std::to_string(square) +
+                       "). Constraints are missing, or a part is not connected.");
     if (error > 1e-8)
-      throw ComputeError("while computing modes: mode " + std::to_string(j + 1) + " has a backward error of " + std::to_string(error));
+      throw ComputeError("while computing modes: mode " + std::to_string(j + 1) + " has a backward error of " +
+                         std::to_string(error));
     if (j == count) break; // no mode was asked for: this one was only computed for the test above
     fix_sign(comm, shape);
     modes.squares.push_back(square);

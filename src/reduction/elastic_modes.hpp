@@ -7,11 +7,12 @@
 namespace dovetail {
 
 struct ElasticModes {
-  std::vector<double> squares; ///< (N_a) w^2, ascending [rad^2/s^2]
+  std::vector<double> squares;   ///< (N_a) w^2, ascending [rad^2/s^2]
   std::vector<UniqueVec> shapes; ///< (N_a) of (n_e), Phi^T M_ee Phi = I, largest entry positive
 };
 
 /// The `count` lowest modes. Collective. InputError if a rigid-body motion is among them.
-ElasticModes elastic_modes(const ClampedSolver &solver, Mat K_ee, Mat M_ee, PetscInt count, const std::string &model_name);
+ElasticModes elastic_modes(const ClampedSolver &solver, Mat K_ee, Mat M_ee, PetscInt count,
+                           const std::string &model_name);
 
 } // namespace dovetail

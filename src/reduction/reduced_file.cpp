@@ -23,7 +23,8 @@ std::string source_of(const FullModel &model, PetscInt modes) {
 void write_reduced(const std::filesystem::path &path, const FullModel &source, const Reduction &reduction) {
   const ReducedModel &model = reduction.model;
   const Recovery &recovery = reduction.recovery;
-  const hsize_t na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin, rows = model.own_contact_dofs();
+  const hsize_t na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin,
+                rows = model.own_contact_dofs();
   std::filesystem::path partial = path;
   partial += ".partial"; // renamed when whole: a killed run leaves no half file behind
   {
@@ -71,7 +72,8 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
     throw InputError(path.string() + ": attribute format is \"" + format + "\", \"dovetail-reduced\" wanted" +
                      (format == "dovetail-model" ? "; name a full model with  model =  instead of  reduced =" : ""));
   if (const long found = file.integer_attribute("version", 1); found != 1)
-    throw InputError(path.string() + ": version " + std::to_string(found) + " of the reduced format; this program reads version 1");
+    throw InputError(path.string() + ": version " + std::to_string(found) +
+                     " of the reduced format; this program reads version 1");
   const auto want = [&](const std::string &name, const Extent &wanted, const std::string &meaning) {
     if (const Extent found = file.extent(name); found != wanted) {
       std::string shape;
@@ -104,16 +106,20 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
     model.own_points = own_share(comm, model.points);
     const h5::Reader file(path);
     if (const std::string units = file.text_attribute("units"); !units.empty()) model.units = units;
-    const hsize_t na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin, rows = model.own_contact_dofs();
+    const hsize_t na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin,
+                  rows = model.own_contact_dofs();
     const auto finite = [&](const std::string &name, std::vector<double> values) {
       for (const double value : values)
-        if (!std::isfinite(value)) throw InputError(file.place(name) + ": " + std::to_string(value) + "; finite numbers are wanted");
+        if (!std::isfinite(value))
+          throw InputError(file.place(name) + ": " + std::to_string(value) + "; finite numbers are wanted");
       return values;
     };
     model.kaa = finite("/Kaa", file.doubles("/Kaa"));
     model.fa = finite("/Fa", file.doubles("/Fa"));
     for (const double square : model.kaa)
-      if (!(square > 0)) throw InputError(file.place("/Kaa") + ": " + std::to_string(square) + "; squared frequencies above 0 are wanted");
+      if (!(square > 0))
+        throw InputError(file.place("/Kaa") + ": " + std::to_string(square) +
+                         "; squared frequencies above 0 are wanted");
     model.fx = finite("/Fx", file.doubles("/Fx", {first}, {rows}));
     model.r = finite("/R", file.doubles("/R", {first}, {rows}));
     for (const auto &[name, own] : {std::pair{"/Kxx", &model.kxx}, std::pair{"/Mxx", &model.mxx}}) {
@@ -124,7 +130,8 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
       for (hsize_t i = 0; i < rows; ++i)
         for (hsize_t j = 0; j < nc; ++j)
           if (std::abs((*own)[i * nc + j] - columns[j * rows + i]) > 1e-8 * largest)
-            throw InputError(file.place(name) + ": not symmetric, row " + std::to_string(first + i) + ", column " + std::to_string(j) + " (of 0..)");
+            throw InputError(file.place(name) + ": not symmetric, row " + std::to_string(first + i) + ", column " +
+                             std::to_string(j) + " (of 0..)");
     }
     const auto max = finite("/Max", file.doubles("/Max", {0, first}, {na, rows})); // own columns: rows of M_xa
     model.mxa.resize(max.size());

@@ -10,9 +10,9 @@ namespace dovetail {
 
 struct ReducedModel {
   MPI_Comm comm = MPI_COMM_NULL;
-  std::string units = "SI"; ///< a label, passed on to the results
-  PetscInt modes = 0;       ///< N_a
-  PetscInt points = 0; ///< N_x
+  std::string units = "SI";    ///< a label, passed on to the results
+  PetscInt modes = 0;          ///< N_a
+  PetscInt points = 0;         ///< N_x
   Range own_modes, own_points; ///< this rank's share
 
   std::vector<double> kaa; ///< (N_a) squares of the fixed-interface frequencies [rad^2/s^2]; on every rank
@@ -30,8 +30,8 @@ struct ReducedModel {
 
 /// What the elastic displacements are recovered with: x_e = x_e0 + Phi a + Psi (x + x_p). Rows of elastic dofs.
 struct Recovery {
-  PetscInt elastic = 0; ///< n_e
-  Range own;            ///< this rank's elastic rows, counted in the order of the model's dofs
+  PetscInt elastic = 0;           ///< n_e
+  Range own;                      ///< this rank's elastic rows, counted in the order of the model's dofs
   std::vector<long> elastic_dofs; ///< (own) their numbers in the full model
   std::vector<double> xe0;        ///< (own) [m]
   std::vector<double> phi;        ///< (own, N_a) row-major

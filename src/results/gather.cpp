@@ -25,7 +25,8 @@ std::vector<double> physical_coefficients(const Layout &layout, const Scales &sc
   const double *values;
   check(VecGetArrayRead(y, &values), "collecting a point");
   const PetscInt modal = layout.own_modes.size() * layout.width;
-  std::vector<double> own_modal(values, values + modal), own_contact(values + modal, values + layout.own_coefficients());
+  std::vector<double> own_modal(values, values + modal),
+      own_contact(values + modal, values + layout.own_coefficients());
   check(VecRestoreArrayRead(y, &values), "collecting a point");
   for (double &value : own_modal) value *= scales.modal;
   for (double &value : own_contact) value *= scales.contact;
@@ -44,11 +45,14 @@ void start_from(const std::filesystem::path &results, double omega, const Layout
     const auto shape = file.extent(name);
     const auto frequencies = file.doubles("/points/omega");
     if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(layout.dofs()))
-      throw InputError(file.place(name) + ": does not belong to this model, which has " + std::to_string(layout.dofs()) +
+      throw InputError(file.place(name) + ": does not belong to this model, which has " +
+                       std::to_string(layout.dofs()) +
                        " reduced dofs (N_a + 3 N_x); continuation.start wants results of the same reduction");
-    if (frequencies.empty() || shape[0] == 0) throw InputError(file.place("/points/omega") + ": holds no point to start from");
-    const auto nearest = std::min_element(frequencies.begin(), frequencies.begin() + std::min<hsize_t>(shape[0], frequencies.size()),
-                                          [&](double a, double b) { return std::abs(a - omega) < std::abs(b - omega); });
+    if (frequencies.empty() || shape[0] == 0)
+      throw InputError(file.place("/points/omega") + ": holds no point to start from");
+    const auto nearest =
+        std::min_element(frequencies.begin(), frequencies.begin() + std::min<hsize_t>(shape[0], frequencies.size()),
+                         [&](double a, double b) { return std::abs(a - omega) < std::abs(b - omega); });
     const hsize_t point = nearest - frequencies.begin();
     width = shape[2];
     const hsize_t first_mode = layout.own_modes.begin, modes = layout.own_modes.size();
@@ -60,7 +64,8 @@ void start_from(const std::filesystem::path &results, double omega, const Layout
   check(VecGetArray(y, &values), "starting from results");
   const auto fill = [&](const std::vector<double> &from, double scale, PetscInt dofs, double *to) {
     for (PetscInt d = 0; d < dofs; ++d)
-      for (int i = 0; i < std::min<int>(layout.width, static_cast<int>(width)); ++i) to[d * layout.width + i] = from[d * width + i] / scale;
+      for (int i = 0; i < std::min<int>(layout.width, static_cast<int>(width)); ++i)
+        to[d * layout.width + i] = from[d * width + i] / scale;
   };
   fill(modal, scales.modal, layout.own_modes.size(), values);
   fill(contact, scales.contact, 3 * layout.own_points.size(), values + layout.own_modes.size() * layout.width);

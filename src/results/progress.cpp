@@ -26,13 +26,18 @@ double largest_motion(const PointRecord &record, PetscInt modes, int width) {
 } // namespace
 
 Progress::Progress(bool speaks, const Layout &layout, std::string length_unit)
-    : speaks_(speaks), terminal_(isatty(STDOUT_FILENO)), modes_(layout.modes), width_(layout.width), length_unit_(std::move(length_unit)),
-      begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)) {}
+    : speaks_(speaks), terminal_(isatty(STDOUT_FILENO)), modes_(layout.modes), width_(layout.width),
+      length_unit_(std::move(length_unit)), begin_(std::chrono::steady_clock::now()),
+      last_line_(begin_ - std::chrono::hours(1)) {}
 
-double Progress::elapsed() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+double Progress::elapsed() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
 
 void Progress::heading() const {
-  if (speaks_) std::printf("  step   Omega [rad/s]   motion [%s]   Newton   stick  slip  open   done    left\n", length_unit_.c_str());
+  if (speaks_)
+    std::printf("  step   Omega [rad/s]   motion [%s]   Newton   stick  slip  open   done     time     left\n",
+                length_unit_.c_str());
 }
 
 void Progress::point(const PointRecord &record) {
@@ -43,10 +48,11 @@ void Progress::point(const PointRecord &record) {
   if (!terminal_ && !last && now - last_line_ < std::chrono::duration<double>(quiet_seconds)) return;
   last_line_ = now;
   char left[32] = "";
-  if (record.progress > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 / record.progress - 1));
-  std::printf("%6d %15.8g %12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %7s\n", points_, record.omega,
-              largest_motion(record, modes_, width_), record.newton, 100 * record.stick, 100 * record.slip, 100 * record.open,
-              100 * std::clamp(record.progress, 0.0, 1.0), left);
+  if (record.progress > 0.01 && !last)
+    std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 / record.progress - 1));
+  std::printf("%6d %15.8g %12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", points_, record.omega,
+              largest_motion(record, modes_, width_), record.newton, 100 * record.stick, 100 * record.slip,
+              100 * record.open, 100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
   std::fflush(stdout);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// The run as a person sees it: one line per accepted point on a terminal, now and then otherwise; folds and cuts in words.
+// The run as a person sees it: one line per accepted point on a terminal, now and then otherwise; folds and cuts in
+// words.
 #include <chrono>
 #include <string>
 

@@ -14,15 +14,19 @@ int rank_of(MPI_Comm comm) {
 }
 
 // Own contact points' numbers, written as datasets of N_x rows by rank 0.
-template <class Pick> void write_points(MPI_Comm comm, h5::Writer *file, const std::string &name, std::size_t points, int columns, Pick &&pick) {
+template <class Pick>
+void write_points(MPI_Comm comm, h5::Writer *file, const std::string &name, std::size_t points, int columns,
+                  Pick &&pick) {
   std::vector<double> own;
   for (std::size_t p = 0; p < points; ++p)
     for (int d = 0; d < columns; ++d) own.push_back(pick(p, d));
   const auto all = gather(comm, own);
   if (!file) return;
   const hsize_t rows = all.size() / columns;
-  if (columns == 1) file->rows(name, {rows}, 0, rows, all.data());
-  else file->rows(name, {rows, hsize_t(columns)}, 0, rows, all.data());
+  if (columns == 1)
+    file->rows(name, {rows}, 0, rows, all.data());
+  else
+    file->rows(name, {rows, hsize_t(columns)}, 0, rows, all.data());
 }
 
 } // namespace
@@ -44,7 +48,8 @@ PointRecord collect(const HarmonicSystem &system, const BranchPoint &point, doub
   return record;
 }
 
-ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, const std::filesystem::path &reduced, const PreloadedModel &preloaded)
+ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, const std::filesystem::path &reduced,
+                         const PreloadedModel &preloaded)
     : comm_(preloaded.reduced.comm) {
   const ReducedModel &model = preloaded.reduced;
   on_all_ranks(comm_, [&] {
@@ -87,7 +92,8 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
       tables_.emplace_back(*file, "/points/" + name, row, type, chunk);
     };
     table("coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, rows); // the order of append() below
-    for (const char *name : {"omega", "arclength", "residual", "seconds", "stick", "slip", "open"}) table(name, {}, H5T_NATIVE_DOUBLE, 256);
+    for (const char *name : {"omega", "arclength", "residual", "seconds", "stick", "slip", "open"})
+      table(name, {}, H5T_NATIVE_DOUBLE, 256);
     for (const char *name : {"newton_iterations", "linear_iterations"}) table(name, {}, H5T_NATIVE_INT, 256);
     file->flush();
   });
@@ -96,8 +102,16 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
 void ResultsFile::append(const PointRecord &point) {
   on_all_ranks(comm_, [&] {
     if (!file_) return;
-    const void *rows[] = {point.coefficients.data(), &point.omega, &point.arclength, &point.residual, &point.seconds,
-                          &point.stick, &point.slip, &point.open, &point.newton, &point.linear};
+    const void *rows[] = {point.coefficients.data(),
+                          &point.omega,
+                          &point.arclength,
+                          &point.residual,
+                          &point.seconds,
+                          &point.stick,
+                          &point.slip,
+                          &point.open,
+                          &point.newton,
+                          &point.linear};
     for (std::size_t i = 0; i < tables_.size(); ++i) tables_[i].append(rows[i]);
     file_->flush();
   });

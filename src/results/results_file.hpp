@@ -14,8 +14,8 @@ struct PointRecord {
   double omega = 0;     ///< [rad/s]
   double arclength = 0; ///< scaled
   int newton = 0, linear = 0;
-  double residual = 0;  ///< scaled
-  double seconds = 0;   ///< since the point before
+  double residual = 0;                  ///< scaled
+  double seconds = 0;                   ///< since the point before
   double stick = 0, slip = 0, open = 0; ///< shares of the contact points
   double progress = 0;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
@@ -27,7 +27,8 @@ PointRecord collect(const HarmonicSystem &system, const BranchPoint &point, doub
 class ResultsFile {
 public:
   /// `preloaded`: the model in user units. Opens the file on rank 0. Collective.
-  ResultsFile(const std::filesystem::path &path, const Case &study, const std::filesystem::path &reduced, const PreloadedModel &preloaded);
+  ResultsFile(const std::filesystem::path &path, const Case &study, const std::filesystem::path &reduced,
+              const PreloadedModel &preloaded);
   /// Writes one point and flushes. Rank 0 writes, all ranks learn of a failure. Collective.
   void append(const PointRecord &point);
 

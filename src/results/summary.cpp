@@ -15,9 +15,12 @@ std::string quoted(const std::string &text) { // as a JSON string
   std::string out = "\"";
   for (const char c : text) {
     char escaped[8];
-    if (c == '"' || c == '\\') (out += '\\') += c;
-    else if (static_cast<unsigned char>(c) < 0x20) std::snprintf(escaped, sizeof escaped, "\\u%04x", c), out += escaped;
-    else out += c;
+    if (c == '"' || c == '\\')
+      (out += '\\') += c;
+    else if (static_cast<unsigned char>(c) < 0x20)
+      std::snprintf(escaped, sizeof escaped, "\\u%04x", c), out += escaped;
+    else
+      out += c;
   }
   return out + "\"";
 }
@@ -34,19 +37,24 @@ std::string list(const double *values, int count, int stride) {
 
 const char *name_of(BranchSummary::End end) {
   switch (end) {
-  case BranchSummary::End::arrived: return "arrived";
-  case BranchSummary::End::max_points: return "max_points";
-  case BranchSummary::End::stalled: return "stalled";
-  case BranchSummary::End::turned_back: return "turned_back";
-  case BranchSummary::End::no_start: return "no_start";
+  case BranchSummary::End::arrived:
+    return "arrived";
+  case BranchSummary::End::max_points:
+    return "max_points";
+  case BranchSummary::End::stalled:
+    return "stalled";
+  case BranchSummary::End::turned_back:
+    return "turned_back";
+  case BranchSummary::End::no_start:
+    return "no_start";
   }
   return "?";
 }
 
 } // namespace
 
-void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch, double frequency_scale,
-                   const Stages &stages, const std::string &failure) {
+void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch,
+                   double frequency_scale, const Stages &stages, const std::string &failure) {
   int rank, ranks;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &ranks);
@@ -57,23 +65,27 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
     if (rank != 0) return;
     const int count = static_cast<int>(stages.records().size());
     std::ofstream file(directory / "summary.json");
-    file << "{\n  \"program\": " << quoted(std::string("dovetail ") + version + " " + git_revision) << ",\n  \"ranks\": " << ranks << ",\n";
+    file << "{\n  \"program\": " << quoted(std::string("dovetail ") + version + " " + git_revision)
+         << ",\n  \"ranks\": " << ranks << ",\n";
     if (!failure.empty()) file << "  \"failure\": " << quoted(failure) << ",\n";
     if (branch) {
       const bool arrived = branch->end == BranchSummary::End::arrived || branch->end == BranchSummary::End::max_points;
       char omega[32];
       std::snprintf(omega, sizeof omega, "%.17g", branch->omega * frequency_scale);
-      file << "  \"end\": " << quoted(name_of(branch->end)) << ",\n  \"why\": " << quoted(branch->why) << ",\n  \"points\": " << branch->points
-           << ",\n  \"failures\": " << (arrived ? 0 : 1) << ",\n  \"step_cuts\": " << branch->cuts << ",\n  \"folds\": " << branch->folds
+      file << "  \"end\": " << quoted(name_of(branch->end)) << ",\n  \"why\": " << quoted(branch->why)
+           << ",\n  \"points\": " << branch->points << ",\n  \"failures\": " << (arrived ? 0 : 1)
+           << ",\n  \"step_cuts\": " << branch->cuts << ",\n  \"folds\": " << branch->folds
            << ",\n  \"newton_iterations\": " << branch->newton << ",\n  \"linear_iterations\": " << branch->linear
            << ",\n  \"last_omega\": " << omega << ",\n";
     }
     file << "  \"stages\": [";
     for (int s = 0; s < count; ++s)
-      file << (s ? ",\n    " : "\n    ") << "{\"name\": " << quoted(stages.records()[s].name) << ", \"seconds\": " << list(&all[2 * s], ranks, 2 * count)
+      file << (s ? ",\n    " : "\n    ") << "{\"name\": " << quoted(stages.records()[s].name)
+           << ", \"seconds\": " << list(&all[2 * s], ranks, 2 * count)
            << ", \"peak_mib\": " << list(&all[2 * s + 1], ranks, 2 * count) << "}";
     file << "\n  ]\n}\n";
-    if (!file.flush()) throw ComputeError((directory / "summary.json").string() + ": cannot be written (is the disk full?)");
+    if (!file.flush())
+      throw ComputeError((directory / "summary.json").string() + ": cannot be written (is the disk full?)");
 
     std::printf("\n  stage                  seconds   peak memory per rank\n");
     for (int s = 0; s < count; ++s) {
@@ -83,8 +95,9 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
       std::printf("  %-20s %9.3f %12.0f MiB\n", stages.records()[s].name.c_str(), seconds, memory);
     }
     if (!branch) return;
-    std::printf("  %d points, %ld Newton iterations, %d step cut%s, %d turning point%s\n", branch->points, branch->newton, branch->cuts,
-                branch->cuts == 1 ? "" : "s", branch->folds, branch->folds == 1 ? "" : "s");
+    std::printf("  %d points, %ld Newton iterations, %d step cut%s, %d turning point%s\n", branch->points,
+                branch->newton, branch->cuts, branch->cuts == 1 ? "" : "s", branch->folds,
+                branch->folds == 1 ? "" : "s");
   });
 }
 

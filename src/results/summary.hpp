@@ -8,7 +8,7 @@
 namespace dovetail {
 
 /// What a run amounts to. Collective: stages are collected from all ranks; rank 0 writes and prints.
-void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch, double frequency_scale,
-                   const Stages &stages, const std::string &failure);
+void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch,
+                   double frequency_scale, const Stages &stages, const std::string &failure);
 
 } // namespace dovetail

@@ -30,7 +30,8 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   const double w2 = scales.frequency * scales.frequency;
   scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
   // A joint that never slips has a slip limit far beyond any motion: measure by the motion then, where x weighs like a.
-  if (modal_force > 0 && largest[3] > 0) scales.contact = std::min(scales.contact, modal_force / w2 / std::sqrt(largest[3]));
+  if (modal_force > 0 && largest[3] > 0)
+    scales.contact = std::min(scales.contact, modal_force / w2 / std::sqrt(largest[3]));
   // without modal force: such that modal and contact accelerations weigh alike
   scales.modal = modal_force > 0 ? modal_force / w2 : largest[0] > 0 ? std::sqrt(scales.contact * largest[0] / w2) : 1;
   return scales;

@@ -11,10 +11,11 @@ struct Scales {
   double contact = 1;   ///< beta [m]
 };
 
-/// The preloaded model in dimensionless numbers: same structure, same equations, K_aa and so on divided as in section 7.
+/// The preloaded model in dimensionless numbers: same structure, same equations, K_aa and so on divided as in
+/// section 7.
 struct ScaledModel {
   PreloadedModel model;
-  double damping = 0;  ///< xi w0 [-]
+  double damping = 0; ///< xi w0 [-]
   Scales scales;
 };
 

@@ -4,10 +4,10 @@
 #include <petscsys.h>
 
 #include <exception>
-#include <utility>
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace dovetail {
 

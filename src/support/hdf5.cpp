@@ -137,7 +137,8 @@ void Writer::attribute(const std::string &name, long number) {
     throw ComputeError(path_.string() + ": attribute " + name + " cannot be written");
 }
 
-void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count, const void *values) {
+void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
+                   const Extent &count, const void *values) {
   Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);
   Id space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
@@ -157,16 +158,19 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
     throw ComputeError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
 }
 
-void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count, const double *values) {
+void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
+                  const double *values) {
   write(dataset, H5T_NATIVE_DOUBLE, extent, offset, count, values);
 }
 
-void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count, const long *values) {
+void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
+                  const long *values) {
   write(dataset, H5T_NATIVE_LONG, extent, offset, count, values);
 }
 
 void Writer::flush() {
-  if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0) throw ComputeError(path_.string() + ": cannot be written (is the disk full?)");
+  if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0)
+    throw ComputeError(path_.string() + ": cannot be written (is the disk full?)");
 }
 
 Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows)

@@ -42,7 +42,7 @@ public:
   /// Whole dataset, or the slab of `count` from `offset` along each axis, in row-major order.
   std::vector<double> doubles(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
   std::vector<long> integers(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
-  std::string text_attribute(const std::string &name) const;  ///< of the root group, "" if absent
+  std::string text_attribute(const std::string &name) const; ///< of the root group, "" if absent
   long integer_attribute(const std::string &name, long otherwise) const;
   /// The message's beginning: "file.h5: /dataset".
   std::string place(const std::string &dataset) const { return path_.string() + ": " + dataset; }
@@ -66,10 +66,13 @@ public:
   void attribute(const std::string &name, long number);
   /// This rank's slab [offset, offset + count) of a dataset of `extent`, row-major; groups on the way are made.
   /// Collective when the file is; a rank with nothing to write gives a zero in `count`.
-  void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count, const double *values);
-  void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count, const long *values);
+  void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
+            const double *values);
+  void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
+            const long *values);
   /// The same for whole rows [first, first + rows) along axis 0.
-  template <class T> void rows(const std::string &dataset, const Extent &extent, hsize_t first, hsize_t rows, const T *values) {
+  template <class T>
+  void rows(const std::string &dataset, const Extent &extent, hsize_t first, hsize_t rows, const T *values) {
     Extent offset(extent.size(), 0), count(extent);
     offset[0] = first, count[0] = rows;
     slab(dataset, extent, offset, count, values);
@@ -78,7 +81,8 @@ public:
   operator hid_t() const { return file_; }
 
 private:
-  void write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count, const void *values);
+  void write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count,
+             const void *values);
   std::filesystem::path path_;
   bool collective_;
   Id file_;

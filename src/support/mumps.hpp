@@ -8,8 +8,8 @@ namespace dovetail {
 /// done once and stays good for all later values, also when the first ones are singular. Call before SetFromOptions.
 void factor_by_lu(KSP ksp, Mat A);
 
-/// After a solve that failed because A was singular. PETSc 3.18 takes MUMPS's error for one of the analysis and would skip
-/// every later factorisation without a word; this starts afresh, analysis included.
+/// After a solve that failed because A was singular. PETSc 3.18 takes MUMPS's error for one of the analysis and would
+/// skip every later factorisation without a word; this starts afresh, analysis included.
 void recover_lu(KSP ksp, Mat A);
 
 /// The factor inside a KSP set up for MUMPS.

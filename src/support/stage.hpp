@@ -13,8 +13,8 @@ class Stages {
 public:
   struct Record {
     std::string name;
-    double seconds;   ///< wall time on this rank
-    double peak_mib;  ///< largest resident memory of this rank so far, at the end of the stage [MiB]
+    double seconds;  ///< wall time on this rank
+    double peak_mib; ///< largest resident memory of this rank so far, at the end of the stage [MiB]
   };
 
   template <class Work> auto run(const char *name, Work &&work) {

@@ -59,8 +59,7 @@ using Changes = std::vector<std::pair<size_t, std::string>>; ///< line from 1, i
 class CaseFile : public ::testing::Test {
 protected:
   void SetUp() override {
-    std::string name =
-        (fs::temp_directory_path() / "dovetail-case-XXXXXX").string(); // every rank has its own
+    std::string name = (fs::temp_directory_path() / "dovetail-case-XXXXXX").string(); // every rank has its own
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     folder = name;
     for (const char *file : {"model.h5", "reduced.h5", "start.h5"}) std::ofstream(folder / file) << "x";
@@ -81,8 +80,7 @@ protected:
   Case read(const Changes &changes = {}) const { return read_case(write(changes), {}); }
 
   static void expect_words(const std::string &message, const std::vector<std::string> &words) {
-    for (const auto &word : words)
-      EXPECT_NE(message.find(word), std::string::npos) << message << "\n  lacks: " << word;
+    for (const auto &word : words) EXPECT_NE(message.find(word), std::string::npos) << message << "\n  lacks: " << word;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
   static std::string message_of(const std::function<void()> &work) {
@@ -158,10 +156,8 @@ TEST_F(CaseFile, GoodVariants) {
   EXPECT_EQ(read({{18, "harmonics = 1"}, {19, ""}}).samples, 256);
   EXPECT_EQ(read({{19, "samples = 11"}}).samples, 11);
   EXPECT_EQ(read({{9, "fourier = [0.5]"}}).fourier.front(), 0.5);
-  EXPECT_EQ(read({{9, "fourier = [0, 0, 1, 0, 0]"}, {18, "harmonics = 1"}}).fourier,
-            (std::vector<double>{0, 0, 1}));
-  EXPECT_EQ(read({{9, "fourier = [0, 1, 0, 2]"}, {18, "harmonics = 2"}}).fourier,
-            (std::vector<double>{0, 1, 0, 2, 0}));
+  EXPECT_EQ(read({{9, "fourier = [0, 0, 1, 0, 0]"}, {18, "harmonics = 1"}}).fourier, (std::vector<double>{0, 0, 1}));
+  EXPECT_EQ(read({{9, "fourier = [0, 1, 0, 2]"}, {18, "harmonics = 2"}}).fourier, (std::vector<double>{0, 1, 0, 2, 0}));
   EXPECT_EQ(read({{5, "modes = 0"}}).modes, 0);
   EXPECT_EQ(read({{27, "omega = [1, 1]"}, {31, "at = [1.0]"}}).omega_to, 1);
   EXPECT_EQ(read({{27, "omega = [1.3, 0.9]"}, {31, "at = [1.1,\n 1.0]"}}).at.back(), 1.0);
@@ -186,8 +182,7 @@ TEST_F(CaseFile, OutOverridesTheDirectory) {
 }
 
 TEST_F(CaseFile, FileThatIsNoCaseFile) {
-  expect_words(message_of([&] { read_case(folder / "none.toml", {}); }),
-               {"none.toml: ", "no such case file"});
+  expect_words(message_of([&] { read_case(folder / "none.toml", {}); }), {"none.toml: ", "no such case file"});
   expect_words(message_of([&] { read_case(folder, {}); }), {folder.string(), "is a folder", "case.toml"});
   std::ofstream(folder / "binary.h5", std::ios::binary) << "\x89HDF\r\n\x1a\n" << std::string(9000, '\0');
   expect_words(message_of([&] { read_case(folder / "binary.h5", {}); }), {"binary.h5: ", "not a text file"});
@@ -215,11 +210,9 @@ TEST_F(CaseFile, UnknownKeysAndSections) {
   refused(3, "banana = 5", {"unknown key banana", "allowed above the first section: title, model, reduced"});
   refused(20, "[newtn]", {"unknown section [newtn]", "did you mean [newton]?"});
   refused(20, "[solver]", {"unknown section [solver]", "[harmonic_balance], [newton], [scaling]"});
-  refused({{20, "[newtn]"}, {34, "directry = \"out\""}, {5, "mods = 2"}}, 5,
-          {"reduction.mods"}); // the first one
+  refused({{20, "[newtn]"}, {34, "directry = \"out\""}, {5, "mods = 2"}}, 5, {"reduction.mods"}); // the first one
   refused(5, "mode = 2", {"unknown key reduction.mode = 2", "did you mean modes in [reduction]?"});
-  refused({{3, "newton = 5"}, {20, ""}, {21, ""}, {22, ""}, {23, ""}}, 3,
-          {"newton is a section", "[newton]"});
+  refused({{3, "newton = 5"}, {20, ""}, {21, ""}, {22, ""}, {23, ""}}, 3, {"newton is a section", "[newton]"});
   refused(20, "[[newton]]", {"newton is a section"});
   refused(33, "[stability]\nenabled = true\n[output]", {"[stability]", "not available in this version"});
   refused({{1, ""}, {33, "[title]"}, {34, ""}}, 33, {"title = [title]", "must be text in quotes"});
@@ -240,8 +233,7 @@ TEST_F(CaseFile, ModelOrReduced) {
 }
 
 TEST_F(CaseFile, FilesNamedMustExist) {
-  refused(2, "model = \"nowhere.h5\"",
-          {"model = \"nowhere.h5\"", "no file", (folder / "nowhere.h5").string()});
+  refused(2, "model = \"nowhere.h5\"", {"model = \"nowhere.h5\"", "no file", (folder / "nowhere.h5").string()});
   refused({{2, "reduced = \"nowhere.h5\""}, {5, ""}}, 2, {"reduced = \"nowhere.h5\"", "no file"});
   refused(32, "start = \"nowhere.h5\"", {"continuation.start = \"nowhere.h5\"", "no file"});
   refused(2, "model = \".\"", {"model = \".\"", "is not a file"});
@@ -282,8 +274,7 @@ TEST_F(CaseFile, NumbersOutOfRange) {
   refused(18, "harmonics = 0", {"harmonic_balance.harmonics = 0", "at least 1"});
   refused(18, "harmonics = 2000000000", {"harmonic_balance.harmonics = 2000000000", "at most"});
   refused(18, "harmonics = 99999999999999999999", {"at most"});
-  refused(19, "samples = 8",
-          {"harmonic_balance.samples = 8 is too small for harmonics = 5: at least 2*5+1 = 11"});
+  refused(19, "samples = 8", {"harmonic_balance.samples = 8 is too small for harmonics = 5: at least 2*5+1 = 11"});
   refused(19, "samples = 10", {"too small"});
   refused(19, "samples = -3", {"samples = -3", "at least"});
   refused(19, "samples = \"exact\"", {"samples = \"exact\"", "not available in this version"});
@@ -308,8 +299,7 @@ TEST_F(CaseFile, Sweep) {
   refused(27, "omega = [1.0, 2.0, 3.0]", {"two numbers", "not 3"});
   refused(27, "omega = [0, 1.3]", {"continuation.omega = [0, 1.3]", "greater than 0"});
   refused(27, "omega = [0.9, -1.3]", {"continuation.omega = [0.9, -1.3]", "greater than 0"});
-  refused(31, "at = [1.0, 1.4]",
-          {"entry 2 of continuation.at = 1.4", "outside continuation.omega = [0.9, 1.3]"});
+  refused(31, "at = [1.0, 1.4]", {"entry 2 of continuation.at = 1.4", "outside continuation.omega = [0.9, 1.3]"});
   refused(31, "at = [1.1, 1.0]", {"entry 2 of continuation.at = 1.0", "order of the sweep", "1.1"});
   refused(31, "at = [1.1, 1.1]", {"entry 2 of continuation.at", "each once"});
   refused({{31, "at = [\n1.0,\n2.0]"}}, 33, {"entry 2 of continuation.at = 2.0"});
@@ -318,12 +308,10 @@ TEST_F(CaseFile, Sweep) {
 
 TEST_F(CaseFile, Scaling) {
   refused(25, "kind = \"automatic\"", {"scaling.kind = \"automatic\"", "\"auto\", \"none\" or \"manual\""});
-  refused({{25, "kind = \"manual\"\nfrequency = 1.0\ncontact = 1.0"}}, 24,
-          {"scaling.modal is missing", "manual"});
+  refused({{25, "kind = \"manual\"\nfrequency = 1.0\ncontact = 1.0"}}, 24, {"scaling.modal is missing", "manual"});
   refused({{25, "kind = \"manual\"\nfrequency = 1.0\nmodal = 0\ncontact = 1.0"}}, 27,
           {"scaling.modal = 0", "greater than 0"});
-  refused({{25, "kind = \"auto\"\nfrequency = 1.0"}}, 26,
-          {"scaling.frequency = 1.0", "only with kind = \"manual\""});
+  refused({{25, "kind = \"auto\"\nfrequency = 1.0"}}, 26, {"scaling.frequency = 1.0", "only with kind = \"manual\""});
   refused({{25, "modal = 1.0"}}, 25, {"scaling.modal = 1.0", "only with kind"});
 }
 
@@ -332,10 +320,8 @@ TEST_F(CaseFile, ContactValues) {
   refused(11, "normal_stiffness = [1.0, -2.0, 3.0]",
           {"contact.normal_stiffness = -2 at contact point 1 (counted from 0): ", "greater than 0"});
   refused(11, "normal_stiffness = []", {"contact.normal_stiffness = []", "is empty"});
-  refused(11, "normal_stiffness = [[1.0, 2.0]]",
-          {"contact.normal_stiffness = [1.0, 2.0]", "must be a number"});
-  refused(12, "tangential_stiffness = [1.0, -2.0]",
-          {"contact.tangential_stiffness = -2 along t2: ", "greater than 0"});
+  refused(11, "normal_stiffness = [[1.0, 2.0]]", {"contact.normal_stiffness = [1.0, 2.0]", "must be a number"});
+  refused(12, "tangential_stiffness = [1.0, -2.0]", {"contact.tangential_stiffness = -2 along t2: ", "greater than 0"});
   refused(13, "friction = -0.1", {"contact.friction = -0.1", "must not be negative"});
   refused(13, "friction = [[0.1, 0.1], [0.1, -0.2]]",
           {"friction = -0.2 at contact point 1 (counted from 0) along t2: ", "negative"});
@@ -377,8 +363,7 @@ TEST_F(CaseFile, ContactPointsOfWrongLength) {
   expect_words(message(11, "normal_stiffness = [1, 2, 3]", 4),
                {"case.toml:11: contact.normal_stiffness: 3 values found", "N_x = 4"});
   expect_words(message(11, "normal_stiffness = [1.0]", 4), {"1 values found", "N_x = 4"});
-  expect_words(message(13, "friction = [0.1, 0.2, 0.3]", 4),
-               {"case.toml:13: contact.friction: 3 values", "N_x = 4"});
+  expect_words(message(13, "friction = [0.1, 0.2, 0.3]", 4), {"case.toml:13: contact.friction: 3 values", "N_x = 4"});
   expect_words(message(13, "friction = [[0.1, 0.2]]", 4), {"1 pairs found", "4 pairs"});
 }
 
@@ -393,20 +378,17 @@ TEST_F(CaseFile, ContactPointsFromTheModel) {
   EXPECT_EQ(points[1].gap, -3.5); // the case file wins
 
   const auto settings = read({{12, ""}, {14, ""}}).contact;
-  expect_words(message_of([&] { contact_points(settings, model, 2); }),
-               {"case.toml: contact.tangential_stiffness is missing", "tangential_stiffness = [1e6, 1e6]",
-                "[contact]"});
+  expect_words(
+      message_of([&] { contact_points(settings, model, 2); }),
+      {"case.toml: contact.tangential_stiffness is missing", "tangential_stiffness = [1e6, 1e6]", "[contact]"});
   const auto bare = read({{11, ""}, {13, ""}}).contact;
   model.normal_stiffness->values[1] = -8;
-  expect_words(
-      message_of([&] { contact_points(bare, model, 2); }),
-      {"model.h5: /contact/normal_stiffness = -8 at contact point 1 (counted from 0): ", "greater than 0"});
+  expect_words(message_of([&] { contact_points(bare, model, 2); }),
+               {"model.h5: /contact/normal_stiffness = -8 at contact point 1 (counted from 0): ", "greater than 0"});
   model.normal_stiffness->values = {1, 2, 3};
-  expect_words(message_of([&] { contact_points(bare, model, 2); }),
-               {"/contact/normal_stiffness: 3 values", "N_x = 2"});
+  expect_words(message_of([&] { contact_points(bare, model, 2); }), {"/contact/normal_stiffness: 3 values", "N_x = 2"});
   model.normal_stiffness->values = {1, std::nan("")};
-  expect_words(message_of([&] { contact_points(bare, model, 2); }),
-               {"/contact/normal_stiffness = nan", "finite"});
+  expect_words(message_of([&] { contact_points(bare, model, 2); }), {"/contact/normal_stiffness = nan", "finite"});
 }
 
 TEST_F(CaseFile, InitialPreload) {
@@ -420,8 +402,7 @@ TEST_F(CaseFile, InitialPreload) {
 }
 
 TEST_F(CaseFile, DescriptionNamesValueUnitAndOrigin) {
-  const Case study =
-      read({{12, "tangential_stiffness = [[1, 2], [3, 4]]"}, {13, ""}, {14, ""}, {21, ""}, {19, ""}});
+  const Case study = read({{12, "tangential_stiffness = [[1, 2], [3, 4]]"}, {13, ""}, {14, ""}, {21, ""}, {19, ""}});
   ContactSettings model;
   model.friction = ContactSetting{{0.25}, false, "model.h5: /contact/friction"};
   std::ostringstream out;

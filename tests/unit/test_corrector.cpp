@@ -89,7 +89,8 @@ TEST(Branch, hits_its_end_and_the_frequencies_asked_for) {
     UniqueVec y = system.unknowns();
     std::vector<double> omegas;
     const double named = to > 1 ? 1.2345 : 0.7654;
-    const BranchObserver observer{[&](const BranchPoint &point) { omegas.push_back(point.omega); }, [](const BranchEvent &) {}};
+    const BranchObserver observer{[&](const BranchPoint &point) { omegas.push_back(point.omega); },
+                                  [](const BranchEvent &) {}};
     const auto summary = follow_branch(system, tight, {1.0, to, 0.05, true, 2000, {named}}, y, observer);
     EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;
     EXPECT_EQ(omegas.front(), 1.0);
@@ -104,7 +105,8 @@ TEST(Branch, equal_ends_give_one_point) {
   UniqueVec y = system.unknowns();
   int points = 0;
   const BranchObserver observer{[&](const BranchPoint &) { ++points; }, [](const BranchEvent &) {}};
-  EXPECT_EQ(follow_branch(system, tight, {0.8, 0.8, 0.05, true, 2000, {}}, y, observer).end, BranchSummary::End::arrived);
+  EXPECT_EQ(follow_branch(system, tight, {0.8, 0.8, 0.05, true, 2000, {}}, y, observer).end,
+            BranchSummary::End::arrived);
   EXPECT_EQ(points, 1);
 }
 
@@ -113,7 +115,8 @@ TEST(Branch, stops_at_max_points) {
   UniqueVec y = system.unknowns();
   int points = 0;
   const BranchObserver observer{[&](const BranchPoint &) { ++points; }, [](const BranchEvent &) {}};
-  EXPECT_EQ(follow_branch(system, tight, {0.5, 3, 0.05, false, 7, {}}, y, observer).end, BranchSummary::End::max_points);
+  EXPECT_EQ(follow_branch(system, tight, {0.5, 3, 0.05, false, 7, {}}, y, observer).end,
+            BranchSummary::End::max_points);
   EXPECT_EQ(points, 7);
 }
 
@@ -131,7 +134,8 @@ TEST(Branch, passes_and_counts_turning_points) {
     contact = {{120, {30, 30}, {0.3, 0.3}, 0}}, initial = {0, 0, 0};
   }
   std::string note;
-  HarmonicSystem system(scaled(contact_preload(std::move(model), std::move(contact), initial, note), 0.01, {}), 5, 256, {0, 0, 1});
+  HarmonicSystem system(scaled(contact_preload(std::move(model), std::move(contact), initial, note), 0.01, {}), 5, 256,
+                        {0, 0, 1});
   UniqueVec y = system.unknowns();
   std::vector<double> omegas;
   int folds = 0;

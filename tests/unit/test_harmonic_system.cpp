@@ -29,7 +29,8 @@ UniqueVec motion(const HarmonicSystem &system, double size, int seed, double ome
   for (PetscInt j = 0; j < layout.own_modes.size(); ++j)
     for (int i = 0; i < n; ++i) own[j * n + i] = size * wave(seed + i, layout.own_modes.begin + j);
   for (PetscInt d = 0; d < 3 * layout.own_points.size(); ++d)
-    for (int i = 0; i < n; ++i) own[(layout.own_modes.size() + d) * n + i] = size * wave(seed + i, 10 + 3 * layout.own_points.begin + d);
+    for (int i = 0; i < n; ++i)
+      own[(layout.own_modes.size() + d) * n + i] = size * wave(seed + i, 10 + 3 * layout.own_points.begin + d);
   if (layout.owns_omega()) own[layout.own_coefficients()] = omega;
   check(VecRestoreArray(y, &own), "");
   return y;
@@ -43,7 +44,8 @@ double norm(Vec v) {
 
 // |J v - extrapolated central difference of the residual along v| / |J v|
 double directional_error(HarmonicSystem &system, Vec y, Vec v) {
-  UniqueVec f = system.unknowns(), slope = system.unknowns(), at = system.unknowns(), border = system.unknowns(), product = system.unknowns();
+  UniqueVec f = system.unknowns(), slope = system.unknowns(), at = system.unknowns(), border = system.unknowns(),
+            product = system.unknowns();
   for (const auto &[h, weight] : {std::pair{2e-5, -1.0 / 3}, {1e-5, 4.0 / 3}})
     for (const double side : {1.0, -1.0}) {
       check(VecWAXPY(at, side * h, v, y), "");
@@ -142,12 +144,14 @@ TEST(HarmonicSystem, linear_part_is_eq_11) { // row by row against the formulas,
   }
 }
 
-TEST(Scaling, residual_is_the_same_in_other_units) { // each row of the scaled system is a fixed multiple of the unscaled one
+TEST(Scaling,
+     residual_is_the_same_in_other_units) { // each row of the scaled system is a fixed multiple of the unscaled one
   HarmonicSystem plain = small_system(), other = small_system(2.0);
   const Scales &s = other.scales();
   const UniqueVec y = motion(plain, 0.3, 5, 1.3);
   UniqueVec z = motion(other, 0.3, 5, 1.3 / s.frequency), f = plain.unknowns(), g = other.unknowns();
-  const PetscInt modal = plain.layout().own_modes.size() * plain.layout().width, all = plain.layout().own_coefficients();
+  const PetscInt modal = plain.layout().own_modes.size() * plain.layout().width,
+                 all = plain.layout().own_coefficients();
   double *own;
   check(VecGetArray(z, &own), "");
   for (PetscInt i = 0; i < all; ++i) own[i] /= i < modal ? s.modal : s.contact;

@@ -27,7 +27,8 @@ double imbalance(const PreloadedModel &model) {
 }
 
 // One point, diagonal stiffness.
-PreloadedModel one_point(std::array<double, 3> stiffness, std::array<double, 3> r, const ContactPoint &point, std::string &note) {
+PreloadedModel one_point(std::array<double, 3> stiffness, std::array<double, 3> r, const ContactPoint &point,
+                         std::string &note) {
   ReducedModel model;
   model.comm = PETSC_COMM_WORLD;
   model.points = 1;
