@@ -47,8 +47,8 @@ void describe(std::ostream &out, const Forecast &sizes) {
   char line[200];
   out << "\nsizes\n";
   if (sizes.dofs > 0) {
-    std::snprintf(line, sizeof line, "  full model               %ld dofs, %ld entries in K\n", long(sizes.dofs),
-                  long(sizes.nonzeros));
+    std::snprintf(line, sizeof line, "  full model               %ld dofs, %.4g entries in K\n", long(sizes.dofs),
+                  sizes.nonzeros);
     out << line;
   }
   std::snprintf(line, sizeof line, "  reduced model            %ld modes, %ld contact points\n", long(sizes.modes),

@@ -8,7 +8,8 @@
 namespace dovetail {
 
 struct Forecast {
-  PetscInt dofs = 0, nonzeros = 0; ///< of the full model; 0 when the reduced one is given
+  PetscInt dofs = 0;   ///< of the full model; 0 when the reduced one is given
+  double nonzeros = 0; ///< stored entries of its K
   PetscInt modes = 0, points = 0;
   double unknowns = 0; ///< (N_a + 3 N_x)(2H+1) + 1
   double jacobian_entries = 0;

@@ -1,9 +1,10 @@
 // dovetail: forced response of structures with frictional joints. The command line, and how a run ends.
 #include <slepc.h>
 
+#include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "app/run.hpp"
@@ -51,6 +52,21 @@ dovetail::Request parse(std::vector<std::string> words) {
   return request;
 }
 
+// True if all ranks get here within a few seconds. An error can strike one rank alone, and the others then wait for it
+// inside some collective call; a communicator of its own keeps this roll call apart from what they wait in.
+bool all_arrive(MPI_Comm roll_call) {
+  constexpr double patience = 10; // [s]
+  MPI_Request request;
+  MPI_Ibarrier(roll_call, &request);
+  const double begin = MPI_Wtime();
+  for (int arrived = 0; MPI_Wtime() - begin < patience;) {
+    MPI_Test(&request, &arrived, MPI_STATUS_IGNORE);
+    if (arrived) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return false;
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
@@ -69,23 +85,24 @@ int main(int argc, char **argv) {
   if (SlepcInitialize(&petsc_argc, &petsc_argv, nullptr, nullptr)) return 3;
   dovetail::install_error_handler();
 
-  int rank = 0, status = 3;
+  MPI_Comm roll_call;
+  MPI_Comm_dup(PETSC_COMM_WORLD, &roll_call);
+  int rank = 0, status = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  const auto tell = [&](const char *what) {
-    if (rank == 0) std::fprintf(stderr, "dovetail: %s\n", what);
-  };
+  std::string failure;
   try {
     status = dovetail::run_case(PETSC_COMM_WORLD, parse(words));
-  } catch (const dovetail::InputError &error) { // the same on all ranks
-    tell(error.what());
-    status = 2;
-  } catch (const dovetail::ComputeError &error) {
-    tell(error.what());
-    status = 3;
-  } catch (const std::exception &error) { // perhaps on this rank only: the others must not wait for it
-    std::fprintf(stderr, "dovetail: rank %d: %s\n", rank, error.what());
-    MPI_Abort(PETSC_COMM_WORLD, 3);
+  } catch (const dovetail::InputError &error) {
+    status = 2, failure = error.what();
+  } catch (const std::exception &error) {
+    status = 3, failure = error.what();
   }
+  if (!failure.empty()) {
+    const bool together = all_arrive(roll_call);
+    if (rank == 0 || !together) std::fprintf(stderr, "dovetail: %s\n", failure.c_str());
+    if (!together) MPI_Abort(PETSC_COMM_WORLD, status);
+  }
+  MPI_Comm_free(&roll_call);
   SlepcFinalize();
   return status;
 }

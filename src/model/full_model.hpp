@@ -16,7 +16,6 @@ struct FullModel {
   std::filesystem::path file;
   std::string units = "SI";                          ///< a label, passed on to the results
   PetscInt dofs = 0;                                 ///< n
-  PetscInt nonzeros = 0;                             ///< stored entries of K
   UniqueMat K, M;                                    ///< (n, n) AIJ, symmetric [N/m], [kg]
   UniqueVec force, preload;                          ///< (n,) F and P [N]
   std::vector<std::array<PetscInt, 3>> contact_dofs; ///< (N_x): t1, t2, n of each contact point; on every rank
@@ -25,7 +24,8 @@ struct FullModel {
 };
 
 struct ModelHeader {
-  PetscInt dofs = 0, nonzeros = 0, points = 0;
+  PetscInt dofs = 0, points = 0;
+  double nonzeros = 0; ///< stored entries of K
   ContactSettings contact;
 };
 

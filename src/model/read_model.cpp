@@ -206,7 +206,7 @@ ModelHeader read_model_header(const std::filesystem::path &path) {
   check_format(file, path);
   ModelHeader header;
   header.dofs = matrix_size(file, "/K");
-  header.nonzeros = static_cast<PetscInt>(file.extent("/K/data")[0]);
+  header.nonzeros = static_cast<double>(file.extent("/K/data")[0]);
   header.points = static_cast<PetscInt>(read_contact_dofs(file, header.dofs).size());
   header.contact = read_contact(file);
   return header;
@@ -228,7 +228,6 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
       throw InputError(file.place("/M") + ": " + std::to_string(other) + " columns where /K has " +
                        std::to_string(model.dofs));
     own = own_share(comm, model.dofs);
-    model.nonzeros = static_cast<PetscInt>(file.extent("/K/data")[0]);
     model.contact_dofs = read_contact_dofs(file, model.dofs);
     model.contact = read_contact(file);
     k = read_rows(file, "/K", model.dofs, own);

@@ -58,9 +58,11 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
     file_->attribute("format", "dovetail-results");
     file_->attribute("version", 1);
     file_->attribute("program", std::string("dovetail ") + version + " " + git_revision);
-    char petsc[256];
-    check(PetscGetVersion(petsc, sizeof petsc), "asking PETSc its version");
-    file_->attribute("petsc", petsc);
+    char library[256];
+    check(PetscGetVersion(library, sizeof library), "asking PETSc its version");
+    file_->attribute("petsc", library);
+    check(SlepcGetVersion(library, sizeof library), "asking SLEPc its version");
+    file_->attribute("slepc", library);
     int size;
     MPI_Comm_size(comm_, &size);
     file_->attribute("ranks", size);
