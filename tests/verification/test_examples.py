@@ -1,0 +1,112 @@
+"""The examples users start from, run by the compiled program, against published and independently integrated numbers."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import cases
+from dovetail import Results
+from test_against_core import BINARY, SURROUNDINGS, run
+
+ROOT = Path(__file__).parents[2]
+AROUND = {**os.environ, **SURROUNDINGS, "PYTHONPATH": str(ROOT / "python")}
+
+
+@pytest.fixture(scope="module")
+def delivered(tmp_path_factory):
+    """The five-dof example with its authors' settings and fixed step."""
+    return Results(run(cases.dof5(tmp_path_factory.mktemp("dof5"), adaptive=False)).directory / "results.h5")
+
+
+@pytest.mark.parametrize("dof, omega, peak", [("a1", 1.02150, 2.699938), ("a2", 1.01925, 0.080870), ("x1.t1", None, 5.724547),
+                                              ("x1.t2", None, 3.913528), ("x1.n", 1.02647, 1.920393)])
+def test_delivered_peaks(delivered, dof, omega, peak):
+    """The original's peaks over the cycle (a fixed step of 0.05 finds the place of a peak to 1e-3)."""
+    at, amplitude = delivered.peak(dof)
+    assert amplitude == pytest.approx(peak, rel=2e-4)
+    if omega is not None:
+        assert at == pytest.approx(omega, abs=1e-3)
+
+
+def test_delivered_sweep_is_as_long_as_the_originals(delivered):
+    """436 points there; the arc length is measured the same way, only the first tangent and the end differ."""
+    assert len(delivered) == pytest.approx(436, rel=0.05)
+
+
+@pytest.mark.parametrize("omega, truth", [(1.0215, 2.698249), (1.05, 2.526097)])
+def test_converged_values(tmp_path, omega, truth):
+    """H = 40, N = 4096: the true amplitudes, known from time integration."""
+    done = run(cases.dof5(tmp_path, harmonics=40, samples=4096, omega=[omega, omega], kind="auto", **cases.TIGHT))
+    assert Results(done.directory / "results.h5").amplitude("a1")[0] == pytest.approx(truth, rel=1e-5)
+
+
+@pytest.mark.parametrize("omega", [[5, 16], [16, 5]])
+def test_mass_that_lifts_off_in_every_cycle(tmp_path, omega):
+    """Check 1 against the published normal peak 29.12 at 9.881; lifting off softens, so the curve folds twice."""
+    done = run(cases.single_mass(tmp_path, 1, omega=omega, kind="auto"))
+    at, amplitude = Results(done.directory / "results.h5").peak("x1.n")
+    assert amplitude == pytest.approx(29.12, rel=1e-3)
+    assert at == pytest.approx(9.881, rel=1e-3)
+    steps = np.sign(np.diff(done.omega))
+    assert (steps == 1).any() and (steps == -1).any()
+
+
+def make_posts(folder, *options):
+    """model.h5 of inputs/two_solids."""
+    command = [sys.executable, ROOT / "inputs/two_solids/model.py", "-o", folder / "model.h5", *options]
+    subprocess.run(command, check=True, capture_output=True, env=AROUND)
+
+
+@pytest.fixture(scope="module")
+def posts(tmp_path_factory):
+    """inputs/two_solids with a short sweep over the top of its resonance, on 1, 2 and 3 ranks."""
+    folder = tmp_path_factory.mktemp("two_solids")
+    make_posts(folder)
+    text = (ROOT / "inputs/two_solids/case.toml").read_text()
+    assert "omega = [4000, 4250]" in text
+    text = text.replace("omega = [4000, 4250]", "omega = [4085, 4135]").replace("harmonics = 10", "harmonics = 3")
+    (folder / "case.toml").write_text(text + "\n[newton]\nstep_tolerance = 1e-10\nresidual_tolerance = 1e-9\n")
+    done = {}
+    for ranks in (1, 2, 3):
+        command = ["mpirun", "-n", str(ranks), BINARY, "run", folder / "case.toml", "--out", folder / f"out{ranks}"]
+        subprocess.run(command, check=True, capture_output=True, env=AROUND, timeout=200)
+        done[ranks] = Results(folder / f"out{ranks}" / "results.h5")
+    return done
+
+
+def test_posts_fixed_interface_frequencies(tmp_path):
+    """Published for the original's mesh of about this size with the four corners of the patch held."""
+    make_posts(tmp_path, "--points", "2x2")
+    (tmp_path / "case.toml").write_text((ROOT / "inputs/two_solids/case.toml").read_text())
+    subprocess.run([BINARY, "reduce", tmp_path / "case.toml"], check=True, capture_output=True, env=AROUND)
+    with h5py.File(tmp_path / "reduced.h5") as file:
+        frequencies = np.sqrt(file["Kaa"][()]) / (2 * np.pi)
+    np.testing.assert_allclose(frequencies, [808.6, 1508.8, 2727.2, 2989.6, 4226.1], rtol=0.02)
+
+
+def test_posts_slip_at_resonance_and_only_there(posts):
+    slip = posts[1].points("slip")
+    amplitude = posts[1].amplitude("x4.t2")
+    assert slip[0] == slip[-1] == 0 or slip.max() > max(slip[0], slip[-1])
+    assert slip[amplitude.argmax()] == slip.max() > 0.5
+
+
+def test_posts_friction_limits_the_peak(posts):
+    """The linear peak is four times as high; the NumPy reference finds 148.5 um at 654 Hz with H = 3 on a 1 Hz grid."""
+    omega, amplitude = posts[1].peak("x4.t2")
+    assert amplitude == pytest.approx(148e-6, rel=0.01)
+    assert omega / (2 * np.pi) == pytest.approx(653.6, abs=0.5)
+
+
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_posts_on_several_ranks(posts, ranks):
+    one, many = posts[1], posts[ranks]
+    assert len(one) == len(many)
+    np.testing.assert_allclose(many.omega, one.omega, rtol=1e-8)
+    for mine, theirs in zip(one.coefficients, many.coefficients):
+        np.testing.assert_allclose(theirs, mine, rtol=0, atol=1e-8 * np.abs(mine).max())
