@@ -6,7 +6,7 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.ticker import MaxNLocator  # noqa: E402
+from matplotlib.ticker import EngFormatter, MaxNLocator  # noqa: E402
 
 from .results import DIRECTIONS  # noqa: E402
 
@@ -52,10 +52,11 @@ def response(results, dofs=None, at=None, hz=False):
             for i, dof in enumerate(names):
                 omega, top = results.peak(dof)
                 axis.plot(scale * results.omega, results.amplitude(dof), **_line(i),
-                          label=f"{dof}   peak {top:.4g} at {scale * omega:.5g}", marker="o" if len(results) == 1 else None)
+                          label=f"{dof}   peak {_value(results, dof, top)} at {scale * omega:.5g} {unit}", marker="o" if len(results) == 1 else None)
                 axis.plot(scale * omega, top, "o", color=_line(i)["color"], markersize=4, markerfacecolor="white")
             axis.set_ylim(bottom=0)
             axis.set_ylabel("amplitude" + _unit(results, names[0]))
+            _ticks_in_metres(axis.yaxis, results, names[0])
             axis.legend(loc="best", handlelength=3.2)
         for i, state in enumerate(("slip", "open")):
             axes[-1].plot(scale * results.omega, 100 * results.points(state), **_line(i), label=state)
@@ -77,7 +78,10 @@ def history(results, point, dofs=None, hz=False):
             t, q = results.time_history(point, dof, 512)
             period = 2 * np.pi / results.omega[point]
             axis.plot(np.append(t, period), np.append(q, q[0]), **_line(i), label=dof)
-        axis.set(xlim=(0, period), xlabel="time [s]", ylabel="displacement from preload" + _common_unit(results, dofs))
+        axis.set(xlim=(0, period), xlabel="time", ylabel="displacement from preload" + _common_unit(results, dofs))
+        axis.xaxis.set_major_formatter(EngFormatter("s"))
+        if all(results.dof_index(dof) >= results.modes for dof in dofs):
+            _ticks_in_metres(axis.yaxis, results, dofs[0])
         axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3.2)
         axis.set_title(_point_title(results, point, hz))
     return figure
@@ -108,14 +112,17 @@ def _loop(axis, results, point, dof):
     force, state = results.contact_force(point, contact, LOOP_SAMPLES)
     limit = results.contact["friction"][contact - 1, direction] * force[:, 2]
     area = float(np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x)))
+    area = area if area > 1e-12 * np.ptp(x) * np.ptp(T) else 0.0  # round-off of a loop that is a line
     x, T, limit, state = (np.append(v, v[0]) for v in (x, T, limit, state[:, direction]))
     axis.fill(x, T, color="#ececec", linewidth=0)
     axis.plot(x, limit, x, -limit, color="#9a9a9a", linestyle=":", linewidth=1)
     axis.plot(x, T, color="black", linewidth=1)
     axis.plot(x, np.where(np.abs(state) == 1, T, np.nan), color="black", linewidth=2.8, solid_capstyle="round")
-    axis.set_title(f"{dof}: {area:.4g}{' J' if results.units == 'SI' else ''} per cycle", fontsize=10)
+    energy = EngFormatter("J", places=3)(area) if results.units == "SI" else f"{area:.4g}"
+    axis.set_title(f"{dof}: {energy} per cycle", fontsize=10)
     axis.set(xlabel="displacement" + _unit(results, dof), ylabel="friction force" + (" [N]" if results.units == "SI" else ""))
     axis.xaxis.set_major_locator(MaxNLocator(5))
+    _ticks_in_metres(axis.xaxis, results, dof)
 
 
 def _line(i):
@@ -123,10 +130,23 @@ def _line(i):
     return {"color": color, "linestyle": dashes}
 
 
+def _in_metres(results, dof):
+    return results.units == "SI" and results.dof_index(dof) >= results.modes
+
+
+def _ticks_in_metres(axis, results, dof):
+    """Tick labels as 20 µm where the quantity is a length."""
+    if _in_metres(results, dof):
+        axis.set_major_formatter(EngFormatter("m"))
+
+
+def _value(results, dof, number):
+    return EngFormatter("m", places=3)(number) if _in_metres(results, dof) else f"{number:.4g}"
+
+
 def _unit(results, dof):
-    if results.units != "SI":
-        return ""
-    return " [m]" if results.dof_index(dof) >= results.modes else r" [m $\sqrt{\mathrm{kg}}$]"
+    """Behind a label; lengths carry theirs on the ticks."""
+    return "" if results.units != "SI" or _in_metres(results, dof) else r" [m $\sqrt{\mathrm{kg}}$]"
 
 
 def _common_unit(results, dofs):

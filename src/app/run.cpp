@@ -115,6 +115,10 @@ int run_case(MPI_Comm comm, const Request &request) {
   const Checked checked = check_input(comm, request);
   const Case &study = checked.study;
   if (request.dry_run) {
+    if (study.reduced.empty())
+      read_full_model(comm, study.model); // for its checks: symmetry, finite numbers, sizes
+    else
+      read_reduced(comm, study.reduced);
     if (voice.speaks()) {
       describe(std::cout, study, checked.contact);
       describe(std::cout, checked.sizes);
