@@ -51,8 +51,9 @@ def response(results, dofs=None, at=None, hz=False):
         for axis, names in zip(axes, panels):
             for i, dof in enumerate(names):
                 omega, top = results.peak(dof)
-                axis.plot(scale * results.omega, results.amplitude(dof), **_line(i),
-                          label=f"{dof}   peak {_value(results, dof, top)} at {scale * omega:.5g} {unit}", marker="o" if len(results) == 1 else None)
+                label = f"{dof}   peak {_value(results, dof, top)} at {scale * omega:.5g} {unit}"
+                axis.plot(scale * results.omega, results.amplitude(dof), **_line(i), label=label,
+                          marker="o" if len(results) == 1 else None)
                 axis.plot(scale * omega, top, "o", color=_line(i)["color"], markersize=4, markerfacecolor="white")
             axis.set_ylim(bottom=0)
             axis.set_ylabel("amplitude" + _unit(results, names[0]))
