@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <string>
 #include <thread>
 #include <vector>
@@ -32,7 +33,9 @@ dovetail::Request parse(std::vector<std::string> words) {
   if (words[0] != "run" && words[0] != "reduce")
     throw InputError("\"" + words[0] + "\" is not a command; run, reduce, --help or --version are");
   request.reduce_only = words[0] == "reduce";
+  bool petsc = false; // from the first word with a single dash on, words without two dashes are PETSc's
   for (std::size_t i = 1; i < words.size(); ++i) {
+    petsc = petsc || (words[i].rfind("-", 0) == 0 && words[i].rfind("--", 0) != 0);
     if (words[i] == "--dry-run")
       request.dry_run = true;
     else if (words[i] == "--out") {
@@ -40,8 +43,8 @@ dovetail::Request parse(std::vector<std::string> words) {
       request.out = words[i];
     } else if (words[i].rfind("--", 0) == 0)
       throw InputError(words[i] + " is not an option; --out DIR and --dry-run are");
-    else if (words[i].rfind("-", 0) == 0)
-      break; // from here on PETSc's
+    else if (petsc)
+      continue;
     else if (request.file.empty())
       request.file = words[i];
     else
@@ -50,6 +53,15 @@ dovetail::Request parse(std::vector<std::string> words) {
   if (request.file.empty())
     throw InputError("dovetail " + words[0] + " wants a case file, as in: dovetail " + words[0] + " case.toml");
   return request;
+}
+
+void tell_unused_options() {
+  PetscInt count = 0;
+  char **names = nullptr, **values = nullptr;
+  PetscOptionsLeftGet(nullptr, &count, &names, &values);
+  for (PetscInt i = 0; i < count; ++i)
+    std::fprintf(stderr, "dovetail: note: the option -%s was not used; is it spelt right?\n", names[i]);
+  PetscOptionsLeftRestore(nullptr, &count, &names, &values);
 }
 
 // True if all ranks get here within a few seconds. An error can strike one rank alone, and the others then wait for it
@@ -75,10 +87,12 @@ int main(int argc, char **argv) {
     if (word == "--help" || word == "-h" || word == "-help") return std::fputs(usage, stdout), 0;
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }
-  // PETSc reads its own options, from the first word with a single dash on; ours would only confuse it
-  std::vector<char *> petsc{argv[0]};
-  for (int i = 1; i < argc; ++i)
-    if (petsc.size() > 1 || (argv[i][0] == '-' && argv[i][1] != '-')) petsc.push_back(argv[i]);
+  std::vector<char *> petsc{argv[0]}; // its own options only: ours would confuse it
+  for (int i = 1; i < argc; ++i) {
+    const bool ours = std::strncmp(argv[i], "--", 2) == 0;
+    if (!ours && (petsc.size() > 1 || argv[i][0] == '-')) petsc.push_back(argv[i]);
+    if (std::strcmp(argv[i], "--out") == 0) ++i;
+  }
   int petsc_argc = static_cast<int>(petsc.size());
   petsc.push_back(nullptr);
   char **petsc_argv = petsc.data();
@@ -91,7 +105,8 @@ int main(int argc, char **argv) {
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   std::string failure;
   try {
-    status = dovetail::run_case(PETSC_COMM_WORLD, parse(words));
+    dovetail::run_case(PETSC_COMM_WORLD, parse(words));
+    if (rank == 0) tell_unused_options();
   } catch (const dovetail::InputError &error) {
     status = 2, failure = error.what();
   } catch (const std::exception &error) {

@@ -50,6 +50,8 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     } else {
       checked.sizes = forecast(read_reduced_header(study.reduced), study);
     }
+    if (!study.start.empty()) check_start(study.start, checked.sizes.modes + 3 * checked.sizes.points);
+    if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, static_cast<int>(checked.sizes.points));
     checked.initial = initial_preload(study, static_cast<int>(checked.sizes.points));
   });
@@ -108,95 +110,108 @@ std::string in_words(const BranchSummary &summary, double frequency_scale, const
   }
 }
 
-} // namespace
+// Everything in force and the forecast sizes, after reading the model once for its checks.
+void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
+  if (checked.study.reduced.empty())
+    read_full_model(comm, checked.study.model);
+  else
+    read_reduced(comm, checked.study.reduced);
+  if (!voice.speaks()) return;
+  describe(std::cout, checked.study, checked.contact);
+  describe(std::cout, checked.sizes);
+}
 
-int run_case(MPI_Comm comm, const Request &request) {
-  const Voice voice(comm);
-  const Checked checked = check_input(comm, request);
-  const Case &study = checked.study;
-  if (request.dry_run) {
-    if (study.reduced.empty())
-      read_full_model(comm, study.model); // for its checks: symmetry, finite numbers, sizes
-    else
-      read_reduced(comm, study.reduced);
-    if (voice.speaks()) {
-      describe(std::cout, study, checked.contact);
-      describe(std::cout, checked.sizes);
-    }
-    return 0;
-  }
-  on_all_ranks(comm, [&] {
-    if (voice.speaks()) prepare_output(study);
+// Steps 4 and 5: scaling (theory.md, section 7), then the response curve, point by point into the file and on the
+// screen.
+BranchSummary follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, Stages &stages,
+                     const Voice &voice, double &frequency_scale) {
+  const std::string unit = preloaded.reduced.units == "SI" ? "m" : "length";
+  HarmonicSystem system = stages.run("4 scaling", [&] {
+    const Scales scales = choose_scales(study, preloaded);
+    return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
+                          study.fourier);
   });
-  Stages stages;
-  std::optional<BranchSummary> branch;
-  const auto summarise = [&](double scale, const std::string &failure) {
-    write_summary(comm, study.directory, branch ? &*branch : nullptr, scale, stages, failure);
+  const double w0 = frequency_scale = system.scales().frequency;
+  BranchSettings settings{study.omega_from / w0, study.omega_to / w0, study.step,
+                          study.adaptive,        study.max_points,    study.at};
+  for (double &w : settings.at) w /= w0;
+  std::vector<double> named{study.omega_from, study.omega_to}; // come out as the user wrote them, to the last bit
+  named.insert(named.end(), study.at.begin(), study.at.end());
+  UniqueVec y = system.unknowns();
+  if (!study.start.empty()) start_from(study.start, study.omega_from, system.layout(), system.scales(), y);
+  Progress progress(voice.speaks(), system.layout(), unit);
+  progress.heading();
+  double clock = MPI_Wtime();
+  const auto on_point = [&](const BranchPoint &point) {
+    const double now = MPI_Wtime();
+    PointRecord record = collect(system, point, now - clock);
+    for (const double omega : named)
+      if (point.omega == omega / w0) record.omega = omega;
+    results.append(record);
+    progress.point(record);
+    clock = now;
   };
-  voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
-            (study.title.empty() ? "" : ": " + study.title));
+  const auto on_event = [&](const BranchEvent &event) { progress.event(event, w0); };
+  return stages.run("5 branch", [&] {
+    return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
+                         {on_point, on_event});
+  });
+}
 
+// The job; ends with summary.json written unless it throws.
+void work(MPI_Comm comm, const Checked &checked, bool reduce_only, Stages &stages, const Voice &voice) {
+  const Case &study = checked.study;
   const std::filesystem::path own_file = study.directory / "reduced.h5";
   ReducedModel reduced = reduced_model(comm, checked, own_file, stages, voice); // eqs (2), (5), (15)-(18)
-  if (request.reduce_only) {
-    summarise(1, "");
+  if (reduce_only) {
+    write_summary(comm, study.directory, nullptr, 1, stages);
     voice.say("reduced model: " + (study.reduced.empty() ? own_file : study.reduced).string());
-    return 0;
+    return;
   }
-
   const Range own = reduced.own_points;
-  const std::string unit = reduced.units == "SI" ? "m" : "length";
   std::string note;
   PreloadedModel preloaded = stages.run("3 preload", [&] { // eq (7)
     return contact_preload(std::move(reduced), {checked.contact.begin() + own.begin, checked.contact.begin() + own.end},
                            {checked.initial.begin() + 3 * own.begin, checked.initial.begin() + 3 * own.end}, note);
   });
   voice.say(note);
-  const std::filesystem::path results_path = study.directory / "results.h5";
-  ResultsFile results(results_path, study,
+  const std::filesystem::path path = study.directory / "results.h5";
+  ResultsFile results(path, study,
                       study.reduced.empty() ? std::filesystem::path("reduced.h5")
                                             : std::filesystem::absolute(study.reduced),
                       preloaded);
-
-  HarmonicSystem system = stages.run("4 scaling", [&] { // theory.md, section 7
-    const Scales scales = choose_scales(study, preloaded);
-    return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
-                          study.fourier);
-  });
-
-  const double w0 = system.scales().frequency;
-  BranchSettings settings{study.omega_from / w0, study.omega_to / w0, study.step,
-                          study.adaptive,        study.max_points,    study.at};
-  for (double &w : settings.at) w /= w0;
-  UniqueVec y = system.unknowns();
-  if (!study.start.empty()) start_from(study.start, study.omega_from, system.layout(), system.scales(), y);
-  Progress progress(voice.speaks(), system.layout(), unit);
-  progress.heading();
-  double clock = MPI_Wtime();
-  const BranchObserver observer{[&](const BranchPoint &point) {
-                                  const double now = MPI_Wtime();
-                                  PointRecord record = collect(system, point, now - clock);
-                                  // the frequencies the user named come out as he wrote them
-                                  for (const double *named : {&study.omega_from, &study.omega_to})
-                                    if (point.omega == *named / w0) record.omega = *named;
-                                  for (const double named : study.at)
-                                    if (point.omega == named / w0) record.omega = named;
-                                  results.append(record);
-                                  progress.point(record);
-                                  clock = now;
-                                },
-                                [&](const BranchEvent &event) { progress.event(event, w0); }};
-  branch = stages.run("5 branch", [&] {
-    return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
-                         observer);
-  });
-  const std::string message = in_words(*branch, w0, results_path.string());
-  const bool good = branch->end == BranchSummary::End::arrived || branch->end == BranchSummary::End::max_points;
-  summarise(w0, good ? "" : message);
-  if (!good) throw ComputeError(message);
+  double frequency_scale = 1;
+  const BranchSummary branch = follow(study, std::move(preloaded), results, stages, voice, frequency_scale);
+  write_summary(comm, study.directory, &branch, frequency_scale, stages);
+  const std::string message = in_words(branch, frequency_scale, path.string());
+  if (!branch.good()) throw ComputeError(message);
   voice.say(message);
-  voice.say("results: " + results_path.string());
-  return 0;
+  voice.say("results: " + path.string());
+}
+
+} // namespace
+
+void run_case(MPI_Comm comm, const Request &request) {
+  const Voice voice(comm);
+  const Checked checked = check_input(comm, request);
+  if (request.dry_run) return show(comm, checked, voice);
+  const std::filesystem::path &directory = checked.study.directory;
+  on_all_ranks(comm, [&] {
+    if (!voice.speaks()) return;
+    prepare_output(checked.study);
+    std::filesystem::remove(directory /
+                            "summary.json"); // those of an earlier run would pass for this one's if it failed
+    if (!request.reduce_only) std::filesystem::remove(directory / "results.h5");
+  });
+  voice.say("dovetail " + std::string(version) + "  " + checked.study.file.string() +
+            (checked.study.title.empty() ? "" : ": " + checked.study.title));
+  Stages stages;
+  try {
+    work(comm, checked, request.reduce_only, stages, voice);
+  } catch (const std::exception &error) {
+    if (voice.speaks()) note_failure(directory, error.what());
+    throw;
+  }
 }
 
 } // namespace dovetail

@@ -13,7 +13,7 @@ struct Request {
   bool reduce_only = false;   ///< stop after the reduction
 };
 
-/// Returns the exit status 0 or 3; throws InputError (2) and ComputeError (3). Collective.
-int run_case(MPI_Comm comm, const Request &request);
+/// Throws InputError (exit status 2) and ComputeError (3). Collective.
+void run_case(MPI_Comm comm, const Request &request);
 
 } // namespace dovetail

@@ -61,8 +61,11 @@ void read_input_file(const Entry &entry, const Case &study, fs::path &target) {
   if (!fs::exists(target, error)) entry.refuse("there is no file " + target.string());
   if (!fs::is_regular_file(target, error)) entry.refuse(target.string() + " is not a file");
   if (!std::ifstream(target)) entry.refuse(target.string() + " cannot be read");
-  if (fs::equivalent(target, study.directory / "results.h5", error))
-    entry.refuse("the run would overwrite this file with its results; name another output.directory, or give --out");
+  for (const char *written : {"results.h5", "reduced.h5"})
+    if (fs::equivalent(target, study.directory / written, error) &&
+        !(&target == &study.reduced && written == std::string("reduced.h5")))
+      entry.refuse("the run would overwrite this file with its own " + std::string(written) +
+                   "; name another output.directory, or give --out");
 }
 
 void read_output(const Document &document, const fs::path &out, Case &study) {

@@ -8,6 +8,13 @@ namespace dovetail {
 
 enum class State { stick, slip, open };
 
+/// Where a contact point stands before it vibrates: displacement and memory at the end of the preload.
+struct Standstill {
+  std::array<double, 3> x{};     ///< x_p: t1, t2, n [m]
+  std::array<double, 3> force{}; ///< g(x_p) [N]
+  Memory w{};                    ///< w_p [m]
+};
+
 /// Tangential force [N] of one direction, with the slider state that gave it.
 struct Slide {
   double force;

@@ -7,13 +7,6 @@
 
 namespace dovetail {
 
-/// Where a contact point stands before it vibrates: displacement and memory at the end of the preload.
-struct Standstill {
-  std::array<double, 3> x{};     ///< x_p: t1, t2, n [m]
-  std::array<double, 3> force{}; ///< g(x_p) [N]
-  Memory w{};                    ///< w_p [m]
-};
-
 /// The marched law (theory.md, section 5; design.md, section 4): twice round the period from w_p, the second round
 /// kept. Holds scratch memory: one object per thread.
 class SampledLaw {

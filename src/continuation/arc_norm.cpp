@@ -11,15 +11,17 @@ ArcNorm::ArcNorm(const Layout &layout, double omega_unit, bool weighted)
     : own_coefficients_(layout.own_coefficients()), owns_omega_(layout.owns_omega()), weighted_(weighted),
       omega_(omega_unit), comm_(layout.comm) {}
 
-void ArcNorm::see(Vec y) {
+double ArcNorm::motion(Vec y) const {
   const double *own;
   check(VecGetArrayRead(y, &own), "measuring arc length");
   double sum = 0;
   for (PetscInt i = 0; i < own_coefficients_; ++i) sum += own[i] * own[i];
   check(VecRestoreArrayRead(y, &own), "measuring arc length");
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm_);
-  motion_ = std::max(motion_, std::sqrt(sum));
+  return std::sqrt(sum);
 }
+
+void ArcNorm::see(Vec y) { motion_ = std::max(motion_, motion(y)); }
 
 void ArcNorm::weigh(Vec t, Vec row) const {
   check(VecCopy(t, row), "measuring arc length");

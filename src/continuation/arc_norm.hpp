@@ -15,6 +15,8 @@ public:
   void weigh(Vec t, Vec row) const;
   double product(Vec a, Vec b) const;
   double length(Vec t) const;
+  /// Plain norm of the motion alone, without Omega.
+  double motion(Vec y) const;
 
 private:
   PetscInt own_coefficients_;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <utility>
 
 #include "continuation/arc_norm.hpp"
 
@@ -10,16 +10,21 @@ namespace dovetail {
 namespace {
 
 // Step control. Lengths are in the weighted norm, where 1 is the largest motion so far or the whole sweep.
-constexpr double longest_step = 0.1; // of the motion
-constexpr double longest_omega_step =
-    0.01; // of the sweep: narrower resonances than this are met with care only if seen
+constexpr double longest_step = 0.1;
+constexpr double longest_omega_step = 0.01;   // of the sweep: a resonance narrower than this could be stepped over
+constexpr double longest_motion_step = 0.25;  // of the motion at hand, which after a resonance is far below the largest
+constexpr double shortest_motion_step = 1e-3; // that limit does not hold a curve up where the motion passes zero
 constexpr double shortest_step = 1e-7;
 constexpr double most_angle = 0.64;   // between the tangents before and after a step [rad]
-constexpr double corner_ratio = 0.75; // of that angle after halving to before: a smooth curve gives 1/2, a corner 1
-constexpr int corner_halvings = 2;    // so many without effect and the turn is a corner of the curve: it is taken
-constexpr double aimed_angle = 0.25;  // between them [rad]
+constexpr double most_correction = 2; // distance from predicted to converged point, in steps
+constexpr double corner_ratio = 0.75; // halving makes angle and correction of a smooth curve 1/2 and 1/4 as large; at a
+                                      // corner the angle stays and the correction halves, at a jump both stay
+constexpr int corner_halvings = 2;    // so many like that, and it is a corner of the curve: it is taken
+constexpr double aimed_angle = 0.25;  // between tangents [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
-constexpr double least_newton_step = 1e-4; // shorter steps may take as many iterations as newton.max_iterations allows
+constexpr double least_newton_step = 1e-4; // shorter steps may take newton.max_iterations
+constexpr int most_leaps = 20;
+constexpr double leaps[] = {1e-4, 1e-3, 1e-2}; // of the sweep
 
 class Follower {
 public:
@@ -28,8 +33,8 @@ public:
       : system_(system), corrector_(system, newton), settings_(settings), observer_(observer),
         norm_(system.layout(), settings.to != settings.from ? std::abs(settings.to - settings.from) : 1,
               settings.adaptive),
-        y_(y), trial_(system.unknowns()), t_(system.unknowns()), turned_(system.unknowns()), row_(system.unknowns()),
-        e_omega_(system.unknowns()) {
+        y_(y), trial_(system.unknowns()), predicted_(system.unknowns()), t_(system.unknowns()),
+        turned_(system.unknowns()), row_(system.unknowns()), e_omega_(system.unknowns()) {
     const Layout &layout = system.layout();
     if (layout.owns_omega())
       check(VecSetValue(e_omega_, layout.omega_row(), 1, INSERT_VALUES), "setting up continuation");
@@ -39,9 +44,6 @@ public:
 
   BranchSummary run() {
     direction_ = settings_.to < settings_.from ? -1 : 1;
-    std::copy_if(settings_.at.begin(), settings_.at.end(), std::back_inserter(wanted_),
-                 [&](double w) { return w != settings_.from && w != settings_.to; });
-    wanted_.push_back(settings_.to);
     if (!start()) return finish(BranchSummary::End::no_start);
     if (settings_.to == settings_.from) return finish(BranchSummary::End::arrived);
     while (summary_.points < settings_.max_points)
@@ -54,7 +56,7 @@ public:
   }
 
 private:
-  enum class Go { on, arrived, stalled, turned_back };
+  enum class Go { on, retry, arrived, stalled, turned_back };
 
   BranchSummary finish(BranchSummary::End end) {
     summary_.end = end;
@@ -111,73 +113,131 @@ private:
 
   void limit_step() {
     if (!settings_.adaptive) return;
-    const double omega_rate = std::abs(system_.omega(t_)) / std::abs(settings_.to - settings_.from);
-    step_ = std::min({step_, longest_step, omega_rate > 0 ? longest_omega_step / omega_rate : longest_step});
+    step_ = std::min(step_, longest_step);
+    if (const double rate = std::abs(system_.omega(t_)) / std::abs(settings_.to - settings_.from); rate > 0)
+      step_ = std::min(step_, longest_omega_step / rate);
+    if (const double rate = norm_.motion(t_); rate > 0)
+      step_ = std::min(step_, std::max(longest_motion_step * norm_.motion(y_) / rate, shortest_motion_step));
+    step_ = std::max(step_, 10 * shortest_step);
   }
 
   // One accepted step along the curve, or the news that there is none.
   Go advance() {
-    double trial_step = step_, angle = 0;
-    int blunt = 0; // halvings in a row that did not make the curve turn less
+    double trial_step = step_;
+    const double least = settings_.adaptive ? shortest_step : shortest_step * settings_.step;
+    Measure measure;
+    int like_a_corner = 0;
     norm_.weigh(t_, row_);
-    for (;; trial_step /= 2) {
-      if (trial_step < shortest_step * (settings_.adaptive ? 1 : settings_.step)) {
-        summary_.why = refusal_;
-        return Go::stalled;
-      }
+    for (; trial_step >= least; trial_step /= 2) {
       check(VecWAXPY(trial_, trial_step, t_, y_), "predicting");
+      check(VecCopy(trial_, predicted_), "predicting");
       double target;
       check(VecDot(row_, trial_, &target), "predicting");
-      const double predicted = system_.omega(trial_);
+      const Measure before = std::exchange(measure, {});
       Corrector::Outcome outcome;
-      const double wider = angle;
-      angle = 0;
-      if (!(predicted > 0)) {
+      if (!(system_.omega(trial_) > 0)) {
         refusal_ = "the predicted frequency is not positive";
       } else if (outcome = correct(trial_, row_, target); !outcome.converged) {
         refusal_ = outcome.why;
       } else if (const auto states = system_.states(); !corrector_.tangent(turned_)) {
         refusal_ = "the bordered Jacobian is singular";
-      } else if (angle = turn(); !settings_.adaptive) {
-        return take(trial_step, angle, outcome, states);
-      } else if (blunt = angle > corner_ratio * wider && wider > most_angle ? blunt + 1 : 0;
-                 angle > most_angle && blunt < corner_halvings) {
-        refusal_ = "the curve turns too far within one step";
-      } else if (outcome.newton > most_newton && trial_step > least_newton_step) {
-        refusal_ = "too many Newton iterations";
       } else {
-        return take(trial_step, angle, outcome, states);
+        measure = {angle_between_tangents(), correction(trial_step)};
+        like_a_corner = measure.like_a_corner_after(before) ? like_a_corner + 1 : 0;
+        if (settings_.adaptive && measure.refused() && like_a_corner < corner_halvings)
+          refusal_ = measure.angle > most_angle ? "the curve turns too far within one step"
+                                                : "the solution lies too far from the predicted one";
+        else if (settings_.adaptive && outcome.newton > most_newton && trial_step > least_newton_step)
+          refusal_ = "too many Newton iterations";
+        else if (const auto end = take(trial_step, measure.angle, outcome, states); end != Go::retry)
+          return end;
       }
       ++summary_.cuts;
       notify(BranchEvent::Kind::cut, refusal_ + ", step halved");
     }
+    return settings_.adaptive ? leap() : stall();
   }
 
-  double turn() const { // angle between the tangents before and after the trial step
-    return std::acos(std::clamp(norm_.product(t_, turned_) / (norm_.length(t_) * norm_.length(turned_)), -1.0, 1.0));
+  struct Measure { // how far the curve turned within a trial step, and how far the solution lay from the prediction
+    double angle = 0, correction = 0; // [rad], [steps]
+    bool refused() const { return angle > most_angle || correction > most_correction; }
+    bool like_a_corner_after(const Measure &longer) const { // the correction halves with the step: the same in steps
+      return longer.refused() && angle > corner_ratio * longer.angle &&
+             correction < 2 * corner_ratio * longer.correction;
+    }
+  };
+
+  double angle_between_tangents() const {
+    const double cosine = norm_.product(t_, turned_) / (norm_.length(t_) * norm_.length(turned_));
+    return std::acos(std::clamp(cosine, -1.0, 1.0));
+  }
+
+  double correction(double trial_step) {
+    check(VecAXPY(predicted_, -1, trial_), "measuring a correction");
+    return norm_.length(predicted_) / trial_step;
+  }
+
+  Go stall() {
+    summary_.why = refusal_;
+    return Go::stalled;
+  }
+
+  // No step along the curve converges: the next solution in the same sense of Omega that Newton finds from here, said
+  // aloud.
+  Go leap() {
+    if (summary_.leaps == most_leaps) return stall();
+    const std::string reason = refusal_;
+    for (const double part : leaps) {
+      double next = omega_ + direction_ * part * std::abs(settings_.to - settings_.from);
+      if ((next - settings_.to) * direction_ > 0) next = settings_.to;
+      check(VecCopy(y_, trial_), "predicting");
+      const auto outcome = correct_at(trial_, next);
+      if (!outcome.converged || !corrector_.tangent(turned_)) continue;
+      ++summary_.leaps;
+      check(VecCopy(trial_, y_), "accepting a point");
+      check(VecCopy(turned_, t_), "accepting a point");
+      omega_ = next;
+      notify(BranchEvent::Kind::leap,
+             "the curve could not be followed here (" + reason +
+                 "): went on from the solution at the next frequency; the branch may have changed");
+      accept(y_, outcome, 0);
+      if (next == settings_.to) return Go::arrived;
+      const double length = norm_.length(t_);
+      check(VecScale(t_, direction_ / length), "accepting a point");
+      step_ = least_newton_step;
+      return Go::on;
+    }
+    refusal_ = reason;
+    return stall();
   }
 
   Go take(double trial_step, double angle, const Corrector::Outcome &outcome, const std::array<long, 3> &states) {
     const double next = system_.omega(trial_), before = omega_;
-    for (const double w : passed(before, next)) {
+    UniqueVec end = system_.unknowns();
+    Corrector::Outcome at_end;
+    const bool ends = (settings_.to - before) * (settings_.to - next) <= 0;
+    if (ends && !(at_end = correct_between(end, before, next, settings_.to)).converged) {
+      refusal_ = "no solution exactly at the end of the sweep: " + at_end.why;
+      return Go::retry;
+    }
+    for (const double w : passed(before, ends ? settings_.to : next)) {
       UniqueVec exact = system_.unknowns();
-      const double part = (w - before) / (next - before);
-      check(VecWAXPY(exact, -1, y_, trial_), "interpolating");
-      check(VecAYPX(exact, part, y_), "interpolating");
-      const auto at_exact = correct_at(exact, w);
+      const auto at_exact = correct_between(exact, before, next, w);
+      omega_ = w;
       if (at_exact.converged) {
-        omega_ = w;
-        accept(exact, at_exact, part * trial_step);
+        accept(exact, at_exact, (w - before) / (next - before) * trial_step);
+      } else {
+        ++summary_.missed;
+        notify(BranchEvent::Kind::missed, "no solution at this frequency of continuation.at: " + at_exact.why);
       }
-      if (w == settings_.to) {
-        if (at_exact.converged) return Go::arrived;
-        refusal_ = at_exact.why;
-        summary_.why = "at the end of the sweep: " + refusal_;
-        return Go::stalled;
-      }
-      if (!at_exact.converged)
-        notify(BranchEvent::Kind::cut, "no solution at a frequency of continuation.at: " + at_exact.why);
       if (summary_.points >= settings_.max_points) return Go::on;
+    }
+    if (ends) {
+      omega_ = settings_.to;
+      const double part = (settings_.to - before) / (next - before);
+      system_.residual(end, predicted_); // the states there, after those of the points in between
+      accept(end, at_end, part * trial_step);
+      return Go::arrived;
     }
     omega_ = next;
     if ((next - settings_.from) * direction_ < 0) {
@@ -206,11 +266,18 @@ private:
     return Go::on;
   }
 
-  // Frequencies wanted exactly that lie between two points, in the order they are passed.
+  // Solution exactly at w, from the line between the last point and the trial one.
+  Corrector::Outcome correct_between(Vec y, double before, double next, double w) {
+    check(VecWAXPY(y, -1, y_, trial_), "interpolating");
+    check(VecAYPX(y, (w - before) / (next - before), y_), "interpolating");
+    return correct_at(y, w);
+  }
+
+  // Frequencies of `at` that lie between two points, in the order they are passed.
   std::vector<double> passed(double before, double next) const {
     std::vector<double> found;
-    for (const double w : wanted_)
-      if ((w - before) * (w - next) <= 0 && w != before) found.push_back(w);
+    for (const double w : settings_.at)
+      if ((w - before) * (w - next) < 0) found.push_back(w);
     if (next < before)
       std::sort(found.rbegin(), found.rend());
     else
@@ -247,8 +314,7 @@ private:
   ArcNorm norm_;
   BranchSummary summary_;
   Vec y_; // last accepted point
-  UniqueVec trial_, t_, turned_, row_, e_omega_;
-  std::vector<double> wanted_; // frequencies to be hit, the end among them
+  UniqueVec trial_, predicted_, t_, turned_, row_, e_omega_;
   std::array<long, 3> states_{};
   std::string refusal_;
   double omega_ = 0, step_ = 0, arclength_ = 0;

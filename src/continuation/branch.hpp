@@ -26,9 +26,10 @@ struct BranchPoint {
   double progress;            ///< 0..1, how far from `from` to `to`
 };
 
-/// Something worth a line in words: a fold, a step cut.
+/// Something worth a line in words: a fold, a step cut, a leap to a solution that arc length does not lead to, a
+/// frequency of `at` without solution.
 struct BranchEvent {
-  enum class Kind { fold, cut } kind;
+  enum class Kind { fold, cut, leap, missed } kind;
   std::string text;
   double omega; ///< scaled
 };
@@ -40,10 +41,11 @@ struct BranchObserver {
 
 struct BranchSummary {
   enum class End { arrived, max_points, stalled, turned_back, no_start } end = End::arrived;
-  int points = 0, cuts = 0, folds = 0;
+  int points = 0, cuts = 0, folds = 0, leaps = 0, missed = 0;
   long newton = 0, linear = 0; ///< iterations, those of failed steps included
   double omega = 0;            ///< where it ended, scaled
   std::string why;             ///< when it did not arrive
+  bool good() const { return end == End::arrived || end == End::max_points; }
 };
 
 /// Follows the branch from the solution near y (whose Omega is set to settings.from) to settings.to. Every accepted

@@ -13,8 +13,6 @@ const char *in_words(SNESConvergedReason reason) {
     return "Newton did not converge within newton.max_iterations";
   case SNES_DIVERGED_FNORM_NAN:
     return "the residual became NaN or infinite";
-  case SNES_DIVERGED_LINEAR_SOLVE:
-    return "the Jacobian could not be factored";
   case SNES_DIVERGED_LINE_SEARCH:
     return "the line search found no descent";
   case SNES_DIVERGED_DTOL:
@@ -40,7 +38,13 @@ Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
   KSP ksp;
   check(SNESGetKSP(snes_, &ksp), "setting up Newton");
   factor_by_lu(ksp, jacobian_);
+  SNESLineSearch search;
+  SNESLineSearchType type;
+  check(SNESGetLineSearch(snes_, &search), "setting up Newton");
+  check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC), "setting up Newton");
   check(SNESSetFromOptions(snes_), "setting up Newton");
+  check(SNESLineSearchGetType(search, &type), "setting up Newton");
+  usual_search_ = type;
   if (layout.owns_omega()) check(VecSetValue(unit_, layout.omega_row(), 1, INSERT_VALUES), "setting up Newton");
   check(VecAssemblyBegin(unit_), "setting up Newton");
   check(VecAssemblyEnd(unit_), "setting up Newton");
@@ -79,11 +83,12 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   border_ = border, target_ = target;
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
-  check(SNESLineSearchSetType(search, line_search ? SNESLINESEARCHBT : SNESLINESEARCHBASIC), "Newton");
+  if (line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
   check(VecCopy(y, trial_), "Newton");
   const PetscErrorCode code = SNESSolve(snes_, nullptr, trial_);
   courier_.rethrow();
   check(code, "Newton");
+  if (line_search) check(SNESLineSearchSetType(search, usual_search_.c_str()), "Newton");
   Outcome outcome;
   SNESConvergedReason reason;
   PetscInt newton, linear;
@@ -94,13 +99,13 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   if (reason == SNES_DIVERGED_LINEAR_SOLVE) {
     KSP ksp;
     check(SNESGetKSP(snes_, &ksp), "Newton");
-    recover_lu(ksp, jacobian_);
+    outcome.why = recover_lu(ksp, jacobian_);
   }
   outcome.converged = reason > 0;
   outcome.newton = static_cast<int>(newton), outcome.linear = static_cast<int>(linear);
   if (outcome.converged)
     check(VecCopy(trial_, y), "Newton");
-  else
+  else if (outcome.why.empty())
     outcome.why = in_words(reason);
   return outcome;
 }

@@ -41,7 +41,8 @@ private:
   UniqueVec residual_, trial_, unit_;
   UniqueSNES snes_;
   Courier courier_;
-  Vec border_ = nullptr; // of the solve in progress
+  std::string usual_search_; // type of line search, basic unless an option says otherwise
+  Vec border_ = nullptr;     // of the solve in progress
   double target_ = 0;
 };
 

@@ -38,20 +38,28 @@ PetscInt matrix_size(const h5::Reader &file, const std::string &name) {
   const Extent jc = file.extent(name + "/jc");
   if (jc.size() != 1 || jc[0] < 2)
     throw InputError(file.place(name + "/jc") + ": one number per column and one more are wanted");
-  return static_cast<PetscInt>(jc[0] - 1);
+  const PetscInt n = static_cast<PetscInt>(jc[0] - 1);
+  if (const long rows = file.integer_attribute("MATLAB_sparse", n, name); rows != n)
+    throw InputError(file.place(name) + ": " + std::to_string(rows) + " rows (attribute MATLAB_sparse) but " +
+                     std::to_string(n) + " columns; a square matrix is wanted");
+  return n;
 }
 
 Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Range own) {
   Rows rows;
   const auto jc = file.integers(name + "/jc", {hsize_t(own.begin)}, {hsize_t(own.size() + 1)});
   const hsize_t first = jc.front(), count = jc.back() - jc.front();
+  if (jc[0] < 0 || (own.begin == 0 && jc[0] != 0))
+    throw InputError(file.place(name + "/jc") + ": begins with " + std::to_string(jc[0]) + " where 0 is wanted");
   for (std::size_t i = 1; i < jc.size(); ++i)
-    if (jc[i] < jc[i - 1] || jc[0] < 0)
+    if (jc[i] < jc[i - 1])
       throw InputError(file.place(name + "/jc") + ": decreases at column " + std::to_string(own.begin + i));
   for (const char *part : {"/ir", "/data"})
-    if (const Extent length = file.extent(name + part); length.size() != 1 || length[0] < first + count)
-      throw InputError(file.place(name + part) + ": shorter than jc says, " + std::to_string(first + count) +
-                       " wanted");
+    if (const Extent length = file.extent(name + part);
+        length.size() != 1 || length[0] < first + count || (own.end == n && length[0] != first + count))
+      throw InputError(file.place(name + part) + ": " + std::to_string(length.empty() ? 0 : length[0]) +
+                       " entries where jc speaks of " + std::to_string(first + count) +
+                       (own.end == n ? "" : " and more"));
   const auto ir = file.integers(name + "/ir", {first}, {count});
   rows.value = file.doubles(name + "/data", {first}, {count});
   rows.begin.reserve(jc.size());
@@ -75,9 +83,9 @@ Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Rang
 
 std::vector<double> read_vector(const h5::Reader &file, const std::string &name, PetscInt n, Range own) {
   const Extent shape = file.extent(name);
-  hsize_t length = 1; // (n,), (n, 1) and (1, n) hold the same numbers in the same order
-  for (const hsize_t axis : shape) length *= axis;
-  if (length != hsize_t(n))
+  hsize_t length = 1, longest = 0; // (n,), (n, 1) and (1, n) hold the same numbers in the same order
+  for (const hsize_t axis : shape) length *= axis, longest = std::max(longest, axis);
+  if (length != hsize_t(n) || longest != length)
     throw InputError(file.place(name) + ": " + std::to_string(length) + " values, " + std::to_string(n) +
                      " wanted (one per dof)");
   Extent offset, count;
@@ -189,6 +197,23 @@ void check_symmetry(Mat A, Range own, const std::string &place) {
   VecRestoreArrayRead(y, &a), VecRestoreArrayRead(z, &b), VecRestoreArrayRead(largest, &scale);
 }
 
+void check_mass(Mat M, Range own, const std::string &place) {
+  UniqueVec diagonal;
+  const double *values;
+  MPI_Comm comm;
+  check(MatCreateVecs(M, diagonal.out(), nullptr), "checking the mass");
+  check(MatGetDiagonal(M, diagonal), "checking the mass");
+  check(VecGetArrayRead(diagonal, &values), "checking the mass");
+  PetscObjectGetComm(reinterpret_cast<PetscObject>(M), &comm);
+  on_all_ranks(comm, [&] {
+    for (PetscInt i = 0; i < own.size(); ++i)
+      if (values[i] < 0)
+        throw InputError(place + ": " + std::to_string(values[i]) + " on the diagonal of row " +
+                         std::to_string(own.begin + i) + "; mass is not negative");
+  });
+  check(VecRestoreArrayRead(diagonal, &values), "checking the mass");
+}
+
 UniqueVec distribute(MPI_Comm comm, PetscInt n, Range own, const std::vector<double> &values) {
   UniqueVec v;
   check(VecCreateMPI(comm, own.size(), n, v.out()), "creating a vector");
@@ -249,6 +274,7 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
   check_symmetry(model.K, own, path.string() + ": /K");
   model.M = assemble(comm, model.dofs, own, m);
   check_symmetry(model.M, own, path.string() + ": /M");
+  check_mass(model.M, own, path.string() + ": /M");
   model.force = distribute(comm, model.dofs, own, force);
   model.preload = distribute(comm, model.dofs, own, preload);
   return model;

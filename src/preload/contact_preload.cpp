@@ -59,7 +59,9 @@ public:
       force += std::pow(load * model_.r[i], 2) + spring * spring;
     }
     MPI_Allreduce(MPI_IN_PLACE, &force, 1, MPI_DOUBLE, MPI_SUM, model_.comm);
-    check(SNESSetTolerances(snes_, std::max(1e-13 * std::sqrt(force), 1e-300), 0, 0, 60, 10000), "contact preload");
+    PetscInt most; // as an option may have it
+    check(SNESGetTolerances(snes_, nullptr, nullptr, nullptr, &most, nullptr), "contact preload");
+    check(SNESSetTolerances(snes_, std::max(1e-13 * std::sqrt(force), 1e-300), 0, 0, most, 10000), "contact preload");
     UniqueVec trial = unknown();
     check(VecCopy(x, trial), "contact preload");
     const PetscErrorCode code = SNESSolve(snes_, nullptr, trial);

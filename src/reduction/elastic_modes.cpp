@@ -19,18 +19,15 @@ void fix_sign(MPI_Comm comm, Vec v) {
   check(VecGetArrayRead(v, &values), "fixing a mode's sign");
   const double *found =
       std::find_if(values, values + (end - begin), [&](double x) { return std::abs(x) > (1 - 1e-6) * largest; });
-  struct {
-    double sign;
-    int rank;
-  } mine{found != values + (end - begin) && *found < 0 ? -1.0 : 1.0, 0};
+  double sign = found != values + (end - begin) && *found < 0 ? -1.0 : 1.0;
   int rank, size;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &size);
   int first = found != values + (end - begin) ? rank : size;
   check(VecRestoreArrayRead(v, &values), "fixing a mode's sign");
   MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm);
-  MPI_Bcast(&mine.sign, 1, MPI_DOUBLE, std::min(first, size - 1), comm);
-  if (mine.sign < 0) check(VecScale(v, -1), "fixing a mode's sign");
+  MPI_Bcast(&sign, 1, MPI_DOUBLE, std::min(first, size - 1), comm);
+  if (sign < 0) check(VecScale(v, -1), "fixing a mode's sign");
 }
 
 // w^2 of a unit mode against the stiffness its entries would meet one by one: a motion without strain has nothing but

@@ -12,10 +12,13 @@ namespace {
 
 using h5::Extent;
 
+constexpr int method = 1; // to be raised whenever the reduction computes something else from the same model
+
 std::string source_of(const FullModel &model, PetscInt modes) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld modes", model.hash, static_cast<long>(modes));
-  return text;
+  char text[96];
+  std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld modes, method %d, units ", model.hash,
+                static_cast<long>(modes), method);
+  return text + model.units;
 }
 
 } // namespace
@@ -57,6 +60,7 @@ void write_reduced(const std::filesystem::path &path, const FullModel &source, c
     file.rows("/recovery/xe0", {ne}, e0, en, recovery.xe0.data());
     file.rows("/recovery/Phi", {ne, na}, e0, en, recovery.phi.data());
     file.rows("/recovery/Psi", {ne, nc}, e0, en, recovery.psi.data());
+    file.flush();
   }
   on_all_ranks(model.comm, [&] {
     int rank;
@@ -86,6 +90,7 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
   if (kxx.size() != 2 || kxx[0] != kxx[1] || kxx[0] % 3 != 0)
     throw InputError(file.place("/Kxx") + ": a square matrix with three rows (t1, t2, n) per contact point is wanted");
   const hsize_t na = kaa[0], nc = kxx[0];
+  if (na + nc == 0) throw InputError(path.string() + ": holds no mode and no contact point");
   const std::string modes = "(" + std::to_string(na) + "", contact = std::to_string(nc) + ")";
   want("/Max", {na, nc}, "(N_a, 3 N_x) = " + modes + ", " + contact);
   want("/Mxx", {nc, nc}, "(3 N_x, 3 N_x) = (" + std::to_string(nc) + ", " + contact);
@@ -139,6 +144,19 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
       for (hsize_t j = 0; j < rows; ++j) model.mxa[j * na + i] = max[i * rows + j];
   });
   return model;
+}
+
+void check_replaceable(const std::filesystem::path &path) {
+  if (!std::filesystem::exists(path)) return;
+  bool foreign = false;
+  try {
+    foreign = h5::Reader(path).text_attribute("source").empty();
+  } catch (const InputError &) { // damaged: nothing to lose
+  }
+  if (foreign)
+    throw InputError(path.string() +
+                     ": this file was not made by dovetail, but the reduced model is to be written there; move it "
+                     "away, or name another folder with output.directory or --out");
 }
 
 bool matches(const std::filesystem::path &path, const FullModel &source, PetscInt modes) {

@@ -60,6 +60,9 @@ struct ReducedHeader {
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
 
+/// Throws InputError if `file` exists and Dovetail did not make it: it will not be overwritten. Each rank on its own.
+void check_replaceable(const std::filesystem::path &file);
+
 /// True if `file` was made by Dovetail from just this model with this many modes. Collective.
 bool matches(const std::filesystem::path &file, const FullModel &source, PetscInt modes);
 

@@ -36,6 +36,17 @@ std::vector<double> physical_coefficients(const Layout &layout, const Scales &sc
   return all;
 }
 
+void check_start(const std::filesystem::path &results, PetscInt dofs) {
+  const h5::Reader file(results);
+  const std::string name = "/points/coefficients";
+  const auto shape = file.extent(name);
+  if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(dofs))
+    throw InputError(file.place(name) + ": does not belong to this model, which has " + std::to_string(dofs) +
+                     " reduced dofs (N_a + 3 N_x); continuation.start wants results of the same reduction");
+  if (shape[0] == 0 || file.extent("/points/omega") == h5::Extent{0})
+    throw InputError(file.place("/points/omega") + ": holds no point to start from");
+}
+
 void start_from(const std::filesystem::path &results, double omega, const Layout &layout, const Scales &scales, Vec y) {
   std::vector<double> modal, contact;
   hsize_t width = 0;
@@ -44,12 +55,6 @@ void start_from(const std::filesystem::path &results, double omega, const Layout
     const std::string name = "/points/coefficients";
     const auto shape = file.extent(name);
     const auto frequencies = file.doubles("/points/omega");
-    if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(layout.dofs()))
-      throw InputError(file.place(name) + ": does not belong to this model, which has " +
-                       std::to_string(layout.dofs()) +
-                       " reduced dofs (N_a + 3 N_x); continuation.start wants results of the same reduction");
-    if (frequencies.empty() || shape[0] == 0)
-      throw InputError(file.place("/points/omega") + ": holds no point to start from");
     const auto nearest =
         std::min_element(frequencies.begin(), frequencies.begin() + std::min<hsize_t>(shape[0], frequencies.size()),
                          [&](double a, double b) { return std::abs(a - omega) < std::abs(b - omega); });

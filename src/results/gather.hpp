@@ -14,8 +14,12 @@ std::vector<double> gather(MPI_Comm comm, const std::vector<double> &own);
 /// Empty on the other ranks. Only the file writer needs them in one place. Collective.
 std::vector<double> physical_coefficients(const Layout &layout, const Scales &scales, Vec y);
 
+/// Throws InputError unless the results file holds a point of a model with this many reduced dofs. Each rank on its
+/// own.
+void check_start(const std::filesystem::path &results, PetscInt dofs);
+
 /// Sets y to the coefficients of that point of a results file (each rank reads its own) whose Omega is nearest to
-/// `omega` [rad/s]; harmonics beyond either side's H are dropped or zero. Collective. InputError if it does not fit.
+/// `omega` [rad/s]; harmonics beyond either side's H are dropped or zero. Collective; check_start first.
 void start_from(const std::filesystem::path &results, double omega, const Layout &layout, const Scales &scales, Vec y);
 
 } // namespace dovetail

@@ -16,7 +16,6 @@ public:
   void heading() const;
   void point(const PointRecord &record);
   void event(const BranchEvent &event, double frequency_scale);
-  int points() const { return points_; }
 
 private:
   double elapsed() const;
@@ -25,7 +24,7 @@ private:
   int width_;
   std::string length_unit_;
   std::chrono::steady_clock::time_point begin_, last_line_;
-  int points_ = 0, cuts_since_line_ = 0;
+  int points_ = 0;
 };
 
 } // namespace dovetail

@@ -54,7 +54,7 @@ const char *name_of(BranchSummary::End end) {
 } // namespace
 
 void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch,
-                   double frequency_scale, const Stages &stages, const std::string &failure) {
+                   double frequency_scale, const Stages &stages) {
   int rank, ranks;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &ranks);
@@ -67,14 +67,13 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
     std::ofstream file(directory / "summary.json");
     file << "{\n  \"program\": " << quoted(std::string("dovetail ") + version + " " + git_revision)
          << ",\n  \"ranks\": " << ranks << ",\n";
-    if (!failure.empty()) file << "  \"failure\": " << quoted(failure) << ",\n";
     if (branch) {
-      const bool arrived = branch->end == BranchSummary::End::arrived || branch->end == BranchSummary::End::max_points;
       char omega[32];
       std::snprintf(omega, sizeof omega, "%.17g", branch->omega * frequency_scale);
       file << "  \"end\": " << quoted(name_of(branch->end)) << ",\n  \"why\": " << quoted(branch->why)
-           << ",\n  \"points\": " << branch->points << ",\n  \"failures\": " << (arrived ? 0 : 1)
+           << ",\n  \"points\": " << branch->points << ",\n  \"failures\": " << (branch->good() ? 0 : 1)
            << ",\n  \"step_cuts\": " << branch->cuts << ",\n  \"folds\": " << branch->folds
+           << ",\n  \"leaps\": " << branch->leaps << ",\n  \"missed\": " << branch->missed
            << ",\n  \"newton_iterations\": " << branch->newton << ",\n  \"linear_iterations\": " << branch->linear
            << ",\n  \"last_omega\": " << omega << ",\n";
     }
@@ -98,7 +97,18 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
     std::printf("  %d points, %ld Newton iterations, %d step cut%s, %d turning point%s\n", branch->points,
                 branch->newton, branch->cuts, branch->cuts == 1 ? "" : "s", branch->folds,
                 branch->folds == 1 ? "" : "s");
+    if (branch->leaps > 0)
+      std::printf("  %d leap%s where the curve could not be followed: the branch may have changed there\n",
+                  branch->leaps, branch->leaps == 1 ? "" : "s");
+    if (branch->missed > 0) std::printf("  %d frequencies of continuation.at without solution\n", branch->missed);
   });
+}
+
+void note_failure(const std::filesystem::path &directory, const std::string &failure) noexcept {
+  const auto path = directory / "summary.json";
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) return;
+  std::ofstream(path) << "{\n  \"end\": \"failed\",\n  \"why\": " << quoted(failure) << ",\n  \"failures\": 1\n}\n";
 }
 
 } // namespace dovetail

@@ -7,8 +7,12 @@
 
 namespace dovetail {
 
-/// What a run amounts to. Collective: stages are collected from all ranks; rank 0 writes and prints.
+/// What a run amounts to; `branch` is null when only the reduction was wanted. Collective: stages are collected from
+/// all ranks; rank 0 writes and prints.
 void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch,
-                   double frequency_scale, const Stages &stages, const std::string &failure);
+                   double frequency_scale, const Stages &stages);
+
+/// summary.json of a run that ended by an exception, unless it has been written. For one rank alone.
+void note_failure(const std::filesystem::path &directory, const std::string &failure) noexcept;
 
 } // namespace dovetail

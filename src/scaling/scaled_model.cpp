@@ -17,7 +17,9 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
     force = std::max(force, std::abs(model.fx[i]));
     mass = std::max(mass, model.mxx[diagonal]);
     const double mu = std::max(point.mu[0], point.mu[1]), kt = std::min(point.kt[0], point.kt[1]);
-    slip_limit = std::max(slip_limit, mu * std::abs(model.r[i]) / kt);
+    const double pressed =
+        std::max(std::abs(model.r[i]), preloaded.standstill[i / 3].force[2]); // a gap may press as well
+    slip_limit = std::max(slip_limit, mu * pressed / kt);
     stiffness = std::max({stiffness, std::abs(model.kxx[diagonal]), point.kn, kt});
   }
   double largest[] = {force, slip_limit, stiffness, mass};
@@ -29,9 +31,12 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
     if (modal_force < 1e-6 * std::abs(fa)) modal_force = std::abs(fa);
   const double w2 = scales.frequency * scales.frequency;
   scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
-  // A joint that never slips has a slip limit far beyond any motion: measure by the motion then, where x weighs like a.
-  if (modal_force > 0 && largest[3] > 0)
-    scales.contact = std::min(scales.contact, modal_force / w2 / std::sqrt(largest[3]));
+  // The motion at which x weighs like a. A joint that never slips has a slip limit far beyond it, one that is hardly
+  // pressed far below: neither is a measure of the motion then.
+  if (modal_force > 0 && largest[3] > 0) {
+    const double natural = modal_force / w2 / std::sqrt(largest[3]);
+    scales.contact = std::clamp(scales.contact, 1e-3 * natural, natural);
+  }
   // without modal force: such that modal and contact accelerations weigh alike
   scales.modal = modal_force > 0 ? modal_force / w2 : largest[0] > 0 ? std::sqrt(scales.contact * largest[0] / w2) : 1;
   return scales;

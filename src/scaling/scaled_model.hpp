@@ -22,7 +22,7 @@ struct ScaledModel {
 /// The scales in force: given by hand, all 1, or taken from the model (first mode, its static answer, friction limit).
 Scales choose_scales(const Case &study, const PreloadedModel &model);
 
-/// Collective only in choose_scales; this is local arithmetic.
+/// The model in dimensionless numbers; no communication.
 ScaledModel scaled(PreloadedModel model, double damping, const Scales &scales);
 
 } // namespace dovetail

@@ -1,7 +1,9 @@
 #pragma once
-// Move-only owners of PETSc and SLEPc objects. Create and destroy are collective; all die before PetscFinalize.
+// Move-only owners of PETSc and SLEPc objects. Create and destroy are collective; all die before PetscFinalize. While
+// an exception unwinds nothing is destroyed: it may unwind on one rank alone, and the run is about to end.
 #include <slepceps.h>
 
+#include <exception>
 #include <utility>
 
 namespace dovetail {
@@ -16,7 +18,9 @@ public:
   }
   Handle(const Handle &) = delete;
   Handle &operator=(const Handle &) = delete;
-  ~Handle() { Destroy(&raw_); }
+  ~Handle() {
+    if (std::uncaught_exceptions() == 0) Destroy(&raw_);
+  }
 
   operator T() const { return raw_; }
   /// For XxxCreate(..., handle.out()): destroys what was held.

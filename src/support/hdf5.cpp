@@ -1,5 +1,8 @@
 #include "support/hdf5.hpp"
 
+#include <algorithm>
+#include <exception>
+
 #include "support/error.hpp"
 
 namespace dovetail::h5 {
@@ -31,6 +34,7 @@ Id create(const std::filesystem::path &path, MPI_Comm comm) {
   silence();
   Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access, false, true);
+  H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18); // attributes above 64 KiB: the text of a long case
   if (comm != MPI_COMM_NULL) H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL);
   const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
   if (file < 0) throw ComputeError(path.string() + ": cannot be created");
@@ -108,9 +112,9 @@ std::string Reader::text_attribute(const std::string &name) const {
   return text.substr(0, text.find('\0'));
 }
 
-long Reader::integer_attribute(const std::string &name, long otherwise) const {
-  if (H5Aexists(file_, name.c_str()) <= 0) return otherwise;
-  Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+long Reader::integer_attribute(const std::string &name, long otherwise, const std::string &object) const {
+  if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return otherwise;
+  Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   long value = otherwise;
   return H5Aread(attribute, H5T_NATIVE_LONG, &value) < 0 ? otherwise : value;
 }
@@ -137,12 +141,19 @@ void Writer::attribute(const std::string &name, long number) {
     throw ComputeError(path_.string() + ": attribute " + name + " cannot be written");
 }
 
+Writer::~Writer() {
+  if (collective_ && std::uncaught_exceptions() > 0) file_.abandon();
+}
+
 void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
                    const Extent &count, const void *values) {
   Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);
   Id space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
   Id set(H5Dcreate2(file_, dataset.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  if (set < 0) throw ComputeError(path_.string() + ": " + dataset + ": cannot be created (is the disk full?)");
+  if (std::find(extent.begin(), extent.end(), 0u) != extent.end())
+    return; // HDF5 1.10 refuses collective writes of nothing
   Id transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
   if (collective_) H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
   hsize_t total = 1;
@@ -154,7 +165,7 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
   } else {
     H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr);
   }
-  if (set < 0 || H5Dwrite(set, type, memory, space, transfer, values) < 0)
+  if (H5Dwrite(set, type, memory, space, transfer, values) < 0)
     throw ComputeError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
 }
 

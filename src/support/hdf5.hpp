@@ -24,6 +24,7 @@ public:
     if (id_ >= 0) close_(id_);
   }
   operator hid_t() const { return id_; }
+  void abandon() { id_ = -1; } ///< leaves it open
 
 private:
   hid_t id_;
@@ -43,7 +44,8 @@ public:
   std::vector<double> doubles(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
   std::vector<long> integers(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
   std::string text_attribute(const std::string &name) const; ///< of the root group, "" if absent
-  long integer_attribute(const std::string &name, long otherwise) const;
+  /// Of the root group unless another object is named; `otherwise` if absent.
+  long integer_attribute(const std::string &name, long otherwise, const std::string &object = "/") const;
   /// The message's beginning: "file.h5: /dataset".
   std::string place(const std::string &dataset) const { return path_.string() + ": " + dataset; }
 
@@ -61,6 +63,10 @@ public:
   explicit Writer(const std::filesystem::path &path);
   /// Opened by all ranks of `comm` together (collective, as is every write of a slab).
   Writer(MPI_Comm comm, const std::filesystem::path &path);
+  /// Closing a shared file is collective too: while an exception unwinds, perhaps on this rank alone, it stays open.
+  ~Writer();
+  Writer(const Writer &) = delete;
+  Writer &operator=(const Writer &) = delete;
 
   void attribute(const std::string &name, const std::string &text);
   void attribute(const std::string &name, long number);

@@ -16,10 +16,29 @@ void factor_by_lu(KSP ksp, Mat A) {
   check(MatMumpsSetIcntl(mumps_factor(ksp), 14, 60), "setting up MUMPS"); // room for the pivoting this may cost [%]
 }
 
-void recover_lu(KSP ksp, Mat A) {
-  check(KSPReset(ksp), "setting up MUMPS");
+std::string recover_lu(KSP ksp, Mat A) {
+  PC pc;
+  MatSolverType type;
+  PetscBool mumps = PETSC_FALSE;
+  PetscInt error = 0, detail = 0, room = 0;
+  check(KSPGetPC(ksp, &pc), "recovering from a failed factorisation");
+  check(PCFactorGetMatSolverType(pc, &type), "recovering from a failed factorisation");
+  check(PetscStrcmp(type, MATSOLVERMUMPS, &mumps), "recovering from a failed factorisation");
+  if (mumps) {
+    check(MatMumpsGetInfog(mumps_factor(ksp), 1, &error), "recovering from a failed factorisation");
+    check(MatMumpsGetInfog(mumps_factor(ksp), 2, &detail), "recovering from a failed factorisation");
+    check(MatMumpsGetIcntl(mumps_factor(ksp), 14, &room), "recovering from a failed factorisation");
+  }
+  check(KSPReset(ksp), "recovering from a failed factorisation");
   factor_by_lu(ksp, A);
-  check(KSPSetFromOptions(ksp), "setting up MUMPS");
+  check(KSPSetFromOptions(ksp), "recovering from a failed factorisation");
+  const bool short_of_room = error == -8 || error == -9;
+  if (short_of_room) check(MatMumpsSetIcntl(mumps_factor(ksp), 14, 2 * room), "recovering from a failed factorisation");
+  if (error == 0 || error == -10) return "the Jacobian is singular";
+  const std::string code = " (MUMPS " + std::to_string(error) + ", " + std::to_string(detail) + ")";
+  if (short_of_room) return "the workspace of the factorisation was too small" + code + ", doubled now";
+  if (error == -13) return "no memory for the factors of the Jacobian" + code + "; take more ranks";
+  return "the Jacobian could not be factored" + code;
 }
 
 Mat mumps_factor(KSP ksp) {

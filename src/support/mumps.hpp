@@ -1,5 +1,7 @@
 #pragma once
 // Direct solves by MUMPS through PETSc, set up the way every room here needs them.
+#include <string>
+
 #include "support/handle.hpp"
 
 namespace dovetail {
@@ -8,9 +10,10 @@ namespace dovetail {
 /// done once and stays good for all later values, also when the first ones are singular. Call before SetFromOptions.
 void factor_by_lu(KSP ksp, Mat A);
 
-/// After a solve that failed because A was singular. PETSc 3.18 takes MUMPS's error for one of the analysis and would
-/// skip every later factorisation without a word; this starts afresh, analysis included.
-void recover_lu(KSP ksp, Mat A);
+/// After a factorisation that failed. PETSc 3.18 takes MUMPS's error for one of the analysis and would skip every later
+/// factorisation without a word; this starts afresh, analysis included, and with twice the workspace if that was short.
+/// Returns what went wrong, in words.
+std::string recover_lu(KSP ksp, Mat A);
 
 /// The factor inside a KSP set up for MUMPS.
 Mat mumps_factor(KSP ksp);
