@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <thread>
@@ -104,11 +105,14 @@ int main(int argc, char **argv) {
   int rank = 0, status = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   std::string failure;
+  bool in_order = true; // PETSc, MPI and HDF5 can be shut down
   try {
     dovetail::run_case(PETSC_COMM_WORLD, parse(words));
     if (rank == 0) tell_unused_options();
   } catch (const dovetail::InputError &error) {
     status = 2, failure = error.what();
+  } catch (const dovetail::WriteError &error) {
+    status = 3, failure = error.what(), in_order = false;
   } catch (const std::exception &error) {
     status = 3, failure = error.what();
   }
@@ -116,6 +120,7 @@ int main(int argc, char **argv) {
     const bool together = all_arrive(roll_call);
     if (rank == 0 || !together) std::fprintf(stderr, "dovetail: %s\n", failure.c_str());
     if (!together) MPI_Abort(PETSC_COMM_WORLD, status);
+    if (!in_order) std::fflush(nullptr), std::_Exit(status);
   }
   MPI_Comm_free(&roll_call);
   SlepcFinalize();

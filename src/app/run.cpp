@@ -176,12 +176,15 @@ void work(MPI_Comm comm, const Checked &checked, bool reduce_only, Stages &stage
   });
   voice.say(note);
   const std::filesystem::path path = study.directory / "results.h5";
-  ResultsFile results(path, study,
-                      study.reduced.empty() ? std::filesystem::path("reduced.h5")
-                                            : std::filesystem::absolute(study.reduced),
-                      preloaded);
   double frequency_scale = 1;
-  const BranchSummary branch = follow(study, std::move(preloaded), results, stages, voice, frequency_scale);
+  const auto into_file = [&] { // closed again before anything is made of how it ended
+    ResultsFile results(path, study,
+                        study.reduced.empty() ? std::filesystem::path("reduced.h5")
+                                              : std::filesystem::absolute(study.reduced),
+                        preloaded);
+    return follow(study, std::move(preloaded), results, stages, voice, frequency_scale);
+  };
+  const BranchSummary branch = into_file();
   write_summary(comm, study.directory, &branch, frequency_scale, stages);
   const std::string message = in_words(branch, frequency_scale, path.string());
   if (!branch.good()) throw ComputeError(message);

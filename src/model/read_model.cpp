@@ -209,7 +209,7 @@ void check_mass(Mat M, Range own, const std::string &place) {
     for (PetscInt i = 0; i < own.size(); ++i)
       if (values[i] < 0)
         throw InputError(place + ": " + std::to_string(values[i]) + " on the diagonal of row " +
-                         std::to_string(own.begin + i) + "; mass is not negative");
+                         std::to_string(own.begin + i) + "; a positive definite mass is wanted");
   });
   check(VecRestoreArrayRead(diagonal, &values), "checking the mass");
 }

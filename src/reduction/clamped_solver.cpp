@@ -22,10 +22,11 @@ ClampedSolver::ClampedSolver(Mat K_ee, const std::string &model_name) {
         "factoring K_ee"); // room for pivoting beyond the analysis' estimate [%]
   check(KSPSetFromOptions(ksp_), "factoring K_ee");
   const PetscErrorCode code = KSPSetUp(ksp_);
-  PetscInt info = 0, detail = 0;
+  PetscInt info = 0, detail = 0, negative = 0;
   MatMumpsGetInfog(mumps_factor(ksp_), 1, &info);
   MatMumpsGetInfog(mumps_factor(ksp_), 2, &detail);
-  if (info == -10 || info == -40)
+  MatMumpsGetInfog(mumps_factor(ksp_), 12, &negative); // MUMPS goes on over negative pivots and only counts them
+  if (info == -10 || info == -40 || (info >= 0 && negative > 0))
     throw InputError(model_name + ": K_ee, the stiffness with the contact dofs held, is not positive definite (MUMPS " +
                      std::to_string(info) +
                      "): either constraints are missing, so that a body can still move as a whole, or K is not the "

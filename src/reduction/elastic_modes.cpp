@@ -68,6 +68,8 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, PetscInt c
     try {
       check(code, "computing modes");
     } catch (const ComputeError &error) {
+      if (std::string(error.what()).find("indefinite matrix") != std::string::npos)
+        throw InputError(model_name + ": /M is not positive definite on the elastic dofs");
       throw ComputeError(std::string(error.what()) + "; is M positive definite on the elastic dofs?");
     }
   }

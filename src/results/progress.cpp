@@ -5,11 +5,29 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
 namespace dovetail {
 namespace {
 
 constexpr double quiet_seconds = 10; // between lines when nobody watches
+
+// Whether a person watches. Under mpirun the ranks' output is a terminal of mpirun's making, so its own output decides.
+bool on_terminal() {
+  if (!isatty(STDOUT_FILENO)) return false;
+  // The surroundings the process was born with; MPI_Init adds to them even when nobody launched it.
+  std::ifstream born("/proc/self/environ");
+  const std::string surroundings{std::istreambuf_iterator<char>(born), {}};
+  bool launched = false;
+  for (const char *mark : {"OMPI_COMM_WORLD_SIZE=", "PMI_SIZE=", "PMIX_RANK="})
+    launched = launched || surroundings.find(mark) != std::string::npos;
+  if (!launched) return true;
+  std::error_code error;
+  const auto output = std::filesystem::read_symlink("/proc/" + std::to_string(getppid()) + "/fd/1", error).string();
+  return output.rfind("/dev/pts/", 0) == 0 || output.rfind("/dev/tty", 0) == 0;
+}
 
 // Largest motion of any contact dof (any mode, without contact), by the root of the sum of squared harmonics.
 double largest_motion(const PointRecord &record, PetscInt modes, int width) {
@@ -26,7 +44,7 @@ double largest_motion(const PointRecord &record, PetscInt modes, int width) {
 } // namespace
 
 Progress::Progress(bool speaks, const Layout &layout, std::string length_unit)
-    : speaks_(speaks), terminal_(isatty(STDOUT_FILENO)), modes_(layout.modes), width_(layout.width),
+    : speaks_(speaks), terminal_(on_terminal()), modes_(layout.modes), width_(layout.width),
       length_unit_(std::move(length_unit)), begin_(std::chrono::steady_clock::now()),
       last_line_(begin_ - std::chrono::hours(1)) {}
 

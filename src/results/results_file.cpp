@@ -52,9 +52,11 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
                          const PreloadedModel &preloaded)
     : comm_(preloaded.reduced.comm) {
   const ReducedModel &model = preloaded.reduced;
+  std::filesystem::path partial = path;
+  partial += ".partial"; // takes its name once it can be opened
   on_all_ranks(comm_, [&] {
     if (rank_of(comm_) != 0) return;
-    file_ = std::make_unique<h5::Writer>(path);
+    file_ = std::make_unique<h5::Writer>(partial);
     file_->attribute("format", "dovetail-results");
     file_->attribute("version", 1);
     file_->attribute("program", std::string("dovetail ") + version + " " + git_revision);
@@ -89,21 +91,25 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
   on_all_ranks(comm_, [&] {
     if (!file) return;
     const hsize_t dofs = model.modes + model.contact_dofs(), width = coefficient_count(study.harmonics);
-    const hsize_t rows = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, 256); // chunks of about 256 KiB
+    chunk_rows_ = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, 256); // chunks of about 256 KiB
+    chunk_bytes_ = 8 * chunk_rows_ * dofs * width;
     const auto table = [&](const std::string &name, const h5::Extent &row, hid_t type, hsize_t chunk) {
       tables_.emplace_back(*file, "/points/" + name, row, type, chunk);
     };
-    table("coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, rows); // the order of append() below
+    table("coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, chunk_rows_); // the order of append() below
     for (const char *name : {"omega", "arclength", "residual", "seconds", "stick", "slip", "open"})
       table(name, {}, H5T_NATIVE_DOUBLE, 256);
     for (const char *name : {"newton_iterations", "linear_iterations"}) table(name, {}, H5T_NATIVE_INT, 256);
     file->flush();
+    std::filesystem::rename(partial, path);
   });
 }
 
 void ResultsFile::append(const PointRecord &point) {
   on_all_ranks(comm_, [&] {
     if (!file_) return;
+    constexpr hsize_t rest = 1 << 16; // chunks of the other tables, and what HDF5 needs to find them again
+    if (points_++ % chunk_rows_ == 0) file_->reserve(chunk_bytes_ + rest);
     const void *rows[] = {point.coefficients.data(),
                           &point.omega,
                           &point.arclength,

@@ -36,6 +36,7 @@ private:
   MPI_Comm comm_;
   std::unique_ptr<h5::Writer> file_; // rank 0 only
   std::vector<h5::Table> tables_;
+  hsize_t points_ = 0, chunk_rows_ = 1, chunk_bytes_ = 0; // of the coefficients, by far the largest table
 };
 
 } // namespace dovetail

@@ -14,7 +14,7 @@ PetscErrorCode keep_first_message(MPI_Comm, int, const char *function, const cha
   return code;
 }
 
-enum class Outcome { ok, input, compute };
+enum class Outcome { ok, input, compute, write };
 
 } // namespace
 
@@ -39,6 +39,8 @@ void on_all_ranks(MPI_Comm comm, const std::function<void()> &work) {
     work();
   } catch (const InputError &error) {
     outcome = Outcome::input, message = error.what();
+  } catch (const WriteError &error) {
+    outcome = Outcome::write, message = error.what();
   } catch (const std::exception &error) {
     outcome = Outcome::compute, message = error.what();
   }
@@ -50,6 +52,7 @@ void on_all_ranks(MPI_Comm comm, const std::function<void()> &work) {
   message.resize(header[1]);
   MPI_Bcast(message.data(), header[1], MPI_CHAR, first, comm);
   if (header[0] == static_cast<int>(Outcome::input)) throw InputError(message);
+  if (header[0] == static_cast<int>(Outcome::write)) throw WriteError(message);
   throw ComputeError(message);
 }
 

@@ -21,6 +21,12 @@ struct ComputeError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A file could not be written (exit status 3). HDF5 still holds what it could not get rid of and would crash on trying
+/// again while MPI shuts down: the program ends without that.
+struct WriteError : ComputeError {
+  using ComputeError::ComputeError;
+};
+
 /// Throws ComputeError when a PETSc, SLEPc or MPI call failed; `doing` completes "while ...".
 void check(PetscErrorCode code, const char *doing);
 

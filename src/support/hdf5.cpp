@@ -1,7 +1,9 @@
 #include "support/hdf5.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <algorithm>
-#include <exception>
 
 #include "support/error.hpp"
 
@@ -37,7 +39,7 @@ Id create(const std::filesystem::path &path, MPI_Comm comm) {
   H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18); // attributes above 64 KiB: the text of a long case
   if (comm != MPI_COMM_NULL) H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL);
   const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
-  if (file < 0) throw ComputeError(path.string() + ": cannot be created");
+  if (file < 0) throw WriteError(path.string() + ": cannot be created");
   return Id(file, H5Fclose);
 }
 
@@ -131,18 +133,14 @@ void Writer::attribute(const std::string &name, const std::string &text) {
   Id space(H5Screate(H5S_SCALAR), H5Sclose);
   Id attribute(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   if (attribute < 0 || H5Awrite(attribute, type, text.c_str()) < 0)
-    throw ComputeError(path_.string() + ": attribute " + name + " cannot be written");
+    throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
 }
 
 void Writer::attribute(const std::string &name, long number) {
   Id space(H5Screate(H5S_SCALAR), H5Sclose);
   Id attribute(H5Acreate2(file_, name.c_str(), H5T_NATIVE_LONG, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   if (attribute < 0 || H5Awrite(attribute, H5T_NATIVE_LONG, &number) < 0)
-    throw ComputeError(path_.string() + ": attribute " + name + " cannot be written");
-}
-
-Writer::~Writer() {
-  if (collective_ && std::uncaught_exceptions() > 0) file_.abandon();
+    throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
 }
 
 void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
@@ -151,7 +149,7 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
   H5Pset_create_intermediate_group(links, 1);
   Id space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
   Id set(H5Dcreate2(file_, dataset.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
-  if (set < 0) throw ComputeError(path_.string() + ": " + dataset + ": cannot be created (is the disk full?)");
+  if (set < 0) throw WriteError(path_.string() + ": " + dataset + ": cannot be created (is the disk full?)");
   if (std::find(extent.begin(), extent.end(), 0u) != extent.end())
     return; // HDF5 1.10 refuses collective writes of nothing
   Id transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
@@ -166,7 +164,7 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
     H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr);
   }
   if (H5Dwrite(set, type, memory, space, transfer, values) < 0)
-    throw ComputeError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
+    throw WriteError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
 }
 
 void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
@@ -181,7 +179,16 @@ void Writer::slab(const std::string &dataset, const Extent &extent, const Extent
 
 void Writer::flush() {
   if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0)
-    throw ComputeError(path_.string() + ": cannot be written (is the disk full?)");
+    throw WriteError(path_.string() + ": cannot be written (is the disk full?)");
+}
+
+void Writer::reserve(hsize_t bytes) {
+  void *handle = nullptr;
+  struct stat now {};
+  const bool known =
+      H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle) >= 0 && fstat(*static_cast<int *>(handle), &now) == 0;
+  if (!known || posix_fallocate(*static_cast<int *>(handle), now.st_size, static_cast<off_t>(bytes)) != 0)
+    throw WriteError(path_.string() + ": cannot be written (is the disk full?)");
 }
 
 Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows)
@@ -194,7 +201,7 @@ Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t typ
   Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);
   dataset_ = Id(H5Dcreate2(file, name.c_str(), type, space, links, properties, H5P_DEFAULT), H5Dclose);
-  if (dataset_ < 0) throw ComputeError("results: " + name + " cannot be created");
+  if (dataset_ < 0) throw WriteError("results: " + name + " cannot be created");
 }
 
 void Table::append(const void *row) {
@@ -205,7 +212,7 @@ void Table::append(const void *row) {
   Id memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
   good = good && H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr) >= 0;
   if (!good || H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, row) < 0)
-    throw ComputeError("results: " + name_ + " cannot be written (is the disk full?)");
+    throw WriteError("results: " + name_ + " cannot be written (is the disk full?)");
   ++rows_;
 }
 

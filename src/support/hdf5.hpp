@@ -3,6 +3,7 @@
 #include <hdf5.h>
 #include <mpi.h>
 
+#include <exception>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -10,7 +11,8 @@
 
 namespace dovetail::h5 {
 
-/// Owner of one HDF5 identifier.
+/// Owner of one HDF5 identifier. While an exception unwinds it is left open: closing may be collective, and flushes,
+/// which crashes when it is a full disk that ended the run.
 class Id {
 public:
   Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -21,10 +23,9 @@ public:
     return *this;
   }
   ~Id() {
-    if (id_ >= 0) close_(id_);
+    if (id_ >= 0 && std::uncaught_exceptions() == 0) close_(id_);
   }
   operator hid_t() const { return id_; }
-  void abandon() { id_ = -1; } ///< leaves it open
 
 private:
   hid_t id_;
@@ -56,17 +57,13 @@ private:
   Id file_;
 };
 
-/// A file being written. Failures (disk full, no permission) throw ComputeError.
+/// A file being written. Failures (disk full, no permission) throw WriteError.
 class Writer {
 public:
   /// Opened by the calling process alone; other processes may read it meanwhile (no lock is taken).
   explicit Writer(const std::filesystem::path &path);
   /// Opened by all ranks of `comm` together (collective, as is every write of a slab).
   Writer(MPI_Comm comm, const std::filesystem::path &path);
-  /// Closing a shared file is collective too: while an exception unwinds, perhaps on this rank alone, it stays open.
-  ~Writer();
-  Writer(const Writer &) = delete;
-  Writer &operator=(const Writer &) = delete;
 
   void attribute(const std::string &name, const std::string &text);
   void attribute(const std::string &name, long number);
@@ -84,6 +81,9 @@ public:
     slab(dataset, extent, offset, count, values);
   }
   void flush();
+  /// Makes sure that the file can grow by so much, before HDF5 writes anything that relies on it: a full disk met
+  /// halfway through would leave a file that does not open.
+  void reserve(hsize_t bytes);
   operator hid_t() const { return file_; }
 
 private:

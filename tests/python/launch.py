@@ -1,0 +1,122 @@
+"""Starts the program in the surroundings that scripts/environment gives, and reads what it leaves.
+
+The program is $DOVETAIL, or build/dovetail.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import time
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+
+BINARY = Path(os.environ.get("DOVETAIL", Path(__file__).resolve().parents[2] / "build" / "dovetail"))
+SURROUNDINGS = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1",
+                             "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",
+                             "OMPI_MCA_hwloc_base_binding_policy": "none"}
+SECONDS = 30  # far more than any run here needs, far less than a hang
+
+
+@dataclass
+class Done:
+    """How a run ended: both texts, and the folder of its files."""
+
+    out: str
+    err: str
+    folder: Path
+
+    @property
+    def points(self):
+        return read_points(self.folder)
+
+    @property
+    def summary(self):
+        return json.loads((self.folder / "summary.json").read_text(), parse_constant=refuse_constant)
+
+
+def refuse_constant(word):
+    raise ValueError(f"{word} is no JSON, though Python reads it")
+
+
+def read_points(folder):
+    """Every dataset under /points, whole; opened as any user would."""
+    with h5py.File(folder / "results.h5", "r") as file:
+        return {name: values[()] for name, values in file["points"].items()}
+
+
+def line(case, *options, ranks=None, command="run", out=None):
+    """The command and the folder of its files: `out` beside the case file. Without `ranks`, without mpirun."""
+    folder = case.path.parent / (out or "")
+    mpirun = ["mpirun", "-n", str(ranks)] if ranks else []
+    return [*mpirun, str(BINARY), command, str(case.path), "--out", str(folder), *map(str, options)], folder
+
+
+def run(case, *options, status=0, prefix=(), **where):
+    """Runs a case to its end and checks the exit status; `where`: keywords of `line`."""
+    command, folder = line(case, *options, **where)
+    return Done(*words_of([*prefix, *command], status), folder)
+
+
+def words_of(command, status=0):
+    """What a command says on stdout and stderr. A run that hangs is ended, with its ranks."""
+    process = subprocess.Popen(command, env=SURROUNDINGS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        out, err = process.communicate(timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        kill(process)
+        raise
+    told = f"{' '.join(map(str, command))} ended with {process.returncode}\n{out}\n{err}"
+    assert process.returncode == status, told
+    assert "PETSC ERROR" not in err and "Segmentation" not in err, told
+    return out, err
+
+
+@contextmanager
+def going(case, *options, **where):
+    """A run under way, as its process and the folder of its files; killed at the end, whatever happens meanwhile."""
+    command, folder = line(case, *options, **where)
+    process = subprocess.Popen(command, env=SURROUNDINGS, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        yield process, folder
+        assert process.poll() is None, f"the run ended of itself, with {process.returncode}"
+    finally:
+        kill(process)
+
+
+def kill(process):
+    """SIGKILL to the program: the process itself, or under mpirun every rank; returns when all are gone."""
+    ranks = children(process.pid)
+    for rank in ranks:
+        os.kill(rank, signal.SIGKILL)
+    if not ranks:
+        process.kill()
+    try:
+        process.wait(SECONDS)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        raise
+
+
+def children(parent):
+    """Process ids of this program's ranks below a process."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            name, fields = entry.read_text().rsplit(")", 1)
+        except OSError:  # ended meanwhile
+            continue
+        if int(fields.split()[1]) == parent and name.endswith("(" + BINARY.name[:15]):
+            found.append(int(entry.parent.name))
+    return found
+
+
+def wait_for(condition, what):
+    """Until condition() is true; fails after SECONDS."""
+    end = time.monotonic() + SECONDS
+    while not condition():
+        assert time.monotonic() < end, f"waited in vain for {what}"
+        time.sleep(0.005)
