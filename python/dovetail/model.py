@@ -94,7 +94,7 @@ class Model:
         return cls(K, M, contact_dofs, _stack(Fe, Fc, n_e, n_c, "F"), _stack(Pe, Pc, n_e, n_c, "P"), **options)
 
     def write(self, path):
-        """Write the model file of interfaces.md. Collective: every rank writes the rows it holds."""
+        """Write the model file of docs/files.md. Collective: every rank writes the rows it holds."""
         parts = []
         for name, rows in self._rows.items():
             parts += _sparse_parts(name, rows, self.comm)

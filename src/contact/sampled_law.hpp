@@ -7,7 +7,7 @@
 
 namespace dovetail {
 
-/// The marched law (theory.md, section 5; design.md, section 4): twice round the period from w_p, the second round
+/// The marched law (theory.md, section 5): twice round the period from w_p, the second round
 /// kept. Holds scratch memory: one object per thread.
 class SampledLaw {
 public:

@@ -48,7 +48,7 @@ struct Reduction {
 /// InputError: N_a > n_e, K_ee not positive definite, a rigid body left in it.
 Reduction craig_bampton(const FullModel &model, PetscInt modes);
 
-/// Writes the reduced file of interfaces.md, with the hash of what it was computed from. Collective.
+/// Writes the reduced file of docs/files.md, with the hash of what it was computed from. Collective.
 void write_reduced(const std::filesystem::path &file, const FullModel &source, const Reduction &reduction);
 
 /// Reads a reduced file; each rank its own rows. Collective. InputError.

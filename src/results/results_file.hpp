@@ -1,5 +1,5 @@
 #pragma once
-// results.h5 (interfaces.md): every accepted point appended and flushed at once, in user units.
+// results.h5 (docs/files.md): every accepted point appended and flushed at once, in user units.
 #include <memory>
 
 #include "case/case.hpp"

@@ -1,9 +1,7 @@
 """Writing and reading model files, serial and distributed; refusal of wrong input."""
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -11,10 +9,8 @@ import pytest
 import scipy.sparse as sp
 
 from dovetail import Model, hdf5_parts
+from launch import SURROUNDINGS
 
-ROOT = Path(__file__).resolve().parents[2]
-MPI = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
-       "OMP_NUM_THREADS": "1", "PYTHONPATH": str(ROOT / "python")}
 
 DISTRIBUTED = """
 import os, sys
@@ -178,7 +174,7 @@ def run_distributed(folder, ranks, how):
     script.write_text(DISTRIBUTED)
     path = folder / f"{how}{ranks}.h5"
     command = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
-    done = subprocess.run(command + [sys.executable, str(script), str(path), how, str(ranks)], env={**os.environ, **MPI},
+    done = subprocess.run(command + [sys.executable, str(script), str(path), how, str(ranks)], env=SURROUNDINGS,
                           capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return path, done.stdout

@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -19,7 +18,6 @@ import pytest
 from launch import BINARY, SECONDS, SURROUNDINGS, going, line, read_points, run, wait_for, words_of
 from dovetail import Model, reference
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "verification"))
 import cases
 
 cases.SECTION_OF |= {"start": "continuation"}

@@ -7,12 +7,12 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from launch import ROOT, SURROUNDINGS
+
 EXAMPLE = ROOT / "inputs" / "two_solids"
 PUBLISHED = {"fixed": [808.6, 1508.8, 2727.2, 2989.6, 4226.1], "open": [633.8, 634.8, 1508.7, 1517.2], "sticking": [672.6]}  # [Hz]
 PUBLISHED_PRELOAD = 3363.0  # [N], four points closed by 1 mm
@@ -20,9 +20,7 @@ RANKS = (1, 2, 3)
 
 
 def run(ranks, *command):
-    environment = dict(os.environ, PYTHONPATH=str(ROOT / "python"), OMP_NUM_THREADS="1", OMPI_MCA_rmaps_base_oversubscribe="1",
-                       OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    done = subprocess.run(["mpirun", "-n", str(ranks), sys.executable, *map(str, command)], env=environment, text=True,
+    done = subprocess.run(["mpirun", "-n", str(ranks), sys.executable, *map(str, command)], env=SURROUNDINGS, text=True,
                           capture_output=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return done.stdout

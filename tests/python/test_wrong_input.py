@@ -1,21 +1,14 @@
 """Wrong input ends with status 2 and one message that names file, key or dataset and the value found; nothing is written, no rank hangs."""
 
-import os
 import subprocess
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
-BINARY = Path(os.environ.get("DOVETAIL", Path(__file__).resolve().parents[2] / "build" / "dovetail"))
-MPI = {
-    "OMPI_ALLOW_RUN_AS_ROOT": "1",
-    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    "OMPI_MCA_rmaps_base_oversubscribe": "1",
-    "OMP_NUM_THREADS": "1",
-}
+from launch import BINARY, SURROUNDINGS
+
 SECONDS = 60  # far more than any of these needs, far less than a hang
 
 CASE = """\
@@ -80,7 +73,7 @@ def run(folder, *options, ranks=None, status=2):
     """Runs the case in `folder` and returns what it says on stderr."""
     mpirun = ["mpirun", "-n", str(ranks)] if ranks else []
     done = subprocess.run([*mpirun, BINARY, "run", folder / "case.toml", *options], capture_output=True, text=True, timeout=SECONDS,
-                          env=os.environ | MPI)
+                          env=SURROUNDINGS)
     assert done.returncode == status, f"status {done.returncode}\n{done.stdout}\n{done.stderr}"
     if status:
         assert not list(folder.rglob("results.h5*")), "results of a run that was refused"
@@ -244,7 +237,7 @@ def test_out_below_a_file(folder):
 
 def test_results_that_cannot_be_overwritten(folder):
     (folder / "out" / "results.h5").mkdir(parents=True)
-    done = subprocess.run([BINARY, "run", folder / "case.toml"], capture_output=True, text=True, timeout=SECONDS, env=os.environ | MPI)
+    done = subprocess.run([BINARY, "run", folder / "case.toml"], capture_output=True, text=True, timeout=SECONDS, env=SURROUNDINGS)
     assert done.returncode == 2, done.stderr
     expect(done.stderr, ["case.toml:31: output.directory", "results.h5", "not a file"])
 

@@ -4,7 +4,6 @@ The program is $DOVETAIL, or build/dovetail. Every comparison solves to 1e-10, s
 for the conditioning of the equations (some 1e3 near the folds), while any slip in them is far larger.
 """
 
-import os
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +15,7 @@ import pytest
 import cases
 import truth
 from dovetail import reference
-
-BINARY = Path(os.environ.get("DOVETAIL", Path(__file__).parents[2] / "build" / "dovetail"))
-SURROUNDINGS = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1",
-                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",
-                "OMPI_MCA_hwloc_base_binding_policy": "none"}
+from launch import BINARY, SURROUNDINGS
 
 
 @dataclass
@@ -40,7 +35,7 @@ def run(case, ranks=1):
     assert BINARY.is_file(), f"there is no program at {BINARY}: build it, or name it in $DOVETAIL"
     directory = case.path.parent / f"out{ranks}"
     command = ["mpirun", "-n", str(ranks), str(BINARY), "run", str(case.path), "--out", str(directory)]
-    done = subprocess.run(command, env={**os.environ, **SURROUNDINGS}, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, env=SURROUNDINGS, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
     with h5py.File(directory / "results.h5", "r") as file:
         assert file.attrs["ranks"] == ranks, "the ranks did not work together"

@@ -1,9 +1,7 @@
 """The examples users start from, run by the compiled program, against published and independently integrated numbers."""
 
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -11,10 +9,8 @@ import pytest
 
 import cases
 from dovetail import Results
-from test_against_core import BINARY, SURROUNDINGS, run
-
-ROOT = Path(__file__).parents[2]
-AROUND = {**os.environ, **SURROUNDINGS, "PYTHONPATH": str(ROOT / "python")}
+from launch import BINARY, ROOT, SURROUNDINGS
+from test_against_core import run
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +55,7 @@ def test_mass_that_lifts_off_in_every_cycle(tmp_path, omega):
 def make_posts(folder, *options):
     """model.h5 of inputs/two_solids."""
     command = [sys.executable, ROOT / "inputs/two_solids/model.py", "-o", folder / "model.h5", *options]
-    subprocess.run(command, check=True, capture_output=True, env=AROUND)
+    subprocess.run(command, check=True, capture_output=True, env=SURROUNDINGS)
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +70,7 @@ def posts(tmp_path_factory):
     done = {}
     for ranks in (1, 2, 3):
         command = ["mpirun", "-n", str(ranks), BINARY, "run", folder / "case.toml", "--out", folder / f"out{ranks}"]
-        subprocess.run(command, check=True, capture_output=True, env=AROUND, timeout=200)
+        subprocess.run(command, check=True, capture_output=True, env=SURROUNDINGS, timeout=200)
         done[ranks] = Results(folder / f"out{ranks}" / "results.h5")
     return done
 
@@ -83,7 +79,7 @@ def test_posts_fixed_interface_frequencies(tmp_path):
     """Published for the original's mesh of about this size with the four corners of the patch held."""
     make_posts(tmp_path, "--points", "2x2")
     (tmp_path / "case.toml").write_text((ROOT / "inputs/two_solids/case.toml").read_text())
-    subprocess.run([BINARY, "reduce", tmp_path / "case.toml"], check=True, capture_output=True, env=AROUND)
+    subprocess.run([BINARY, "reduce", tmp_path / "case.toml"], check=True, capture_output=True, env=SURROUNDINGS)
     with h5py.File(tmp_path / "reduced.h5") as file:
         frequencies = np.sqrt(file["Kaa"][()]) / (2 * np.pi)
     np.testing.assert_allclose(frequencies, [808.6, 1508.8, 2727.2, 2989.6, 4226.1], rtol=0.02)
