@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from launch import BINARY, SURROUNDINGS
 
-SECONDS = 60  # far more than any of these needs, far less than a hang
+SECONDS = 120  # far more than any of these needs, far less than a hang
 
 CASE = """\
 title = "wrong on purpose"

@@ -66,11 +66,13 @@ def posts(tmp_path_factory):
     text = (ROOT / "inputs/two_solids/case.toml").read_text()
     assert "omega = [4000, 4250]" in text
     text = text.replace("omega = [4000, 4250]", "omega = [4085, 4135]").replace("harmonics = 10", "harmonics = 3")
-    (folder / "case.toml").write_text(text + "\n[newton]\nstep_tolerance = 1e-10\nresidual_tolerance = 1e-9\n")
     done = {}
-    for ranks in (1, 2, 3):
-        command = ["mpirun", "-n", str(ranks), BINARY, "run", folder / "case.toml", "--out", folder / f"out{ranks}"]
-        subprocess.run(command, check=True, capture_output=True, env=SURROUNDINGS, timeout=200)
+    for ranks in (1, 2, 3):  # the whole sweep on one rank, the way into slip on several
+        case = folder / f"case{ranks}.toml"
+        case.write_text(text + ("max_points = 40\n" if ranks > 1 else "") +
+                        "\n[newton]\nstep_tolerance = 1e-10\nresidual_tolerance = 1e-9\n")
+        command = ["mpirun", "-n", str(ranks), BINARY, "run", case, "--out", folder / f"out{ranks}"]
+        subprocess.run(command, check=True, capture_output=True, env=SURROUNDINGS, timeout=600)
         done[ranks] = Results(folder / f"out{ranks}" / "results.h5")
     return done
 
@@ -102,7 +104,8 @@ def test_posts_friction_limits_the_peak(posts):
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_posts_on_several_ranks(posts, ranks):
     one, many = posts[1], posts[ranks]
-    assert len(one) == len(many)
-    np.testing.assert_allclose(many.omega, one.omega, rtol=1e-8)
+    assert len(many) == 40
+    assert many.points("slip").max() > 0.2
+    np.testing.assert_allclose(many.omega, one.omega[:40], rtol=1e-8)
     for mine, theirs in zip(one.coefficients, many.coefficients):
         np.testing.assert_allclose(theirs, mine, rtol=0, atol=1e-8 * np.abs(mine).max())
