@@ -1,5 +1,6 @@
 """The examples users start from, run by the compiled program, against published and independently integrated numbers."""
 
+import re
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import cases
+import launch
 from dovetail import Results
 from launch import BINARY, ROOT, SURROUNDINGS
 from test_against_core import run
@@ -50,6 +52,18 @@ def test_mass_that_lifts_off_in_every_cycle(tmp_path, omega):
     assert at == pytest.approx(9.881, rel=1e-3)
     steps = np.sign(np.diff(done.omega))
     assert (steps == 1).any() and (steps == -1).any()
+
+
+@pytest.mark.parametrize("omega", [[5, 16], [16, 5]])
+def test_corner_that_arc_length_cannot_turn_is_leapt_aloud(tmp_path, omega):
+    """Check 2 near 11.856, where the mass begins to lift off: a peak on either side of it, and the leap is no secret."""
+    done = launch.run(cases.single_mass(tmp_path, 2, omega=omega, kind="auto"))
+    assert done.summary["end"] == "arrived" and done.summary["leaps"] == 1
+    assert re.search(r"^ +11\.85\d* the curve could not be followed here", done.out, re.MULTILINE)
+    results = Results(done.folder / "results.h5")
+    assert results.peak("x1.n")[1] == pytest.approx(29.13, rel=1e-3)
+    tangential = results.amplitude("x1.t1", mean=False)[results.omega < 9].max()
+    assert tangential == pytest.approx(29.88, rel=1e-3)
 
 
 def make_posts(folder, *options):

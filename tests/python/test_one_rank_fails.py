@@ -1,0 +1,53 @@
+"""An error that strikes one rank alone ends the run on all of them, with a message and status 3: nobody waits for ever.
+
+The error is made by a preloaded library that stands before PETSc and lets one call fail on rank 1.
+"""
+
+import subprocess
+import time
+
+import pytest
+
+import cases
+from launch import SECONDS, SURROUNDINGS, line
+
+SHIM = r"""
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int fails(const char *name) { /* the third call of that name on rank 1 */
+  static int calls = 0;
+  const char *rank = getenv("OMPI_COMM_WORLD_RANK");
+  return rank && !strcmp(rank, "1") && !strcmp(getenv("FAILS"), name) && ++calls == 3;
+}
+
+#define GUARD(name, declared, passed)                                        \
+  int name declared {                                                        \
+    int(*real) declared = (int(*) declared)dlsym(RTLD_NEXT, #name);          \
+    return fails(#name) ? 55 : real passed;                                  \
+  }
+
+GUARD(MatSetValuesCOO, (void *matrix, const double *values, int mode), (matrix, values, mode))
+GUARD(VecWAXPY, (void *w, double a, void *x, void *y), (w, a, x, y))
+"""
+
+
+@pytest.fixture(scope="module")
+def shim(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("shim")
+    (folder / "shim.c").write_text(SHIM)
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", folder / "shim.so", folder / "shim.c", "-ldl"], check=True)
+    return folder / "shim.so"
+
+
+@pytest.mark.parametrize("call", ["MatSetValuesCOO", "VecWAXPY"])
+def test_run_ends(shim, call, tmp_path):
+    command, _ = line(cases.several_points(tmp_path), ranks=2)
+    begin = time.monotonic()
+    done = subprocess.run(command, env=SURROUNDINGS | {"LD_PRELOAD": str(shim), "FAILS": call}, capture_output=True, text=True,
+                          timeout=SECONDS)
+    assert done.returncode == 3, done.stderr
+    assert "dovetail: while " in done.stderr
+    assert time.monotonic() - begin < 60  # the roll call takes ten seconds
