@@ -182,14 +182,14 @@ private:
     return Go::stalled;
   }
 
-  // No step along the curve converges: the next solution in the same sense of Omega that Newton finds from here, said
-  // aloud.
+  // No step along the curve converges: on to the solution at the next frequency of the sweep, and say so.
   Go leap() {
     if (summary_.leaps == most_leaps) return stall();
     const std::string reason = refusal_;
     for (const double part : leaps) {
       double next = omega_ + direction_ * part * std::abs(settings_.to - settings_.from);
       if ((next - settings_.to) * direction_ > 0) next = settings_.to;
+      if (const auto wanted = passed(omega_, next); !wanted.empty()) next = wanted.front();
       check(VecCopy(y_, trial_), "predicting");
       const auto outcome = correct_at(trial_, next);
       if (!outcome.converged || !corrector_.tangent(turned_)) continue;
