@@ -213,9 +213,10 @@ private:
 
   Go take(double trial_step, double angle, const Corrector::Outcome &outcome, const std::array<long, 3> &states) {
     const double next = system_.omega(trial_), before = omega_;
-    UniqueVec end = system_.unknowns();
+    UniqueVec end; // the solution exactly there, when the step reaches the end of the sweep
     Corrector::Outcome at_end;
     const bool ends = (settings_.to - before) * (settings_.to - next) <= 0;
+    if (ends) end = system_.unknowns();
     if (ends && !(at_end = correct_between(end, before, next, settings_.to)).converged) {
       refusal_ = "no solution exactly at the end of the sweep: " + at_end.why;
       return Go::retry;

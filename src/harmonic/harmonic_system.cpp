@@ -46,7 +46,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, st
 // Reduced matrices [K_aa 0; 0 K_xx], [I M_ax; M_xa M_xx] entry by entry. The owner of a contact row also gives its
 // mirror image in the modal rows, wherever those live.
 void HarmonicSystem::list_couplings() {
-  const ReducedModel &model = scaled_.model.reduced;
+  ReducedModel &model = scaled_.model.reduced;
   for (PetscInt j = layout_.own_modes.begin; j < layout_.own_modes.end; ++j)
     couplings_.push_back({layout_.mode_row(j), layout_.mode_row(j), model.kaa[j], 1, true});
   for (PetscInt i = 0; i < model.own_contact_dofs(); ++i) {
@@ -61,6 +61,8 @@ void HarmonicSystem::list_couplings() {
       couplings_.push_back({row, layout_.contact_row(j), model.kxx[at], model.mxx[at], true});
     }
   }
+  for (auto *rows : {&model.kxx, &model.mxx, &model.mxa})
+    std::vector<double>().swap(*rows); // the couplings hold it now
 }
 
 UniqueVec HarmonicSystem::unknowns() const {

@@ -15,7 +15,6 @@ public:
 
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }
-  const PreloadedModel &model() const { return scaled_.model; } ///< in scaled numbers
 
   UniqueVec unknowns() const; ///< y = [X; Omega], zero
   UniqueMat matrix() const;   ///< empty Jacobian with the fixed pattern, bordered by Omega's row and column
