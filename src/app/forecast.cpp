@@ -1,6 +1,5 @@
 #include "app/forecast.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <ostream>
 
@@ -28,11 +27,6 @@ Forecast forecast(const ModelHeader &header, const Case &study) {
   Forecast sizes;
   sizes.dofs = header.dofs, sizes.nonzeros = header.nonzeros, sizes.modes = study.modes, sizes.points = header.points;
   harmonic_balance(sizes, study.harmonics);
-  // K, M, their split and MUMPS's factor: n^1.37 fits compact and slender steel parts of 50 to 400 thousand dofs
-  const double n = static_cast<double>(header.dofs), factor = 1.7e9 * std::pow(n / 146e3, 1.37);
-  const double columns = 3.0 * header.points;
-  sizes.reduction_gib =
-      (factor + 4 * 12.0 * header.nonzeros + 8 * n * (4 * columns + 2 * 128 + 3.0 * study.modes)) / gib;
   return sizes;
 }
 
@@ -57,12 +51,8 @@ void describe(std::ostream &out, const Forecast &sizes) {
   std::snprintf(line, sizeof line, "  harmonic balance         %.0f unknowns, %.3g Jacobian entries\n", sizes.unknowns,
                 sizes.jacobian_entries);
   out << line;
-  out << "memory over all ranks, roughly\n";
-  if (sizes.dofs > 0) {
-    std::snprintf(line, sizeof line, "  reduction                %.2g GiB\n", sizes.reduction_gib);
-    out << line;
-  }
-  std::snprintf(line, sizeof line, "  harmonic balance         %.2g GiB\n", sizes.solve_gib);
+  std::snprintf(line, sizeof line, "memory\n  harmonic balance         roughly %.2g GiB over all ranks\n",
+                sizes.solve_gib);
   out << line;
 }
 

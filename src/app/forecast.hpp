@@ -1,5 +1,5 @@
 #pragma once
-// Sizes and memory of a run, known before it starts.
+// Sizes of a run and memory of its harmonic balance, known before it starts.
 #include <iosfwd>
 
 #include "case/case.hpp"
@@ -13,7 +13,7 @@ struct Forecast {
   PetscInt modes = 0, points = 0;
   double unknowns = 0; ///< (N_a + 3 N_x)(2H+1) + 1
   double jacobian_entries = 0;
-  double reduction_gib = 0, solve_gib = 0; ///< over all ranks
+  double solve_gib = 0; ///< of the harmonic balance, over all ranks
 };
 
 Forecast forecast(const ModelHeader &header, const Case &study);

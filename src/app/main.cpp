@@ -23,7 +23,7 @@ constexpr const char *usage =
     "run does the whole job, reduce stops after the reduction; both work under mpirun -n RANKS.\n"
     "  --out DIR    write there instead of output.directory\n"
     "  --dry-run    check the case, print every value in force with its unit and the forecast sizes, stop\n"
-    "PETSc options reach the solvers by prefix: kee_ (factorisation and modes), preload_, hb_ (Newton); -log_view "
+    "PETSc options reach the solvers by prefix: kee_ (factorisation of K_ee), preload_, hb_ (Newton); -log_view "
     "shows the time.\n"
     "Exit status: 0 done; 2 the input is wrong; 3 the computation could not go on, what was computed is saved.\n";
 

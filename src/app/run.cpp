@@ -2,12 +2,14 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <optional>
 
 #include "app/forecast.hpp"
+#include "reduction/elastic_modes.hpp"
 #include "results/progress.hpp"
 #include "results/summary.hpp"
 #include "support/version.hpp"
@@ -65,27 +67,95 @@ void warn_of_slow_blas(const Voice &voice) {
             "install libopenblas0-serial");
 }
 
+// Which rows of Phi and Psi are kept: those the case asks for; all, if it does not say, while they are few.
+struct Motion {
+  bool all = false;
+  std::vector<PetscInt> dofs; // ascending, if not all
+  std::string in_words;       // for the reduced file
+};
+
+Motion wanted_motion(const Case &study, PetscInt elastic, PetscInt columns) {
+  constexpr double few = 8e6; // numbers, 64 MB
+  Motion motion;
+  const MotionWish &wish = study.motion;
+  motion.all = wish.given ? wish.all : static_cast<double>(elastic) * columns <= few;
+  if (!motion.all) motion.dofs = motion_dofs(study.model, wish);
+  std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a
+  for (const PetscInt dof : motion.dofs) hash = (hash ^ static_cast<std::uint64_t>(dof)) * 0x100000001b3u;
+  motion.in_words = motion.all ? "all" : std::to_string(motion.dofs.size()) + " dofs " + std::to_string(hash);
+  return motion;
+}
+
+struct Prepared { // for the reduction: parts, what is kept of the fields, and what it will take
+  ClampedStructure parts;
+  ReductionSettings settings;
+  MemoryPlan plan;
+};
+
+Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
+  Prepared prepared;
+  prepared.parts = clamp(std::move(model));
+  auto &[parts, settings, plan] = prepared;
+  settings.modes = study.modes, settings.check_modes = study.check_modes;
+  settings.wanted.assign(parts.elastic_dofs.size(), motion.all);
+  for (std::size_t i = 0; i < parts.elastic_dofs.size(); ++i)
+    if (std::binary_search(motion.dofs.begin(), motion.dofs.end(), parts.elastic_dofs[i])) settings.wanted[i] = 1;
+  const auto kept = std::count(settings.wanted.begin(), settings.wanted.end(), 1);
+  plan = plan_memory(parts, settings.modes, static_cast<PetscInt>(kept), study.memory * 1024 * 1024 * 1024);
+  return prepared;
+}
+
+void refuse_too_many_modes(const Case &study, const FullModel &model) {
+  const PetscInt elastic = model.dofs - 3 * static_cast<PetscInt>(model.contact_dofs.size());
+  if (study.modes > elastic)
+    throw InputError(model.file.string() + ": reduction.modes = " + std::to_string(study.modes) +
+                     ", but the model has only " + std::to_string(elastic) +
+                     " elastic dofs (those not in /contact/dofs): at most so many modes exist");
+}
+
 // Steps 1 and 2: the reduced model, from its file if that still fits the case.
 ReducedModel reduced_model(MPI_Comm comm, const Checked &checked, const std::filesystem::path &file, Stages &stages,
-                           const Voice &voice) {
+                           const Voice &voice, std::optional<ReductionFigures> &figures) {
   const Case &study = checked.study;
   if (!study.reduced.empty()) return stages.run("1 model", [&] { return read_reduced(comm, study.reduced); });
-  const FullModel model = stages.run("1 model", [&] { return read_full_model(comm, study.model); });
-  if (matches(file, model, study.modes)) {
+  FullModel model = stages.run("1 model", [&] { return read_full_model(comm, study.model); });
+  refuse_too_many_modes(study, model);
+  const auto points = static_cast<PetscInt>(model.contact_dofs.size());
+  Motion motion;
+  on_all_ranks(comm, [&] { motion = wanted_motion(study, model.dofs - 3 * points, study.modes + 3 * points); });
+  Source source{model.file, model.hash, model.units, study.modes, motion.in_words, "none", model.contact_dofs};
+  if (matches(comm, file, source)) {
     voice.say("reduction: " + file.string() + " still fits the model, reused");
     return stages.run("2 reduction", [&] { return read_reduced(comm, file); });
   }
   warn_of_slow_blas(voice);
-  voice.say("reduction: " + std::to_string(model.dofs) + " dofs, " + std::to_string(model.contact_dofs.size()) +
-            " contact points, " + std::to_string(study.modes) + " modes ...");
+  voice.say("reduction: " + std::to_string(model.dofs) + " dofs, " + std::to_string(points) + " contact points, " +
+            std::to_string(study.modes) + " modes");
   return stages.run("2 reduction", [&] {
-    Reduction reduction = craig_bampton(model, study.modes);
-    write_reduced(file, model, reduction);
-    std::string first;
-    if (study.modes > 0)
-      first =
-          ", first fixed-interface frequency " + std::to_string(std::sqrt(reduction.model.kaa[0]) / (2 * M_PI)) + " Hz";
-    voice.say("reduction: ordering " + (reduction.ordering.empty() ? "none needed" : reduction.ordering) + first);
+    Prepared prepared = stages.run("2a analysis", [&] { return prepare(study, std::move(model), motion); });
+    char work[64] = "";
+    double flops = 0;
+    if (prepared.parts.solver) {
+      source.ordering = prepared.parts.solver->ordering();
+      flops = prepared.parts.solver->forecast_flops();
+      std::snprintf(work, sizeof work, ", %.3g operations to factor", flops);
+    }
+    voice.say("  ordering " + source.ordering + work);
+    voice.say("  memory " + in_words(prepared.plan));
+    refuse_if_too_large(prepared.parts, prepared.plan);
+    Reduction reduction = craig_bampton(std::move(prepared.parts), prepared.settings, prepared.plan, stages);
+    stages.run("2h writing", [&] { write_reduced(file, source, reduction); });
+    char line[160];
+    if (study.modes > 0) {
+      std::snprintf(line, sizeof line, "  fixed-interface frequencies %.6g .. %.6g Hz%s",
+                    std::sqrt(reduction.model.kaa[0]) / (2 * M_PI), std::sqrt(reduction.model.kaa.back()) / (2 * M_PI),
+                    study.check_modes ? ", none missed" : " (reduction.check_modes = true counts them)");
+      voice.say(line);
+    }
+    if (!motion.all && !study.motion.given)
+      voice.say("  the fields are large: only contact points and modes are kept; output.motion names more");
+    figures = ReductionFigures{source.ordering, flops, prepared.plan.bytes / (1 << 20), reduction.backward_error,
+                               prepared.plan.keep_psi};
     return std::move(reduction.model);
   });
 }
@@ -110,15 +180,26 @@ std::string in_words(const BranchSummary &summary, double frequency_scale, const
   }
 }
 
-// Everything in force and the forecast sizes, after reading the model once for its checks.
+// Everything in force and the forecast sizes, after reading the model once for its checks and analysing its K_ee.
 void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
-  if (checked.study.reduced.empty())
-    read_full_model(comm, checked.study.model);
-  else
-    read_reduced(comm, checked.study.reduced);
+  const Case &study = checked.study;
+  std::string reduction;
+  if (study.reduced.empty()) {
+    FullModel model = read_full_model(comm, study.model);
+    refuse_too_many_modes(study, model);
+    Motion motion;
+    const PetscInt contacts = 3 * static_cast<PetscInt>(model.contact_dofs.size());
+    on_all_ranks(comm, [&] { motion = wanted_motion(study, model.dofs - contacts, study.modes + contacts); });
+    const Prepared prepared = prepare(study, std::move(model), motion);
+    refuse_if_too_large(prepared.parts, prepared.plan);
+    reduction = in_words(prepared.plan);
+  } else {
+    read_reduced(comm, study.reduced);
+  }
   if (!voice.speaks()) return;
-  describe(std::cout, checked.study, checked.contact);
+  describe(std::cout, study, checked.contact);
   describe(std::cout, checked.sizes);
+  if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
 }
 
 // Steps 4 and 5: scaling (theory.md, section 7), then the response curve, point by point into the file and on the
@@ -162,9 +243,11 @@ BranchSummary follow(const Case &study, PreloadedModel preloaded, ResultsFile &r
 void work(MPI_Comm comm, const Checked &checked, bool reduce_only, Stages &stages, const Voice &voice) {
   const Case &study = checked.study;
   const std::filesystem::path own_file = study.directory / "reduced.h5";
-  ReducedModel reduced = reduced_model(comm, checked, own_file, stages, voice); // eqs (2), (5), (15)-(18)
+  std::optional<ReductionFigures> figures;
+  ReducedModel reduced = reduced_model(comm, checked, own_file, stages, voice, figures); // eqs (2), (5), (15)-(18)
+  const ReductionFigures *reduction = figures ? &*figures : nullptr;
   if (reduce_only) {
-    write_summary(comm, study.directory, nullptr, 1, stages);
+    write_summary(comm, study.directory, nullptr, 1, stages, reduction);
     voice.say("reduced model: " + (study.reduced.empty() ? own_file : study.reduced).string());
     return;
   }
@@ -185,7 +268,7 @@ void work(MPI_Comm comm, const Checked &checked, bool reduce_only, Stages &stage
     return follow(study, std::move(preloaded), results, stages, voice, frequency_scale);
   };
   const BranchSummary branch = into_file();
-  write_summary(comm, study.directory, &branch, frequency_scale, stages);
+  write_summary(comm, study.directory, &branch, frequency_scale, stages, reduction);
   const std::string message = in_words(branch, frequency_scale, path.string());
   if (!branch.good()) throw ComputeError(message);
   voice.say(message);

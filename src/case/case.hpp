@@ -26,6 +26,14 @@ struct ContactSettings {
   std::string file; ///< where a missing one is to be added, for messages
 };
 
+/// Whose motion is to be recovered later: [output] motion.
+struct MotionWish {
+  bool given = false, all = false; ///< not given: all while that is little
+  std::vector<std::string> sets;   ///< of nodes, in the model file
+  std::vector<long> nodes;         ///< rows of /mesh/nodes
+  std::string where;               ///< place in the case file, for messages
+};
+
 enum class ScalingKind { automatic, none, manual };
 
 struct Case {
@@ -36,6 +44,8 @@ struct Case {
   std::filesystem::path reduced; ///< reduced model used as it stands, or empty
 
   int modes = 0;                             ///< N_a (only with `model`)
+  bool check_modes = false;                  ///< count the modes below the last one
+  double memory = 0;                         ///< what the reduction may take on one machine [GiB]; 0: all that is free
   double damping = 0;                        ///< xi [s]
   std::vector<double> fourier = {0, 1};      ///< f(t) as [a0, a1, b1, ...], padded with zeros to 2H+1
   ContactSettings contact;                   ///< as written here; a model file may supply the rest
@@ -60,6 +70,7 @@ struct Case {
   std::filesystem::path start; ///< results file to begin from, or empty
 
   std::filesystem::path directory; ///< output directory, absolute or relative to the working directory
+  MotionWish motion;
 
   std::map<std::string, std::string>
       given; ///< key -> "case.toml:12" or "--out", of every key that is not left at its default

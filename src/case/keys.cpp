@@ -27,6 +27,15 @@ std::string manual(const Case &study, double value) {
   return study.scaling == ScalingKind::manual ? number_text(value) : "";
 }
 
+std::string motion_text(const MotionWish &wish) {
+  if (!wish.given) return "all if little";
+  if (wish.all) return "all";
+  std::string result;
+  for (const auto &set : wish.sets) result += (result.empty() ? "" : ", ") + set;
+  for (const long node : wish.nodes) result += (result.empty() ? "" : ", ") + std::to_string(node);
+  return result.empty() ? "none" : result;
+}
+
 std::string kind_text(ScalingKind kind) {
   return kind == ScalingKind::automatic ? "auto" : kind == ScalingKind::none ? "none" : "manual";
 }
@@ -40,6 +49,12 @@ const std::vector<Key> &keys() {
       {"model", "", [](C c) { return c.model.string(); }},
       {"reduced", "", [](C c) { return c.reduced.string(); }},
       {"reduction.modes", "-", [](C c) { return c.model.empty() ? "" : std::to_string(c.modes); }},
+      {"reduction.check_modes", "",
+       [](C c) { return c.model.empty() ? "" : std::string(c.check_modes ? "true" : "false"); }},
+      {"reduction.memory", "GiB",
+       [](C c) { return c.model.empty() ? ""
+                        : c.memory > 0  ? number_text(c.memory)
+                                        : "what is free"; }},
       {"damping.stiffness", "s", [](C c) { return number_text(c.damping); }},
       {"excitation.fourier", "-", [](C c) { return fourier_text(c.fourier); }},
       {"contact.normal_stiffness", "N/m", nullptr},
@@ -66,6 +81,7 @@ const std::vector<Key> &keys() {
       {"continuation.at", "rad/s", [](C c) { return numbers_text(c.at); }},
       {"continuation.start", "", [](C c) { return c.start.empty() ? "zero" : c.start.string(); }},
       {"output.directory", "", [](C c) { return c.directory.string(); }},
+      {"output.motion", "", [](C c) { return c.model.empty() ? "" : motion_text(c.motion); }},
   };
   return table;
 }

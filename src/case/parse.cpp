@@ -87,6 +87,28 @@ void read_model(const Document &document, Case &study) {
   if (reduced && modes) modes.refuse("the reduced file has its own modes; delete this key");
   if (model && !modes) document.missing("reduction.modes", "modes = 10");
   read_whole(modes, study.modes, 0, most);
+  for (const char *key : {"reduction.check_modes", "reduction.memory", "output.motion"})
+    if (const Entry entry = document[key]; reduced && entry) entry.refuse("needs a full model; delete this key");
+  if (const Entry check_modes = document["reduction.check_modes"]) study.check_modes = check_modes.truth();
+  read_positive(document["reduction.memory"], study.memory);
+}
+
+void read_motion(const Document &document, Case &study) {
+  const Entry motion = document["output.motion"];
+  if (!motion) return;
+  MotionWish &wish = study.motion;
+  wish.given = true, wish.where = motion.where();
+  if (!motion.is_list()) {
+    if (!motion.is_words() || motion.words() != "all")
+      motion.refuse("must be \"all\", or a list of node sets and node numbers such as [\"tip\", 12]; [] for none");
+    wish.all = true;
+    return;
+  }
+  for (const Entry &item : motion.items())
+    if (item.is_words())
+      wish.sets.push_back(item.words());
+    else
+      wish.nodes.push_back(item.whole(0, most));
 }
 
 void read_harmonic_balance(const Document &document, Case &study) {
@@ -198,6 +220,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   if (const Entry title = document["title"]) study.title = title.words();
   read_output(document, out, study);
   read_model(document, study);
+  read_motion(document, study);
   if (const Entry damping = document["damping.stiffness"]) {
     study.damping = damping.number();
     if (study.damping < 0) damping.refuse("must not be negative");

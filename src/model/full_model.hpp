@@ -29,6 +29,10 @@ struct ModelHeader {
   ContactSettings contact;
 };
 
+/// The dofs, ascending, whose motion gives that of the sets and nodes wished for; `all` is left to the caller. Each
+/// rank on its own. InputError.
+std::vector<PetscInt> motion_dofs(const std::filesystem::path &file, const MotionWish &wish);
+
 /// Sizes and contact parameters only, for checks and forecasts. Each rank on its own.
 ModelHeader read_model_header(const std::filesystem::path &file);
 

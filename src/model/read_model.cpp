@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <set>
 
 #include "model/full_model.hpp"
@@ -28,6 +29,7 @@ std::uint64_t entry_hash(std::uint64_t kind, std::uint64_t i, std::uint64_t j, d
 struct Rows { // this rank's rows of a symmetric matrix, from the file's columns
   std::vector<PetscInt> begin, column;
   std::vector<double> value;
+  std::uint64_t hash = 0; // of all entries
 };
 
 PetscInt matrix_size(const h5::Reader &file, const std::string &name) {
@@ -45,7 +47,10 @@ PetscInt matrix_size(const h5::Reader &file, const std::string &name) {
   return n;
 }
 
-Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Range own) {
+// Column numbers are read some millions at a time, because the file has them twice as wide as they are kept.
+Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Range own, std::uint64_t kind,
+               bool drop_zeros) {
+  constexpr hsize_t most_at_once = 1 << 22;
   Rows rows;
   const auto jc = file.integers(name + "/jc", {hsize_t(own.begin)}, {hsize_t(own.size() + 1)});
   const hsize_t first = jc.front(), count = jc.back() - jc.front();
@@ -60,24 +65,36 @@ Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Rang
       throw InputError(file.place(name + part) + ": " + std::to_string(length.empty() ? 0 : length[0]) +
                        " entries where jc speaks of " + std::to_string(first + count) +
                        (own.end == n ? "" : " and more"));
-  const auto ir = file.integers(name + "/ir", {first}, {count});
-  rows.value = file.doubles(name + "/data", {first}, {count});
-  rows.begin.reserve(jc.size());
-  for (const long start : jc) rows.begin.push_back(static_cast<PetscInt>(start - jc[0]));
-  rows.column.reserve(ir.size());
-  for (PetscInt i = 0; i < own.size(); ++i)
-    for (PetscInt at = rows.begin[i]; at < rows.begin[i + 1]; ++at) {
-      const std::string where = " in column " + std::to_string(own.begin + i);
-      if (ir[at] < 0 || ir[at] >= n)
-        throw InputError(file.place(name + "/ir") + ": " + std::to_string(ir[at]) + where + " is outside 0.." +
+  if (count > hsize_t(std::numeric_limits<PetscInt>::max()))
+    throw InputError(file.place(name) + ": more entries on one rank than 32-bit numbers can count; take more ranks");
+  rows.begin.push_back(0);
+  if (!drop_zeros) rows.column.reserve(count), rows.value.reserve(count);
+  PetscInt i = 0;
+  long before = -1; // the row before, in the same column
+  for (hsize_t at = 0; at < count; at += most_at_once) {
+    const hsize_t some = std::min(most_at_once, count - at);
+    const auto ir = file.integers(name + "/ir", {first + at}, {some});
+    const auto data = file.doubles(name + "/data", {first + at}, {some});
+    for (hsize_t e = 0; e < some; ++e) {
+      while (hsize_t(jc[i + 1] - jc[0]) <= at + e)
+        rows.begin.push_back(static_cast<PetscInt>(rows.value.size())), ++i, before = -1;
+      const auto where = [&] { return " in column " + std::to_string(own.begin + i); };
+      if (ir[e] < 0 || ir[e] >= n)
+        throw InputError(file.place(name + "/ir") + ": " + std::to_string(ir[e]) + where() + " is outside 0.." +
                          std::to_string(n - 1));
-      if (at > rows.begin[i] && ir[at] <= ir[at - 1])
-        throw InputError(file.place(name + "/ir") + ": rows" + where + " are not in increasing order, each once");
-      if (!std::isfinite(rows.value[at]))
-        throw InputError(file.place(name + "/data") + ": " + std::to_string(rows.value[at]) + where + ", row " +
-                         std::to_string(ir[at]) + "; finite numbers are wanted");
-      rows.column.push_back(static_cast<PetscInt>(ir[at]));
+      if (ir[e] <= before)
+        throw InputError(file.place(name + "/ir") + ": rows" + where() + " are not in increasing order, each once");
+      if (!std::isfinite(data[e]))
+        throw InputError(file.place(name + "/data") + ": " + std::to_string(data[e]) + where() + ", row " +
+                         std::to_string(ir[e]) + "; finite numbers are wanted");
+      before = ir[e];
+      if (drop_zeros && data[e] == 0 && ir[e] != own.begin + i) continue;
+      rows.hash += entry_hash(kind, own.begin + i, ir[e], data[e]);
+      rows.column.push_back(static_cast<PetscInt>(ir[e]));
+      rows.value.push_back(data[e]);
     }
+  }
+  rows.begin.resize(own.size() + 1, static_cast<PetscInt>(rows.value.size()));
   return rows;
 }
 
@@ -241,7 +258,6 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
   FullModel model;
   model.comm = comm;
   model.file = path;
-  Rows k, m;
   std::vector<double> force, preload;
   Range own;
   on_all_ranks(comm, [&] {
@@ -255,26 +271,25 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
     own = own_share(comm, model.dofs);
     model.contact_dofs = read_contact_dofs(file, model.dofs);
     model.contact = read_contact(file);
-    k = read_rows(file, "/K", model.dofs, own);
-    m = read_rows(file, "/M", model.dofs, own);
     force = read_vector(file, "/force", model.dofs, own);
     preload = read_vector(file, "/preload", model.dofs, own);
   });
-  for (PetscInt i = 0; i < own.size(); ++i) {
-    for (PetscInt at = k.begin[i]; at < k.begin[i + 1]; ++at)
-      model.hash += entry_hash(1, own.begin + i, k.column[at], k.value[at]);
-    for (PetscInt at = m.begin[i]; at < m.begin[i + 1]; ++at)
-      model.hash += entry_hash(2, own.begin + i, m.column[at], m.value[at]);
+  const auto matrix = [&](const std::string &name, std::uint64_t kind, bool drop_zeros) {
+    Rows rows;
+    on_all_ranks(comm, [&] { rows = read_rows(h5::Reader(path), name, model.dofs, own, kind, drop_zeros); });
+    model.hash += rows.hash;
+    UniqueMat A = assemble(comm, model.dofs, own, rows);
+    check_symmetry(A, own, path.string() + ": " + name);
+    return A;
+  };
+  model.K = matrix("/K", 1, false); // a node's dofs keep the same columns: see the partition
+  model.M = matrix("/M", 2, true);  // of solid elements two thirds of it are zeros
+  check_mass(model.M, own, path.string() + ": /M");
+  for (PetscInt i = 0; i < own.size(); ++i)
     model.hash += entry_hash(3, own.begin + i, 0, force[i]) + entry_hash(4, own.begin + i, 0, preload[i]);
-  }
   MPI_Allreduce(MPI_IN_PLACE, &model.hash, 1, MPI_UINT64_T, MPI_SUM, comm);
   for (std::size_t p = 0; p < model.contact_dofs.size(); ++p)
     for (int d = 0; d < 3; ++d) model.hash += entry_hash(5, 3 * p + d, model.contact_dofs[p][d], 0);
-  model.K = assemble(comm, model.dofs, own, k);
-  check_symmetry(model.K, own, path.string() + ": /K");
-  model.M = assemble(comm, model.dofs, own, m);
-  check_symmetry(model.M, own, path.string() + ": /M");
-  check_mass(model.M, own, path.string() + ": /M");
   model.force = distribute(comm, model.dofs, own, force);
   model.preload = distribute(comm, model.dofs, own, preload);
   return model;

@@ -1,8 +1,5 @@
-#include <petscsys.h>
-
-#include <petscblaslapack.h> // needs petscsys.h before it
-
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "reduction/elastic_modes.hpp"
@@ -11,117 +8,6 @@
 
 namespace dovetail {
 namespace {
-
-struct Blocks { // of one symmetric matrix; rows of ..e by elastic dofs, of ..c by contact points, on their owners
-  UniqueMat ee, ec, ce, cc;
-};
-
-Blocks split(Mat A, IS elastic, IS contact) {
-  Blocks blocks;
-  check(MatCreateSubMatrix(A, elastic, elastic, MAT_INITIAL_MATRIX, blocks.ee.out()), "splitting a matrix");
-  check(MatCreateSubMatrix(A, elastic, contact, MAT_INITIAL_MATRIX, blocks.ec.out()), "splitting a matrix");
-  check(MatCreateSubMatrix(A, contact, elastic, MAT_INITIAL_MATRIX, blocks.ce.out()), "splitting a matrix");
-  check(MatCreateSubMatrix(A, contact, contact, MAT_INITIAL_MATRIX, blocks.cc.out()), "splitting a matrix");
-  return blocks;
-}
-
-// Column-major own rows of a distributed tall matrix; what the products below run on.
-struct Slab {
-  PetscInt rows = 0, columns = 0;
-  std::vector<double> values;
-  double *column(PetscInt j) { return values.data() + static_cast<std::size_t>(j) * rows; }
-  const double *column(PetscInt j) const { return values.data() + static_cast<std::size_t>(j) * rows; }
-};
-
-// Adds factor * (own rows of sparse A) to the slab, columns [first, first + slab.columns) of A.
-void add_sparse(Mat A, double factor, PetscInt first, Slab &slab) {
-  PetscInt begin, end;
-  check(MatGetOwnershipRange(A, &begin, &end), "reading rows");
-  for (PetscInt i = begin; i < end; ++i) {
-    PetscInt count;
-    const PetscInt *columns;
-    const double *values;
-    check(MatGetRow(A, i, &count, &columns, &values), "reading rows");
-    for (PetscInt at = 0; at < count; ++at)
-      if (columns[at] >= first && columns[at] < first + slab.columns)
-        slab.column(columns[at] - first)[i - begin] += factor * values[at];
-    check(MatRestoreRow(A, i, &count, &columns, &values), "reading rows");
-  }
-}
-
-// Psi = -K_ee^-1 K_ec (eq 16), a block of columns at a time.
-Slab constraint_modes(const ClampedSolver &solver, Mat K_ec) {
-  constexpr PetscInt block = 128;
-  MPI_Comm comm;
-  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(K_ec), &comm), "computing constraint modes");
-  Slab psi;
-  PetscInt total;
-  check(MatGetLocalSize(K_ec, &psi.rows, nullptr), "computing constraint modes");
-  check(MatGetSize(K_ec, nullptr, &total), "computing constraint modes");
-  psi.columns = total;
-  psi.values.resize(static_cast<std::size_t>(psi.rows) * total);
-  for (PetscInt first = 0; first < total; first += block) {
-    Slab rhs{psi.rows, std::min(block, total - first), {}};
-    rhs.values.resize(static_cast<std::size_t>(rhs.rows) * rhs.columns);
-    add_sparse(K_ec, -1, first, rhs);
-    UniqueMat B, X;
-    check(MatCreateDense(comm, psi.rows, PETSC_DECIDE, PETSC_DETERMINE, rhs.columns, rhs.values.data(), B.out()),
-          "computing constraint modes");
-    check(MatCreateDense(comm, psi.rows, PETSC_DECIDE, PETSC_DETERMINE, rhs.columns, psi.column(first), X.out()),
-          "computing constraint modes");
-    for (Mat A : {Mat(B), Mat(X)}) {
-      check(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY), "computing constraint modes");
-      check(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY), "computing constraint modes");
-    }
-    solver.solve(B, X);
-  }
-  return psi;
-}
-
-// Own rows of A S for sparse A and a slab S distributed like A's columns.
-Slab multiply(Mat A, Slab &S) {
-  MPI_Comm comm;
-  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(A), &comm), "multiplying");
-  UniqueMat B, C;
-  Slab product;
-  product.columns = S.columns;
-  check(MatGetLocalSize(A, &product.rows, nullptr), "multiplying");
-  check(MatCreateDense(comm, S.rows, PETSC_DECIDE, PETSC_DETERMINE, S.columns, S.values.data(), B.out()),
-        "multiplying");
-  check(MatAssemblyBegin(B, MAT_FINAL_ASSEMBLY), "multiplying");
-  check(MatAssemblyEnd(B, MAT_FINAL_ASSEMBLY), "multiplying");
-  check(MatMatMult(A, B, MAT_INITIAL_MATRIX, PETSC_DEFAULT, C.out()), "multiplying");
-  const double *values;
-  PetscInt lda;
-  check(MatDenseGetLDA(C, &lda), "multiplying");
-  check(MatDenseGetArrayRead(C, &values), "multiplying");
-  product.values.resize(static_cast<std::size_t>(product.rows) * product.columns);
-  for (PetscInt j = 0; j < product.columns; ++j)
-    std::copy_n(values + static_cast<std::size_t>(j) * lda, product.rows, product.column(j));
-  check(MatDenseRestoreArrayRead(C, &values), "multiplying");
-  return product;
-}
-
-// Own contact rows (row-major) of S^T T, S and T distributed by elastic rows: each rank's share of the rows is summed
-// onto its owner, one reduction per owner.
-std::vector<double> transposed_product(MPI_Comm comm, PetscInt points, const Slab &S, const Slab &T) {
-  int size, rank;
-  MPI_Comm_size(comm, &size);
-  MPI_Comm_rank(comm, &rank);
-  std::vector<double> own, part;
-  for (int owner = 0; owner < size; ++owner) {
-    const Range range = share_of(points, owner, size);
-    const PetscBLASInt rows = 3 * range.size(), columns = T.columns, inner = S.rows, ld = std::max<PetscInt>(1, S.rows);
-    part.assign(static_cast<std::size_t>(rows) * columns, 0.0);
-    const double one = 1, zero = 0;
-    if (rows > 0 && columns > 0 && inner > 0) // column-major (columns, rows) is row-major (rows, columns)
-      BLASgemm_("T", "N", &columns, &rows, &inner, &one, T.values.data(), &ld, S.column(3 * range.begin), &ld, &zero,
-                part.data(), &columns);
-    if (owner == rank) own.resize(part.size());
-    MPI_Reduce(part.data(), own.data(), static_cast<int>(part.size()), MPI_DOUBLE, MPI_SUM, owner, comm);
-  }
-  return own;
-}
 
 std::vector<double> own_values(Vec v) {
   PetscInt n;
@@ -133,131 +19,256 @@ std::vector<double> own_values(Vec v) {
   return copy;
 }
 
-std::vector<double> values_at(Vec v, IS places) {
+// Own rows of a matrix with one row and one column per contact dof, row-major.
+std::vector<double> dense_rows(Mat A) {
+  PetscInt begin, end, columns;
+  check(MatGetOwnershipRange(A, &begin, &end), "reading rows");
+  check(MatGetSize(A, nullptr, &columns), "reading rows");
+  std::vector<double> rows(static_cast<std::size_t>(end - begin) * columns, 0.0);
+  for (PetscInt i = begin; i < end; ++i) {
+    PetscInt count;
+    const PetscInt *at;
+    const double *values;
+    check(MatGetRow(A, i, &count, &at, &values), "reading rows");
+    for (PetscInt j = 0; j < count; ++j) rows[static_cast<std::size_t>(i - begin) * columns + at[j]] += values[j];
+    check(MatRestoreRow(A, i, &count, &at, &values), "reading rows");
+  }
+  return rows;
+}
+
+// Adds factor * block to columns [first, ...) of own rows, stored row-major with `width` columns.
+void add_block(std::vector<double> &rows, PetscInt width, PetscInt first, double factor, const Tall &block) {
+  for (PetscInt j = 0; j < block.columns; ++j)
+    for (PetscInt i = 0; i < block.rows; ++i)
+      rows[static_cast<std::size_t>(i) * width + first + j] += factor * block.column(j)[i];
+}
+
+// The rows of -K_ce, which are the right-hand sides of eq (16), all on rank 0.
+class RightHandSides {
+public:
+  explicit RightHandSides(Mat K_ce) {
+    PetscInt rows, columns;
+    UniqueIS all_rows, all_columns;
+    check(PetscObjectGetComm(reinterpret_cast<PetscObject>(K_ce), &comm_), "collecting right-hand sides");
+    MPI_Comm_rank(comm_, &rank_);
+    check(MatGetSize(K_ce, &rows, &columns), "collecting right-hand sides");
+    columns_ = rank_ == 0 ? columns : 0;
+    check(ISCreateStride(comm_, rank_ == 0 ? rows : 0, 0, 1, all_rows.out()), "collecting right-hand sides");
+    check(ISCreateStride(comm_, columns_, 0, 1, all_columns.out()), "collecting right-hand sides");
+    check(MatCreateSubMatrix(K_ce, all_rows, all_columns, MAT_INITIAL_MATRIX, all_.out()),
+          "collecting right-hand sides");
+  }
+
+  /// `count` of them from `first` on, as rows.
+  UniqueMat rows(PetscInt first, PetscInt count) const {
+    std::vector<PetscInt> begin{0}, column;
+    std::vector<double> value;
+    for (PetscInt i = first; rank_ == 0 && i < first + count; ++i) {
+      PetscInt n;
+      const PetscInt *at;
+      const double *values;
+      check(MatGetRow(all_, i, &n, &at, &values), "collecting right-hand sides");
+      column.insert(column.end(), at, at + n);
+      for (PetscInt j = 0; j < n; ++j) value.push_back(-values[j]);
+      check(MatRestoreRow(all_, i, &n, &at, &values), "collecting right-hand sides");
+      begin.push_back(static_cast<PetscInt>(column.size()));
+    }
+    UniqueMat block;
+    check(MatCreate(comm_, block.out()), "collecting right-hand sides");
+    check(MatSetSizes(block, rank_ == 0 ? count : 0, columns_, PETSC_DETERMINE, PETSC_DETERMINE),
+          "collecting right-hand sides");
+    check(MatSetType(block, MATAIJ), "collecting right-hand sides");
+    check(MatSeqAIJSetPreallocationCSR(block, begin.data(), column.data(), value.data()),
+          "collecting right-hand sides");
+    check(MatMPIAIJSetPreallocationCSR(block, begin.data(), column.data(), value.data()),
+          "collecting right-hand sides");
+    return block;
+  }
+
+private:
+  MPI_Comm comm_;
+  int rank_ = 0;
+  PetscInt columns_ = 0;
+  UniqueMat all_;
+};
+
+// Adds to columns [first, first + Y.columns) of own rows (row-major, `width` columns) the rows below first + Y.columns
+// of S^T Y: what is beyond them follows from symmetry.
+void add_upper(MPI_Comm comm, PetscInt points, const Tall &S, const Tall &Y, PetscInt first,
+               std::vector<double> &rows) {
+  int size, rank;
+  MPI_Comm_size(comm, &size);
+  MPI_Comm_rank(comm, &rank);
+  const PetscInt end = first + Y.columns, width = 3 * points;
+  const auto part = own_gram(Y, 0, Y.columns, S, 0, end); // transposed: what goes to one rank is contiguous
+  std::vector<int> counts(size);
+  for (int owner = 0; owner < size; ++owner) {
+    const Range range = share_of(points, owner, size);
+    counts[owner] = Y.columns * std::max(0, std::min(end, 3 * range.end) - 3 * range.begin);
+  }
+  std::vector<double> own(counts[rank]);
+  MPI_Reduce_scatter(part.data(), own.data(), counts.data(), MPI_DOUBLE, MPI_SUM, comm);
+  for (std::size_t at = 0; at < own.size(); ++at) rows[at / Y.columns * width + first + at % Y.columns] += own[at];
+}
+
+// The lower triangle of a symmetric matrix from its upper one, own rows row-major.
+void mirror_upper(MPI_Comm comm, PetscInt points, std::vector<double> &rows) {
+  int size, rank;
+  MPI_Comm_size(comm, &size);
+  MPI_Comm_rank(comm, &rank);
+  const PetscInt width = 3 * points, first = 3 * share_of(points, rank, size).begin,
+                 own = 3 * share_of(points, rank, size).size();
+  std::vector<std::vector<double>> outgoing(size); // own rows, columns of a later rank, transposed
+  std::vector<MPI_Request> sending(size, MPI_REQUEST_NULL);
+  for (int to = rank + 1; to < size; ++to) {
+    const PetscInt begin = 3 * share_of(points, to, size).begin, count = 3 * share_of(points, to, size).size();
+    outgoing[to].resize(static_cast<std::size_t>(own) * count);
+    for (PetscInt i = 0; i < own; ++i)
+      for (PetscInt j = 0; j < count; ++j)
+        outgoing[to][static_cast<std::size_t>(j) * own + i] = rows[static_cast<std::size_t>(i) * width + begin + j];
+    MPI_Isend(outgoing[to].data(), own * count, MPI_DOUBLE, to, 0, comm, &sending[to]);
+  }
+  for (PetscInt i = 0; i < own; ++i)
+    for (PetscInt j = 0; j < i; ++j)
+      rows[static_cast<std::size_t>(i) * width + first + j] = rows[static_cast<std::size_t>(j) * width + first + i];
+  for (int from = 0; from < rank; ++from) {
+    const PetscInt begin = 3 * share_of(points, from, size).begin, count = 3 * share_of(points, from, size).size();
+    std::vector<double> incoming(static_cast<std::size_t>(own) * count);
+    MPI_Recv(incoming.data(), own * count, MPI_DOUBLE, from, 0, comm, MPI_STATUS_IGNORE);
+    for (PetscInt i = 0; i < own; ++i)
+      std::copy_n(&incoming[static_cast<std::size_t>(i) * count], count,
+                  &rows[static_cast<std::size_t>(i) * width + begin]);
+  }
+  MPI_Waitall(size, sending.data(), MPI_STATUSES_IGNORE);
+}
+
+double backward_error(Mat K, const Tall &psi, Mat K_ec) {
   MPI_Comm comm;
-  PetscInt count;
-  UniqueVec chosen;
-  UniqueScatter scatter;
-  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(v), &comm), "reading a vector");
-  check(ISGetLocalSize(places, &count), "reading a vector");
-  check(VecCreateMPI(comm, count, PETSC_DETERMINE, chosen.out()), "reading a vector");
-  check(VecScatterCreate(v, places, chosen, nullptr, scatter.out()), "reading a vector");
-  check(VecScatterBegin(scatter, v, chosen, INSERT_VALUES, SCATTER_FORWARD), "reading a vector");
-  check(VecScatterEnd(scatter, v, chosen, INSERT_VALUES, SCATTER_FORWARD), "reading a vector");
-  return own_values(chosen);
+  PetscReal norm;
+  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(K), &comm), "checking Psi");
+  check(MatNorm(K, NORM_INFINITY, &norm), "checking Psi");
+  Tall residual = multiply(K, psi, 0, 1), load(psi.rows, 1);
+  add_columns(K_ec, 0, load);
+  double largest[3] = {0, 0, 0};
+  for (PetscInt i = 0; i < psi.rows; ++i) {
+    largest[0] = std::max(largest[0], std::abs(residual.values[i] + load.values[i]));
+    largest[1] = std::max(largest[1], std::abs(psi.values[i]));
+    largest[2] = std::max(largest[2], std::abs(load.values[i]));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, largest, 3, MPI_DOUBLE, MPI_MAX, comm);
+  return largest[0] / (norm * largest[1] + largest[2]);
 }
 
-std::vector<double> row_major(const Slab &slab) {
-  std::vector<double> out(slab.values.size());
-  for (PetscInt i = 0; i < slab.rows; ++i)
-    for (PetscInt j = 0; j < slab.columns; ++j) out[static_cast<std::size_t>(i) * slab.columns + j] = slab.column(j)[i];
-  return out;
+// Rows `kept` of columns of S into a row-major array of `width` columns, from column `first` on.
+void keep_rows(const std::vector<PetscInt> &kept, const Tall &S, PetscInt from, PetscInt count,
+               std::vector<double> &rows, PetscInt width, PetscInt first) {
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    for (PetscInt j = 0; j < count; ++j) rows[i * width + first + j] = S.column(from + j)[kept[i]];
 }
 
-void add_to(std::vector<double> &rows, const Slab &slab) {
-  for (PetscInt i = 0; i < slab.rows; ++i)
-    for (PetscInt j = 0; j < slab.columns; ++j)
-      rows[static_cast<std::size_t>(i) * slab.columns + j] += slab.column(j)[i];
+void check_count(const ClampedStructure &parts, const ElasticModes &modes) {
+  const auto wanted = static_cast<PetscInt>(modes.squares.size());
+  const double last = modes.squares.back(), next = modes.next_square;
+  const double between = next > last ? std::min(0.5 * (last + next), 1.01 * last) : 1.01 * last;
+  const PetscInt found = modes_below(parts.K.ee, parts.M.ee, between);
+  if (found != wanted)
+    throw ComputeError("while computing modes: " + std::to_string(found) + " modes lie below " +
+                       std::to_string(std::sqrt(between) / (2 * M_PI)) + " Hz, but " + std::to_string(wanted) +
+                       " were found; ask for a few more or fewer in reduction.modes" +
+                       (found > wanted ? "" : " (the last ones may be a group of equal ones, cut in the middle)"));
 }
 
 } // namespace
 
-Reduction craig_bampton(const FullModel &full, PetscInt modes) {
-  const MPI_Comm comm = full.comm;
+Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &settings, const MemoryPlan &plan,
+                        Stages &stages) {
+  const MPI_Comm comm = parts.full.comm;
   Reduction out;
   ReducedModel &model = out.model;
   Recovery &recovery = out.recovery;
+  const PetscInt modes = settings.modes, own_rows = parts.own.size();
   model.comm = comm;
-  model.units = full.units;
+  model.units = parts.full.units;
   model.modes = modes;
-  model.points = static_cast<PetscInt>(full.contact_dofs.size());
-  model.own_points = own_share(comm, model.points);
+  model.points = static_cast<PetscInt>(parts.full.contact_dofs.size());
+  model.own_points = parts.own_points;
   model.own_modes = own_share(comm, modes);
-
-  std::vector<PetscInt> contact, elastic;
-  for (PetscInt p = model.own_points.begin; p < model.own_points.end; ++p)
-    contact.insert(contact.end(), full.contact_dofs[p].begin(), full.contact_dofs[p].end());
-  PetscInt begin, end;
-  check(MatGetOwnershipRange(full.K, &begin, &end), "splitting dofs");
-  std::vector<char> in_contact(end - begin, 0);
-  for (const auto &point : full.contact_dofs)
-    for (const PetscInt dof : point)
-      if (dof >= begin && dof < end) in_contact[dof - begin] = 1;
-  for (PetscInt dof = begin; dof < end; ++dof)
-    if (!in_contact[dof - begin]) elastic.push_back(dof), recovery.elastic_dofs.push_back(dof);
-  recovery.elastic = full.dofs - model.contact_dofs();
-  const PetscInt own_elastic = static_cast<PetscInt>(elastic.size());
-  MPI_Exscan(&own_elastic, &recovery.own.begin, 1, MPIU_INT, MPI_SUM, comm);
-  recovery.own.end = recovery.own.begin + own_elastic;
-  if (modes > recovery.elastic)
-    throw InputError(full.file.string() + ": reduction.modes = " + std::to_string(modes) + ", but the model has only " +
-                     std::to_string(recovery.elastic) +
-                     " elastic dofs (those not in /contact/dofs): at most so many modes exist");
-
-  UniqueIS is_e, is_c;
-  check(ISCreateGeneral(comm, own_elastic, elastic.data(), PETSC_COPY_VALUES, is_e.out()), "splitting dofs");
-  check(ISCreateGeneral(comm, static_cast<PetscInt>(contact.size()), contact.data(), PETSC_COPY_VALUES, is_c.out()),
-        "splitting dofs");
-  Slab contact_rows{model.own_contact_dofs(), model.contact_dofs(), {}};
-  const auto rows_of = [&](Mat A) { // own rows of a sparse contact block, row-major
-    contact_rows.values.assign(static_cast<std::size_t>(contact_rows.rows) * contact_rows.columns, 0.0);
-    add_sparse(A, 1, 0, contact_rows);
-    return row_major(contact_rows);
-  };
-  const Blocks K = split(full.K, is_e, is_c), M = split(full.M, is_e, is_c);
-  model.kxx = rows_of(K.cc);
-  model.mxx = rows_of(M.cc);
-  model.fx = values_at(full.force, is_c);
-  model.r = values_at(full.preload, is_c);
+  const PetscInt nc = model.contact_dofs(), first_own = 3 * model.own_points.begin, own_nc = model.own_contact_dofs();
+  model.kxx = dense_rows(parts.K.cc);
+  model.mxx = dense_rows(parts.M.cc);
+  model.mxa.resize(static_cast<std::size_t>(own_nc) * modes);
+  model.fa.resize(modes);
+  model.fx = parts.force_c;
+  model.r = parts.preload_c;
   for (double &value : model.r) value = -value;
-  if (recovery.elastic == 0) return out; // every dof in contact: nothing to condense
+  if (parts.elastic == 0) return out; // every dof in contact: nothing to condense
 
-  const ClampedSolver solver(K.ee, full.file.string());
-  out.ordering = solver.ordering();
+  const ClampedSolver &solver = *parts.solver;
+  stages.run("2c factorisation", [&] { parts.solver->factor(); });
 
   UniqueVec xe0, load, reaction; // eq (2)
-  check(MatCreateVecs(K.ee, xe0.out(), load.out()), "elastic preload");
-  recovery.xe0 = values_at(full.preload, is_e);
   double *array;
+  check(MatCreateVecs(parts.K.ee, xe0.out(), load.out()), "elastic preload");
   check(VecGetArrayWrite(load, &array), "elastic preload");
-  std::copy(recovery.xe0.begin(), recovery.xe0.end(), array);
+  std::copy(parts.preload_e.begin(), parts.preload_e.end(), array);
   check(VecRestoreArrayWrite(load, &array), "elastic preload");
   solver.solve(load, xe0);
-  recovery.xe0 = own_values(xe0);
-  check(MatCreateVecs(K.ce, nullptr, reaction.out()), "elastic preload");
-  check(MatMult(K.ce, xe0, reaction), "elastic preload");
-  const auto held = own_values(reaction);
+  check(MatCreateVecs(parts.K.ce, nullptr, reaction.out()), "elastic preload");
+  check(MatMult(parts.K.ce, xe0, reaction), "elastic preload");
+  const auto held = own_values(reaction), preload = own_values(xe0);
   for (std::size_t i = 0; i < held.size(); ++i) model.r[i] += held[i]; // R = K_ce x_e0 - P_c
 
-  Slab psi = constraint_modes(solver, K.ec); // eq (16)
-
-  // after Psi: SLEPc resets the shared solver when it is done
-  const ElasticModes found = elastic_modes(solver, K.ee, M.ee, modes, full.file.string()); // eq (15)
+  const ElasticModes found = stages.run("2d modes", [&] { // eq (15)
+    return elastic_modes(solver, parts.K.ee, parts.M.ee, parts.elastic_dofs, modes, parts.full.file.string());
+  });
   model.kaa = found.squares;
-  Slab phi{own_elastic, modes, {}};
-  for (const UniqueVec &shape : found.shapes) {
-    const auto column = own_values(shape);
-    phi.values.insert(phi.values.end(), column.begin(), column.end());
+  const Tall &phi = found.shapes;
+
+  std::vector<PetscInt> kept;
+  for (PetscInt i = 0; i < own_rows; ++i)
+    if (settings.wanted[i])
+      kept.push_back(i), recovery.elastic_dofs.push_back(parts.elastic_dofs[i]), recovery.xe0.push_back(preload[i]);
+  recovery.phi.resize(kept.size() * modes);
+  recovery.psi.resize(kept.size() * nc);
+  keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
+
+  Tall force(own_rows, 1);
+  force.values = parts.force_e;
+  model.fa = gram(comm, phi, 0, modes, force, 0, 1); // eq (17)
+
+  const RightHandSides sides(parts.K.ce);
+  Tall psi(own_rows, plan.keep_psi ? nc : std::min(plan.block, nc));
+  for (PetscInt first = 0; first < nc; first += plan.block) {
+    const PetscInt count = std::min(plan.block, nc - first), at = plan.keep_psi ? first : 0;
+    stages.run("2e constraint modes",
+               [&] { solver.solve_sparse(sides.rows(first, count), psi, at, count); }); // eq (16)
+    const Tall inertia = stages.run("2f projections", [&] {
+      keep_rows(kept, psi, at, count, recovery.psi, nc, first);
+      if (first == 0) out.backward_error = backward_error(parts.K.ee, psi, parts.K.ec);
+      add_block(model.kxx, nc, first, 1, multiply(parts.K.ce, psi, at, count)); // K_xx = K_cc + K_ce Psi
+      add_block(model.mxx, nc, first, 1, multiply(parts.M.ce, psi, at, count)); // M_cc + M_ce Psi + ...
+      Tall inertia = multiply(parts.M.ee, psi, at, count);                      // M_ee Psi + M_ec
+      add_columns(parts.M.ec, first, inertia);
+      const auto coupling = gram(comm, phi, 0, modes, inertia, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
+      const auto loaded = gram(comm, psi, at, count, force, 0, 1);        // F_x = Psi^T F_e + F_c, eq (18)
+      for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j) {
+        std::copy_n(coupling.data() + static_cast<std::size_t>(j - first) * modes, modes,
+                    model.mxa.data() + static_cast<std::size_t>(j - first_own) * modes);
+        model.fx[j - first_own] += loaded[j - first];
+      }
+      if (plan.keep_psi) add_upper(comm, model.points, psi, inertia, first, model.mxx); // ... + Psi^T (M_ee Psi + M_ec)
+      return inertia;
+    });
+    if (!plan.keep_psi) // Psi^T Y = -K_ce K_ee^-1 Y
+      stages.run("2e constraint modes",
+                 [&] { add_block(model.mxx, nc, first, -1, multiply(parts.K.ce, solver.solve(inertia))); });
   }
-
-  add_to(model.kxx, multiply(K.ce, psi)); // K_xx = K_cc + K_ce Psi
-  add_to(model.mxx, multiply(M.ce, psi)); // M_xx = M_cc + M_ce Psi + Psi^T (M_ee Psi + M_ec)
-  Slab inertia = multiply(M.ee, psi);
-  add_sparse(M.ec, 1, 0, inertia);
-  const auto quadratic = transposed_product(comm, model.points, psi, inertia);
-  for (std::size_t i = 0; i < quadratic.size(); ++i) model.mxx[i] += quadratic[i];
-  model.mxa = transposed_product(comm, model.points, inertia, phi); // M_ax = Phi^T (M_ee Psi + M_ec)
-
-  Slab force{own_elastic, 1, values_at(full.force, is_e)}; // eqs (17), (18)
-  const auto loaded = transposed_product(comm, model.points, psi, force);
-  for (std::size_t i = 0; i < loaded.size(); ++i) model.fx[i] += loaded[i];
-  model.fa.resize(modes);
-  for (PetscInt j = 0; j < modes; ++j)
-    model.fa[j] = std::inner_product(force.values.begin(), force.values.end(), phi.column(j), 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, model.fa.data(), modes, MPI_DOUBLE, MPI_SUM, comm);
-
-  recovery.phi = row_major(phi);
-  recovery.psi = row_major(psi);
+  mirror_upper(comm, model.points, model.kxx);
+  mirror_upper(comm, model.points, model.mxx);
+  if (settings.check_modes && modes > 0) {
+    parts.solver.reset();
+    stages.run("2g count of modes", [&] { check_count(parts, found); });
+  }
   return out;
 }
 

@@ -2,111 +2,132 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 
+#include "reduction/block_lanczos.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
 namespace {
 
-// The sign of an eigenvector is arbitrary. Its largest entry is made positive; of entries that symmetry makes equal,
-// the first counts, so that round-off cannot choose differently on another number of ranks.
-void fix_sign(MPI_Comm comm, Vec v) {
-  PetscReal largest;
-  check(VecNorm(v, NORM_INFINITY, &largest), "fixing a mode's sign");
-  PetscInt begin, end;
-  check(VecGetOwnershipRange(v, &begin, &end), "fixing a mode's sign");
-  const double *values;
-  check(VecGetArrayRead(v, &values), "fixing a mode's sign");
-  const double *found =
-      std::find_if(values, values + (end - begin), [&](double x) { return std::abs(x) > (1 - 1e-6) * largest; });
-  double sign = found != values + (end - begin) && *found < 0 ? -1.0 : 1.0;
-  int rank, size;
-  MPI_Comm_rank(comm, &rank);
-  MPI_Comm_size(comm, &size);
-  int first = found != values + (end - begin) ? rank : size;
-  check(VecRestoreArrayRead(v, &values), "fixing a mode's sign");
-  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm);
-  MPI_Bcast(&sign, 1, MPI_DOUBLE, std::min(first, size - 1), comm);
-  if (sign < 0) check(VecScale(v, -1), "fixing a mode's sign");
+double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
+  seed += 0x9e3779b97f4a7c15u;
+  seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9u;
+  seed = (seed ^ (seed >> 27)) * 0x94d049bb133111ebu;
+  return static_cast<double>((seed ^ (seed >> 31)) >> 11) * 0x1p-52 - 1;
 }
 
-// w^2 of a unit mode against the stiffness its entries would meet one by one: a motion without strain has nothing but
-// round-off left. Even a slender blade of a million dofs stays above 1e-11.
-bool is_rigid(Mat K, Vec shape, double square) {
-  UniqueVec diagonal, weighted;
-  double scale;
-  check(VecDuplicate(shape, diagonal.out()), "testing for rigid motion");
-  check(VecDuplicate(shape, weighted.out()), "testing for rigid motion");
-  check(MatGetDiagonal(K, diagonal), "testing for rigid motion");
-  check(VecPointwiseMult(weighted, shape, diagonal), "testing for rigid motion");
-  check(VecDot(weighted, shape, &scale), "testing for rigid motion");
-  return std::abs(square) < 1e-12 * scale;
+// The sign of an eigenvector is arbitrary. Its largest entry is made positive; of entries that symmetry makes equal,
+// the one with the lowest number counts, so that neither round-off nor the partition can choose differently.
+void fix_sign(MPI_Comm comm, const std::vector<long> &names, double *v) {
+  const std::size_t n = names.size();
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(v[i]));
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm);
+  const long none = std::numeric_limits<long>::max();
+  long first = none;
+  double sign = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    if (std::abs(v[i]) > (1 - 1e-6) * largest && names[i] < first) first = names[i], sign = v[i] < 0 ? -1 : 1;
+  long lowest = first;
+  MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LONG, MPI_MIN, comm);
+  if (first != lowest) sign = 0;
+  MPI_Allreduce(MPI_IN_PLACE, &sign, 1, MPI_DOUBLE, MPI_SUM, comm);
+  if (sign < 0)
+    for (std::size_t i = 0; i < n; ++i) v[i] = -v[i];
+}
+
+struct Checks {                  // of one mode
+  double residual = 0, size = 0; // squares of || K v - w^2 M v || and || v ||
+  double stiffness = 0;          // v^T diag(K) v: what the entries of v would meet one by one
+};
+
+std::vector<Checks> checks_of(MPI_Comm comm, Mat K, Mat M, const Tall &shapes, const std::vector<double> &squares) {
+  const Tall Kv = multiply(K, shapes), Mv = multiply(M, shapes);
+  UniqueVec diagonal;
+  const double *d;
+  check(MatCreateVecs(K, diagonal.out(), nullptr), "checking modes");
+  check(MatGetDiagonal(K, diagonal), "checking modes");
+  check(VecGetArrayRead(diagonal, &d), "checking modes");
+  std::vector<Checks> all(shapes.columns);
+  for (PetscInt j = 0; j < shapes.columns; ++j)
+    for (PetscInt i = 0; i < shapes.rows; ++i) {
+      const double v = shapes.column(j)[i], off = Kv.column(j)[i] - squares[j] * Mv.column(j)[i];
+      all[j].residual += off * off, all[j].size += v * v, all[j].stiffness += d[i] * v * v;
+    }
+  check(VecRestoreArrayRead(diagonal, &d), "checking modes");
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(3 * all.size()), MPI_DOUBLE, MPI_SUM, comm);
+  return all;
 }
 
 } // namespace
 
-ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, PetscInt count, const std::string &model_name) {
+PetscInt lanczos_columns(PetscInt count, PetscInt n) {
+  return std::min(n, std::max(3 * count, count + 8 * lanczos_block)) + 3 * lanczos_block;
+}
+
+ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, const std::vector<long> &names, PetscInt count,
+                           const std::string &model_name) {
   MPI_Comm comm;
+  PetscInt n;
   check(PetscObjectGetComm(reinterpret_cast<PetscObject>(K), &comm), "computing modes");
-  UniqueEPS eps;
-  check(EPSCreate(comm, eps.out()), "computing modes");
-  check(EPSSetOptionsPrefix(eps, "kee_"), "computing modes");
-  check(EPSSetOperators(eps, K, M), "computing modes");
-  check(EPSSetProblemType(eps, EPS_GHEP), "computing modes");
-  check(EPSSetTarget(eps, 0), "computing modes");
-  check(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE), "computing modes");
-  check(EPSSetDimensions(eps, std::max<PetscInt>(count, 1), PETSC_DEFAULT, PETSC_DEFAULT), "computing modes");
-  check(EPSSetTolerances(eps, 1e-12, 1000),
-        "computing modes"); // shapes then agree between rank counts to 1e-9 and better
-  ST st;
-  check(EPSGetST(eps, &st), "computing modes");
-  check(STSetType(st, STSINVERT), "computing modes");
-  check(STSetShift(st, 0), "computing modes");
-  check(STSetKSP(st, solver.ksp()), "computing modes"); // K_ee itself at shift 0: no second factorisation
-  check(EPSSetFromOptions(eps), "computing modes");
-  if (const PetscErrorCode code = EPSSolve(eps)) {
-    try {
-      check(code, "computing modes");
-    } catch (const ComputeError &error) {
-      if (std::string(error.what()).find("indefinite matrix") != std::string::npos)
-        throw InputError(model_name + ": /M is not positive definite on the elastic dofs");
-      throw ComputeError(std::string(error.what()) + "; is M positive definite on the elastic dofs?");
-    }
-  }
-  PetscInt converged = 0;
-  check(EPSGetConverged(eps, &converged), "computing modes");
-  if (converged < count)
-    throw ComputeError(
-        "while computing modes: only " + std::to_string(converged) + " of " + std::to_string(count) +
-        " fixed-interface modes converged; ask for fewer in reduction.modes, or widen the search with -kee_eps_ncv");
+  check(MatGetSize(K, &n, nullptr), "computing modes");
+  Tall start(static_cast<PetscInt>(names.size()), std::min(lanczos_block, n));
+  for (PetscInt j = 0; j < start.columns; ++j)
+    for (PetscInt i = 0; i < start.rows; ++i) start.column(j)[i] = noise(names[i] * lanczos_block + j);
+  const PetscInt wanted = std::max<PetscInt>(count, 1); // with none asked for, one is computed for the test below
+  LanczosPairs found = block_lanczos(solver, M, std::move(start), wanted, lanczos_columns(wanted, n), model_name);
+  if (found.vectors.columns < wanted)
+    throw InputError(model_name + ": only " + std::to_string(found.vectors.columns) + " of the " +
+                     std::to_string(wanted) + " modes of reduction.modes have mass");
   ElasticModes modes;
-  for (PetscInt j = 0; j < std::max<PetscInt>(count, 1); ++j) {
-    UniqueVec shape;
-    double square, error, scale;
-    check(MatCreateVecs(K, shape.out(), nullptr), "computing modes");
-    check(EPSGetEigenpair(eps, j, &square, nullptr, shape, nullptr), "computing modes");
-    check(EPSComputeError(eps, j, EPS_ERROR_BACKWARD, &error), "computing modes");
-    UniqueVec Mv;
-    check(VecDuplicate(shape, Mv.out()), "computing modes");
-    check(MatMult(M, shape, Mv), "computing modes");
-    check(VecDot(Mv, shape, &scale), "computing modes");
-    if (!(scale > 0))
-      throw InputError(model_name + ": /M is not positive definite on the elastic dofs (mode " + std::to_string(j + 1) +
-                       " has no mass)");
-    check(VecScale(shape, 1 / std::sqrt(scale)), "computing modes");
-    if (!(square > 0) || is_rigid(K, shape, square))
+  modes.shapes = std::move(found.vectors);
+  for (PetscInt j = 0; j < wanted; ++j) modes.squares.push_back(1 / found.values[j]);
+  if (static_cast<PetscInt>(found.values.size()) > wanted) modes.next_square = 1 / found.values[wanted];
+
+  PetscReal k_norm, m_norm;
+  check(MatNorm(K, NORM_INFINITY, &k_norm), "checking modes");
+  check(MatNorm(M, NORM_INFINITY, &m_norm), "checking modes");
+  const auto checks = checks_of(comm, K, M, modes.shapes, modes.squares);
+  for (PetscInt j = 0; j < wanted; ++j) {
+    const double square = modes.squares[j];
+    // A motion without strain has nothing but round-off left; even a slender blade of a million dofs stays above 1e-11.
+    if (!(square > 0) || square < 1e-12 * checks[j].stiffness)
       throw InputError(model_name + ": a rigid-body motion is left in K_ee: with the contact dofs held, mode " +
                        std::to_string(j + 1) + " has no stiffness (w^2 = " + std::to_string(square) +
                        "). Constraints are missing, or a part is not connected.");
-    if (error > 1e-8)
+    const double error = std::sqrt(checks[j].residual / checks[j].size) / (k_norm + square * m_norm);
+    if (!(error < 1e-8))
       throw ComputeError("while computing modes: mode " + std::to_string(j + 1) + " has a backward error of " +
                          std::to_string(error));
-    if (j == count) break; // no mode was asked for: this one was only computed for the test above
-    fix_sign(comm, shape);
-    modes.squares.push_back(square);
-    modes.shapes.push_back(std::move(shape));
+    fix_sign(comm, names, modes.shapes.column(j));
   }
+  modes.squares.resize(count);
+  modes.shapes.drop_columns_from(count);
   return modes;
+}
+
+PetscInt modes_below(Mat K, Mat M, double square) {
+  UniqueMat shifted, factor;
+  MatFactorInfo info;
+  PetscInt error = 0, negative = 0;
+  check(MatDuplicate(K, MAT_COPY_VALUES, shifted.out()), "counting modes");
+  check(MatAXPY(shifted, -square, M, UNKNOWN_NONZERO_PATTERN), "counting modes");
+  check(MatSetOption(shifted, MAT_SYMMETRIC, PETSC_TRUE), "counting modes");
+  check(MatSetOption(shifted, MAT_SPD, PETSC_FALSE), "counting modes"); // else MUMPS takes no negative pivot for one
+  check(MatSetOptionsPrefixFactor(shifted, "count_"), "counting modes");
+  check(MatGetFactor(shifted, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, factor.out()), "counting modes");
+  check(MatMumpsSetIcntl(factor, 13, 1), "counting modes"); // the root on one rank: elsewhere signs are not counted
+  check(MatMumpsSetIcntl(factor, 14, 60), "counting modes");
+  check(MatFactorInfoInitialize(&info), "counting modes");
+  check(MatCholeskyFactorSymbolic(factor, shifted, nullptr, &info), "counting modes");
+  check(MatCholeskyFactorNumeric(factor, shifted, &info), "counting modes");
+  check(MatMumpsGetInfog(factor, 1, &error), "counting modes");
+  if (error < 0)
+    throw ComputeError("while counting modes (reduction.check_modes): MUMPS error " + std::to_string(error));
+  check(MatMumpsGetInfog(factor, 12, &negative), "counting modes");
+  return negative;
 }
 
 } // namespace dovetail

@@ -1,18 +1,31 @@
 #pragma once
-// Fixed-interface modes (eq 15) by SLEPc, with the factorisation of K_ee that is already there.
+// Fixed-interface modes (eq 15) with the factorisation of K_ee that is already there.
+#include <string>
 #include <vector>
 
 #include "reduction/clamped_solver.hpp"
+#include "reduction/tall.hpp"
 
 namespace dovetail {
 
 struct ElasticModes {
-  std::vector<double> squares;   ///< (N_a) w^2, ascending [rad^2/s^2]
-  std::vector<UniqueVec> shapes; ///< (N_a) of (n_e), Phi^T M_ee Phi = I, largest entry positive
+  std::vector<double> squares; ///< (N_a) w^2, ascending [rad^2/s^2]
+  Tall shapes;                 ///< (n_e, N_a) Phi^T M_ee Phi = I, largest entry positive
+  double next_square = 0;      ///< of the mode after the last one, as well as it is known by then; 0: there is none
 };
 
-/// The `count` lowest modes. Collective. InputError if a rigid-body motion is among them.
-ElasticModes elastic_modes(const ClampedSolver &solver, Mat K_ee, Mat M_ee, PetscInt count,
-                           const std::string &model_name);
+/// Columns the search for `count` of `n` modes may hold at once, besides three blocks of `lanczos_block`.
+PetscInt lanczos_columns(PetscInt count, PetscInt n);
+constexpr PetscInt lanczos_block = 16;
+
+/// The `count` lowest modes of K_ee Phi = M_ee Phi diag(w^2), by block Lanczos on K_ee^-1 M_ee: many right-hand sides
+/// at once, where a factor that is read for each vector alone leaves the processor waiting for memory.
+/// `names` are numbers of the own rows that do not depend on how rows are spread over ranks. Collective.
+/// InputError if a rigid-body motion is among them or M_ee is not positive.
+ElasticModes elastic_modes(const ClampedSolver &solver, Mat K_ee, Mat M_ee, const std::vector<long> &names,
+                           PetscInt count, const std::string &model_name);
+
+/// How many w^2 of K_ee v = w^2 M_ee v lie below `square`: the negative pivots of K_ee - square M_ee. Collective.
+PetscInt modes_below(Mat K_ee, Mat M_ee, double square);
 
 } // namespace dovetail

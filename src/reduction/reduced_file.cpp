@@ -12,18 +12,18 @@ namespace {
 
 using h5::Extent;
 
-constexpr int method = 1; // to be raised whenever the reduction computes something else from the same model
+constexpr int method = 2; // to be raised whenever the reduction computes something else from the same model
 
-std::string source_of(const FullModel &model, PetscInt modes) {
+std::string text_of(const Source &source) {
   char text[96];
-  std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld modes, method %d, units ", model.hash,
-                static_cast<long>(modes), method);
-  return text + model.units;
+  std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld modes, method %d, motion ", source.hash,
+                static_cast<long>(source.modes), method);
+  return text + source.motion + ", units " + source.units;
 }
 
 } // namespace
 
-void write_reduced(const std::filesystem::path &path, const FullModel &source, const Reduction &reduction) {
+void write_reduced(const std::filesystem::path &path, const Source &source, const Reduction &reduction) {
   const ReducedModel &model = reduction.model;
   const Recovery &recovery = reduction.recovery;
   const hsize_t na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin,
@@ -34,11 +34,11 @@ void write_reduced(const std::filesystem::path &path, const FullModel &source, c
     h5::Writer file(model.comm, partial);
     file.attribute("format", "dovetail-reduced");
     file.attribute("version", 1);
-    file.attribute("source", source_of(source, model.modes));
+    file.attribute("source", text_of(source));
     file.attribute("units", model.units);
     file.attribute("model", source.file.string());
     file.attribute("program", std::string("dovetail ") + version + " " + git_revision);
-    file.attribute("ordering", reduction.ordering);
+    file.attribute("ordering", source.ordering);
     int rank;
     MPI_Comm_rank(model.comm, &rank);
     const hsize_t all = rank == 0 ? na : 0;
@@ -52,14 +52,16 @@ void write_reduced(const std::filesystem::path &path, const FullModel &source, c
     for (hsize_t i = 0; i < na; ++i)
       for (hsize_t j = 0; j < rows; ++j) max[i * rows + j] = model.mxa[j * na + i];
     file.slab("/Max", {na, nc}, {0, first}, {na, rows}, max.data());
-    const hsize_t ne = recovery.elastic, e0 = recovery.own.begin, en = recovery.own.size();
-    file.rows("/recovery/elastic_dofs", {ne}, e0, en, recovery.elastic_dofs.data());
     std::vector<long> contact;
     for (const auto &point : source.contact_dofs) contact.insert(contact.end(), point.begin(), point.end());
     file.rows("/recovery/contact_dofs", {nc / 3, 3}, 0, rank == 0 ? nc / 3 : 0, contact.data());
-    file.rows("/recovery/xe0", {ne}, e0, en, recovery.xe0.data());
-    file.rows("/recovery/Phi", {ne, na}, e0, en, recovery.phi.data());
-    file.rows("/recovery/Psi", {ne, nc}, e0, en, recovery.psi.data());
+    unsigned long long kept = recovery.elastic_dofs.size(), before = 0, total = 0;
+    MPI_Exscan(&kept, &before, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, model.comm);
+    MPI_Allreduce(&kept, &total, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, model.comm);
+    file.rows("/recovery/elastic_dofs", {total}, before, kept, recovery.elastic_dofs.data());
+    file.rows("/recovery/xe0", {total}, before, kept, recovery.xe0.data());
+    file.rows("/recovery/Phi", {total, na}, before, kept, recovery.phi.data());
+    file.rows("/recovery/Psi", {total, nc}, before, kept, recovery.psi.data());
     file.flush();
   }
   on_all_ranks(model.comm, [&] {
@@ -159,12 +161,12 @@ void check_replaceable(const std::filesystem::path &path) {
                      "away, or name another folder with output.directory or --out");
 }
 
-bool matches(const std::filesystem::path &path, const FullModel &source, PetscInt modes) {
+bool matches(MPI_Comm comm, const std::filesystem::path &path, const Source &source) {
   bool same = false;
   try {
-    on_all_ranks(source.comm, [&] {
-      const ReducedHeader header = read_reduced_header(path);
-      same = header.modes == modes && h5::Reader(path).text_attribute("source") == source_of(source, modes);
+    on_all_ranks(comm, [&] {
+      read_reduced_header(path);
+      same = h5::Reader(path).text_attribute("source") == text_of(source);
     });
   } catch (const InputError &) { // absent, damaged or foreign: it will be written anew
     return false;

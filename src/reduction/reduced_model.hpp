@@ -3,8 +3,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/full_model.hpp"
+#include "reduction/memory_plan.hpp"
 #include "support/partition.hpp"
+#include "support/stage.hpp"
 
 namespace dovetail {
 
@@ -28,10 +29,9 @@ struct ReducedModel {
   PetscInt own_contact_dofs() const { return 3 * own_points.size(); }
 };
 
-/// What the elastic displacements are recovered with: x_e = x_e0 + Phi a + Psi (x + x_p). Rows of elastic dofs.
+/// What the elastic displacements are recovered with: x_e = x_e0 + Phi a + Psi (x + x_p). Rows of the elastic dofs
+/// whose motion is wanted.
 struct Recovery {
-  PetscInt elastic = 0;           ///< n_e
-  Range own;                      ///< this rank's elastic rows, counted in the order of the model's dofs
   std::vector<long> elastic_dofs; ///< (own) their numbers in the full model
   std::vector<double> xe0;        ///< (own) [m]
   std::vector<double> phi;        ///< (own, N_a) row-major
@@ -41,15 +41,34 @@ struct Recovery {
 struct Reduction {
   ReducedModel model;
   Recovery recovery;
-  std::string ordering; ///< fill-reducing ordering MUMPS used
+  double backward_error =
+      0; ///< of the first column of Psi: || K_ee psi + k_ec || / (|| K_ee || || psi || + || k_ec ||)
 };
 
-/// Eqs (2), (5), (15)-(18) with one factorisation of K_ee. Collective.
-/// InputError: N_a > n_e, K_ee not positive definite, a rigid body left in it.
-Reduction craig_bampton(const FullModel &model, PetscInt modes);
+struct ReductionSettings {
+  PetscInt modes = 0;       ///< N_a
+  bool check_modes = false; ///< count the modes below the last one by a factorisation of its own
+  std::vector<char> wanted; ///< (own elastic dofs) 1 where the motion is wanted later
+};
 
-/// Writes the reduced file of docs/files.md, with the hash of what it was computed from. Collective.
-void write_reduced(const std::filesystem::path &file, const FullModel &source, const Reduction &reduction);
+/// Eqs (2), (5), (15)-(18) with one factorisation of K_ee, in stages 2c to 2f. Collective. InputError: K_ee not
+/// positive definite, a rigid body left in it. ComputeError: a mode was missed.
+Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &settings, const MemoryPlan &plan,
+                        Stages &stages);
+
+/// What a reduced file was computed from and is checked against.
+struct Source {
+  std::filesystem::path file;
+  std::uint64_t hash = 0; ///< FullModel::hash
+  std::string units;
+  PetscInt modes = 0;
+  std::string motion; ///< which rows of Phi and Psi are kept, in words or as a number made of them
+  std::string ordering;
+  std::vector<std::array<PetscInt, 3>> contact_dofs;
+};
+
+/// Writes the reduced file of docs/files.md. Collective.
+void write_reduced(const std::filesystem::path &file, const Source &source, const Reduction &reduction);
 
 /// Reads a reduced file; each rank its own rows. Collective. InputError.
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &file);
@@ -63,7 +82,7 @@ ReducedHeader read_reduced_header(const std::filesystem::path &file);
 /// Throws InputError if `file` exists and Dovetail did not make it: it will not be overwritten. Each rank on its own.
 void check_replaceable(const std::filesystem::path &file);
 
-/// True if `file` was made by Dovetail from just this model with this many modes. Collective.
-bool matches(const std::filesystem::path &file, const FullModel &source, PetscInt modes);
+/// True if `file` was made by Dovetail from just this. Collective.
+bool matches(MPI_Comm comm, const std::filesystem::path &file, const Source &source);
 
 } // namespace dovetail

@@ -53,13 +53,15 @@ const char *name_of(BranchSummary::End end) {
 } // namespace
 
 void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch,
-                   double frequency_scale, const Stages &stages) {
+                   double frequency_scale, const Stages &stages, const ReductionFigures *reduction) {
   int rank, ranks;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &ranks);
   std::vector<double> own;
-  for (const auto &record : stages.records()) own.push_back(record.seconds), own.push_back(record.peak_mib);
-  const std::vector<double> all = gather(comm, own); // (ranks, stages, 2)
+  for (const auto &record : stages.records()) own.insert(own.end(), {record.seconds, record.cpu, record.peak_mib});
+  const std::vector<double> all = gather(comm, own); // (ranks, stages, 3)
+  std::vector<double> forecast;
+  if (reduction) forecast = gather(comm, {reduction->forecast_mib});
   on_all_ranks(comm, [&] {
     if (rank != 0) return;
     const int count = static_cast<int>(stages.records().size());
@@ -76,21 +78,29 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
            << ",\n  \"newton_iterations\": " << branch->newton << ",\n  \"linear_iterations\": " << branch->linear
            << ",\n  \"last_omega\": " << omega << ",\n";
     }
+    if (reduction) {
+      char numbers[128];
+      std::snprintf(numbers, sizeof numbers, "\"flops\": %.6g, \"backward_error\": %.3g, \"kept_psi\": %s",
+                    reduction->flops, reduction->backward_error, reduction->kept_psi ? "true" : "false");
+      file << "  \"reduction\": {\"ordering\": " << quoted(reduction->ordering) << ", " << numbers
+           << ", \"forecast_mib\": " << list(forecast.data(), ranks, 1) << "},\n";
+    }
     file << "  \"stages\": [";
     for (int s = 0; s < count; ++s)
       file << (s ? ",\n    " : "\n    ") << "{\"name\": " << quoted(stages.records()[s].name)
-           << ", \"seconds\": " << list(&all[2 * s], ranks, 2 * count)
-           << ", \"peak_mib\": " << list(&all[2 * s + 1], ranks, 2 * count) << "}";
+           << ", \"seconds\": " << list(&all[3 * s], ranks, 3 * count)
+           << ", \"cpu\": " << list(&all[3 * s + 1], ranks, 3 * count)
+           << ", \"peak_mib\": " << list(&all[3 * s + 2], ranks, 3 * count) << "}";
     file << "\n  ]\n}\n";
     if (!file.flush())
       throw ComputeError((directory / "summary.json").string() + ": cannot be written (is the disk full?)");
 
-    std::printf("\n  stage                  seconds   peak memory per rank\n");
+    std::printf("\n  stage                  seconds       cpu   peak memory per rank\n");
     for (int s = 0; s < count; ++s) {
-      double seconds = 0, memory = 0;
+      double most[3] = {0, 0, 0}; // of any rank
       for (int r = 0; r < ranks; ++r)
-        seconds = std::max(seconds, all[2 * (r * count + s)]), memory = std::max(memory, all[2 * (r * count + s) + 1]);
-      std::printf("  %-20s %9.3f %12.0f MiB\n", stages.records()[s].name.c_str(), seconds, memory);
+        for (int i = 0; i < 3; ++i) most[i] = std::max(most[i], all[3 * (r * count + s) + i]);
+      std::printf("  %-20s %9.3f %9.3f %12.0f MiB\n", stages.records()[s].name.c_str(), most[0], most[1], most[2]);
     }
     if (!branch) return;
     std::printf("  %d points, %ld Newton iterations, %d step cut%s, %d turning point%s\n", branch->points,

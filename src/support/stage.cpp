@@ -1,10 +1,19 @@
 #include "support/stage.hpp"
 
-#include <sys/resource.h>
+#include <algorithm>
+#include <ctime>
+
+#include "support/memory.hpp"
 
 namespace dovetail {
+namespace {
 
-Stages::Guard::Guard(Stages &stages, const char *name) : stages_(stages), name_(name), begin_(MPI_Wtime()) {
+double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+} // namespace
+
+Stages::Guard::Guard(Stages &stages, const char *name)
+    : stages_(stages), name_(name), begin_(MPI_Wtime()), cpu_begin_(cpu_seconds()) {
   PetscLogStage stage = -1;
   PetscLogStageGetId(name, &stage);
   if (stage < 0) PetscLogStageRegister(name, &stage);
@@ -13,9 +22,13 @@ Stages::Guard::Guard(Stages &stages, const char *name) : stages_(stages), name_(
 
 Stages::Guard::~Guard() {
   PetscLogStagePop();
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  stages_.records_.push_back({name_, MPI_Wtime() - begin_, static_cast<double>(usage.ru_maxrss) / 1024});
+  const double seconds = MPI_Wtime() - begin_, cpu = cpu_seconds() - cpu_begin_, peak = peak_bytes() / (1 << 20);
+  auto &records = stages_.records_;
+  const auto known = std::find_if(records.begin(), records.end(), [&](const Record &r) { return r.name == name_; });
+  if (known == records.end())
+    records.push_back({name_, seconds, cpu, peak});
+  else
+    known->seconds += seconds, known->cpu += cpu, known->peak_mib = peak;
 }
 
 } // namespace dovetail

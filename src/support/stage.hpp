@@ -14,9 +14,11 @@ public:
   struct Record {
     std::string name;
     double seconds;  ///< wall time on this rank
+    double cpu;      ///< processor time of this rank: less than the wall time if it shared its core
     double peak_mib; ///< largest resident memory of this rank so far, at the end of the stage [MiB]
   };
 
+  /// Runs `work` inside a stage; a stage run several times adds up.
   template <class Work> auto run(const char *name, Work &&work) {
     const Guard guard(*this, name);
     return work();
@@ -34,7 +36,7 @@ private:
   private:
     Stages &stages_;
     std::string name_;
-    double begin_;
+    double begin_, cpu_begin_;
   };
   std::vector<Record> records_;
 };

@@ -1,0 +1,91 @@
+#include "reduction/tall.hpp"
+
+#include <petscblaslapack.h>
+
+#include <algorithm>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr double one = 1, zero = 0, minus = -1;
+
+PetscBLASInt stride(const Tall &S) { return std::max<PetscInt>(1, S.rows); }
+
+} // namespace
+
+UniqueMat dense_view(MPI_Comm comm, const Tall &S, PetscInt first, PetscInt count) {
+  UniqueMat view;
+  check(MatCreateDense(comm, S.rows, PETSC_DECIDE, PETSC_DETERMINE, count, const_cast<double *>(S.column(first)),
+                       view.out()),
+        "viewing a dense block");
+  check(MatAssemblyBegin(view, MAT_FINAL_ASSEMBLY), "viewing a dense block");
+  check(MatAssemblyEnd(view, MAT_FINAL_ASSEMBLY), "viewing a dense block");
+  return view;
+}
+
+Tall multiply(Mat A, const Tall &S, PetscInt first, PetscInt count) {
+  MPI_Comm comm;
+  PetscInt rows;
+  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(A), &comm), "multiplying");
+  check(MatGetLocalSize(A, &rows, nullptr), "multiplying");
+  const UniqueMat B = dense_view(comm, S, first, count);
+  Tall product(rows, count);
+  const UniqueMat into = dense_view(comm, product, 0, count);
+  Mat C = into;
+  check(MatMatMult(A, B, MAT_REUSE_MATRIX, PETSC_DEFAULT, &C), "multiplying");
+  return product;
+}
+
+void add_columns(Mat A, PetscInt first, Tall &S) {
+  PetscInt begin, end;
+  check(MatGetOwnershipRange(A, &begin, &end), "reading rows");
+  for (PetscInt i = begin; i < end; ++i) {
+    PetscInt count;
+    const PetscInt *columns;
+    const double *values;
+    check(MatGetRow(A, i, &count, &columns, &values), "reading rows");
+    const PetscInt *from = std::lower_bound(columns, columns + count, first);
+    for (const PetscInt *at = from; at < columns + count && *at < first + S.columns; ++at)
+      S.column(*at - first)[i - begin] += values[at - columns];
+    check(MatRestoreRow(A, i, &count, &columns, &values), "reading rows");
+  }
+}
+
+std::vector<double> own_gram(const Tall &S, PetscInt s, PetscInt m, const Tall &T, PetscInt t, PetscInt n) {
+  std::vector<double> product(static_cast<std::size_t>(m) * n);
+  const PetscBLASInt rows = m, columns = n, inner = S.rows, lds = stride(S), ldt = stride(T);
+  if (rows > 0 && columns > 0 && inner > 0)
+    BLASgemm_("T", "N", &rows, &columns, &inner, &one, S.column(s), &lds, T.column(t), &ldt, &zero, product.data(),
+              &rows);
+  return product;
+}
+
+std::vector<double> gram(MPI_Comm comm, const Tall &S, PetscInt s, PetscInt m, const Tall &T, PetscInt t, PetscInt n) {
+  auto product = own_gram(S, s, m, T, t, n);
+  MPI_Allreduce(MPI_IN_PLACE, product.data(), static_cast<int>(product.size()), MPI_DOUBLE, MPI_SUM, comm);
+  return product;
+}
+
+void subtract_product(const Tall &S, PetscInt m, const std::vector<double> &C, Tall &T) {
+  const PetscBLASInt rows = S.rows, inner = m, columns = T.columns, ld = stride(S);
+  if (rows > 0 && inner > 0 && columns > 0)
+    BLASgemm_("N", "N", &rows, &columns, &inner, &minus, S.values.data(), &ld, C.data(), &inner, &one, T.values.data(),
+              &ld);
+}
+
+void rotate(Tall &S, PetscInt m, PetscInt n, const double *C) {
+  constexpr PetscInt panel = 2048;
+  std::vector<double> part(static_cast<std::size_t>(panel) * n);
+  const PetscBLASInt inner = m, columns = n, lds = stride(S), ldp = panel;
+  for (PetscInt first = 0; first < S.rows; first += panel) {
+    const PetscBLASInt rows = std::min(panel, S.rows - first);
+    BLASgemm_("N", "N", &rows, &columns, &inner, &one, S.values.data() + first, &lds, C, &inner, &zero, part.data(),
+              &ldp);
+    for (PetscInt j = 0; j < n; ++j)
+      std::copy_n(part.data() + static_cast<std::size_t>(j) * panel, rows, S.column(j) + first);
+  }
+}
+
+} // namespace dovetail

@@ -1,0 +1,287 @@
+// The reduction against dense LAPACK, MUMPS's own Schur complement and SLEPc; on any number of ranks.
+#include <gtest/gtest.h>
+
+#include "lattice_model.hpp"
+#include "reduction/elastic_modes.hpp"
+#include "reduction/elastic_partition.hpp"
+#include "reduction/reduced_model.hpp"
+
+#include <petscblaslapack.h> // needs petscsys.h before it
+
+namespace dovetail {
+namespace {
+
+constexpr int length = 9, width = 4, points = 5, modes = 12, n = 3 * length * width * width, nc = 3 * points;
+
+MemoryPlan roomy(bool keep_psi = true, PetscInt block = 256) {
+  MemoryPlan plan;
+  plan.keep_psi = keep_psi, plan.block = block;
+  return plan;
+}
+
+Reduction reduced(const MemoryPlan &plan, bool check_modes = false) {
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, length, width, points));
+  ReductionSettings settings{modes, check_modes, std::vector<char>(parts.elastic_dofs.size(), 1)};
+  Stages stages;
+  return craig_bampton(std::move(parts), settings, plan, stages);
+}
+
+// Everything on every rank as dense matrices, (n, n) column-major, and the answers by LAPACK.
+struct Dense {
+  std::vector<double> K, M, F, P;
+  std::vector<int> e, c;
+
+  Dense() {
+    const FullModel model = testing::lattice_model(PETSC_COMM_SELF, length, width, points);
+    for (const auto &[A, out] : {std::pair{Mat(model.K), &K}, std::pair{Mat(model.M), &M}}) {
+      out->assign(n * n, 0.0);
+      for (int i = 0; i < n; ++i) {
+        PetscInt count;
+        const PetscInt *columns;
+        const double *values;
+        check(MatGetRow(A, i, &count, &columns, &values), "test");
+        for (int j = 0; j < count; ++j) (*out)[columns[j] * n + i] = values[j];
+        check(MatRestoreRow(A, i, &count, &columns, &values), "test");
+      }
+    }
+    for (const auto &[v, out] : {std::pair{Vec(model.force), &F}, std::pair{Vec(model.preload), &P}}) {
+      const double *values;
+      check(VecGetArrayRead(v, &values), "test");
+      out->assign(values, values + n);
+      check(VecRestoreArrayRead(v, &values), "test");
+    }
+    std::vector<char> held(n, 0);
+    for (const auto &point : model.contact_dofs)
+      for (const int dof : point) c.push_back(dof), held[dof] = 1;
+    for (int i = 0; i < n; ++i)
+      if (!held[i]) e.push_back(i);
+  }
+
+  // Solves K_ee X = B, B (n_e, columns), in place.
+  void solve(std::vector<double> &B, int columns) const {
+    const PetscBLASInt ne = static_cast<int>(e.size()), rhs = columns;
+    std::vector<double> A;
+    for (const int j : e)
+      for (const int i : e) A.push_back(K[j * n + i]);
+    std::vector<PetscBLASInt> pivots(ne);
+    PetscBLASInt info;
+    LAPACKgesv_(&ne, &rhs, A.data(), &ne, pivots.data(), B.data(), &ne, &info);
+    ASSERT_EQ(info, 0);
+  }
+
+  std::vector<double> psi() const { // (n_e, nc) column-major
+    std::vector<double> B;
+    for (const int j : c)
+      for (const int i : e) B.push_back(-K[j * n + i]);
+    solve(B, nc);
+    return B;
+  }
+};
+
+double largest(const std::vector<double> &values) {
+  double most = 0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+void expect_rows(const std::vector<double> &own, const Range &range, const std::vector<double> &wanted, int columns,
+                 double tolerance) { // wanted: (all rows, columns) row-major
+  ASSERT_EQ(own.size(), static_cast<std::size_t>(3 * range.size() * columns));
+  const double scale = largest(wanted);
+  for (std::size_t at = 0; at < own.size(); ++at)
+    ASSERT_NEAR(own[at], wanted[3 * range.begin * columns + at], tolerance * scale) << "entry " << at;
+}
+
+std::vector<double> wanted_mass(const Dense &dense, const std::vector<double> &psi) {
+  const int ne = static_cast<int>(dense.e.size());
+  std::vector<double> T(n * nc, 0.0), MT(n * nc, 0.0),
+      out(nc * nc, 0.0); // columns: unit contact motions and what they carry along
+  for (int j = 0; j < nc; ++j) {
+    for (int i = 0; i < ne; ++i) T[j * n + dense.e[i]] = psi[j * ne + i];
+    T[j * n + dense.c[j]] = 1;
+    for (int l = 0; l < n; ++l)
+      for (int i = 0; i < n; ++i) MT[j * n + i] += dense.M[l * n + i] * T[j * n + l];
+  }
+  for (int i = 0; i < nc; ++i)
+    for (int j = 0; j < nc; ++j)
+      for (int l = 0; l < n; ++l) out[i * nc + j] += T[i * n + l] * MT[j * n + l];
+  return out;
+}
+
+class ByLapack : public ::testing::TestWithParam<std::pair<bool, int>> {};
+
+TEST_P(ByLapack, ContactMatricesAndLoads) {
+  const auto [keep_psi, block] = GetParam();
+  const Reduction found = reduced(roomy(keep_psi, block));
+  const ReducedModel &model = found.model;
+  const Dense dense;
+  const auto psi = dense.psi();
+  const int ne = static_cast<int>(dense.e.size());
+  std::vector<double> kxx(nc * nc), fx(nc), r(nc), xe0;
+  for (const int i : dense.e) xe0.push_back(dense.P[i]);
+  dense.solve(xe0, 1);
+  for (int i = 0; i < nc; ++i) {
+    fx[i] = dense.F[dense.c[i]], r[i] = -dense.P[dense.c[i]];
+    for (int l = 0; l < ne; ++l) {
+      fx[i] += psi[i * ne + l] * dense.F[dense.e[l]];
+      r[i] += dense.K[dense.e[l] * n + dense.c[i]] * xe0[l];
+    }
+    for (int j = 0; j < nc; ++j) {
+      kxx[i * nc + j] = dense.K[dense.c[j] * n + dense.c[i]];
+      for (int l = 0; l < ne; ++l) kxx[i * nc + j] += dense.K[dense.e[l] * n + dense.c[i]] * psi[j * ne + l];
+    }
+  }
+  expect_rows(model.kxx, model.own_points, kxx, nc, 1e-12);
+  expect_rows(model.mxx, model.own_points, wanted_mass(dense, psi), nc, 1e-12);
+  expect_rows(model.fx, model.own_points, fx, 1, 1e-12);
+  expect_rows(model.r, model.own_points, r, 1, 1e-12);
+  EXPECT_LT(found.backward_error, 1e-14);
+  for (std::size_t i = 0; i < found.recovery.elastic_dofs.size(); ++i) { // rows kept, wherever the partition put them
+    const auto at = std::lower_bound(dense.e.begin(), dense.e.end(), found.recovery.elastic_dofs[i]) - dense.e.begin();
+    ASSERT_NEAR(found.recovery.xe0[i], xe0[at], 1e-12 * largest(xe0));
+    for (int j = 0; j < nc; ++j) ASSERT_NEAR(found.recovery.psi[i * nc + j], psi[j * ne + at], 1e-12);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Reduction, ByLapack,
+                         ::testing::Values(std::pair{true, 256}, std::pair{true, 4}, std::pair{false, 256},
+                                           std::pair{false, 4}));
+
+TEST(Reduction, EqualsMumpsOwnSchurComplement) { // on each rank by itself: PETSc has no parallel one
+  const FullModel model = testing::lattice_model(PETSC_COMM_SELF, length, width, points);
+  std::vector<PetscInt> contact;
+  for (const auto &point : model.contact_dofs) contact.insert(contact.end(), point.begin(), point.end());
+  UniqueMat factor, schur;
+  UniqueIS is;
+  MatFactorInfo info;
+  check(ISCreateGeneral(PETSC_COMM_SELF, nc, contact.data(), PETSC_COPY_VALUES, is.out()), "test");
+  check(MatGetFactor(model.K, MATSOLVERMUMPS, MAT_FACTOR_LU, factor.out()), "test");
+  check(MatFactorSetSchurIS(factor, is), "test");
+  check(MatFactorInfoInitialize(&info), "test");
+  check(MatLUFactorSymbolic(factor, model.K, nullptr, nullptr, &info), "test");
+  check(MatLUFactorNumeric(factor, model.K, &info), "test");
+  check(MatFactorCreateSchurComplement(factor, schur.out(), nullptr), "test");
+  const double *values;
+  check(MatDenseGetArrayRead(schur, &values), "test");
+  const std::vector<double> wanted(values, values + nc * nc);
+  check(MatDenseRestoreArrayRead(schur, &values), "test");
+  const Reduction found = reduced(roomy());
+  expect_rows(found.model.kxx, found.model.own_points, wanted, nc, 1e-12);
+}
+
+TEST(Reduction, ModesEqualThoseOfSlepc) {
+  const Reduction found = reduced(roomy(), true);
+  const ClampedStructure alone = clamp(testing::lattice_model(PETSC_COMM_SELF, length, width, points));
+  UniqueEPS eps;
+  check(EPSCreate(PETSC_COMM_SELF, eps.out()), "test");
+  check(EPSSetOperators(eps, alone.K.ee, alone.M.ee), "test");
+  check(EPSSetProblemType(eps, EPS_GHEP), "test");
+  check(EPSSetType(eps, EPSLAPACK), "test");
+  check(EPSSetWhichEigenpairs(eps, EPS_SMALLEST_REAL), "test");
+  check(EPSSolve(eps), "test");
+  for (int j = 0; j < modes; ++j) {
+    double square;
+    UniqueVec shape;
+    check(MatCreateVecs(alone.K.ee, shape.out(), nullptr), "test");
+    check(EPSGetEigenpair(eps, j, &square, nullptr, shape, nullptr), "test");
+    EXPECT_NEAR(found.model.kaa[j] / square, 1, 1e-10);
+    const double *v;
+    check(VecGetArrayRead(shape, &v), "test");
+    double most = 0, sign = 0;
+    for (std::size_t i = 0; i < alone.elastic_dofs.size(); ++i)
+      if (std::abs(v[i]) > std::abs(most)) most = v[i];
+    sign = most < 0 ? -1 : 1;
+    const auto &dofs = found.recovery.elastic_dofs;
+    for (std::size_t i = 0; i < dofs.size(); ++i) {
+      const auto at =
+          std::lower_bound(alone.elastic_dofs.begin(), alone.elastic_dofs.end(), dofs[i]) - alone.elastic_dofs.begin();
+      ASSERT_NEAR(found.recovery.phi[i * modes + j], sign * v[at], 1e-8 * std::abs(most)) << "mode " << j + 1;
+    }
+    check(VecRestoreArrayRead(shape, &v), "test");
+  }
+}
+
+TEST(Reduction, LanczosRestartsAndFindsThemAll) { // a basis too narrow for one pass
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, length, width, points));
+  parts.solver->factor();
+  const int wanted = 60; // lanczos_columns(60) is less than half of the dofs
+  ASSERT_LT(lanczos_columns(wanted, parts.elastic), parts.elastic);
+  const auto found = elastic_modes(*parts.solver, parts.K.ee, parts.M.ee, parts.elastic_dofs, wanted, "lattice");
+  for (int j = 1; j < wanted; ++j) EXPECT_GT(found.squares[j], found.squares[j - 1]);
+  EXPECT_EQ(modes_below(parts.K.ee, parts.M.ee, found.squares.back() * (1 - 1e-9)), wanted - 1);
+  EXPECT_EQ(modes_below(parts.K.ee, parts.M.ee, found.squares.back() * (1 + 1e-9)), wanted);
+  const auto G = gram(PETSC_COMM_WORLD, found.shapes, 0, wanted, multiply(parts.M.ee, found.shapes), 0, wanted);
+  for (int i = 0; i < wanted; ++i)
+    for (int j = 0; j < wanted; ++j) EXPECT_NEAR(G[j * wanted + i], i == j, 1e-12);
+}
+
+TEST(Reduction, AllModesOfASmallModel) { // the whole space: Lanczos ends because nothing is left
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 3, 2, 2));
+  parts.solver->factor();
+  const auto found = elastic_modes(*parts.solver, parts.K.ee, parts.M.ee, parts.elastic_dofs, parts.elastic, "lattice");
+  double sum = 0, trace = 0; // of K_ee^-1 M_ee
+  for (const double square : found.squares) sum += 1 / square;
+  for (PetscInt j = 0; j < parts.elastic; ++j) {
+    UniqueVec unit, column, solved;
+    check(MatCreateVecs(parts.M.ee, unit.out(), column.out()), "test");
+    check(VecDuplicate(unit, solved.out()), "test");
+    if (parts.own.begin <= j && j < parts.own.end) check(VecSetValue(unit, j, 1, INSERT_VALUES), "test");
+    check(VecAssemblyBegin(unit), "test");
+    check(VecAssemblyEnd(unit), "test");
+    check(MatMult(parts.M.ee, unit, column), "test");
+    parts.solver->solve(column, solved);
+    double entry;
+    check(VecDot(solved, unit, &entry), "test");
+    trace += entry;
+  }
+  EXPECT_NEAR(sum / trace, 1, 1e-12);
+}
+
+TEST(Reduction, PartitionSharesOutEveryElasticDofOnce) {
+  const FullModel model = testing::lattice_model(PETSC_COMM_WORLD, 20, 8, 60);
+  const auto own = elastic_share(model.K, model.contact_dofs);
+  int size;
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  std::vector<int> times(model.dofs, 0);
+  for (const PetscInt dof : own) ++times[dof];
+  MPI_Allreduce(MPI_IN_PLACE, times.data(), model.dofs, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
+  for (const auto &point : model.contact_dofs)
+    for (const PetscInt dof : point) times[dof] += 1;
+  for (int dof = 0; dof < model.dofs; ++dof) EXPECT_EQ(times[dof], 1) << "dof " << dof;
+  EXPECT_LT(static_cast<double>(own.size()), 1.1 * (model.dofs - 180) / size);
+}
+
+TEST(Reduction, TooSmallAWorkspaceIsGivenMoreRoom) {
+  check(PetscOptionsSetValue(nullptr, "-kee_mat_mumps_icntl_14", "-90"),
+        "test"); // a tenth of what the analysis asks for
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, points));
+  EXPECT_NO_THROW(parts.solver->factor());
+  PetscBool still_there = PETSC_TRUE;
+  check(PetscOptionsHasName(nullptr, nullptr, "-kee_mat_mumps_icntl_14", &still_there), "test");
+  EXPECT_FALSE(still_there) << "the factorisation was to fail at first, and give up the user's value";
+  UniqueVec x, b, r;
+  check(MatCreateVecs(parts.K.ee, x.out(), b.out()), "test");
+  check(VecDuplicate(b, r.out()), "test");
+  check(VecSet(b, 1), "test");
+  parts.solver->solve(b, x);
+  check(MatMult(parts.K.ee, x, r), "test");
+  check(VecAXPY(r, -1, b), "test");
+  double error;
+  check(VecNorm(r, NORM_INFINITY, &error), "test");
+  EXPECT_LT(error, 1e-10);
+}
+
+TEST(Reduction, PlanGivesUpSpeedBeforeItGivesUp) {
+  const ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, 60));
+  const MemoryPlan roomy = plan_memory(parts, modes, 0, 0);
+  EXPECT_TRUE(roomy.keep_psi);
+  EXPECT_NO_THROW(refuse_if_too_large(parts, roomy));
+  MemoryPlan tight = plan_memory(parts, modes, 0, roomy.machine_bytes - 1e3);
+  EXPECT_LT(tight.machine_bytes, roomy.machine_bytes);
+  const MemoryPlan hopeless = plan_memory(parts, modes, 0, 1e3);
+  EXPECT_FALSE(hopeless.keep_psi);
+  EXPECT_THROW(refuse_if_too_large(parts, hopeless), ComputeError);
+}
+
+} // namespace
+} // namespace dovetail
