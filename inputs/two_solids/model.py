@@ -3,52 +3,42 @@
     python3 inputs/two_solids/model.py                     # or under mpirun -n R: the same model
     python3 inputs/two_solids/model.py --frequencies       # the table of README.md
 
-Rank 0 meshes; everything after that is distributed and stays so.
+Rank 0 meshes; the matrices are distributed from the start and stay so. Axes of the joint: post 1 lies above post 2, so n = -z;
+t1 = x, t2 = n x t1 = -y.
 """
 
 import argparse
 import logging
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import petsc4py
 
 petsc4py.init([])
-import scipy.sparse as sp
 import ufl
 from dolfinx import fem, mesh
 from mpi4py import MPI
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-from dovetail import Model
+from dovetail import Joint, Model, Structure
 from dovetail.meshes import two_solids
 
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7800.0  # steel [Pa], [-], [kg/m^3]
-SIGNS = np.array([1.0, -1.0, -1.0])  # t1 = x, t2 = -y, n = -z: post 1 lies above post 2, so positive n closes
 NORMAL_STIFFNESS, TANGENTIAL_STIFFNESS = 4e9, 4e6  # of the whole patch, shared by its points [N/m]
 FRICTION = 0.1
 
 
 @dataclass
 class Posts:
-    """Both posts on the free dofs, contact dofs relative. Distributed; node numbers are global, 3 dofs each."""
+    """Both posts, clamped at the bottom and loaded; the joint; and the model that comes of them. Matrices are distributed."""
 
-    K: PETSc.Mat  # (n, n) [N/m]
-    M: PETSc.Mat  # (n, n) [kg]
-    T: PETSc.Mat  # (n, n): displacements of all free dofs = T q
-    force: PETSc.Vec  # (n,) 1 N in x at each loaded point, in terms of q
-    pairs: np.ndarray  # (N_x, 2) free node numbers on post 1 and post 2, known to all ranks
-    coordinates: np.ndarray  # (own free nodes, 3) [m]
-    picture: dict = field(repr=False)  # the `mesh` of dovetail.Model
-
-    @property
-    def contact_dofs(self):
-        """(N_x, 3) dofs of t1, t2, n: the sum of a pair lives at the place of post 1's node, the difference at post 2's."""
-        return 3 * self.pairs[:, 1:] + np.arange(3)
+    structure: Structure
+    joint: Joint
+    model: Model  # without preload
 
 
 def build(size=0.0125, divisions=(4, 4), points=(3, 3), comm=MPI.COMM_WORLD):
@@ -57,20 +47,18 @@ def build(size=0.0125, divisions=(4, 4), points=(3, 3), comm=MPI.COMM_WORLD):
     size: largest edge [m]; divisions: elements along x and y of the patch; points: contact points along x and y.
     """
     space = _displacement_space(size, divisions, comm)
-    matrices = _assemble(space)
-    own = space.dofmap.index_map.size_local
-    coordinates = space.tabulate_dof_coordinates()[:own]
-    free = coordinates[:, 1] > 1e-9
-    first = comm.exscan(int(free.sum())) or 0
-    number = np.where(free, first + np.cumsum(free) - 1, -1)  # of each own node among the free ones
-
-    pairs = _pairs(coordinates, number, _belongs_to_post_1(space)[:own], points, comm)
-    own_dofs = 3 * (space.dofmap.index_map.local_range[0] + np.flatnonzero(free))[:, None] + np.arange(3)
-    rows = PETSc.IS().createGeneral(own_dofs.astype(PETSc.IntType).ravel(), comm=comm)
-    K, M = (matrix.createSubMatrix(rows, rows) for matrix in matrices)
-    T = _relative(K, pairs)
-    return Posts(K.ptap(T), M.ptap(T), T, _force(T, coordinates, number), pairs, coordinates[free],
-                 _picture(space, number, pairs, comm))
+    K, M = _assemble(space)
+    nodes, cells = _mesh(space, comm)
+    patch = two_solids.on_patch(nodes)
+    on_post_1 = np.zeros(len(nodes), dtype=bool)
+    on_post_1[cells[nodes[cells[:, :4]].mean(axis=1)[:, 2] > two_solids.PLANE_Z]] = True  # near the patch, it lies above its plane
+    sets = {"bottom": nodes[:, 1] < 1e-9, "patch of post 1": patch & on_post_1, "patch of post 2": patch & ~on_post_1,
+            "loaded": np.any(np.linalg.norm(nodes[:, None] - two_solids.LOADED_POINTS, axis=2) < 1e-9, axis=1)}
+    structure = Structure(K, M, nodes, np.repeat(np.arange(len(nodes)), 3), np.tile(np.arange(3), len(nodes)), cells={"tetra10": cells},
+                          node_sets={name: np.flatnonzero(inside) for name, inside in sets.items()})
+    structure = structure.clamped("bottom").with_force("loaded", [len(two_solids.LOADED_POINTS), 0, 0])
+    joint = _joint(structure, points)
+    return Posts(structure, joint, structure.join(joint))
 
 
 def _displacement_space(size, divisions, comm):
@@ -96,75 +84,27 @@ def _assemble(space):
     return matrices
 
 
-def _belongs_to_post_1(space):
-    """For nodes on the patch: (own and ghost nodes,) bool. Near the patch, post 1 is what lies above its plane."""
-    cells = space.dofmap.list.array.reshape(-1, 10)
-    z = space.tabulate_dof_coordinates()[:, 2]
-    above = np.zeros(len(z), dtype=bool)
-    above[cells[z[cells].mean(axis=1) > two_solids.PLANE_Z]] = True
-    return above
+def _mesh(space, comm):
+    """Nodes (n_nodes, 3) [m] and 10-node tetrahedra in VTK order, whole on all ranks."""
+    index = space.dofmap.index_map
+    own_cells = space.mesh.topology.index_map(3).size_local
+    cells = space.dofmap.list.array.reshape(-1, 10)[:own_cells, [0, 1, 2, 3, 9, 6, 8, 7, 5, 4]]
+    parts = comm.allgather((space.tabulate_dof_coordinates()[:index.size_local],
+                            index.local_to_global(cells.ravel()).reshape(-1, 10)))
+    return tuple(np.concatenate(part) for part in zip(*parts))
 
 
-def _pairs(coordinates, number, on_post_1, points, comm):
-    """Numbers (N_x, 2) of the nodes on post 1 and post 2 at each contact point, x running fastest. Only the patch is shared."""
+def _joint(structure, points):
+    """The joint of both patches, x running fastest; the posts' stiffness is shared equally by the points."""
     x, y = (np.linspace(*ends, n) for ends, n in zip((two_solids.PATCH_X, two_solids.PATCH_Y), points))
     targets = np.array([(a, b, two_solids.PLANE_Z) for b in y for a in x])
-    patch = np.flatnonzero(two_solids.on_patch(coordinates))
-    found = comm.allgather((coordinates[patch], number[patch], on_post_1[patch]))
-    where, numbers, above = (np.concatenate(parts) for parts in zip(*found))
-    pairs = np.full((len(targets), 2), -1)
-    for side, chosen in enumerate((above, ~above)):
-        at = np.linalg.norm(where[chosen][:, None] - targets, axis=2) < 1e-9  # (nodes, N_x)
-        if np.any(at.sum(axis=0) != 1):
-            raise ValueError(f"{points[0]} x {points[1]} contact points do not fall on nodes of the patch: along each edge, "
-                             "points - 1 must divide twice the number of its divisions")
-        pairs[:, side] = numbers[chosen][at.argmax(axis=0)]
-    return pairs
-
-
-def _relative(K, pairs):
-    """T of u = T q, distributed like K: (u1, u2) = 1/2 [I I; I -I] (s, r) at every pair, r = SIGNS * (t1, t2, n)."""
-    begin, end = K.getOwnershipRange()
-    diagonal = np.ones(end - begin)
-    one, two = (3 * side[:, None] + np.arange(3) for side in pairs.T)  # (N_x, 3) dofs
-    half = np.full(one.shape, 0.5)
-    rows = np.stack([one, one, two, two]).ravel()
-    columns = np.stack([one, two, one, two]).ravel()
-    values = np.stack([half, half * SIGNS, half, -half * SIGNS]).ravel()
-    mine = (rows >= begin) & (rows < end)
-    diagonal[np.unique(rows[mine]) - begin] = 0.0
-    plain = np.flatnonzero(diagonal)
-    local = sp.csr_matrix((np.append(values[mine], diagonal[plain]),
-                           (np.append(rows[mine] - begin, plain), np.append(columns[mine], begin + plain))),
-                          shape=(end - begin, K.getSize()[0]))
-    csr = local.indptr.astype(PETSc.IntType), local.indices.astype(PETSc.IntType), local.data
-    return PETSc.Mat().createAIJ(K.getSizes(), csr=csr, comm=K.getComm())
-
-
-def _force(T, coordinates, number):
-    """1 N in x at each loaded point, in terms of q: T^T F."""
-    plain, force = T.createVecRight(), T.createVecRight()
-    for point in two_solids.LOADED_POINTS:
-        at = np.flatnonzero(np.linalg.norm(coordinates - point, axis=1) < 1e-9)
-        plain.setValues(3 * number[at].astype(PETSc.IntType), np.ones(len(at)), addv=PETSc.InsertMode.ADD_VALUES)
-    plain.assemble()
-    T.multTranspose(plain, force)
-    return force
-
-
-def _picture(space, number, pairs, comm):
-    """Nodes, corner tetrahedra, and the node of every dof, whole on all ranks; no direction where a dof is a sum or difference."""
-    nodes = space.dofmap.index_map
-    own_cells = space.mesh.topology.index_map(3).size_local
-    corners = space.dofmap.list.array.reshape(-1, 10)[:own_cells, :4]
-    parts = comm.allgather((space.tabulate_dof_coordinates()[:nodes.size_local],
-                            nodes.local_to_global(corners.ravel()).reshape(-1, 4),
-                            nodes.local_range[0] + np.flatnonzero(number >= 0)))
-    coordinates, cells, free = (np.concatenate(part) for part in zip(*parts))
-    direction = np.tile(np.arange(3), (len(free), 1))
-    direction[pairs.ravel()] = -1
-    return {"nodes": coordinates, "cells": cells, "cell_type": "tetra", "dof_node": np.repeat(free, 3),
-            "dof_direction": direction.ravel()}
+    upper, lower = (structure.surface(f"patch of post {i}") for i in (1, 2))
+    distance = np.linalg.norm(upper.points[:, None] - targets, axis=2).min(axis=0)
+    if distance.max() > 1e-9:
+        raise ValueError(f"{points[0]} x {points[1]} contact points do not fall on nodes of the patch: along each edge, "
+                         "points - 1 must divide twice the number of its divisions")
+    return Joint.between(upper, lower, at=targets, friction=FRICTION).with_parameters(
+        normal_stiffness=NORMAL_STIFFNESS / len(targets), tangential_stiffness=TANGENTIAL_STIFFNESS / len(targets))
 
 
 def closing_preload(K, contact_dofs, closing):
@@ -223,21 +163,20 @@ def frequencies(K, M, count):
     return np.sqrt([problem.getEigenvalue(i).real for i in range(count)]) / (2 * np.pi)
 
 
-def characteristic_frequencies(posts):
+def characteristic_frequencies(model):
     """Eigenfrequencies [Hz] with the contact dofs fixed (5), open (4) and sticking (1)."""
-    begin, end = posts.K.getOwnershipRange()
-    own = posts.contact_dofs[(posts.contact_dofs >= begin) & (posts.contact_dofs < end)]
-    rest = PETSc.IS().createGeneral(np.setdiff1d(np.arange(begin, end), own).astype(PETSc.IntType), comm=posts.K.getComm())
-    fixed = frequencies(posts.K.createSubMatrix(rest, rest), posts.M.createSubMatrix(rest, rest), 5)
-    diagonal = posts.K.getDiagonal()
-    share = np.array([TANGENTIAL_STIFFNESS, TANGENTIAL_STIFFNESS, NORMAL_STIFFNESS]) / len(posts.pairs)
-    for dofs, stiffness in zip(posts.contact_dofs.T, share):
-        mine = dofs[(dofs >= begin) & (dofs < end)]
-        diagonal.setValues(mine.astype(PETSc.IntType), np.full(len(mine), stiffness), addv=PETSc.InsertMode.ADD_VALUES)
+    begin, end = model.K.getOwnershipRange()
+    own = model.contact_dofs[(model.contact_dofs >= begin) & (model.contact_dofs < end)]
+    rest = PETSc.IS().createGeneral(np.setdiff1d(np.arange(begin, end), own).astype(PETSc.IntType), comm=model.K.getComm())
+    fixed = frequencies(model.K.createSubMatrix(rest, rest), model.M.createSubMatrix(rest, rest), 5)
+    diagonal = model.K.getDiagonal()
+    stiffness = np.column_stack([model.contact["tangential_stiffness"], model.contact["normal_stiffness"]])
+    mine = (model.contact_dofs >= begin) & (model.contact_dofs < end)
+    diagonal.setValues(model.contact_dofs[mine].astype(PETSc.IntType), stiffness[mine], addv=PETSc.InsertMode.ADD_VALUES)
     diagonal.assemble()
-    sticking = posts.K.copy()
+    sticking = model.K.copy()
     sticking.setDiagonal(diagonal)
-    return {"fixed": fixed, "open": frequencies(posts.K, posts.M, 4), "sticking": frequencies(sticking, posts.M, 1)}
+    return {"fixed": fixed, "open": frequencies(model.K, model.M, 4), "sticking": frequencies(sticking, model.M, 1)}
 
 
 def print_frequencies(comm):
@@ -245,11 +184,11 @@ def print_frequencies(comm):
     rows = ((0.0125, (4, 4), (2, 2)), (0.0125, (4, 4), (3, 3)), (0.0125, (4, 4), (5, 5)), (0.0075, (4, 4), (2, 2)),
             (0.005, (4, 4), (2, 2)), (0.0125, (10, 10), (2, 2)), (0.0125, (10, 10), (6, 6)), (0.005, (10, 10), (6, 6)))
     for size, divisions, points in rows:
-        posts = build(size, divisions, points, comm)
-        found = characteristic_frequencies(posts)
+        model = build(size, divisions, points, comm).model
+        found = characteristic_frequencies(model)
         if comm.rank == 0:
             columns = " | ".join(" ".join(f"{f:.1f}" for f in found[kind]) for kind in ("fixed", "open", "sticking"))
-            print(f"| {1e3 * size:g} mm | {divisions[0]} x {divisions[1]} | {len(posts.pairs)} | {posts.K.getSize()[0]} "
+            print(f"| {1e3 * size:g} mm | {divisions[0]} x {divisions[1]} | {len(model.contact_dofs)} | {model.n} "
                   f"| {columns} |", flush=True)
 
 
@@ -272,14 +211,13 @@ def main():
 
     start = time.perf_counter()
     posts = build(options.size, options.patch, options.points, comm)
-    preload = closing_preload(posts.K, posts.contact_dofs, options.closing)
-    contact = {"normal_stiffness": NORMAL_STIFFNESS / len(posts.pairs), "friction": FRICTION, "gap": 0.0,
-               "tangential_stiffness": TANGENTIAL_STIFFNESS / len(posts.pairs)}
-    Model(posts.K, posts.M, posts.contact_dofs, posts.force, preload, contact, posts.picture).write(options.output)
+    preload = closing_preload(posts.model.K, posts.model.contact_dofs, options.closing)
+    posts.model.with_loads(preload=preload).write(options.output)
     pressing = preload.sum()
     if comm.rank == 0:
-        print(f"{options.output}: {posts.K.getSize()[0]} dofs, {len(posts.pairs)} contact points, preload {pressing:.0f} N, "
-              f"{time.perf_counter() - start:.1f} s on {comm.size} rank{'s' * (comm.size > 1)}")
+        print(posts.joint.report())
+        print(f"{options.output}: {posts.model.n} dofs, {len(posts.joint)} contact points, preload {pressing:.0f} N, "
+          f"{time.perf_counter() - start:.1f} s on {comm.size} rank{'s' * (comm.size > 1)}")
 
 
 if __name__ == "__main__":

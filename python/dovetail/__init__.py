@@ -1,7 +1,10 @@
 """Dovetail: forced response of structures with frictional joints; set-up and post-processing in Python."""
 
+from .joint import Joint
 from .model import Model
 from .results import Results
+from .structure import Structure
+from .surface import Surface
 
 __version__ = "0.1.0"
-__all__ = ["Model", "Results", "__version__"]
+__all__ = ["Joint", "Model", "Results", "Structure", "Surface", "__version__"]

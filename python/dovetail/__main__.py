@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from . import __version__
+from .importers import FORMATS
 
 TEMPLATE = Path(__file__).with_name("template")
 
@@ -22,30 +23,52 @@ def new(arguments):
 
 def import_(arguments):
     """Convert foreign files to a model or reduced file."""
-    from .importers import FORMATS
+    from .importers import convert
 
-    print(f"{arguments.output}: {FORMATS[arguments.format](arguments.files, arguments.output)}")
+    print(f"{arguments.output}: {convert(arguments.format, arguments.files, arguments.output, arguments.setup)}")
 
 
 def plot(arguments):
-    """Draw a picture of a results file."""
+    """Draw a picture of a results file, or of the mesh of a model file."""
+    from .info import format_of
+
+    path = Path(arguments.file)
+    if format_of(path) == "dovetail-model":
+        figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
+    else:
+        figure, suffix = _picture_of_results(path, arguments)
+    output = Path(arguments.output) if arguments.output else path.with_name(path.stem + suffix)
+    figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
+    print(output)
+
+
+def _picture_of_model(path, up):
+    from .mesh_picture import mesh_picture
+    from .motion import read_model_parts
+
+    mesh, joint = read_model_parts(path)
+    if mesh is None:
+        raise ValueError(f"{path}: has no mesh to draw")
+    return mesh_picture(mesh, joint, up, path.name)
+
+
+def _picture_of_results(path, arguments):
+    """The figure, and what its file name ends with."""
     from . import plot as pictures
+    from .contact_map import contact_map
     from .results import Results
 
-    results = Results(arguments.results)
+    results = Results(path)
     if len(results) == 0:
-        raise ValueError(f"{arguments.results}: no point has been computed yet")
+        raise ValueError(f"{path}: no point has been computed yet")
     at = None if arguments.at is None else arguments.at * (2 * math.pi if arguments.hz else 1.0)
     if arguments.kind == "response":
-        figure = pictures.response(results, arguments.dof, at, arguments.hz)
-    else:
-        first = (arguments.dof or pictures.default_dofs(results))[0]
-        point = results.peak_point(first) if at is None else results.at(at)
-        figure = getattr(pictures, arguments.kind)(results, point, arguments.dof, arguments.hz)
-    suffix = ".png" if arguments.kind == "response" else f"_{arguments.kind}.png"
-    output = Path(arguments.output) if arguments.output else results.path.with_name(results.path.stem + suffix)
-    figure.savefig(output)
-    print(output)
+        return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
+    first = (arguments.dof or pictures.default_dofs(results))[0]
+    point = results.peak_point(first) if at is None else results.at(at)
+    if arguments.kind == "map":
+        return contact_map(results, point, arguments.model, arguments.hz), "_map.png"
+    return getattr(pictures, arguments.kind)(results, point, arguments.dof, arguments.hz), f"_{arguments.kind}.png"
 
 
 def info(arguments):
@@ -68,20 +91,26 @@ def parser():
     command.set_defaults(run=new)
 
     command = commands.add_parser("import", help="convert files of other programs", description="Convert files of other programs to "
-                                  "a model file (full matrices) or a reduced file (reduced ones).")
-    command.add_argument("format", metavar="FORMAT", choices=["csv"], help="csv: text blocks headed by 'Name: Kee' and so on")
-    command.add_argument("files", metavar="FILES", nargs="+", help="the files; their blocks are put together")
+                                  "a model file (full matrices) or, with csv, a reduced file (reduced ones). docs/import says how to "
+                                  "write them.")
+    command.add_argument("format", metavar="FORMAT", choices=list(FORMATS), help="; ".join(f"{k}: {v}" for k, v in FORMATS.items()))
+    command.add_argument("files", metavar="FILES", nargs="+", help="the files, as above")
+    command.add_argument("--setup", metavar="JOINTS.toml", help="supports, loads and joints, by the names of sets; for files with a mesh")
     command.add_argument("-o", "--output", metavar="MODEL.h5", required=True, help="file to write")
     command.set_defaults(run=import_)
 
-    command = commands.add_parser("plot", help="draw results", description="Draw a picture of a results file, also of one that is "
-                                  "still being written. Prints the name of the picture.")
-    command.add_argument("results", metavar="RESULTS.h5")
+    command = commands.add_parser("plot", help="draw results, or a mesh", description="Draw a picture of a results file, also of one "
+                                  "that is still being written, or of the mesh and contact points of a model file. Prints the name of "
+                                  "the picture.")
+    command.add_argument("file", metavar="FILE.h5", help="results or model")
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points); "
                          "default: the contact point that moves most")
-    command.add_argument("--kind", choices=["response", "history", "hysteresis"], default="response", help="default: %(default)s")
+    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map"], default="response",
+                         help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint")
     command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in rad/s (in Hz with --hz): marked in the response, "
-                         "chosen for history and hysteresis; default there: the peak of the first dof")
+                         "chosen for the others; default there: the peak of the first dof")
+    command.add_argument("--model", metavar="MODEL.h5", help="map: the model file, if it is not where it was when the run started")
+    command.add_argument("--up", choices="xyz", default="z", help="mesh: the axis that points upwards; default: %(default)s")
     command.add_argument("--hz", action="store_true", help="frequencies in Hz instead of rad/s")
     command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")
     command.set_defaults(run=plot)

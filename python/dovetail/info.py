@@ -1,30 +1,48 @@
 """What is in a file, in a few lines: model, reduced model or results."""
 
 import os
+import time
 
 import h5py
 import numpy as np
 
 from .hdf5_parts import text
+from .model_mesh import read_joint, read_mesh
 from .plot import default_dofs
-from .results import Results
+from .results import READ_ATTEMPTS, READ_PAUSE, Results
+
+
+def format_of(path):
+    """What kind of file of Dovetail this is: "dovetail-model", "dovetail-reduced" or "dovetail-results"."""
+    if not os.path.isfile(path):
+        raise ValueError(f"{path}: no such file")
+    if not h5py.is_hdf5(path):
+        raise ValueError(f"{path}: not a file of Dovetail, nor any other HDF5 file")
+    for attempt in range(READ_ATTEMPTS):  # a run may be writing
+        try:
+            with h5py.File(path, "r", locking=False) as file:
+                kind = text(file.attrs.get("format", "unnamed"))
+            break
+        except OSError as error:
+            if attempt == READ_ATTEMPTS - 1:
+                raise ValueError(f"{path}: not a readable file of Dovetail: {error}") from error
+            time.sleep(READ_PAUSE)
+    if kind not in ("dovetail-model", "dovetail-reduced", "dovetail-results"):
+        raise ValueError(f"{path}: not a file of Dovetail (format {kind})")
+    return kind
 
 
 def describe(path):
     """Text for `python3 -m dovetail info`."""
-    if not os.path.isfile(path):
-        raise ValueError(f"{path}: no such file")
-    readers = {"dovetail-model": _model, "dovetail-reduced": _reduced}
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            kind = text(file.attrs.get("format", "unnamed"))
-            lines = readers[kind](file) if kind in readers else []
-    except (OSError, KeyError) as error:
-        raise ValueError(f"{path}: not a readable file of Dovetail: {error}") from error
+    kind = format_of(path)
     if kind == "dovetail-results":
         lines = _results(Results(path))
-    elif kind not in readers:
-        raise ValueError(f"{path}: not a file of Dovetail (format {kind})")
+    else:
+        try:
+            with h5py.File(path, "r", locking=False) as file:
+                lines = {"dovetail-model": _model, "dovetail-reduced": _reduced}[kind](file)
+        except (OSError, KeyError) as error:
+            raise ValueError(f"{path}: not a readable file of Dovetail: {error}") from error
     width = max(len(label) for label, _ in lines)
     return "\n".join([f"{path}: {kind}"] + [f"  {label:<{width}}  {value}" for label, value in lines])
 
@@ -48,9 +66,16 @@ def _model(file):
             values = file[name][()]
             lines.append((name, f"{np.count_nonzero(values)} entries, largest {np.abs(values).max():g}"))
     lines += _contact_lines(file["contact"])
-    if "mesh" in file:
-        lines.append(("mesh", f"{len(file['mesh/nodes'])} nodes, {len(file['mesh/cells'])} cells "
-                              f"({text(file['mesh'].attrs['cell_type'])})"))
+    joint = read_joint(file)
+    if joint:
+        lines += [("joint", f"{name}: {np.count_nonzero(joint['joint'] == i)} contact points, "
+                            f"area {joint['area'][joint['joint'] == i].sum():g}") for i, name in enumerate(joint["names"])]
+    mesh = read_mesh(file)
+    if mesh:
+        cells = ", ".join(f"{len(rows)} {kind}" for kind, rows in mesh["cells"].items())
+        lines.append(("mesh", f"{len(mesh['nodes'])} nodes; cells: {cells or 'none'}"))
+        if mesh["sets"]:
+            lines.append(("sets", ", ".join(f"{name} ({len(rows)})" for name, rows in mesh["sets"].items())))
     return lines
 
 

@@ -7,16 +7,16 @@ The model is equation (1) of theory.md,
 without xi and f(t), which belong to the case file.
 """
 
+import copy
+
 import h5py
 import numpy as np
 import scipy.sparse as sp
 
-from . import hdf5_parts
+from . import hdf5_parts, model_mesh
 from .hdf5_parts import Part
+from .parameters import CONTACT_WIDTH, contact_parameters
 from .sparse_rows import even_range, fault, is_petsc, rows_of
-
-CONTACT_WIDTH = {"normal_stiffness": 1, "tangential_stiffness": 2, "friction": 2, "gap": 1}
-MESH_KEYS = ("nodes", "cells", "cell_type", "dof_node", "dof_direction")
 
 
 class Model:
@@ -34,8 +34,13 @@ class Model:
         Any of `normal_stiffness`, `gap` (a number or one per point) and `tangential_stiffness`, `friction` (a number,
         [t1, t2], or one such pair per point). The case file can override them.
     mesh : dict, optional
-        `nodes` (n_nodes, 3) [m], `cells` (n_cells, k), `cell_type` str, `dof_node` (n,), `dof_direction` (n,); for pictures.
-        Use -1 in `dof_node` for a dof that belongs to no node.
+        `nodes` (n_nodes, 3) [m]; `cells`, a dict of meshio cell type to (m, k) node rows in VTK order; `dof_node` (n,), the node of
+        each dof, -1 for none; `dof_direction` (n,), 0 to 2 for displacements, 3 to 5 for rotations, -1 for others. Optional `sets`,
+        a dict of name to node rows, and `changed`, the dofs that are no unknowns any more: `dof` (c,), `begin` (c+1,), `column`,
+        `value`, with u[dof[i]] = sum of value[j] q[column[j]] for j from begin[i] to begin[i+1].
+    joint : dict, optional
+        `position` (N_x, 3) [m], `axes` (N_x, 3, 3) with rows t1, t2, n, `area` (N_x,) [m^2], `joint` (N_x,) number of the joint
+        from 0, `names` of the joints. `Structure.join` gives it, as it gives `mesh`.
     units : str
         Shown in messages and plots.
     comm : mpi4py communicator, optional
@@ -47,7 +52,8 @@ class Model:
         On every rank, when anything above does not hold.
     """
 
-    def __init__(self, K, M, contact_dofs, force=None, preload=None, contact=None, mesh=None, units="SI", comm=None):
+    def __init__(self, K, M, contact_dofs, force=None, preload=None, contact=None, mesh=None, joint=None, units="SI",
+                 comm=None):
         if comm is None:
             comm = K.getComm().tompi4py() if is_petsc(K) else hdf5_parts.default_comm()
         self.K, self.M, self.units, self.comm = K, M, str(units), comm
@@ -62,8 +68,9 @@ class Model:
         self.contact_dofs = _contact_dofs(contact_dofs, self.n)
         self.force = self._load(force, "force")
         self.preload = self._load(preload, "preload")
-        self.contact = _contact_parameters(contact or {}, len(self.contact_dofs))
-        self.mesh = _mesh(mesh, self.n) if mesh else None
+        self.contact = contact_parameters(contact or {}, len(self.contact_dofs))
+        self.mesh = model_mesh.checked_mesh(mesh, self.n) if mesh else None
+        self.joint = model_mesh.checked_joint(joint, len(self.contact_dofs)) if joint else None
 
     @classmethod
     def from_blocks(cls, Kee, Kec, Kcc, Mee, Mec, Mcc, Fe=None, Fc=None, Pe=None, Pc=None, **options):
@@ -76,7 +83,7 @@ class Model:
         Fe, Pe : (n_e,), optional;  Fc, Pc : (3 N_x,), optional
             Parts of F and P [N], default zero.
         **options
-            `contact`, `mesh`, `units`, `comm` of Model.
+            `contact`, `mesh`, `joint`, `units`, `comm` of Model.
         """
         n_e, n_c = np.shape(Kec)
         wanted = {"Kee": (Kee, (n_e, n_e)), "Kcc": (Kcc, (n_c, n_c)), "Mee": (Mee, (n_e, n_e)), "Mec": (Mec, (n_e, n_c)),
@@ -93,6 +100,13 @@ class Model:
         contact_dofs = n_e + np.arange(n_c).reshape(-1, 3)
         return cls(K, M, contact_dofs, _stack(Fe, Fc, n_e, n_c, "F"), _stack(Pe, Pc, n_e, n_c, "P"), **options)
 
+    def with_loads(self, force=None, preload=None):
+        """The same model with another F or P, where given; K and M are shared with this one."""
+        result = copy.copy(self)
+        result.force = self.force if force is None else self._load(force, "force")
+        result.preload = self.preload if preload is None else self._load(preload, "preload")
+        return result
+
     def write(self, path):
         """Write the model file of docs/files.md. Collective: every rank writes the rows it holds."""
         parts = []
@@ -107,9 +121,10 @@ class Model:
         attributes = {"": {"format": "dovetail-model", "version": 1, "units": self.units}}
         for name in self._rows:
             attributes[name] = {"MATLAB_sparse": np.uint64(self.n), "MATLAB_class": np.string_("double")}
-        if self.mesh:
-            parts += [self._share(f"mesh/{key}", value) for key, value in self.mesh.items() if key != "cell_type"]
-            attributes["mesh"] = {"cell_type": self.mesh["cell_type"]}
+        for name, values in model_mesh.datasets(self.mesh, self.joint).items():
+            parts.append(self._share(name, values))
+        if self.joint:
+            attributes["contact"] = {"joints": np.array([name.encode() for name in self.joint["names"]])}
         hdf5_parts.write(path, parts, attributes, self.comm)
 
     @classmethod
@@ -122,13 +137,10 @@ class Model:
             if kind != "dovetail-model":
                 raise ValueError(f"{path}: format must be dovetail-model, found {kind}")
             contact = {name: file["contact"][name][()] for name in CONTACT_WIDTH if name in file["contact"]}
-            mesh = None
-            if "mesh" in file:
-                mesh = {key: file["mesh"][key][()] for key in MESH_KEYS if key in file["mesh"]}
-                mesh["cell_type"] = hdf5_parts.text(file["mesh"].attrs["cell_type"])
+            mesh, joint = model_mesh.read_mesh(file), model_mesh.read_joint(file)
             loads = {name: file[name][()] for name in ("force", "preload") if name in file}
             return cls(_read_sparse(file["K"]), _read_sparse(file["M"]), file["contact/dofs"][()], **loads,
-                       contact=contact, mesh=mesh, units=hdf5_parts.text(file.attrs.get("units", "SI")),
+                       contact=contact, mesh=mesh, joint=joint, units=hdf5_parts.text(file.attrs.get("units", "SI")),
                        comm=hdf5_parts.Alone())
 
     def _load(self, load, name):
@@ -188,42 +200,3 @@ def _contact_dofs(dofs, n):
     if counts.max() > 1:
         raise ValueError(f"contact_dofs must not repeat, found {values[counts.argmax()]} {counts.max()} times")
     return dofs.astype(np.int64)
-
-
-def _contact_parameters(contact, n_points):
-    """Every parameter given, one row per contact point: (N_x,) or (N_x, 2)."""
-    unknown = set(contact) - set(CONTACT_WIDTH)
-    if unknown:
-        raise ValueError(f"contact has unknown {sorted(unknown)}; known are {sorted(CONTACT_WIDTH)}")
-    rows = {}
-    for name, given in contact.items():
-        shape = (n_points,) if CONTACT_WIDTH[name] == 1 else (n_points, 2)
-        given = np.asarray(given, dtype=np.float64)
-        if given.shape not in ((), shape, shape[1:]):
-            choices = "a number or one per point" if len(shape) == 1 else "a number, [t1, t2] or one such pair per point"
-            raise ValueError(f"contact {name} must be {choices} ({n_points} points), found shape {given.shape}")
-        values = np.broadcast_to(given, shape).copy()
-        if not np.all(np.isfinite(values)):
-            raise ValueError(f"contact {name} must be finite")
-        if name.endswith("stiffness") and values.min() <= 0:
-            raise ValueError(f"contact {name} must be positive, found {values.min():g}")
-        if name == "friction" and values.min() < 0:
-            raise ValueError(f"contact friction must not be negative, found {values.min():g}")
-        rows[name] = values
-    return rows
-
-
-def _mesh(mesh, n):
-    if set(mesh) != set(MESH_KEYS):
-        raise ValueError(f"mesh must have {', '.join(MESH_KEYS)}, found {', '.join(sorted(mesh))}")
-    nodes = np.asarray(mesh["nodes"], dtype=np.float64)
-    cells, dof_node, dof_direction = (np.asarray(mesh[key], dtype=np.int64) for key in ("cells", "dof_node", "dof_direction"))
-    if nodes.ndim != 2 or nodes.shape[1] != 3:
-        raise ValueError(f"mesh nodes must have shape (n_nodes, 3), found {nodes.shape}")
-    if cells.ndim != 2 or (cells.size and not 0 <= cells.min() <= cells.max() < len(nodes)):
-        raise ValueError(f"mesh cells must be (n_cells, nodes per cell) numbers of nodes, 0 to {len(nodes) - 1}")
-    for name, values, top in (("dof_node", dof_node, len(nodes)), ("dof_direction", dof_direction, 3)):
-        if values.shape != (n,) or values.min() < -1 or values.max() >= top:
-            raise ValueError(f"mesh {name} must have shape ({n},) and values from -1 to {top - 1}, found shape {values.shape}")
-    return {"nodes": nodes, "cells": cells, "cell_type": str(mesh["cell_type"]), "dof_node": dof_node,
-            "dof_direction": dof_direction}

@@ -219,8 +219,40 @@ class Results:
         contact = motion[:, self.modes:] + self.xp
         return recovery["xe0"] + motion[:, :self.modes] @ recovery["Phi"].T + contact @ recovery["Psi"].T
 
+    def unknowns(self, point, dofs, n=64, times=None):
+        """Some unknowns of the full model, (N, k), total values; dofs (k,) are their numbers there, other arguments as `elastic`."""
+        recovery, dofs = self._recovery(("elastic_dofs", "contact_dofs")), np.asarray(dofs, dtype=np.int64)
+        elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
+        size = 1 + max(elastic.max(initial=-1), contact.max(initial=-1), dofs.max(initial=-1))
+        row, column = np.full((2, size), -1)
+        row[elastic], column[contact] = np.arange(elastic.size), np.arange(contact.size)
+        row, column = row[dofs], column[dofs]
+        missing = dofs[(row < 0) & (column < 0)]
+        if missing.size:
+            raise ValueError(f"{self.reduced}: keeps {elastic.size} elastic degrees of freedom, and {missing.size} of the ones wanted "
+                             f"are not among them, the first number {missing[0]}")
+        motion = self._motion(point, n, times)
+        contact_motion = motion[:, self.modes:] + self.xp
+        values = np.empty((len(motion), dofs.size))
+        values[:, column >= 0] = contact_motion[:, column[column >= 0]]
+        row = row[row >= 0]
+        if row.size:
+            part = self._recovery(("xe0", "Phi", "Psi"), slice(row.min(), row.max() + 1))
+            xe0, Phi, Psi = (part[name][row - row.min()] for name in ("xe0", "Phi", "Psi"))
+            values[:, column < 0] = xe0 + motion[:, :self.modes] @ Phi.T + contact_motion @ Psi.T
+        return values
+
+    def displacement(self, point, nodes=None, n=64, times=None, model=None):
+        """Total displacement of nodes of the mesh, (N, k, 3) [m]; see `motion.nodal_displacement`."""
+        from . import motion
+
+        return motion.nodal_displacement(self, point, nodes, n, times, model)
+
     def full(self, point, n=64, times=None):
-        """Displacements of every degree of freedom in the order of the full model, (N, n_full); arguments as `elastic`."""
+        """All unknowns of the full model in its order, (N, n_full), total values; arguments as `elastic`.
+
+        Where joints have changed the coordinates these are sums and differences; `displacement` gives the motion of nodes.
+        """
         recovery = self._recovery(("elastic_dofs", "contact_dofs"))
         elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
         size = elastic.size + contact.size
@@ -259,11 +291,11 @@ class Results:
         theta = fourier.phases(n) if times is None else self.omega[point] * np.asarray(times, dtype=float)
         return fourier.basis(self.harmonics, theta) @ coefficients.T
 
-    def _recovery(self, names):
+    def _recovery(self, names, rows=slice(None)):
         if self.reduced is None or not self.reduced.is_file():
             raise ValueError(f"{self.path}: the reduced file it was computed from is not there ({self.reduced})")
         with h5py.File(self.reduced, "r") as file:
             missing = [name for name in names if f"recovery/{name}" not in file]
             if missing:
                 raise ValueError(f"{self.reduced}: no recovery data ({', '.join(missing)}); the run must start from a model file")
-            return {name: file["recovery"][name][()] for name in names}
+            return {name: file["recovery"][name][rows] for name in names}

@@ -14,7 +14,7 @@ SYMMETRY_TOLERANCE = 1e-10  # largest |A - A^T| in a row, relative to the larges
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows `start` to `stop` (exclusive) of an (n, n) matrix in compressed form, columns sorted and global."""
+    """Rows `start` to `stop` (exclusive) of an (n, n) matrix in compressed form, columns sorted and global, no exact zeros."""
 
     n: int
     start: int
@@ -57,6 +57,7 @@ def rows_of(matrix, name, comm):
 def _scipy_rows(whole, start, stop):
     part = whole[start:stop].astype(np.float64)
     part.sum_duplicates()
+    part.eliminate_zeros()
     return Rows(whole.shape[0], start, stop, part.indptr, part.indices, part.data)
 
 
@@ -70,7 +71,9 @@ def _petsc_rows(matrix):
 
     def local(mat):
         indptr, indices, data = mat.getValuesCSR()
-        return Rows(mat.getSize()[0], *mat.getOwnershipRange(), indptr, indices, np.real(data))
+        kept = data != 0  # finite elements and the change to relative coordinates leave many zeros
+        indptr = np.append(0, np.cumsum(kept))[indptr].astype(indptr.dtype)
+        return Rows(mat.getSize()[0], *mat.getOwnershipRange(), indptr, indices[kept], np.real(data[kept]))
 
     return local(matrix), local(difference)
 

@@ -44,6 +44,10 @@ except ValueError as error:
 """
 
 
+MESH = {"nodes": np.zeros((1, 3)), "cells": {}, "dof_node": np.zeros(9, int), "dof_direction": np.zeros(9, int)}
+JOINT = {"position": np.zeros((1, 3)), "axes": np.eye(3)[None], "area": [1.0], "joint": [0], "names": ["a"]}
+
+
 def small(n=9, **changes):
     K = sp.diags([-1.0, 2.5, -1.0], [-1, 0, 1], shape=(n, n), format="csr")
     arguments = {"K": K, "M": sp.identity(n, format="csr") * 2, "contact_dofs": [[3, 1, 8]], "force": np.arange(n)}
@@ -79,18 +83,31 @@ def test_file_has_the_documented_layout(tmp_path):
 
 
 def test_round_trip(tmp_path):
-    mesh = {"nodes": np.random.rand(3, 3), "cells": [[0, 1], [1, 2]], "cell_type": "line", "dof_node": np.arange(9) // 3,
-            "dof_direction": np.arange(9) % 3}
-    written = small(contact={"normal_stiffness": [5.0], "tangential_stiffness": 7.0, "gap": -1}, mesh=mesh, units="mm-N-s")
+    mesh = {"nodes": np.random.rand(3, 3), "cells": {"line": [[0, 1], [1, 2]], "vertex": [[2]]}, "dof_node": np.arange(9) // 3,
+            "dof_direction": np.arange(9) % 3, "sets": {"tip": [2], "side/left": [0, 1], "none": []},
+            "changed": {"dof": [3, 4], "begin": [0, 2, 3], "column": [3, 1, 8], "value": [0.5, -0.5, 1.0]}}
+    joint = {"position": [[1.0, 2.0, 3.0]], "axes": np.eye(3)[None], "area": [0.25], "joint": [1], "names": ["left", "à droite"]}
+    written = small(contact={"normal_stiffness": [5.0], "tangential_stiffness": 7.0, "gap": -1}, mesh=mesh, joint=joint, units="mm-N-s")
     written.write(tmp_path / "m.h5")
     read = Model.read(tmp_path / "m.h5")
     assert abs(read.K - written.K).max() == 0 and abs(read.M - written.M).max() == 0
-    assert read.units == "mm-N-s" and read.mesh["cell_type"] == "line"
+    assert read.units == "mm-N-s" and read.joint["names"] == ["left", "à droite"]
     np.testing.assert_array_equal(read.force, written.force)
     np.testing.assert_array_equal(read.contact_dofs, [[3, 1, 8]])
     np.testing.assert_array_equal(read.contact["tangential_stiffness"], [[7.0, 7.0]])
-    np.testing.assert_array_equal(read.mesh["cells"], mesh["cells"])
     np.testing.assert_array_equal(read.mesh["nodes"], mesh["nodes"])
+    for group in ("cells", "sets", "changed"):
+        assert read.mesh[group].keys() == mesh[group].keys()
+        for key, values in mesh[group].items():
+            np.testing.assert_array_equal(read.mesh[group][key], values)
+    for key in ("position", "axes", "area", "joint"):
+        np.testing.assert_array_equal(read.joint[key], joint[key])
+
+
+def test_exact_zeros_are_not_written(tmp_path):
+    K = sp.csr_matrix(([3.0, 0.0, 0.0, 4.0, 5.0], ([0, 0, 1, 1, 2], [0, 1, 0, 1, 2])))
+    Model(K, sp.identity(3), [[0, 1, 2]]).write(tmp_path / "m.h5")
+    np.testing.assert_array_equal(contents(tmp_path / "m.h5")["K/data"], [3, 4, 5])
 
 
 def test_blocks_are_put_in_place():
@@ -122,7 +139,16 @@ def test_blocks_are_put_in_place():
     ({"contact": {"friction": [1, 2, 3]}}, r"a number, \[t1, t2\] or one such pair per point"),
     ({"contact": {"gap": np.nan}}, "gap must be finite"),
     ({"contact": {"stiffness": 1.0}}, "unknown .'stiffness'.; known are"),
-    ({"mesh": {"nodes": np.zeros((1, 3))}}, "mesh must have nodes, cells, cell_type, dof_node, dof_direction, found nodes"),
+    ({"mesh": {"nodes": np.zeros((1, 3))}}, "mesh must have nodes, cells, dof_node, dof_direction and may .* found nodes"),
+    ({"mesh": {**MESH, "cells": {"line": [[0, 1]]}}}, "cells 'line' must be .* numbers of nodes, 0 to 0"),
+    ({"mesh": {**MESH, "cells": [[0, 0]]}}, "cells must be a dict"),
+    ({"mesh": {**MESH, "sets": {"tip": [1]}}}, "set 'tip' must hold numbers of nodes, 0 to 0"),
+    ({"mesh": {**MESH, "dof_direction": np.full(9, 6)}}, "dof_direction must have shape .9,. and values from -1 to 5"),
+    ({"mesh": {**MESH, "changed": {"dof": [1], "begin": [0, 1], "column": [9], "value": [1.0]}}}, "columns 0 to 8"),
+    ({"mesh": {**MESH, "changed": {"dof": [1], "begin": [0, 2], "column": [2], "value": [1.0]}}}, "values between begin"),
+    ({"joint": {"position": [[0, 0, 0]]}}, "joint must have position, axes, area, joint, names, found position"),
+    ({"joint": {**JOINT, "area": [1, 2]}}, r"joint area must have shape \(1,\), found \(2,\)"),
+    ({"joint": {**JOINT, "joint": [1]}}, "joint numbers must lie in 0 to 0"),
 ])
 def test_wrong_input_is_refused(changes, message):
     with pytest.raises(ValueError, match=message):

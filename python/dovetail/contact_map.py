@@ -1,0 +1,143 @@
+"""Map of a joint: what every contact point does over one period, at its place in the plane of the joint."""
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.ticker import EngFormatter, MaxNLocator  # noqa: E402
+
+from .motion import find_model, read_model_parts  # noqa: E402
+from .plot import STYLE  # noqa: E402
+from .results import DIRECTIONS  # noqa: E402
+
+SAMPLES = 256  # per period
+STATES = (("sticks", "o"), ("slips", "s"), ("opens at times", "^"), ("open throughout", "x"))  # with their markers
+COLOURS = plt.get_cmap("YlOrBr")  # falls in brightness all the way: readable in grey
+
+
+def contact_map(results, point, model=None, hz=False):
+    """Share of the period in which every contact point slips, and its friction work per area; one row of panels for each joint.
+
+    Parameters
+    ----------
+    results : Results
+    point : int
+        Index of the point of the branch.
+    model : path-like, optional
+        The model file; default the one the reduced file names.
+    hz : bool
+        Frequency in Hz instead of rad/s.
+    """
+    path = find_model(results, model)
+    _, joint = read_model_parts(path)
+    if joint is None:
+        raise ValueError(f"{path}: has no /contact/position, so the places of its contact points are not known; models made by "
+                         "Structure.join have them")
+    if len(joint["position"]) != results.contact_points:
+        raise ValueError(f"{path}: has {len(joint['position'])} contact points, the results have {results.contact_points}; name the "
+                         "model of this run with --model")
+    state, slipping, work = over_period(results, point)
+    per_area = bool(np.all(joint["area"] > 0))
+    work = work / joint["area"] if per_area else work
+    numbers = np.unique(joint["joint"])
+    flat = [in_plane(joint["position"][joint["joint"] == number], joint["axes"][joint["joint"] == number]) for number in numbers]
+    tall = [panel_height(places) for places in flat]
+    with plt.rc_context(STYLE):
+        figure = plt.figure(figsize=(9.6, 1.0 + sum(tall)), layout="constrained")
+        grid = figure.add_gridspec(len(numbers) + 1, 2, height_ratios=[*tall, 0.35])
+        largest = max(work.max(), np.finfo(float).tiny)
+        for i, (number, places) in enumerate(zip(numbers, flat)):
+            row = [figure.add_subplot(grid[i, column]) for column in (0, 1)]
+            mine = joint["joint"] == number
+            shares = _panel(row[0], places, 100 * slipping[mine], state[mine], 100.0)
+            works = _panel(row[1], places, work[mine], state[mine], largest)
+            row[0].set_title(joint["names"][number], loc="left", fontsize=10)
+            scale(row[0], shares, "slips [% of the period]")
+            unit = ("J/m²" if per_area else "J") if results.units == "SI" else ""
+            scale(row[1], works, "friction work per period" + " and area" * per_area, EngFormatter(unit))
+        handles = [plt.Line2D([], [], marker=marker, linestyle="", color="black", markerfacecolor="#d0d0d0", markersize=7,
+                              label=f"{name} ({np.count_nonzero(state == i)})") for i, (name, marker) in enumerate(STATES)]
+        below = figure.add_subplot(grid[-1, :])
+        below.axis("off")
+        below.legend(handles=handles, loc="center", ncols=len(STATES))
+        where = f"{results.frequency[point]:.6g} Hz" if hz else f"{results.omega[point]:.6g} rad/s"
+        figure.suptitle(f"{results.title or results.path.name}, at {where}")
+    return figure
+
+
+def over_period(results, point):
+    """For each contact point: state (N_x,) as a number in STATES, share of the period slipping (N_x,), work (N_x,) [J]."""
+    state = np.zeros(results.contact_points, dtype=int)
+    slipping, work = np.zeros((2, results.contact_points))
+    for i in range(results.contact_points):
+        force, states = results.contact_force(point, i + 1, SAMPLES)
+        opened, slips = states[:, 0] == 2, np.any(np.abs(states) == 1, axis=1)
+        state[i] = 3 if opened.all() else 2 if opened.any() else 1 if slips.any() else 0
+        slipping[i] = slips.mean()
+        if slips.any():
+            for T, direction in zip(force.T, DIRECTIONS[:2]):
+                x = results.time_history(point, f"x{i + 1}.{direction}", SAMPLES)[1]
+                work[i] += np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x))
+    return state, slipping, np.maximum(work, 0.0)  # round-off of a loop without area
+
+
+def in_plane(position, axes):
+    """Coordinates (m, 2) [m] in the mean tangent plane of a joint, from the centre of its points; t1 to the right, t2 upwards."""
+    normal = axes[:, 2].mean(axis=0)
+    normal = normal / np.linalg.norm(normal) if np.linalg.norm(normal) > 1e-6 else axes[0, 2]
+    first = axes[:, 0].mean(axis=0)
+    first = first - (first @ normal) * normal
+    if np.linalg.norm(first) < 1e-6:
+        first = np.eye(3)[np.argmin(np.abs(normal))]
+        first = first - (first @ normal) * normal
+    first = first / np.linalg.norm(first)
+    centred = position - position.mean(axis=0)
+    return np.stack([centred @ first, centred @ np.cross(normal, first)], axis=1)
+
+
+def panel_height(places, width=3.6):
+    """Height of a panel [inch] that shows the places in equal scales, within reason."""
+    x, y = np.maximum(np.ptp(places, axis=0), 1e-12)
+    return float(np.clip(width * y / x, 1.2, 4.5)) + 0.8
+
+
+def scale(axis, drawn, label, formatter=None):
+    """A colour bar as high as the panel is."""
+    bar = axis.figure.colorbar(drawn, cax=axis.inset_axes([1.05, 0, 0.05, 1]), format=formatter)
+    bar.locator = MaxNLocator(5)
+    bar.update_ticks()
+    bar.set_label(label)
+
+
+def dress(axis, places):
+    """Equal scales, a margin, ticks in metres."""
+    x, y = np.ptp(places, axis=0)
+    margin = 0.12 * max(x, y) or 1.0
+    for axis_, values in ((axis.set_xlim, places[:, 0]), (axis.set_ylim, places[:, 1])):
+        axis_(values.min() - margin, values.max() + margin)
+    axis.set_aspect("equal")
+    axis.xaxis.set_major_formatter(EngFormatter("m"))
+    axis.yaxis.set_major_formatter(EngFormatter("m"))
+    axis.locator_params(axis="x", nbins=int(np.clip(5 * x / max(y, 1e-12), 2, 4)))
+    axis.locator_params(axis="y", nbins=int(np.clip(5 * y / max(x, 1e-12), 2, 6)))
+    axis.set(xlabel="t1", ylabel="t2")
+
+
+def marker_area(places, width=3.6):
+    """Size of a marker [points^2] at which neighbours just stay apart."""
+    largest = max(np.ptp(places, axis=0).max(), 1e-12)
+    between = 72 * width / np.sqrt(max(len(places) * np.prod(np.maximum(np.ptp(places, axis=0) / largest, 0.05)) ** -1, 1.0))
+    return float(np.clip((0.45 * between) ** 2, 4, 120))
+
+
+def _panel(axis, places, values, state, top):
+    size = marker_area(places)
+    for i, (_, marker) in enumerate(STATES):
+        mine = state == i
+        edge = {"edgecolors": "black", "linewidths": 0.8 if size > 20 else 0.3} if marker != "x" else {"linewidths": 1.2}
+        colour = {"c": values[mine], "cmap": COLOURS, "vmin": 0, "vmax": top} if marker != "x" else {"c": "black"}
+        axis.scatter(*places[mine].T, s=size * (1.0 if marker != "x" else 0.6), marker=marker, **colour, **edge)
+    dress(axis, places)
+    return plt.cm.ScalarMappable(norm=plt.Normalize(0, top), cmap=COLOURS)

@@ -1,0 +1,100 @@
+"""The parts of a model file the solver passes over: the mesh, and where the contact points are. For pictures and full motion."""
+
+import h5py
+import numpy as np
+
+from .hdf5_parts import text
+
+MESH = ("nodes", "cells", "dof_node", "dof_direction")
+CHANGED = ("dof", "begin", "column", "value")
+JOINT = {"position": (3,), "axes": (3, 3), "area": (), "joint": ()}  # shape per contact point
+
+
+def checked_mesh(mesh, n):
+    """The `mesh` of Model for n dofs, as arrays; `sets` and `changed` always there, empty if not given."""
+    if not set(MESH) <= set(mesh) <= {*MESH, "sets", "changed"}:
+        raise ValueError(f"mesh must have {', '.join(MESH)} and may have sets, changed; found {', '.join(sorted(mesh))}")
+    nodes = np.asarray(mesh["nodes"], dtype=np.float64)
+    if nodes.ndim != 2 or nodes.shape[1] != 3:
+        raise ValueError(f"mesh nodes must have shape (n_nodes, 3), found {nodes.shape}")
+    if not isinstance(mesh["cells"], dict):
+        raise ValueError("mesh cells must be a dict of cell type to node rows, such as {'tetra': rows}, found "
+                         f"{type(mesh['cells']).__name__}")
+    cells = {str(kind): np.asarray(rows, dtype=np.int64) for kind, rows in mesh["cells"].items()}
+    for kind, rows in cells.items():
+        if rows.ndim != 2 or (rows.size and not 0 <= rows.min() <= rows.max() < len(nodes)):
+            raise ValueError(f"mesh cells {kind!r} must be (n_cells, nodes per cell) numbers of nodes, 0 to {len(nodes) - 1}")
+    sets = {str(name): np.asarray(rows, dtype=np.int64).reshape(-1) for name, rows in mesh.get("sets", {}).items()}
+    for name, rows in sets.items():
+        if rows.size and not 0 <= rows.min() <= rows.max() < len(nodes):
+            raise ValueError(f"mesh set {name!r} must hold numbers of nodes, 0 to {len(nodes) - 1}")
+    dof_node, dof_direction = (np.asarray(mesh[key], dtype=np.int64) for key in ("dof_node", "dof_direction"))
+    for name, values, top in (("dof_node", dof_node, len(nodes)), ("dof_direction", dof_direction, 6)):
+        if values.shape != (n,) or values.min() < -1 or values.max() >= top:
+            raise ValueError(f"mesh {name} must have shape ({n},) and values from -1 to {top - 1}, found shape {values.shape}")
+    return {"nodes": nodes, "cells": cells, "dof_node": dof_node, "dof_direction": dof_direction, "sets": sets,
+            "changed": _checked_changed(mesh.get("changed"), n)}
+
+
+def _checked_changed(changed, n):
+    if changed is None:
+        changed = {"dof": [], "begin": [0], "column": [], "value": []}
+    if set(changed) != set(CHANGED):
+        raise ValueError(f"mesh changed must have {', '.join(CHANGED)}, found {', '.join(sorted(changed))}")
+    changed = {key: np.asarray(changed[key], dtype=np.float64 if key == "value" else np.int64) for key in CHANGED}
+    dof, begin, column = (changed[key] for key in ("dof", "begin", "column"))
+    fits = begin.shape == (dof.size + 1,) and begin[0] == 0 and begin[-1] == column.size == changed["value"].size
+    if not fits or np.any(np.diff(begin) < 0) or not all(np.all((v >= 0) & (v < n)) for v in (dof, column)):
+        raise ValueError(f"mesh changed must give, for each of its dofs, columns 0 to {n - 1} and values between begin[i] and begin[i + 1]")
+    return changed
+
+
+def checked_joint(joint, n_points):
+    """The `joint` of Model for n_points contact points, as arrays."""
+    if set(joint) != {*JOINT, "names"}:
+        raise ValueError(f"joint must have {', '.join(JOINT)}, names, found {', '.join(sorted(joint))}")
+    checked = {key: np.asarray(joint[key], dtype=np.int64 if key == "joint" else np.float64) for key in JOINT}
+    for key, shape in JOINT.items():
+        if checked[key].shape != (n_points, *shape):
+            raise ValueError(f"joint {key} must have shape {(n_points, *shape)}, found {checked[key].shape}")
+    names = [str(name) for name in joint["names"]]
+    if checked["joint"].min() < 0 or checked["joint"].max() >= len(names):
+        raise ValueError(f"joint numbers must lie in 0 to {len(names) - 1}, as there are {len(names)} names")
+    return {**checked, "names": names}
+
+
+def datasets(mesh, joint):
+    """Name in the file to array, of all that Model was given."""
+    found = {}
+    if mesh:
+        found = {f"mesh/{key}": mesh[key] for key in ("nodes", "dof_node", "dof_direction")}
+        found |= {f"mesh/cells/{kind}": rows for kind, rows in mesh["cells"].items()}
+        found |= {f"mesh/sets/{name}": rows for name, rows in mesh["sets"].items()}
+        if mesh["changed"]["dof"].size:
+            found |= {f"mesh/changed/{key}": values for key, values in mesh["changed"].items()}
+    if joint:
+        found |= {f"contact/{key}": joint[key] for key in JOINT}
+    return found
+
+
+def read_mesh(file):
+    """The `mesh` of Model from an open model file, or None."""
+    if "mesh" not in file:
+        return None
+    group = file["mesh"]
+    mesh = {key: group[key][()] for key in ("nodes", "dof_node", "dof_direction")}
+    for key in ("cells", "sets"):
+        mesh[key] = {}
+        if key in group:  # names may hold a slash, which makes groups within groups
+            group[key].visititems(lambda name, item: mesh[key].update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+    if "changed" in group:
+        mesh["changed"] = {key: group["changed"][key][()] for key in CHANGED}
+    return mesh
+
+
+def read_joint(file):
+    """The `joint` of Model from an open model file, or None."""
+    if "contact/position" not in file:
+        return None
+    group = file["contact"]
+    return {**{key: group[key][()] for key in JOINT}, "names": [text(name) for name in group.attrs["joints"]]}

@@ -1,0 +1,107 @@
+"""Motion of the nodes of the full model, from results, the reduced file and the mesh of the model file."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import scipy.sparse as sp
+
+from . import model_mesh
+from .hdf5_parts import text
+
+
+def find_model(results, given=None):
+    """The model file a run started from: `given`, or the one the reduced file names, also looked for near the results.
+
+    Raises ValueError when there is none.
+    """
+    if given is not None:
+        candidates = [Path(given)]
+    else:
+        name = Path(_model_named(results))
+        folder = results.path.resolve().parent
+        candidates = [name, folder / name, folder / name.name, folder.parent / name.name]
+    for path in candidates:
+        if h5py.is_hdf5(path):
+            return path
+    raise ValueError(f"the model file of {results.path} is not there ({candidates[0]}); name it with --model")
+
+
+def _model_named(results):
+    if results.reduced is None or not results.reduced.is_file():
+        raise ValueError(f"{results.path}: the reduced file it was computed from is not there ({results.reduced}), so the model file is "
+                         "not known; name it with --model")
+    with h5py.File(results.reduced, "r") as file:
+        name = text(file.attrs.get("model", ""))
+    if not name:
+        raise ValueError(f"{results.reduced}: does not say which model it was made from; name the model file with --model")
+    return name
+
+
+def read_model_parts(path):
+    """(mesh, joint) of a model file, as in `Model`, without its matrices; None where there is none."""
+    with h5py.File(path, "r", locking=False) as file:
+        kind = text(file.attrs.get("format", "unnamed"))
+        if kind != "dovetail-model":
+            raise ValueError(f"{path}: format must be dovetail-model, found {kind}")
+        return model_mesh.read_mesh(file), model_mesh.read_joint(file)
+
+
+def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None):
+    """Total displacement of nodes, preload included, x_e0 + Phi a + Psi x and u = T q.
+
+    Parameters
+    ----------
+    results : Results
+    point : int
+    nodes : (k,) int array or name of a set, optional
+        Rows of the mesh's nodes; default all.
+    n : int
+        Equal steps over one period ...
+    times : (N,) array, optional
+        ... or these times [s].
+    model : path-like, optional
+        Default: `find_model`.
+
+    Returns
+    -------
+    (N, k, 3) array [m]; zero where a direction is clamped.
+    """
+    path = find_model(results, model)
+    mesh, _ = read_model_parts(path)
+    if mesh is None:
+        raise ValueError(f"{path}: has no mesh, so its nodes are not known")
+    if isinstance(nodes, str):
+        if nodes not in mesh["sets"]:
+            raise ValueError(f"{path}: no set {nodes!r}; there are {', '.join(sorted(mesh['sets'])) or 'none'}")
+        nodes = mesh["sets"][nodes]
+    nodes = np.arange(len(mesh["nodes"])) if nodes is None else np.asarray(nodes)
+    place = np.full(len(mesh["nodes"]), -1)
+    place[nodes] = np.arange(len(nodes))
+    node, direction = mesh["dof_node"], mesh["dof_direction"]
+    wanted = np.flatnonzero((node >= 0) & (place[node] >= 0) & (direction >= 0) & (direction < 3))
+    rows = _rows_of_T(mesh, wanted)
+    columns, compact = np.unique(rows.indices, return_inverse=True)
+    rows = sp.csr_matrix((rows.data, compact, rows.indptr), shape=(len(wanted), len(columns)))
+    u = (rows @ results.unknowns(point, columns, n, times).T).T
+    field = np.zeros((len(u), len(nodes), 3))
+    field[:, place[node[wanted]], direction[wanted]] = u
+    return field
+
+
+def _rows_of_T(mesh, dofs):
+    """Rows (k, n) of T for some dofs: the unknown itself, or what `changed` says."""
+    n = len(mesh["dof_node"])
+    changed = mesh.get("changed")
+    if changed is None:
+        changed = {"dof": np.empty(0, int), "begin": np.zeros(1, int), "column": np.empty(0, int), "value": np.empty(0)}
+    block = sp.csr_matrix((changed["value"], changed["column"], changed["begin"]), shape=(len(changed["dof"]), n))
+    number = np.full(n, -1)
+    number[changed["dof"]] = np.arange(len(changed["dof"]))
+    new = number[dofs] >= 0
+    plain, moved = np.flatnonzero(~new), np.flatnonzero(new)
+    rows = sp.vstack([sp.csr_matrix((np.ones(len(plain)), (np.arange(len(plain)), dofs[plain])), shape=(len(plain), n)),
+                      block[number[dofs[moved]]]]).tocsr()
+    order = np.empty(len(dofs), dtype=np.int64)
+    order[np.concatenate([plain, moved])] = np.arange(len(dofs))
+    return rows[order]

@@ -1,0 +1,290 @@
+"""A finite-element structure with its mesh, before joints are marked.
+
+    structure = Structure(K, M, nodes, dof_node, dof_direction, cells=..., node_sets=...)
+    structure = structure.clamped("bottom").with_force("tip", [0, 1, 0])
+    joint = Joint.between(structure.surface("upper"), structure.surface("lower"), normal_stiffness=..., ...)
+    structure.join([joint]).write("model.h5")
+"""
+
+import copy
+import difflib
+
+import numpy as np
+import scipy.sparse as sp
+
+from . import cells as cell_kinds
+from . import hdf5_parts
+from .model import Model
+from .parameters import CONTACT_WIDTH
+from .relative import change_of
+from .sparse_rows import is_petsc
+from .surface import Surface
+
+
+class Structure:
+    """K and M of a structure, the place and direction of every dof, and named parts of the mesh.
+
+    Parameters
+    ----------
+    K, M : scipy sparse or petsc4py AIJ Mat, (n, n)
+        Stiffness [N/m] and mass [kg], symmetric, both triangles. SciPy matrices are whole on every rank, PETSc ones distributed.
+    nodes : (n_nodes, 3) array [m]
+        This and all that follows, but for loads, is whole on every rank.
+    dof_node : (n,) int
+        Row in `nodes` of each dof, -1 if it belongs to none.
+    dof_direction : (n,) int
+        0, 1, 2 for displacements along x, y, z; 3, 4, 5 for rotations about them; -1 for others.
+    labels : (n_nodes,) int, optional
+        Node numbers of the program the mesh comes from, for messages; default rows.
+    cells : dict, optional
+        meshio cell type to (m, k) node rows, in VTK order.
+    node_sets : dict, optional
+        Name to (k,) node rows.
+    surfaces : dict, optional
+        Name to a list of (f, k) arrays of node rows: faces, k = 3, 4, 6, 8, corner nodes first, counter-clockwise seen from outside.
+    force, preload : (n,) array or petsc4py Vec, optional
+        F and P of eq (1) [N], default zero.
+    units : str
+    comm : mpi4py communicator, optional
+        As in `Model`.
+    """
+
+    def __init__(self, K, M, nodes, dof_node, dof_direction, *, labels=None, cells=None, node_sets=None, surfaces=None, force=None,
+                 preload=None, units="SI", comm=None):
+        if comm is None:
+            comm = K.getComm().tompi4py() if is_petsc(K) else hdf5_parts.default_comm()
+        self.K, self.M, self.units, self.comm = _two_sided(K), _two_sided(M), str(units), comm
+        self.n = int((K.getSize() if is_petsc(K) else np.shape(K))[0])
+        self.nodes = np.asarray(nodes, dtype=np.float64)
+        if self.nodes.ndim != 2 or self.nodes.shape[1] != 3:
+            raise ValueError(f"nodes must have shape (n_nodes, 3), found {self.nodes.shape}")
+        count = len(self.nodes)
+        self.dof_node, self.dof_direction = np.asarray(dof_node, dtype=np.int64), np.asarray(dof_direction, dtype=np.int64)
+        for name, values, top in (("dof_node", self.dof_node, count), ("dof_direction", self.dof_direction, 6)):
+            if values.shape != (self.n,) or (self.n and not -1 <= values.min() <= values.max() < top):
+                raise ValueError(f"{name} must have one entry from -1 to {top - 1} per degree of freedom ({self.n}), found shape "
+                                 f"{values.shape}" + (f", values {values.min()} to {values.max()}" if values.size else ""))
+        self.labels = np.arange(count) if labels is None else np.asarray(labels)
+        if self.labels.shape != (count,):
+            raise ValueError(f"labels must have one entry per node ({count}), found shape {self.labels.shape}")
+        self.cells = {cell_kinds.ALIASES.get(kind, kind): np.asarray(rows, dtype=np.int64) for kind, rows in (cells or {}).items()}
+        self.node_sets = {str(name): np.asarray(rows, dtype=np.int64).reshape(-1) for name, rows in (node_sets or {}).items()}
+        self.surfaces = {str(name): [np.asarray(rows, dtype=np.int64) for rows in faces] for name, faces in (surfaces or {}).items()}
+        named = [(f"cells {kind!r}", rows) for kind, rows in self.cells.items()]
+        named += [(f"node set {name!r}", rows) for name, rows in self.node_sets.items()]
+        named += [(f"surface {name!r}", rows) for name, faces in self.surfaces.items() for rows in faces]
+        for name, rows in named:
+            if rows.size and not 0 <= rows.min() <= rows.max() < count:
+                raise ValueError(f"{name} must name nodes 0 to {count - 1}, found {rows.min()} to {rows.max()}")
+        self.force, self.preload = self._load(force, "force"), self._load(preload, "preload")
+
+    def surface(self, name):
+        """The surface of that name, or the outer cell faces all of whose nodes are in the node set of that name.
+
+        A node set without any such face gives a Surface of its nodes, without faces.
+        """
+        if name in self.surfaces:
+            faces = self.surfaces[name]
+        else:
+            rows = self._set(name, "surface or node set")
+            inside = np.zeros(len(self.nodes), dtype=bool)
+            inside[rows] = True
+            faces = cell_kinds.outer_faces(self.nodes, self.cells, inside)
+        if any(len(rows) for rows in faces):
+            used = np.unique(np.concatenate([rows.ravel() for rows in faces]))
+        else:
+            used, faces = np.unique(self._set(name, "surface or node set")), []
+        if used.size == 0:
+            raise ValueError(f"surface {name!r} is empty")
+        number = np.full(len(self.nodes), -1)
+        number[used] = np.arange(used.size)
+        return Surface(self.nodes[used], self.dofs_of(used), [number[rows] for rows in faces if len(rows)], name, self.labels[used])
+
+    def dofs_of(self, rows):
+        """(k, 3) numbers of the x, y, z dofs of nodes, -1 where there is none."""
+        table = np.full((len(self.nodes), 3), -1)
+        known = np.flatnonzero((self.dof_node >= 0) & (self.dof_direction >= 0) & (self.dof_direction < 3))
+        table[self.dof_node[known], self.dof_direction[known]] = known
+        return table[rows]
+
+    def clamped(self, where, directions="xyz"):
+        """Without the dofs of some nodes.
+
+        Parameters
+        ----------
+        where : name of a set, list of names, or (k,) array of node rows
+        directions : str
+            Any of x, y, z; with all three the rotations of the nodes go too.
+        """
+        wrong = set(directions) - set("xyz")
+        if wrong or not directions:
+            raise ValueError(f"directions must be some of x, y, z, found {directions!r}")
+        held = ["xyz".index(d) for d in directions]
+        if len(set(held)) == 3:
+            held += [3, 4, 5]
+        removed = np.isin(self.dof_node, self._nodes(where)) & np.isin(self.dof_direction, held) & (self.dof_node >= 0)
+        if not removed.any():
+            raise ValueError(f"nothing to clamp: the nodes of {_said(where)} have no dofs in {directions} (any more)")
+        kept = np.flatnonzero(~removed)
+        result = copy.copy(self)
+        result.n = len(kept)
+        result.dof_node, result.dof_direction = self.dof_node[kept], self.dof_direction[kept]
+        if is_petsc(self.K):
+            from petsc4py import PETSc
+
+            begin, end = self.K.getOwnershipRange()
+            own = kept[(kept >= begin) & (kept < end)].astype(PETSc.IntType)
+            index = PETSc.IS().createGeneral(own, comm=self.K.getComm())
+            result.K, result.M = (matrix.createSubMatrix(index, index) for matrix in (self.K, self.M))
+        else:
+            result.K, result.M = (sp.csr_matrix(matrix)[kept][:, kept] for matrix in (self.K, self.M))
+        result.force, result.preload = (self._kept(load, kept, result) for load in (self.force, self.preload))
+        return result
+
+    def with_force(self, where, vector):
+        """With more excitation F: `vector` (3,) [N] in all, in equal shares on the nodes of a set (as in `clamped`).
+
+        A share on a clamped dof goes into the support.
+        """
+        return self._with_load("force", where, vector)
+
+    def with_preload(self, where, vector):
+        """With more static load P; as `with_force`."""
+        return self._with_load("preload", where, vector)
+
+    def join(self, joints, *, motion_sets=True):
+        """The model with the contact points of all joints, in their order: K' = T^T K T, M' = T^T M T, loads T^T f. Collective.
+
+        Parameters
+        ----------
+        joints : list of Joint, or one Joint
+        motion_sets : bool
+            Pass the node sets on to the model file.
+        """
+        joints = list(joints) if isinstance(joints, (list, tuple)) else [joints]
+        if not joints:
+            raise ValueError("a model needs at least one joint, found none")
+        for joint in joints:
+            self._need_ours(joint)
+        change = change_of(joints, self.n)
+        number = np.repeat(np.arange(len(joints)), [len(joint) for joint in joints])
+        mesh = {"nodes": self.nodes, "cells": self.cells, "dof_node": self.dof_node, "dof_direction": self.dof_direction,
+                "sets": self.node_sets if motion_sets else {},
+                "changed": {"dof": change.dof, "begin": change.rows.indptr, "column": change.rows.indices, "value": change.rows.data}}
+        stacked = {key: np.concatenate([getattr(joint, key) for joint in joints]) for key in ("position", "axes", "area")}
+        return Model(change.apply(self.K), change.apply(self.M), np.concatenate([joint.contact_dofs for joint in joints]),
+                     change.apply_load(self.force, self.K), change.apply_load(self.preload, self.K), _contact(joints), mesh,
+                     joint={**stacked, "joint": number, "names": [joint.name for joint in joints]}, units=self.units, comm=self.comm)
+
+    def _need_ours(self, joint):
+        """The dofs of a joint must be ours: it may have been made before clamping, which renumbers."""
+        own = joint.contact_dofs
+        dofs = np.concatenate([own.ravel(), joint.other[joint.other >= 0].ravel()])
+        fits = dofs.max(initial=-1) < self.n and np.array_equal(self.dof_direction[own], np.tile(np.arange(3), (len(own), 1)))
+        if fits:
+            held = joint.dofs[:, 0] < 0
+            fits = np.allclose(self.nodes[self.dof_node[own[~held, 0]]], joint.position[~held], rtol=0, atol=1e-12 * _size(self.nodes))
+        if not fits:
+            raise ValueError(f"joint {joint.name!r} was not made from the surfaces of this structure; clamp first, then take surfaces and "
+                             "make joints, for clamping renumbers the degrees of freedom")
+
+    def _with_load(self, name, where, vector):
+        vector = np.asarray(vector, dtype=np.float64)
+        if vector.shape != (3,) or not np.all(np.isfinite(vector)):
+            raise ValueError(f"{name} must be a vector of three finite numbers [N], found {vector.tolist()}")
+        rows = np.unique(self._nodes(where))
+        if not rows.size:
+            raise ValueError(f"no node to put the {name} on: {_said(where)} is empty")
+        dofs = self.dofs_of(rows)
+        share = np.broadcast_to(vector / len(rows), dofs.shape)
+        used = (dofs >= 0) & (share != 0)
+        if vector.any() and not used.any():
+            raise ValueError(f"no node of {_said(where)} can take the {name} {vector.tolist()}: none has a free dof in its direction")
+        result, load = copy.copy(self), getattr(self, name)
+        load = load.copy()
+        if is_petsc(load):
+            begin, end = load.getOwnershipRange()
+            used &= (dofs >= begin) & (dofs < end)
+            load.setArray(load.getArray() + np.bincount(dofs[used] - begin, weights=share[used], minlength=end - begin))
+        else:
+            load += np.bincount(dofs[used], weights=share[used], minlength=self.n)
+        setattr(result, name, load)
+        return result
+
+    def _load(self, load, name):
+        """As a Vec distributed like K when K is a PETSc matrix, else as an array (n,)."""
+        if is_petsc(load):
+            size = load.getSize()
+        else:
+            load = np.zeros(self.n) if load is None else np.array(load, dtype=np.float64).reshape(-1)
+            size = load.size
+        if size != self.n:
+            raise ValueError(f"{name} must have one entry per degree of freedom, {self.n}, found {size}")
+        if is_petsc(self.K) and not is_petsc(load):
+            vector = self.K.createVecRight()
+            vector.setArray(load[slice(*vector.getOwnershipRange())])
+            return vector
+        if is_petsc(load) and not is_petsc(self.K):
+            raise ValueError(f"{name} is a PETSc vector, so K must be a PETSc matrix, found {type(self.K).__name__}")
+        return load
+
+    @staticmethod
+    def _kept(load, kept, result):
+        if not is_petsc(load):
+            return load[kept]
+        vector = result.K.createVecRight()
+        begin, end = load.getOwnershipRange()
+        vector.setArray(load.getArray()[kept[(kept >= begin) & (kept < end)] - begin])
+        return vector
+
+    def _nodes(self, where):
+        if isinstance(where, str):
+            if where in self.surfaces and where not in self.node_sets:
+                return np.unique(np.concatenate([rows.ravel() for rows in self.surfaces[where]]))
+            return self._set(where, "node set or surface")
+        where = list(where)
+        if where and all(isinstance(name, str) for name in where):
+            return np.concatenate([self._nodes(name) for name in where])
+        rows = np.asarray(where, dtype=None if where else np.int64)
+        if not np.issubdtype(rows.dtype, np.integer) or (rows.size and not 0 <= rows.min() <= rows.max() < len(self.nodes)):
+            raise ValueError(f"node rows must be whole numbers from 0 to {len(self.nodes) - 1}")
+        return rows
+
+    def _set(self, name, kind):
+        if name not in self.node_sets:
+            known = sorted({*self.node_sets, *self.surfaces})
+            close = difflib.get_close_matches(str(name), known, 1)
+            hint = f"; did you mean {close[0]!r}?" if close else f"; there are {', '.join(known) or 'none'}"
+            raise ValueError(f"no {kind} {name!r}{hint}")
+        return self.node_sets[name]
+
+
+def _two_sided(matrix):
+    """PETSc types that hold one triangle, or blocks, as AIJ; the rest as it is."""
+    if is_petsc(matrix) and matrix.getType() not in ("seqaij", "mpiaij"):
+        return matrix.convert("aij", type(matrix)())
+    return matrix
+
+
+def _contact(joints):
+    """The parameters of all joints, one row per contact point; given for all joints or for none."""
+    contact = {}
+    for key in CONTACT_WIDTH:  # in the same order on every rank
+        if not any(key in joint.contact for joint in joints):
+            continue
+        without = [joint.name for joint in joints if key not in joint.contact]
+        if without:
+            raise ValueError(f"joint {without[0]!r} has no {key}, other joints have; give it for all, or for none and in the case file")
+        contact[key] = np.concatenate([joint.contact[key] for joint in joints])
+    return contact
+
+
+def _said(where):
+    if isinstance(where, str):
+        return repr(where)
+    where = list(where)
+    return ", ".join(map(repr, where)) if where and isinstance(where[0], str) else f"the {len(where)} rows given"
+
+
+def _size(nodes):
+    return float(np.linalg.norm(np.ptp(nodes, axis=0))) if len(nodes) else 0.0
