@@ -18,7 +18,8 @@ ROOT = Path(__file__).resolve().parents[1]
 BINARY = Path(os.environ.get("DOVETAIL", ROOT / "build" / "dovetail"))
 SURROUNDINGS = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1",
                              "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",
-                             "OMPI_MCA_hwloc_base_binding_policy": "none", "PYTHONPATH": f"{ROOT}/python:{ROOT}/tests"}
+                             "OMPI_MCA_hwloc_base_binding_policy": "none",
+                             "PYTHONPATH": f"{ROOT}/python:{ROOT}/tests:{ROOT}/build/extras"}
 SECONDS = 120  # far more than any run here needs, far less than a hang
 
 

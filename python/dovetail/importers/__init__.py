@@ -1,5 +1,50 @@
-"""Readers of foreign formats; each module offers convert(files, output) -> summary text."""
+"""Readers of foreign formats.
 
-from . import csv
+A reader of meshes with matrices offers read(files) -> Structure, with `notes` about what was taken; joints come from a set-up file.
+A reader of files that know their contact points offers convert(files, output) -> summary text.
+"""
 
-FORMATS = {"csv": csv.convert}
+import importlib
+
+FORMATS = {
+    "calculix": "job.inp with job.sti, job.mas, job.dof beside it",
+    "abaqus": "job.inp with job_STIF1.mtx, job_MASS1.mtx beside it",
+    "ansys": "an archive (CDWRITE) with a full file or Harwell-Boeing matrices",
+    "nastran": "bulk data with DMIG punch or OP4 matrices",
+    "matrices": "K=FILE M=FILE contact_dofs=FILE index_base=1: Matrix Market, MATLAB, PETSc",
+    "csv": "text blocks headed by 'Name: Kee' and so on",
+}
+
+
+def convert(kind, files, output, setup=None):
+    """Files of another program to a model file, or with csv a reduced file.
+
+    Parameters
+    ----------
+    kind : str
+        A key of FORMATS.
+    files : list of str
+    output : str
+        File to write.
+    setup : str, optional
+        Set-up file (setup_file.py) with supports, loads and joints; for formats with a mesh, which need one.
+
+    Returns
+    -------
+    str
+        What was taken and written, in words.
+    """
+    module = importlib.import_module(f".{kind}", __name__)
+    if hasattr(module, "convert"):
+        if setup is not None:
+            raise ValueError(f"{setup}: {kind} files hold their contact points themselves; leave --setup out")
+        return module.convert(files, output)
+    if setup is None:
+        raise ValueError(f"{kind} files hold no joints; say with --setup joints.toml which surfaces touch")
+    from .setup_file import apply
+
+    structure = module.read(files)
+    model = apply(structure, setup)
+    model.write(output)
+    summary = f"full model: {model.n} degrees of freedom, {len(model.contact_dofs)} contact points"
+    return "\n  ".join([summary, *structure.notes, *"\n".join(model.notes).split("\n")])

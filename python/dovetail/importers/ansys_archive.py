@@ -1,0 +1,96 @@
+"""ANSYS archives (CDWRITE): nodes, elements and node components, read by ansys-mapdl-reader."""
+
+import numpy as np
+
+from .inp import Deck
+
+CELLS = {10: ("tetra", 4), 24: ("tetra10", 10), 12: ("hexahedron", 8), 25: ("hexahedron20", 20), 13: ("wedge", 6),  # by VTK number
+         26: ("wedge15", 15), 14: ("pyramid", 5), 27: ("pyramid13", 13), 5: ("triangle", 3), 22: ("triangle6", 6), 9: ("quad", 4),
+         23: ("quad8", 8)}
+NO_CELLS = (22, *range(151, 160), *range(169, 179), 251, 252)  # surface effect, target and contact elements lie on other elements
+TYPE = 1  # where the number of the element type stands in an element's fields
+
+
+def read(path, module, notes):
+    """The Deck in an archive: nodes, cells, and node components as node sets.
+
+    Parameters
+    ----------
+    path : str
+    module : callable
+        Gives a module of ansys-mapdl-reader by its name.
+    notes : list of str
+        What was not taken is added here.
+    """
+    _check_blocks(path)
+    try:
+        raw = module("_reader").read(str(path), read_parameters=False, debug=False, read_eblock=True)
+    except (ValueError, IndexError, KeyError, RuntimeError) as error:
+        raise ValueError(f"{path}: ansys-mapdl-reader cannot read it: {error}") from None
+    order = np.argsort(raw["nnum"], kind="stable")
+    labels, nodes = np.asarray(raw["nnum"], dtype=np.int64)[order], np.asarray(raw["nodes"])[order]
+    turned = np.flatnonzero(np.any(nodes[:, 3:] != 0, axis=1))
+    if turned.size:
+        raise ValueError(f"{path}: node {labels[turned[0]]} has a rotated coordinate system (NROTAT); its degrees of freedom must "
+                         "lie along x, y, z")
+    cells, shapeless = _cells(path, raw, module, labels)
+    sets = {}
+    for name, members in raw["node_comps"].items():
+        inside = np.isin(members, labels)
+        if not inside.all():
+            raise ValueError(f"{path}, component {name}: node {members[~inside][0]} is not there")
+        sets[name] = np.searchsorted(labels, members)
+    if raw["elem_comps"]:
+        notes.append(f"NOT taken: element components {', '.join(raw['elem_comps'])}")
+    return Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, shapeless=shapeless)
+
+
+def _check_blocks(path):
+    """The reader does not notice blocks that are missing or cut short; it would hand on whatever is in memory."""
+    node_lines, wanted, open_block, seen = 0, 0, None, set()
+    with open(path, encoding="utf-8", errors="replace") as stream:
+        for number, line in enumerate(stream, start=1):
+            if open_block == "NBLOCK" and (line[:1].isalpha() or line.strip() == "-1"):
+                if wanted and node_lines != wanted:
+                    raise ValueError(f"{path}, line {number}: wanted {wanted} nodes as NBLOCK says, found {node_lines}")
+                open_block = None
+            elif open_block == "EBLOCK" and line.strip() == "-1":
+                open_block = None
+            elif open_block and line[:1].isalpha():
+                raise ValueError(f"{path}, line {number}: wanted -1 at the end of EBLOCK, found {line.strip()[:40]!r}")
+            words = [word.strip() for word in line.upper().split(",")]
+            if words[0] == "NBLOCK" or (words[0] == "EBLOCK" and "SOLID" in words):
+                open_block = words[0]
+                seen.add(open_block)
+                if open_block == "NBLOCK":
+                    wanted, node_lines = (int(words[4]) if words[4:] and words[4].isdigit() else 0), 0
+            elif open_block == "NBLOCK" and not line.startswith("("):
+                node_lines += 1
+    if open_block:
+        raise ValueError(f"{path}: cut off within {open_block}")
+    for name in ("NBLOCK", "EBLOCK"):
+        if name not in seen:
+            raise ValueError(f"{path}: has no {name}{',..,SOLID' * (name == 'EBLOCK')}; write it with CDWRITE,DB,NAME,cdb")
+
+
+def _cells(path, raw, module, labels):
+    if len(raw["elem_off"]) < 2:
+        raise ValueError(f"{path}: EBLOCK holds no elements")
+    kinds = module("elements").ETYPE_MAP.copy()
+    kinds[list(NO_CELLS)] = 0
+    shape_of = np.zeros(raw["ekey"][:, 0].max() + 1, dtype=np.int32)
+    shape_of[raw["ekey"][:, 0]] = kinds[raw["ekey"][:, 1]]
+    starts, shapes, connectivity = module("_reader").ans_vtk_convert(raw["elem"], raw["elem_off"], shape_of, raw["nnum"], True)
+    rows = np.searchsorted(labels, raw["nnum"])  # row of the sorted table for each node of the archive
+    cells = {}
+    for number, (name, size) in CELLS.items():
+        first = starts[shapes == number]
+        if first.size:
+            members = connectivity[first[:, None] + 1 + np.arange(size)]  # each cell is headed by its number of nodes
+            if members.min() < 0:
+                raise ValueError(f"{path}: a {name} element lacks a node; fill in mid-side nodes (EMID) or use linear elements")
+            cells[name] = rows[members]
+    element_type = raw["elem"][raw["elem_off"][:-1] + TYPE]
+    named = dict(raw["ekey"].tolist())
+    without = sorted({named.get(number, number) for number in element_type[~np.isin(shapes, list(CELLS))].tolist()})
+    return cells, [f"of type {number}" for number in without]

@@ -1,0 +1,178 @@
+"""The set-up file of `python3 -m dovetail import ... --setup joints.toml`: supports, loads and joints, by the names of sets.
+
+    [[clamp]]
+    set = "BOTTOM"
+
+    [[force]]
+    set = "TIP"
+    vector = [0, 0, 1]
+
+    [[joint]]
+    between = ["UPPER", "LOWER"]
+    normal_stiffness = 1e12
+    tangential_stiffness = 1e12
+    friction = 0.3
+
+    units = "t, mm, s, N"    # before the first bracket; a label, nothing is converted; default SI
+"""
+
+import copy
+import difflib
+import tomllib
+from contextlib import contextmanager
+
+import numpy as np
+
+from ..joint import Joint
+
+KEYS = {
+    "clamp": {"set", "directions"},
+    "force": {"set", "vector"},
+    "preload": {"set", "vector"},
+    "joint": {"between", "ground", "normal_stiffness", "tangential_stiffness", "friction", "gap", "tolerance", "t1", "at", "normal",
+              "name"},
+}
+BETWEEN_ONLY = {"tolerance"}
+
+
+def apply(structure, path):
+    """The model of a structure with the supports, loads and joints of a set-up file.
+
+    Parameters
+    ----------
+    structure : dovetail.Structure
+    path : str or Path
+        TOML. `set`, `between`, `ground` name node sets or surfaces of the structure, in upper or lower case; `at` may be a list of
+        places [m] or the name of a node set; everything else of a joint is as in `Joint.between`.
+
+    Returns
+    -------
+    dovetail.Model
+        `notes` holds the report of each joint.
+
+    Raises
+    ------
+    ValueError
+        Naming file and entry, for an unknown key or set, and for whatever Structure and Joint refuse.
+    """
+    entries, units = _read(path)
+    structure = copy.copy(structure)
+    structure.units = structure.units if units is None else units
+    joints = []
+    for kind, number, table in entries:
+        with _named(f"{path}, [[{kind}]] number {number}"):
+            if kind == "clamp":
+                structure = structure.clamped(_set(structure, _text(table, "set")), _directions(table))
+            elif kind in ("force", "preload"):
+                add = structure.with_force if kind == "force" else structure.with_preload
+                structure = add(_set(structure, _text(table, "set")), _vector(table))
+    for kind, number, table in entries:  # after all clamps, which renumber the degrees of freedom
+        if kind == "joint":
+            with _named(f"{path}, [[joint]] number {number}"):
+                joints.append(_joint(structure, table))
+    with _named(path):
+        model = structure.join(joints)
+    model.notes = [joint.report() for joint in joints]
+    return model
+
+
+@contextmanager
+def _named(where):
+    """Puts the place in front of what is refused."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+
+
+def _read(path):
+    """(kind, number from 1, table) of every entry, and `units`; every key is known and at least one joint is there."""
+    try:
+        with open(path, "rb") as stream:
+            content = tomllib.load(stream)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{path}: {error}") from None
+    units = content.pop("units", None)
+    if not isinstance(units, (str, type(None))):
+        raise ValueError(f'{path}: units must be text such as "t, mm, s, N", found {units!r}')
+    entries = []
+    for kind, tables in content.items():
+        if kind not in KEYS:
+            raise ValueError(f"{path}: unknown key {kind!r}; {_nearest(kind, [*KEYS, 'units'])}")
+        if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+            raise ValueError(f"{path}: wanted [[{kind}]] in double brackets, one for each, found {kind} = {tables!r}")
+        for number, table in enumerate(tables, start=1):
+            for key in table:
+                if key not in KEYS[kind]:
+                    raise ValueError(f"{path}, [[{kind}]] number {number}: unknown key {key!r}; {_nearest(key, KEYS[kind])}")
+            entries.append((kind, number, table))
+    if not any(kind == "joint" for kind, _, _ in entries):
+        raise ValueError(f"{path}: wanted at least one [[joint]], found {', '.join(content) or 'nothing'}")
+    return entries, units
+
+
+def _nearest(word, known):
+    spelled = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(word.lower(), spelled, n=1)
+    return f"did you mean {spelled[close[0]]!r}?" if close else f"known are {', '.join(sorted(known)) or 'none'}"
+
+
+def _joint(structure, table):
+    sides = [key for key in ("between", "ground") if key in table]
+    if len(sides) != 1:
+        raise ValueError('wanted either between = ["A", "B"] or ground = "A", found ' + (" and ".join(sides) or "neither"))
+    options = {key: value for key, value in table.items() if key not in ("between", "ground")}
+    for key, value in options.items():
+        if key == "name":
+            _text(table, key, "text")
+        elif not (_numeric(value) or key == "at" and isinstance(value, str) or key == "gap" and value == "geometry"):
+            raise ValueError(f"{key} must be a number or a list of numbers, found {value!r}")
+    if isinstance(options.get("at"), str):
+        options["at"] = structure.nodes[structure.node_sets[_set(structure, options["at"], surfaces=False)]]
+    if sides == ["ground"]:
+        for key in sorted(BETWEEN_ONLY & set(options)):
+            raise ValueError(f"{key} has no meaning for a joint with the ground")
+        return Joint.ground(structure.surface(_set(structure, _text(table, "ground"))), **options)
+    pair = table["between"]
+    if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(name, str) for name in pair):
+        raise ValueError(f'between must be two names, such as ["A", "B"], found {pair!r}')
+    return Joint.between(*(structure.surface(_set(structure, name)) for name in pair), **options)
+
+
+def _numeric(value):
+    """Whether a value is a finite number, or a list of such or of such lists."""
+    if isinstance(value, list):
+        return bool(value) and all(map(_numeric, value))
+    return type(value) in (int, float) and bool(np.isfinite(value))
+
+
+def _set(structure, name, surfaces=True):
+    """The name as the structure spells it."""
+    known = [*structure.node_sets, *(structure.surfaces if surfaces else ())]
+    if name in known:
+        return name
+    alike = [other for other in known if other.upper() == name.upper()]
+    if len(alike) == 1:
+        return alike[0]
+    raise ValueError(f"there is no set {name!r}; {_nearest(name, known)}")
+
+
+def _text(table, key, what="the name of a set"):
+    value = table.get(key)
+    if not isinstance(value, str):
+        raise ValueError(f"{key} must be {what}, found {value!r}")
+    return value
+
+
+def _directions(table):
+    value = table.get("directions", "xyz")
+    if not isinstance(value, str):
+        raise ValueError(f'directions must be text such as "xyz", found {value!r}')
+    return value
+
+
+def _vector(table):
+    value = table.get("vector")
+    if not isinstance(value, list) or len(value) != 3 or not all(_numeric(v) and not isinstance(v, list) for v in value):
+        raise ValueError(f"vector must be three finite numbers, found {value!r}")
+    return value
