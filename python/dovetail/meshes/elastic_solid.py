@@ -1,0 +1,146 @@
+"""Stiffness, mass and body forces of an elastic solid of ten-node tetrahedra, assembled by dolfinx on all ranks.
+
+The mesh is known whole to every rank; matrices are distributed from the start and stay so.
+"""
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+import petsc4py
+
+petsc4py.init([])
+import ufl
+from dolfinx import fem, mesh as dolfinx_mesh
+from petsc4py import PETSc
+
+from .. import faces
+from ..structure import Structure
+
+VTK_TO_DOLFINX = [0, 1, 2, 3, 9, 8, 5, 7, 6, 4]  # dolfinx counts mid-side nodes from the edge 2-3 backwards
+LOAD_QUADRATURE = np.array([(1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3)])  # each with weight 1/6: exact for flat six-node triangles
+
+
+@dataclass(frozen=True)
+class Material:
+    """Linear, isotropic."""
+
+    young: float  # [Pa]
+    poisson: float
+    density: float  # [kg/m^3]
+
+
+STEEL = Material(210e9, 0.3, 7800.0)
+TITANIUM = Material(114e9, 0.33, 4430.0)  # Ti-6Al-4V
+
+
+def on_first_rank(comm, make):
+    """What make() returns on rank 0, on every rank; what it raises there is raised everywhere. Collective."""
+    made = error = None
+    if comm.rank == 0:
+        try:
+            made = make()
+        except Exception as exception:  # gmsh raises nothing more special; the other ranks must not wait for ever
+            error = exception
+    made, error = comm.bcast((made, error))
+    if error is not None:
+        raise error
+    return made
+
+
+def structure(tetrahedra, material, comm, body_force=None):
+    """The solid, free in space. Collective.
+
+    Parameters
+    ----------
+    tetrahedra : dovetail.meshes.tetrahedra.Tetrahedra
+        The same on every rank.
+    material : Material
+    comm : mpi4py communicator
+    body_force : callable, optional
+        From the coordinates (an indexable UFL expression, [m]) to a list of three components [N/m^3]; becomes the preload.
+
+    Returns
+    -------
+    dovetail.Structure
+        Three dofs per node, x, y, z. Nodes are numbered as the ranks hold them; `labels` are the rows of `tetrahedra`.
+    """
+    space = _displacement_space(tetrahedra, comm)
+    u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+    shear = material.young / (2 * (1 + material.poisson))
+    lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
+    stress = 2 * shear * ufl.sym(ufl.grad(u)) + lame * ufl.div(u) * ufl.Identity(3)
+    K = _assembled(ufl.inner(stress, ufl.sym(ufl.grad(v))) * ufl.dx(metadata={"quadrature_degree": 2}))
+    M = without_zeros(_assembled(material.density * ufl.inner(u, v) * ufl.dx(metadata={"quadrature_degree": 4})))
+    preload = None
+    if body_force:
+        work = ufl.inner(ufl.as_vector(body_force(ufl.SpatialCoordinate(space.mesh))), v)
+        preload = fem.petsc.assemble_vector(fem.form(work * ufl.dx(metadata={"quadrature_degree": 4})))
+        preload.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+
+    labels = np.concatenate(comm.allgather(_own_rows(space)))
+    row = np.empty(len(labels), dtype=np.int64)
+    row[labels] = np.arange(len(labels))
+    sets = {name: row[nodes] for name, nodes in tetrahedra.node_sets.items()}
+    return Structure(K, M, tetrahedra.nodes[labels], np.repeat(np.arange(len(labels)), 3), np.tile(np.arange(3), len(labels)),
+                     labels=labels, cells={"tetra10": row[tetrahedra.cells]}, node_sets=sets, preload=preload, comm=comm)
+
+
+def _displacement_space(tetrahedra, comm):
+    """Quadratic displacements on the curved elements; rank 0 hands the cells out."""
+    cells = tetrahedra.cells[:, VTK_TO_DOLFINX] if comm.rank == 0 else np.empty((0, 10))
+    nodes = tetrahedra.nodes if comm.rank == 0 else np.empty((0, 3))
+    curved = ufl.Mesh(ufl.VectorElement("Lagrange", "tetrahedron", 2))
+    return fem.VectorFunctionSpace(dolfinx_mesh.create_mesh(comm, cells.astype(np.int64), nodes, curved), ("Lagrange", 2))
+
+
+def _own_rows(space):
+    """Row in `tetrahedra.nodes` of each node whose displacements this rank owns. Space and geometry have the same nodes."""
+    row = np.empty(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, dtype=np.int64)
+    geometry = space.mesh.geometry
+    row[space.dofmap.list.array] = np.asarray(geometry.input_global_indices)[geometry.dofmap.array]
+    return row[:space.dofmap.index_map.size_local]
+
+
+def _assembled(form):
+    matrix = fem.petsc.assemble_matrix(fem.form(form))
+    matrix.assemble()
+    return matrix
+
+
+def without_zeros(matrix):
+    """A distributed copy that does not store exact zeros: two thirds of a mass matrix, which couples no two directions."""
+    indptr, indices, data = matrix.getValuesCSR()
+    kept = data != 0
+    ends = np.concatenate([[0], np.cumsum(kept)])[indptr]
+    csr = ends.astype(PETSc.IntType), indices[kept], data[kept]
+    return PETSc.Mat().createAIJ(matrix.getSizes(), csr=csr, comm=matrix.getComm())
+
+
+def pressure_force(surface, pressure):
+    """Nodal forces (m, 3) [N] of a pressure [Pa] that acts on a surface of six-node triangles, against its outward normal.
+
+    surface : dovetail Surface with m points
+    """
+    shapes, slopes = faces.shape(6, LOAD_QUADRATURE)
+    forces = np.zeros((len(surface.points), 3))
+    for rows in surface.faces:
+        if rows.shape[1] != 6:
+            raise ValueError(f"pressure acts on six-node triangles, found faces with {rows.shape[1]} nodes on {surface.name!r}")
+        along = np.einsum("psa,fsi->fpai", slopes, surface.points[rows])
+        normal = np.cross(along[:, :, 0], along[:, :, 1])  # twice the area of the face, at each place
+        np.add.at(forces, rows, -pressure / 6 * np.einsum("ps,fpi->fsi", shapes, normal))
+    return forces
+
+
+def with_pressure(structure, name, pressure):
+    """The structure with an excitation F [N]: a pressure [Pa] on the surface of that name."""
+    surface = structure.surface(name)
+    force = structure.force.copy()
+    begin, end = force.getOwnershipRange()
+    own = (surface.dofs >= begin) & (surface.dofs < end)
+    force.setValues(surface.dofs[own].astype(PETSc.IntType), pressure_force(surface, pressure)[own], addv=PETSc.InsertMode.ADD_VALUES)
+    force.assemble()
+    result = copy.copy(structure)
+    result.force = force
+    return result
