@@ -1,96 +1,213 @@
 #include "reduction/clamped_solver.hpp"
 
+#include <dmumps_c.h>
+
+#include <algorithm>
+
 #include "support/error.hpp"
 
 namespace dovetail {
+namespace {
 
-ClampedSolver::ClampedSolver(Mat K_ee, std::string model_name) : K_(K_ee), model_name_(std::move(model_name)) {
-  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(K_), &comm_), "analysing K_ee");
-  check(MatGetLocalSize(K_, &own_rows_, nullptr), "analysing K_ee");
-  check(MatSetOption(K_, MAT_SPD, PETSC_TRUE), "analysing K_ee"); // before the factor is made: else MUMPS takes LU
-  check(MatSetOptionsPrefixFactor(K_, "kee_"), "analysing K_ee");
-  analyse(20);
+constexpr int begin_job = -1, end_job = -2, analyse_job = 1, factor_job = 2, solve_job = 3;
+
+} // namespace
+
+struct ClampedSolver::Mumps {
+  mutable DMUMPS_STRUC_C id{};
+  std::string model_name;
+  MPI_Comm comm = MPI_COMM_NULL;
+  int ranks = 1, rank = 0, attempts = 0;
+  PetscInt own_rows = 0;
+  Mat K = nullptr;
+  std::vector<int> row, column; // own rows' entries on and right of the diagonal, from 1, until factored
+  std::vector<double> value;
+  std::vector<int> rhs_rows;              // own rows, from 1
+  mutable std::vector<int> solution_rows; // which rows of the solution MUMPS leaves here, from 1
+  mutable UniqueScatter home;             // from there to own rows
+  mutable UniqueVec there, here;          // without arrays of their own
+
+  int &icntl(int i) const { return id.icntl[i - 1]; }
+  void run(int job) const {
+    id.job = job;
+    dmumps_c(&id);
+  }
+  void take_entries();
+  void set_options();
+  void solve(Tall &X, PetscInt first, PetscInt count) const;
+};
+
+void ClampedSolver::Mumps::take_entries() {
+  PetscInt begin, end;
+  check(MatGetOwnershipRange(K, &begin, &end), "analysing K_ee");
+  for (PetscInt i = begin; i < end; ++i) {
+    PetscInt count;
+    const PetscInt *columns;
+    const double *values;
+    check(MatGetRow(K, i, &count, &columns, &values), "analysing K_ee");
+    for (PetscInt at = 0; at < count; ++at)
+      if (columns[at] >= i) row.push_back(i + 1), column.push_back(columns[at] + 1), value.push_back(values[at]);
+    check(MatRestoreRow(K, i, &count, &columns, &values), "analysing K_ee");
+    rhs_rows.push_back(i + 1);
+  }
 }
 
-void ClampedSolver::analyse(PetscInt room) {
-  MatFactorInfo info;
-  PetscInt error = 0, detail = 0;
-  check(MatGetFactor(K_, MATSOLVERMUMPS, MAT_FACTOR_CHOLESKY, factor_.out()), "analysing K_ee");
-  check(MatMumpsSetIcntl(factor_, 14, room), "analysing K_ee"); // beyond the estimate [%]; no pivoting, so little
-  check(MatMumpsSetIcntl(factor_, 27, 128), "analysing K_ee");  // right-hand sides it takes at a time
-  check(MatFactorInfoInitialize(&info), "analysing K_ee");
-  check(MatCholeskyFactorSymbolic(factor_, K_, nullptr, &info), "analysing K_ee");
-  check(MatMumpsGetInfog(factor_, 1, &error), "analysing K_ee");
-  check(MatMumpsGetInfog(factor_, 2, &detail), "analysing K_ee");
-  if (error < 0)
-    throw ComputeError("while analysing K_ee: MUMPS error " + std::to_string(error) + " (" + std::to_string(detail) +
-                       ")" + (error == -7 || error == -13 ? "; out of memory: take a machine with more of it" : ""));
+void ClampedSolver::Mumps::set_options() {
+  for (int stream = 1; stream <= 4; ++stream) icntl(stream) = 0; // not a word
+  icntl(14) = 20;                // room beyond the estimate [%]; there is no pivoting, so little
+  icntl(18) = ranks > 1 ? 3 : 0; // the matrix is where its rows are
+  icntl(21) = ranks > 1 ? 1 : 0; // and so is the solution
+  icntl(27) = 128;               // right-hand sides taken at a time
+  for (int i = 4; i <= 58; ++i) {
+    const std::string name = "-mat_mumps_icntl_" + std::to_string(i);
+    PetscInt given = icntl(i);
+    PetscBool found = PETSC_FALSE;
+    check(PetscOptionsGetInt(nullptr, "kee_", name.c_str(), &given, &found), "reading MUMPS's options");
+    if (found) icntl(i) = static_cast<int>(given);
+  }
+  if (icntl(4) > 0)
+    for (int stream = 1; stream <= 3; ++stream) icntl(stream) = 6;
+}
+
+ClampedSolver::ClampedSolver(Mat K_ee, std::string model_name) : mumps_(std::make_unique<Mumps>()) {
+  Mumps &m = *mumps_;
+  PetscInt n;
+  m.K = K_ee, m.model_name = std::move(model_name);
+  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(K_ee), &m.comm), "analysing K_ee");
+  check(MatGetSize(K_ee, &n, nullptr), "analysing K_ee");
+  check(MatGetLocalSize(K_ee, &m.own_rows, nullptr), "analysing K_ee");
+  MPI_Comm_size(m.comm, &m.ranks);
+  MPI_Comm_rank(m.comm, &m.rank);
+  m.id.comm_fortran = static_cast<MUMPS_INT>(MPI_Comm_c2f(m.comm));
+  m.id.par = 1, m.id.sym = 1; // rank 0 works as well; positive definite
+  m.run(begin_job);
+  if (m.id.infog[0] < 0) throw ComputeError("MUMPS does not start: error " + std::to_string(m.id.infog[0]));
+  m.take_entries();
+  m.set_options();
+  m.id.n = static_cast<MUMPS_INT>(n);
+  if (m.ranks > 1) {
+    m.id.nnz_loc = static_cast<MUMPS_INT8>(m.value.size());
+    m.id.irn_loc = m.row.data(), m.id.jcn_loc = m.column.data(), m.id.a_loc = m.value.data();
+  } else {
+    m.id.nnz = static_cast<MUMPS_INT8>(m.value.size());
+    m.id.irn = m.row.data(), m.id.jcn = m.column.data(), m.id.a = m.value.data();
+  }
+  m.run(analyse_job);
+  if (const int error = m.id.infog[0]; error < 0)
+    throw ComputeError("while analysing K_ee: MUMPS error " + std::to_string(error) + " (" +
+                       std::to_string(m.id.infog[1]) + ")" +
+                       (error == -7 || error == -13 ? "; out of memory: take a machine with more of it" : ""));
+}
+
+ClampedSolver::~ClampedSolver() {
+  if (std::uncaught_exceptions() == 0) mumps_->run(end_job); // collective: see support/handle.hpp
 }
 
 void ClampedSolver::factor() {
-  for (int attempt = 0;; ++attempt) {
-    MatFactorInfo options;
-    PetscInt info = 0, detail = 0, negative = 0, room = 0;
-    check(MatFactorInfoInitialize(&options), "factoring K_ee");
-    const PetscErrorCode code = MatCholeskyFactorNumeric(factor_, K_, &options);
-    MatMumpsGetInfog(factor_, 1, &info);
-    MatMumpsGetInfog(factor_, 2, &detail);
-    MatMumpsGetInfog(factor_, 12, &negative); // MUMPS goes on over negative pivots and only counts them
-    MatMumpsGetIcntl(factor_, 14, &room);
-    if (info == -10 || info == -40 || (info >= 0 && negative > 0))
+  Mumps &m = *mumps_;
+  constexpr int most = 2;
+  for (m.attempts = 1;; ++m.attempts) {
+    m.run(factor_job);
+    const int info = m.id.infog[0], detail = m.id.infog[1], negative = m.id.infog[11];
+    if (info == -10 || info == -40 ||
+        (info >= 0 && negative > 0)) // MUMPS goes on over negative pivots and only counts them
       throw InputError(
-          model_name_ + ": K_ee, the stiffness with the contact dofs held, is not positive definite (MUMPS " +
+          m.model_name + ": K_ee, the stiffness with the contact dofs held, is not positive definite (MUMPS " +
           std::to_string(info) +
           "): either constraints are missing, so that a body can still move as a whole, or K is not the "
           "stiffness of a stable structure. Remove the clamped dofs from K and M, and check which dofs are "
           "named in /contact/dofs.");
-    check(code, "factoring K_ee");
-    if (info >= 0) return;
+    if (info >= 0) break;
     const bool short_of_room = info == -8 || info == -9;
-    if (!short_of_room || attempt > 0)
+    if (!short_of_room || m.attempts == most)
       throw ComputeError(
           "while factoring K_ee: MUMPS error " + std::to_string(info) + " (" + std::to_string(detail) + ")" +
           (short_of_room ? "; its workspace was too small twice: try -kee_mat_mumps_icntl_14 400"
            : info == -13 ? "; out of memory: take more ranks or a machine with more of it"
-           : info == -90 ? "; its files could not be written: out of core it needs room where TMPDIR points"
+           : info == -90 ? "; its files could not be written: out of core it needs room where MUMPS_OOC_TMPDIR points"
                          : ""));
-    check(PetscOptionsClearValue(nullptr, "-kee_mat_mumps_icntl_14"), "factoring K_ee"); // it was not enough
-    analyse(std::max<PetscInt>(100, 2 * room)); // after a failure PETSc 3.18 skips factorisations without a word
+    m.icntl(14) = std::max(100, 2 * m.icntl(14));
+  }
+  for (auto *indices : {&m.row, &m.column}) indices->clear(), indices->shrink_to_fit();
+  m.value.clear(), m.value.shrink_to_fit();
+  m.solution_rows.resize(std::max(1, m.id.info[22]));
+}
+
+// The right-hand sides are set; their solutions go to columns [first, first + count) of X.
+void ClampedSolver::Mumps::solve(Tall &X, PetscInt first, PetscInt count) const {
+  std::vector<double> solution;
+  id.nrhs = static_cast<MUMPS_INT>(count);
+  id.lrhs = id.n;
+  if (ranks > 1) {
+    id.lsol_loc = std::max(1, id.info[22]);
+    solution.resize(static_cast<std::size_t>(id.lsol_loc) * count);
+    id.isol_loc = solution_rows.data(), id.sol_loc = solution.data();
+  } else {
+    id.rhs = X.column(first);
+  }
+  run(solve_job);
+  if (id.infog[0] < 0)
+    throw ComputeError("while solving with K_ee: MUMPS error " + std::to_string(id.infog[0]) + " (" +
+                       std::to_string(id.infog[1]) + ")");
+  if (ranks == 1) return;
+  const PetscInt local = id.info[22];
+  if (!home) {
+    UniqueIS from, to;
+    std::vector<PetscInt> places(solution_rows.begin(), solution_rows.begin() + local);
+    for (PetscInt &place : places) --place;
+    check(ISCreateStride(PETSC_COMM_SELF, local, 0, 1, from.out()), "solving with K_ee");
+    check(ISCreateGeneral(PETSC_COMM_SELF, local, places.data(), PETSC_COPY_VALUES, to.out()), "solving with K_ee");
+    check(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, local, nullptr, there.out()), "solving with K_ee");
+    check(VecCreateMPIWithArray(comm, 1, own_rows, PETSC_DECIDE, nullptr, here.out()), "solving with K_ee");
+    check(VecScatterCreate(there, from, here, to, home.out()), "solving with K_ee");
+  }
+  for (PetscInt j = 0; j < count; ++j) {
+    check(VecPlaceArray(there, solution.data() + static_cast<std::size_t>(j) * id.lsol_loc), "solving with K_ee");
+    check(VecPlaceArray(here, X.column(first + j)), "solving with K_ee");
+    check(VecScatterBegin(home, there, here, INSERT_VALUES, SCATTER_FORWARD), "solving with K_ee");
+    check(VecScatterEnd(home, there, here, INSERT_VALUES, SCATTER_FORWARD), "solving with K_ee");
+    check(VecResetArray(there), "solving with K_ee");
+    check(VecResetArray(here), "solving with K_ee");
   }
 }
 
-void ClampedSolver::solve(Vec b, Vec x) const { check(MatSolve(factor_, b, x), "solving with K_ee"); }
-
 Tall ClampedSolver::solve(const Tall &B) const {
-  Tall X(own_rows_, B.columns);
-  const UniqueMat from = dense_view(comm_, B, 0, B.columns), to = dense_view(comm_, X, 0, B.columns);
-  check(MatMatSolve(factor_, from, to), "solving with K_ee");
+  const Mumps &m = *mumps_;
+  Tall X(m.own_rows, B.columns);
+  if (m.ranks > 1) {
+    m.icntl(20) = 10; // dense, where its rows are
+    m.id.nloc_rhs = m.id.lrhs_loc = static_cast<MUMPS_INT>(m.own_rows);
+    m.id.irhs_loc = const_cast<int *>(m.rhs_rows.data());
+    m.id.rhs_loc = const_cast<double *>(B.values.data());
+  } else {
+    m.icntl(20) = 0;
+    X.values = B.values; // solved in place
+  }
+  m.solve(X, 0, B.columns);
   return X;
 }
 
-void ClampedSolver::solve_sparse(Mat rows, Tall &X, PetscInt first, PetscInt count) const {
-  const UniqueMat to = dense_view(comm_, X, first, count);
-  check(MatMatTransposeSolve(factor_, rows, to), "solving with K_ee");
+void ClampedSolver::solve_sparse(const SparseColumns &B, Tall &X, PetscInt first, PetscInt count) const {
+  const Mumps &m = *mumps_;
+  std::vector<int> begin(B.begin), row(B.row); // from 1
+  for (auto *indices : {&begin, &row})
+    for (int &index : *indices) ++index;
+  m.icntl(20) = 1;
+  m.id.nz_rhs = static_cast<MUMPS_INT>(row.size());
+  m.id.irhs_ptr = m.rank == 0 ? begin.data() : nullptr; // MUMPS minds arrays of the wrong length on other ranks
+  m.id.irhs_sparse = m.rank == 0 ? row.data() : nullptr;
+  m.id.rhs_sparse = m.rank == 0 ? const_cast<double *>(B.value.data()) : nullptr;
+  m.solve(X, first, count);
 }
 
 std::string ClampedSolver::ordering() const {
-  PetscInt used = -1;
-  check(MatMumpsGetInfog(factor_, 7, &used), "asking for the ordering");
+  const int used = mumps_->id.infog[6];
   const char *names[] = {"AMD", "given", "AMF", "SCOTCH", "PORD", "METIS", "QAMD"};
   return used >= 0 && used <= 6 ? names[used] : std::to_string(used);
 }
 
-double ClampedSolver::forecast_bytes() const {
-  PetscInt out_of_core = 0, mebibytes = 0;
-  check(MatMumpsGetIcntl(factor_, 22, &out_of_core), "asking for the memory of the factor");
-  check(MatMumpsGetInfo(factor_, out_of_core ? 17 : 15, &mebibytes), "asking for the memory of the factor");
-  return 1e6 * mebibytes;
-}
-
-double ClampedSolver::forecast_flops() const {
-  PetscReal flops = 0;
-  check(MatMumpsGetRinfog(factor_, 1, &flops), "asking for the operations of the factor");
-  return flops;
-}
+double ClampedSolver::forecast_bytes() const { return 1e6 * mumps_->id.info[mumps_->icntl(22) ? 16 : 14]; }
+double ClampedSolver::forecast_flops() const { return mumps_->id.rinfog[0]; }
+int ClampedSolver::attempts() const { return mumps_->attempts; }
 
 } // namespace dovetail

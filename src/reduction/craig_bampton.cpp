@@ -9,16 +9,6 @@
 namespace dovetail {
 namespace {
 
-std::vector<double> own_values(Vec v) {
-  PetscInt n;
-  const double *values;
-  check(VecGetLocalSize(v, &n), "reading a vector");
-  check(VecGetArrayRead(v, &values), "reading a vector");
-  std::vector<double> copy(values, values + n);
-  check(VecRestoreArrayRead(v, &values), "reading a vector");
-  return copy;
-}
-
 // Own rows of a matrix with one row and one column per contact dof, row-major.
 std::vector<double> dense_rows(Mat A) {
   PetscInt begin, end, columns;
@@ -43,54 +33,38 @@ void add_block(std::vector<double> &rows, PetscInt width, PetscInt first, double
       rows[static_cast<std::size_t>(i) * width + first + j] += factor * block.column(j)[i];
 }
 
-// The rows of -K_ce, which are the right-hand sides of eq (16), all on rank 0.
-class RightHandSides {
-public:
-  explicit RightHandSides(Mat K_ce) {
-    PetscInt rows, columns;
-    UniqueIS all_rows, all_columns;
-    check(PetscObjectGetComm(reinterpret_cast<PetscObject>(K_ce), &comm_), "collecting right-hand sides");
-    MPI_Comm_rank(comm_, &rank_);
-    check(MatGetSize(K_ce, &rows, &columns), "collecting right-hand sides");
-    columns_ = rank_ == 0 ? columns : 0;
-    check(ISCreateStride(comm_, rank_ == 0 ? rows : 0, 0, 1, all_rows.out()), "collecting right-hand sides");
-    check(ISCreateStride(comm_, columns_, 0, 1, all_columns.out()), "collecting right-hand sides");
-    check(MatCreateSubMatrix(K_ce, all_rows, all_columns, MAT_INITIAL_MATRIX, all_.out()),
-          "collecting right-hand sides");
+// Rows [first, first + count) of -K_ce, which are right-hand sides of eq (16), on rank 0.
+SparseColumns right_hand_sides(Mat K_ce_on_host, PetscInt first, PetscInt count) {
+  SparseColumns sides;
+  PetscInt begin, end;
+  check(MatGetOwnershipRange(K_ce_on_host, &begin, &end), "collecting right-hand sides");
+  for (PetscInt i = std::max(first, begin); i < std::min(first + count, end); ++i) { // rank 0 owns all of them
+    PetscInt entries;
+    const PetscInt *columns;
+    const double *values;
+    check(MatGetRow(K_ce_on_host, i, &entries, &columns, &values), "collecting right-hand sides");
+    sides.row.insert(sides.row.end(), columns, columns + entries);
+    for (PetscInt at = 0; at < entries; ++at) sides.value.push_back(-values[at]);
+    check(MatRestoreRow(K_ce_on_host, i, &entries, &columns, &values), "collecting right-hand sides");
+    sides.begin.push_back(static_cast<int>(sides.row.size()));
   }
+  return sides;
+}
 
-  /// `count` of them from `first` on, as rows.
-  UniqueMat rows(PetscInt first, PetscInt count) const {
-    std::vector<PetscInt> begin{0}, column;
-    std::vector<double> value;
-    for (PetscInt i = first; rank_ == 0 && i < first + count; ++i) {
-      PetscInt n;
-      const PetscInt *at;
-      const double *values;
-      check(MatGetRow(all_, i, &n, &at, &values), "collecting right-hand sides");
-      column.insert(column.end(), at, at + n);
-      for (PetscInt j = 0; j < n; ++j) value.push_back(-values[j]);
-      check(MatRestoreRow(all_, i, &n, &at, &values), "collecting right-hand sides");
-      begin.push_back(static_cast<PetscInt>(column.size()));
-    }
-    UniqueMat block;
-    check(MatCreate(comm_, block.out()), "collecting right-hand sides");
-    check(MatSetSizes(block, rank_ == 0 ? count : 0, columns_, PETSC_DETERMINE, PETSC_DETERMINE),
-          "collecting right-hand sides");
-    check(MatSetType(block, MATAIJ), "collecting right-hand sides");
-    check(MatSeqAIJSetPreallocationCSR(block, begin.data(), column.data(), value.data()),
-          "collecting right-hand sides");
-    check(MatMPIAIJSetPreallocationCSR(block, begin.data(), column.data(), value.data()),
-          "collecting right-hand sides");
-    return block;
-  }
-
-private:
-  MPI_Comm comm_;
-  int rank_ = 0;
-  PetscInt columns_ = 0;
-  UniqueMat all_;
-};
+UniqueMat on_host(Mat A) { // all of it on rank 0
+  MPI_Comm comm;
+  int rank;
+  PetscInt rows, columns;
+  UniqueIS all_rows, all_columns;
+  UniqueMat moved;
+  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(A), &comm), "collecting right-hand sides");
+  MPI_Comm_rank(comm, &rank);
+  check(MatGetSize(A, &rows, &columns), "collecting right-hand sides");
+  check(ISCreateStride(comm, rank == 0 ? rows : 0, 0, 1, all_rows.out()), "collecting right-hand sides");
+  check(ISCreateStride(comm, rank == 0 ? columns : 0, 0, 1, all_columns.out()), "collecting right-hand sides");
+  check(MatCreateSubMatrix(A, all_rows, all_columns, MAT_INITIAL_MATRIX, moved.out()), "collecting right-hand sides");
+  return moved;
+}
 
 // Adds to columns [first, first + Y.columns) of own rows (row-major, `width` columns) the rows below first + Y.columns
 // of S^T Y: what is beyond them follows from symmetry.
@@ -206,16 +180,10 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
   const ClampedSolver &solver = *parts.solver;
   stages.run("2c factorisation", [&] { parts.solver->factor(); });
 
-  UniqueVec xe0, load, reaction; // eq (2)
-  double *array;
-  check(MatCreateVecs(parts.K.ee, xe0.out(), load.out()), "elastic preload");
-  check(VecGetArrayWrite(load, &array), "elastic preload");
-  std::copy(parts.preload_e.begin(), parts.preload_e.end(), array);
-  check(VecRestoreArrayWrite(load, &array), "elastic preload");
-  solver.solve(load, xe0);
-  check(MatCreateVecs(parts.K.ce, nullptr, reaction.out()), "elastic preload");
-  check(MatMult(parts.K.ce, xe0, reaction), "elastic preload");
-  const auto held = own_values(reaction), preload = own_values(xe0);
+  Tall load(own_rows, 1); // eq (2)
+  load.values = parts.preload_e;
+  const Tall xe0 = solver.solve(load);
+  const auto held = multiply(parts.K.ce, xe0).values;
   for (std::size_t i = 0; i < held.size(); ++i) model.r[i] += held[i]; // R = K_ce x_e0 - P_c
 
   const ElasticModes found = stages.run("2d modes", [&] { // eq (15)
@@ -227,7 +195,7 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
   std::vector<PetscInt> kept;
   for (PetscInt i = 0; i < own_rows; ++i)
     if (settings.wanted[i])
-      kept.push_back(i), recovery.elastic_dofs.push_back(parts.elastic_dofs[i]), recovery.xe0.push_back(preload[i]);
+      kept.push_back(i), recovery.elastic_dofs.push_back(parts.elastic_dofs[i]), recovery.xe0.push_back(xe0.values[i]);
   recovery.phi.resize(kept.size() * modes);
   recovery.psi.resize(kept.size() * nc);
   keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
@@ -236,12 +204,12 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
   force.values = parts.force_e;
   model.fa = gram(comm, phi, 0, modes, force, 0, 1); // eq (17)
 
-  const RightHandSides sides(parts.K.ce);
+  const UniqueMat sides = on_host(parts.K.ce);
   Tall psi(own_rows, plan.keep_psi ? nc : std::min(plan.block, nc));
   for (PetscInt first = 0; first < nc; first += plan.block) {
     const PetscInt count = std::min(plan.block, nc - first), at = plan.keep_psi ? first : 0;
     stages.run("2e constraint modes",
-               [&] { solver.solve_sparse(sides.rows(first, count), psi, at, count); }); // eq (16)
+               [&] { solver.solve_sparse(right_hand_sides(sides, first, count), psi, at, count); }); // eq (16)
     const Tall inertia = stages.run("2f projections", [&] {
       keep_rows(kept, psi, at, count, recovery.psi, nc, first);
       if (first == 0) out.backward_error = backward_error(parts.K.ee, psi, parts.K.ec);

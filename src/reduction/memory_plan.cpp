@@ -21,7 +21,7 @@ std::string gibibytes(double bytes) {
 
 // A block of n right-hand sides inside MUMPS and PETSc: the solution as MUMPS lays it out and, on several ranks, the
 // list of places it is scattered to, besides what MUMPS works on.
-double solving(double rows, double n, bool alone) { return rows * n * (alone ? 8 : 8 + 8 + 20); }
+double solving(double rows, double n, bool alone) { return rows * n * (alone ? 8 : 8 + 8); }
 
 } // namespace
 
