@@ -90,12 +90,15 @@ def parser():
     command.add_argument("name", metavar="NAME", help="folder to make; must not exist")
     command.set_defaults(run=new)
 
-    command = commands.add_parser("import", help="convert files of other programs", description="Convert files of other programs to "
-                                  "a model file (full matrices) or, with csv, a reduced file (reduced ones). docs/import says how to "
-                                  "write them.")
-    command.add_argument("format", metavar="FORMAT", choices=list(FORMATS), help="; ".join(f"{k}: {v}" for k, v in FORMATS.items()))
-    command.add_argument("files", metavar="FILES", nargs="+", help="the files, as above")
-    command.add_argument("--setup", metavar="JOINTS.toml", help="supports, loads and joints, by the names of sets; for files with a mesh")
+    command = commands.add_parser("import", help="convert files of other programs", description="Convert files of other programs to a "
+                                  "model file (or reduced matrices, with csv, to a reduced file).",
+                                  formatter_class=argparse.RawDescriptionHelpFormatter, epilog="formats and their files:\n" +
+                                  "".join(f"  {name:<10}{files}\n" for name, files in FORMATS.items()) +
+                                  "\ndocs/import says how to write them, docs/files.md what JOINTS.toml may hold.")
+    command.add_argument("format", metavar="FORMAT", choices=list(FORMATS), help=", ".join(FORMATS))
+    command.add_argument("files", metavar="FILES", nargs="+", help="see below")
+    command.add_argument("--setup", metavar="JOINTS.toml",
+                         help="supports, loads and joints by the names of sets; needed for files with a mesh")
     command.add_argument("-o", "--output", metavar="MODEL.h5", required=True, help="file to write")
     command.set_defaults(run=import_)
 

@@ -158,8 +158,12 @@ class Joint:
         a number or one per contact point (for tangential ones [t1, t2] as well)."""
         return replace(self, contact={**self.contact, **contact_parameters(contact, len(self))})
 
-    def report(self):
-        """What the joint is, in a few lines: points, area, worst mismatch, spread of the normals, distance and gap."""
+    def report(self, units="SI"):
+        """What the joint is, in a few lines: points, area, worst mismatch, spread of the normals, distance and gap.
+
+        Other `units` than SI are those of the model, and their names are left out.
+        """
+        m, m2, per_m = (" m", " m^2", " N/m") if units == "SI" else ("", "", "")
         n = self.axes[:, 2]
         mean = n.mean(axis=0)
         mean = (mean / max(np.linalg.norm(mean), np.finfo(float).tiny)).round(6) + 0.0
@@ -167,17 +171,17 @@ class Joint:
         least = 1e-9 * np.ptp(self.position, axis=0).max(initial=0.0)  # distances below are round-off
         mismatch, distance = (np.where(np.abs(values) > least, values, 0.0) for values in (self.mismatch, self.distance))
         how = {"pairs": "pairs of matching nodes", "faces": "nodes on faces", "ground": "nodes on the ground"}[self.kind]
-        lines = [f"joint {self.name}: {len(self)} contact points, {how}", f"  area       {self.area.sum():.6g} m^2"]
+        lines = [f"joint {self.name}: {len(self)} contact points, {how}", f"  area       {self.area.sum():.6g}{m2}"]
         if self.kind != "ground":
             worst = int(np.argmax(mismatch))
             what = "between partners" if self.kind == "pairs" else "beyond the edge"
-            where = f"at most {mismatch[worst]:.3g} m {what}, at node {self.labels[worst]}" if mismatch[worst] else "none"
-            lines += [f"  mismatch   {where}", f"  distance   {_range(distance)} m along the normal"]
+            where = f"at most {mismatch[worst]:.3g}{m} {what}, at node {self.labels[worst]}" if mismatch[worst] else "none"
+            lines += [f"  mismatch   {where}", f"  distance   {_range(distance)}{m} along the normal"]
         lines.append(f"  normals    within {spread:.3g} degrees of ({', '.join(f'{v:.3g}' for v in mean)})")
-        for key, label, unit in (("gap", "gap", " m"), ("normal_stiffness", "k_n", " N/m"), ("tangential_stiffness", "k_t", " N/m"),
-                                 ("friction", "friction", "")):
+        for key, label, unit in (("gap", "gap", m), ("normal_stiffness", "k_n", f"{per_m} per point"),
+                                 ("tangential_stiffness", "k_t", f"{per_m} per point"), ("friction", "friction", "")):
             if key in self.contact:
-                lines.append(f"  {label:<9}  {_range(self.contact[key])}{unit}" + (" per point" if unit == " N/m" else ""))
+                lines.append(f"  {label:<9}  {_range(self.contact[key])}{unit}")
         return "\n".join(lines)
 
 

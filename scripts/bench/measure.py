@@ -18,6 +18,7 @@ OUTPUT = ROOT / "build/bench"
 class Cost:
     wall: float  # [s]
     cpu: float  # user and system, of the process and all it waited for: under mpirun, of all ranks [s]
+    peak_mib: float  # resident memory of the largest of those processes; the bench's own counts as that of its child [MiB]
 
 
 def weigh(command):
@@ -32,7 +33,7 @@ def weigh(command):
         text = output.read()
     if process.returncode:
         sys.exit(f"{text}\nbench: exit status {process.returncode} of {' '.join(map(str, command))}")
-    return text, Cost(wall, used.ru_utime + used.ru_stime)
+    return text, Cost(wall, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
 
 
 def summary_of(folder):

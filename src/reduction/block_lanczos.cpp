@@ -215,7 +215,7 @@ LanczosPairs block_lanczos(const ClampedSolver &solver, Mat M, Tall start, Petsc
       rotate(search.V, k, count, found.vector.data());
       search.V.drop_columns_from(count);
       search.V.values.shrink_to_fit();
-      return {{found.value.begin(), found.value.begin() + std::min(wanted + 1, k)}, std::move(search.V)};
+      return {{found.value.begin(), found.value.begin() + count}, std::move(search.V)};
     }
     if (!full) continue;
     ++restarts; // with the best Ritz vectors, and the next block behind them

@@ -10,7 +10,7 @@
 namespace dovetail {
 
 struct LanczosPairs {
-  std::vector<double> values; ///< of K^-1 M, largest magnitude first; one more than wanted if the basis holds it
+  std::vector<double> values; ///< of K^-1 M, largest magnitude first
   Tall vectors;               ///< (n, wanted), M-orthonormal
 };
 

@@ -84,7 +84,6 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, const std:
   ElasticModes modes;
   modes.shapes = std::move(found.vectors);
   for (PetscInt j = 0; j < wanted; ++j) modes.squares.push_back(1 / found.values[j]);
-  if (static_cast<PetscInt>(found.values.size()) > wanted) modes.next_square = 1 / found.values[wanted];
 
   PetscReal k_norm, m_norm;
   check(MatNorm(K, NORM_INFINITY, &k_norm), "checking modes");
@@ -128,6 +127,15 @@ PetscInt modes_below(Mat K, Mat M, double square) {
     throw ComputeError("while counting modes (reduction.check_modes): MUMPS error " + std::to_string(error));
   check(MatMumpsGetInfog(factor, 12, &negative), "counting modes");
   return negative;
+}
+
+void check_none_missed(Mat K, Mat M, const std::vector<double> &squares) {
+  const double below = squares.back() * (1 - 1e-4); // clear of the last one, and of those equal to it
+  const auto found = std::count_if(squares.begin(), squares.end(), [&](double square) { return square < below; });
+  if (const PetscInt all = modes_below(K, M, below); all != found)
+    throw ComputeError("while computing modes: " + std::to_string(all) + " modes lie below " +
+                       std::to_string(std::sqrt(below) / (2 * M_PI)) + " Hz, but " + std::to_string(found) +
+                       " were found there; ask for a few more in reduction.modes");
 }
 
 } // namespace dovetail

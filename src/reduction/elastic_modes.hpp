@@ -11,7 +11,6 @@ namespace dovetail {
 struct ElasticModes {
   std::vector<double> squares; ///< (N_a) w^2, ascending [rad^2/s^2]
   Tall shapes;                 ///< (n_e, N_a) Phi^T M_ee Phi = I, largest entry positive
-  double next_square = 0;      ///< of the mode after the last one, as well as it is known by then; 0: there is none
 };
 
 /// Columns the search for `count` of `n` modes may hold at once, besides three blocks of `lanczos_block`.
@@ -27,5 +26,8 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K_ee, Mat M_ee, cons
 
 /// How many w^2 of K_ee v = w^2 M_ee v lie below `square`: the negative pivots of K_ee - square M_ee. Collective.
 PetscInt modes_below(Mat K_ee, Mat M_ee, double square);
+
+/// Throws ComputeError if there are more modes below the last of `squares` than in it. Collective.
+void check_none_missed(Mat K_ee, Mat M_ee, const std::vector<double> &squares);
 
 } // namespace dovetail

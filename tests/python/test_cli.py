@@ -12,6 +12,7 @@ import synthetic_results
 
 from dovetail import Model, Results, __version__, plot
 from dovetail.__main__ import main
+from dovetail.importers import FORMATS
 
 ROOT = Path(__file__).resolve().parents[2]
 BINARY = ROOT / "build" / "dovetail"
@@ -71,11 +72,11 @@ def test_template_case_explains_every_key():
     assert "stability" not in tomllib.loads(text)
     case = tomllib.loads(re.sub(r"^# (\w+ = )", r"\1", text, flags=re.MULTILINE))
     assert {section: set(keys) for section, keys in case.items() if isinstance(keys, dict)} == {
-        "reduction": {"modes"}, "damping": {"stiffness"}, "excitation": {"fourier"},
+        "reduction": {"modes", "check_modes", "memory"}, "damping": {"stiffness"}, "excitation": {"fourier"},
         "contact": {"normal_stiffness", "tangential_stiffness", "friction", "gap"}, "preload": {"initial"},
         "harmonic_balance": {"harmonics", "samples"}, "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
         "scaling": {"kind", "frequency", "modal", "contact"},
-        "continuation": {"omega", "step", "adaptive", "max_points", "at", "start"}, "output": {"directory"}}
+        "continuation": {"omega", "step", "adaptive", "max_points", "at", "start"}, "output": {"directory", "motion"}}
     assert {"title", "model", "reduced"} <= set(case)
 
 
@@ -101,6 +102,14 @@ def test_import_command(tmp_path, capsys):
     assert main(["info", str(tmp_path / "m.h5")]) == 0
     said = capsys.readouterr().out
     assert "m.h5: reduced model: 1 modes, 1 contact points" in said and "recovery" in said and "2 rad/s" in said
+
+
+def test_import_help_gives_every_format_a_line(capsys):
+    with pytest.raises(SystemExit):
+        main(["import", "--help"])
+    said = capsys.readouterr().out
+    for name, files in FORMATS.items():
+        assert re.search(rf"^  {name} +{re.escape(files)}$", said, re.MULTILINE)
 
 
 @pytest.mark.parametrize("kind, name", [("response", "r.png"), ("history", "r_history.png"), ("hysteresis", "r_hysteresis.png")])

@@ -210,6 +210,10 @@ TEST(Reduction, LanczosRestartsAndFindsThemAll) { // a basis too narrow for one 
   for (int j = 1; j < wanted; ++j) EXPECT_GT(found.squares[j], found.squares[j - 1]);
   EXPECT_EQ(modes_below(parts.K.ee, parts.M.ee, found.squares.back() * (1 - 1e-9)), wanted - 1);
   EXPECT_EQ(modes_below(parts.K.ee, parts.M.ee, found.squares.back() * (1 + 1e-9)), wanted);
+  EXPECT_NO_THROW(check_none_missed(parts.K.ee, parts.M.ee, found.squares));
+  auto missing = found.squares;
+  missing.erase(missing.begin() + 20);
+  EXPECT_THROW(check_none_missed(parts.K.ee, parts.M.ee, missing), ComputeError);
   const auto G = gram(PETSC_COMM_WORLD, found.shapes, 0, wanted, multiply(parts.M.ee, found.shapes), 0, wanted);
   for (int i = 0; i < wanted; ++i)
     for (int j = 0; j < wanted; ++j) EXPECT_NEAR(G[j * wanted + i], i == j, 1e-12);

@@ -1,4 +1,7 @@
-"""From a deck and its matrices to a Structure: what fits, what was held, what is tied, what is loaded."""
+"""From a mesh and its matrices to a Structure: what fits, what was held, what is tied, what is loaded.
+
+For every program: the deck may be an input file, an archive or bulk data.
+"""
 
 import numpy as np
 
@@ -49,9 +52,9 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
     counts = ", ".join(f"{len(rows)} {name}" for name, rows in deck.cells.items())
     notes.append(f"{deck.path}: {len(deck.nodes)} nodes, {counts} cells; {K.shape[0]} degrees of freedom from {sources[0]}")
     x = dof_direction == 0
-    notes.append(f"moving mass, the sum of M in x: {M[x][:, x].sum():.6g} (kg if the deck is in SI; t if it is in t, mm, s, N)")
+    notes.append(f"moving mass, the sum of M in x: {M[x][:, x].sum():.6g} (kg if the files are in SI; t if they are in t, mm, s, N)")
     if held.any():
-        notes.append(f"held by the boundary conditions of the deck and so no unknowns: {held[:, :3].sum()} displacements of "
+        notes.append(f"held by the boundary conditions and so no unknowns: {held[:, :3].sum()} displacements of "
                      f"{held[:, :3].any(axis=1).sum()} nodes")
     if not known.all():
         notes.append(f"{(~known).sum()} unknowns belong to nodes that the source program made itself; they are kept, without a "
@@ -71,7 +74,8 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
 def _check_diagonals(deck, K, M, dof_node, dof_direction, used, sources):
     moving = (dof_node >= 0) & (dof_direction < 3)
     moving[moving] = used[dof_node[moving]]
-    for name, matrix, path, reason in (("stiffness", K, sources[0], ""), ("mass", M, sources[1], ", or an element has no *DENSITY")):
+    no_density = ", or a material has no density (*DENSITY, MP,DENS or RHO)"
+    for name, matrix, path, reason in (("stiffness", K, sources[0], ""), ("mass", M, sources[1], no_density)):
         bad = np.flatnonzero(moving & (matrix.diagonal() <= 0))
         if bad.size:
             raise ValueError(f"{path}: the {name} of {place(deck, dof_node[bad[0]], dof_direction[bad[0]])} must be positive, "
@@ -115,7 +119,7 @@ def _check_rigid_motion(deck, K, dof_node, dof_direction, number, source, notes)
         first = np.flatnonzero(rows)[np.argmax(bad)]
         raise ValueError(f"{deck.path} and {source} do not belong together: {bad.sum()} of {len(bad)} rows of the stiffness give a force "
                          f"when the whole mesh moves rigidly, the first for {place(deck, dof_node[first], dof_direction[first])}; was "
-                         "the deck changed, or are its nodes numbered differently?")
+                         "the mesh changed after the matrices were written, or are its nodes numbered differently?")
     if bad.any():
         notes.append(f"{bad.sum()} rows of the stiffness resist rigid motion of the whole (springs to ground, equations or prestress)")
 
@@ -126,7 +130,7 @@ def _without_tied(deck, tied, notes):
     kept_surfaces = {name: faces for name, faces in deck.surfaces.items() if not any(tied[rows].any() for rows in faces)}
     lost = [name for name in (*deck.node_sets, *deck.surfaces) if name not in kept_sets and name not in kept_surfaces]
     if tied.any():
-        notes.append(f"the motion of {tied.sum()} nodes follows from others (equations, ties, couplings), first node "
+        notes.append(f"the motion of {tied.sum()} nodes follows from others (equations, ties, couplings, rigid elements), first node "
                      f"{deck.labels[tied][0]}; the matrices hold that"
                      + (f", but the sets with such nodes are NOT taken: {', '.join(lost)}" if lost else ""))
     return kept_sets, kept_surfaces

@@ -72,7 +72,7 @@ def apply(structure, path):
                 joints.append(_joint(structure, table))
     with _named(path):
         model = structure.join(joints)
-    model.notes = [joint.report() for joint in joints]
+    model.notes = [joint.report(structure.units) for joint in joints]
     return model
 
 

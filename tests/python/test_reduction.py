@@ -1,0 +1,180 @@
+"""The reduction of a finite-element model as a user meets it: ranks, memory, whose motion is kept. The mathematics is tested in
+tests/unit/test_reduction.cpp.
+"""
+
+import re
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+from cases import Case
+from launch import ROOT, SURROUNDINGS, run
+
+from dovetail import Results
+
+CASE = """model = "model.h5"
+[reduction]
+modes = 6
+{reduction}
+[damping]
+stiffness = 1e-6
+[excitation]
+fourier = [0, 0, 1]
+[harmonic_balance]
+harmonics = 1
+samples = 64
+[continuation]
+omega = [2000, 2000]
+[output]
+{output}
+"""
+MATRICES = ("Kaa", "Max", "Mxx", "Kxx", "Fa", "Fx", "R")
+
+
+@pytest.fixture(scope="module")
+def blade(tmp_path_factory):
+    """A coarse blade in its slot, 30 contact points."""
+    path = tmp_path_factory.mktemp("blade") / "model.h5"
+    subprocess.run([sys.executable, ROOT / "inputs/blade_root/model.py", "--dofs", "20000", "--points", "3x5", "-o", path],
+                   env=SURROUNDINGS, check=True, stdout=subprocess.DEVNULL)
+    return path
+
+
+@pytest.fixture
+def make(tmp_path, blade):
+    """A case on that model, in a folder of its own."""
+    def case(name, reduction="", output=""):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "model.h5").symlink_to(blade)
+        path = folder / "case.toml"
+        path.write_text(CASE.format(reduction=reduction, output=output))
+        return Case(path, None, None, {})
+    return case
+
+
+def matrices(done):
+    with h5py.File(done.folder / "reduced.h5") as file:
+        return {name: file[name][()] for name in MATRICES}
+
+
+def kept(done):
+    """Rows of Phi and Psi by dof."""
+    with h5py.File(done.folder / "reduced.h5") as file:
+        part = file["recovery"]
+        return dict(zip(part["elastic_dofs"][()], np.hstack([part["Phi"][()], part["Psi"][()], part["xe0"][()][:, None]])))
+
+
+def peak_of(done, stage="2 reduction"):
+    return np.array(next(s["peak_mib"] for s in done.summary["stages"] if s["name"] == stage))
+
+
+def expect_same(first, second, tolerance=1e-9):
+    for name in MATRICES:
+        scale = abs(first[name]).max()
+        assert abs(first[name] - second[name]).max() <= tolerance * scale, name
+
+
+def test_ranks_and_partition_do_not_matter(make):
+    one, *others = (run(make(f"on{ranks}"), ranks=ranks, command="reduce") for ranks in (1, 2, 3))
+    for other in others:
+        expect_same(matrices(one), matrices(other))
+        assert other.summary["reduction"]["backward_error"] < 1e-14
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_memory_is_known_before(make, ranks):
+    done = run(make("case"), ranks=ranks, command="reduce")
+    forecast = np.array(done.summary["reduction"]["forecast_mib"])
+    assert len(forecast) == ranks
+    np.testing.assert_allclose(forecast.sum(), peak_of(done).sum(), rtol=0.3)
+    assert "GiB over all ranks" in done.out and f"ordering {done.summary['reduction']['ordering']}" in done.out
+
+
+def test_dry_run_forecasts_the_same_memory(make):
+    case = make("case")
+    (said,) = [line for line in run(case, "--dry-run", command="reduce").out.splitlines() if "over all ranks, " in line]
+    done = run(case, command="reduce")
+    assert float(said.split()[1]) == pytest.approx(sum(done.summary["reduction"]["forecast_mib"]) / 1024, rel=0.1)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_less_memory_than_psi_needs(make, ranks):
+    roomy = run(make("roomy"), ranks=ranks, command="reduce")
+    assert roomy.summary["reduction"]["kept_psi"]
+    refused = run(make("refused", reduction="memory = 0.01"), "--dry-run", ranks=ranks, command="reduce", status=3).err
+    least = float(re.search(r"would take ([\d.]+) GiB", refused)[1])
+    tight = run(make("tight", reduction=f"memory = {1.02 * least}"), ranks=ranks, command="reduce")
+    assert not tight.summary["reduction"]["kept_psi"] and "a block at a time" in tight.out
+    assert peak_of(tight).sum() < peak_of(roomy).sum()
+    expect_same(matrices(roomy), matrices(tight))
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_refused_when_it_cannot_fit(make, ranks):
+    case = make("small", reduction="memory = 0.01")
+    done = run(case, ranks=ranks, status=3)
+    for words in ("would take", "0.01 GiB for it", "-kee_mat_mumps_icntl_22 1", "fewer contact points", "reduction.memory"):
+        assert words in done.err
+    assert done.err.count("would take") == 1
+    assert not (done.folder / "reduced.h5").exists()
+
+
+def test_out_of_core(make):
+    case = make("case")
+    expect_same(matrices(run(make("in"), command="reduce")), matrices(run(case, "-kee_mat_mumps_icntl_22", 1, command="reduce")))
+
+
+def test_modes_are_counted_on_request(make):
+    assert "none missed" in run(make("case", reduction="check_modes = true"), ranks=2, command="reduce").out
+    assert "none missed" not in run(make("plain"), command="reduce").out
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_motion_of_what_is_named(make, blade, ranks):
+    """A set, and a node of the joint, whose motion is made of the dofs of both sides."""
+    with h5py.File(blade) as file:
+        tip, flank = file["mesh/sets/tip"][()], file["mesh/sets/flank_left"][()]
+        moved = set(file["mesh/changed/dof"][()])
+        dof_node = file["mesh/dof_node"][()]
+        node = next(n for n in flank if moved & set(np.flatnonzero(dof_node == n)))
+        n = len(dof_node)
+    named = make("named", output=f'motion = ["tip", {node}]')
+    everything = make("everything", output='motion = "all"')
+    some, full = (Results(run(case, ranks=ranks).folder / "results.h5") for case in (named, everything))
+    rows, all_rows = kept(run(named, ranks=ranks)), kept(run(everything, ranks=ranks))
+    assert len(all_rows) > 0.99 * n and 3 * len(tip) <= len(rows) <= 3 * len(tip) + 6
+    scale = max(abs(row).max() for row in all_rows.values())
+    for dof, row in rows.items():
+        np.testing.assert_allclose(row, all_rows[dof], atol=1e-9 * scale)
+    for nodes in ("tip", [node]):
+        wanted = full.displacement(0, nodes, n=16)
+        assert abs(wanted).max() > 0
+        np.testing.assert_allclose(some.displacement(0, nodes, n=16), wanted, rtol=0, atol=1e-6 * abs(wanted).max())
+    with pytest.raises(ValueError):
+        some.displacement(0, "airfoil")
+
+
+def test_no_motion(make):
+    assert kept(run(make("none", output="motion = []"), command="reduce")) == {}
+
+
+def test_other_motion_needs_another_reduction(make):
+    case = make("case", output='motion = ["tip"]')
+    run(case, command="reduce")
+    assert "reused" in run(case, command="reduce").out
+    case.path.write_text(case.path.read_text().replace('["tip"]', '["disk"]'))
+    assert "reused" not in run(case, command="reduce").out
+
+
+@pytest.mark.parametrize(("motion", "words"), [
+    ('["tipp"]', ['there is no node set "tipp"', "output.motion"]),
+    ("[99999999]", ["node 99999999 is not in", "output.motion"]),
+    ('"some"', ['must be "all", or a list', "output.motion"]),
+    ("[-1]", ["output.motion", "-1"]),
+])
+def test_motion_refused(make, motion, words):
+    done = run(make("case", output=f"motion = {motion}"), command="reduce", status=2)
+    assert all(word in done.err for word in words), done.err
