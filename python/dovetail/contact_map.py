@@ -43,6 +43,7 @@ def contact_map(results, point, model=None, hz=False):
     work = work / joint["area"] if per_area else work
     numbers = np.unique(joint["joint"])
     flat = [in_plane(joint["position"][joint["joint"] == number], joint["axes"][joint["joint"] == number]) for number in numbers]
+    flat, names = zip(*(lying(places) for places in flat))
     tall = [panel_height(places) for places in flat]
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(9.6, 1.0 + sum(tall)), layout="constrained")
@@ -51,12 +52,13 @@ def contact_map(results, point, model=None, hz=False):
         for i, (number, places) in enumerate(zip(numbers, flat)):
             row = [figure.add_subplot(grid[i, column]) for column in (0, 1)]
             mine = joint["joint"] == number
-            shares = _panel(row[0], places, 100 * slipping[mine], state[mine], 100.0)
-            works = _panel(row[1], places, work[mine], state[mine], largest)
-            row[0].set_title(joint["names"][number], loc="left", fontsize=10)
-            scale(row[0], shares, "slips [% of the period]")
+            shares = _panel(row[0], places, names[i], 100 * slipping[mine], state[mine], 100.0)
+            works = _panel(row[1], places, names[i], work[mine], state[mine], largest)
+            row[0].set_title(f"{joint['names'][number]}: slips [% of the period]", loc="left", fontsize=10)
+            scale(row[0], shares)
             unit = ("J/m²" if per_area else "J") if results.units == "SI" else ""
-            scale(row[1], works, "friction work per period" + " and area" * per_area, EngFormatter(unit))
+            row[1].set_title("friction work per period" + " and area" * per_area, loc="left", fontsize=10)
+            scale(row[1], works, formatter=EngFormatter(unit))
         handles = [plt.Line2D([], [], marker=marker, linestyle="", color="black", markerfacecolor="#d0d0d0", markersize=7,
                               label=f"{name} ({np.count_nonzero(state == i)})") for i, (name, marker) in enumerate(STATES)]
         below = figure.add_subplot(grid[-1, :])
@@ -97,13 +99,19 @@ def in_plane(position, axes):
     return np.stack([centred @ first, centred @ np.cross(normal, first)], axis=1)
 
 
+def lying(places):
+    """The places with their longer side to the right, and the names of the axes."""
+    x, y = np.ptp(places, axis=0)
+    return (places, ("t1", "t2")) if y <= x else (places[:, ::-1], ("t2", "t1"))
+
+
 def panel_height(places, width=3.6):
     """Height of a panel [inch] that shows the places in equal scales, within reason."""
     x, y = np.maximum(np.ptp(places, axis=0), 1e-12)
     return float(np.clip(width * y / x, 1.2, 4.5)) + 0.8
 
 
-def scale(axis, drawn, label, formatter=None):
+def scale(axis, drawn, label="", formatter=None):
     """A colour bar as high as the panel is."""
     bar = axis.figure.colorbar(drawn, cax=axis.inset_axes([1.05, 0, 0.05, 1]), format=formatter)
     bar.locator = MaxNLocator(5)
@@ -111,7 +119,7 @@ def scale(axis, drawn, label, formatter=None):
     bar.set_label(label)
 
 
-def dress(axis, places):
+def dress(axis, places, names=("t1", "t2")):
     """Equal scales, a margin, ticks in metres."""
     x, y = np.ptp(places, axis=0)
     margin = 0.12 * max(x, y) or 1.0
@@ -122,7 +130,7 @@ def dress(axis, places):
     axis.yaxis.set_major_formatter(EngFormatter("m"))
     axis.locator_params(axis="x", nbins=int(np.clip(5 * x / max(y, 1e-12), 2, 4)))
     axis.locator_params(axis="y", nbins=int(np.clip(5 * y / max(x, 1e-12), 2, 6)))
-    axis.set(xlabel="t1", ylabel="t2")
+    axis.set(xlabel=names[0], ylabel=names[1])
 
 
 def marker_area(places, width=3.6):
@@ -132,12 +140,12 @@ def marker_area(places, width=3.6):
     return float(np.clip((0.45 * between) ** 2, 4, 120))
 
 
-def _panel(axis, places, values, state, top):
+def _panel(axis, places, names, values, state, top):
     size = marker_area(places)
     for i, (_, marker) in enumerate(STATES):
         mine = state == i
         edge = {"edgecolors": "black", "linewidths": 0.8 if size > 20 else 0.3} if marker != "x" else {"linewidths": 1.2}
         colour = {"c": values[mine], "cmap": COLOURS, "vmin": 0, "vmax": top} if marker != "x" else {"c": "black"}
         axis.scatter(*places[mine].T, s=size * (1.0 if marker != "x" else 0.6), marker=marker, **colour, **edge)
-    dress(axis, places)
+    dress(axis, places, names)
     return plt.cm.ScalarMappable(norm=plt.Normalize(0, top), cmap=COLOURS)

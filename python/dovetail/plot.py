@@ -58,7 +58,7 @@ def response(results, dofs=None, at=None, hz=False):
             axis.set_ylim(bottom=0)
             axis.set_ylabel("amplitude" + _unit(results, names[0]))
             _ticks_in_metres(axis.yaxis, results, names[0])
-            axis.legend(loc="best", handlelength=3.2)
+            axis.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.85, edgecolor="none")
         for i, state in enumerate(("slip", "open")):
             axes[-1].plot(scale * results.omega, 100 * results.points(state), **_line(i), label=state)
         axes[-1].set(ylim=(-4, 104), yticks=(0, 50, 100), ylabel="points [%]", xlabel=f"excitation frequency [{unit}]")

@@ -39,6 +39,7 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     file.attribute("model", source.file.string());
     file.attribute("program", std::string("dovetail ") + version + " " + git_revision);
     file.attribute("ordering", source.ordering);
+    file.attribute("modes_counted", source.modes_counted);
     int rank;
     MPI_Comm_rank(model.comm, &rank);
     const hsize_t all = rank == 0 ? na : 0;
@@ -166,7 +167,9 @@ bool matches(MPI_Comm comm, const std::filesystem::path &path, const Source &sou
   try {
     on_all_ranks(comm, [&] {
       read_reduced_header(path);
-      same = h5::Reader(path).text_attribute("source") == text_of(source);
+      const h5::Reader file(path);
+      same = file.text_attribute("source") == text_of(source) &&
+             (!source.modes_counted || file.integer_attribute("modes_counted", 0) == 1);
     });
   } catch (const InputError &) { // absent, damaged or foreign: it will be written anew
     return false;

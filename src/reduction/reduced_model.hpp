@@ -62,7 +62,8 @@ struct Source {
   std::uint64_t hash = 0; ///< FullModel::hash
   std::string units;
   PetscInt modes = 0;
-  std::string motion; ///< which rows of Phi and Psi are kept, in words or as a number made of them
+  bool modes_counted = false; ///< none missed below the last one: made sure of
+  std::string motion;         ///< which rows of Phi and Psi are kept, in words or as a number made of them
   std::string ordering;
   std::vector<std::array<PetscInt, 3>> contact_dofs;
 };

@@ -129,7 +129,11 @@ def test_out_of_core(make):
 
 def test_modes_are_counted_on_request(make):
     assert "none missed" in run(make("case", reduction="check_modes = true"), ranks=2, command="reduce").out
-    assert "none missed" not in run(make("plain"), command="reduce").out
+    plain = make("plain")
+    assert "none missed" not in run(plain, command="reduce").out
+    plain.path.write_text(plain.path.read_text().replace("[reduction]", "[reduction]\ncheck_modes = true"))
+    for said in ("none missed", "reused"):  # a file whose modes were not counted does not do, one whose modes were does
+        assert said in run(plain, command="reduce").out
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -1,0 +1,127 @@
+#include "app/reduce.hpp"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace dovetail {
+namespace {
+
+void warn_of_slow_blas(const Voice &voice) {
+  for (const char *known : {"openblas_get_config", "MKL_Get_Version", "bli_info_get_version_str", "armpl_get_version"})
+    if (dlsym(RTLD_DEFAULT, known)) return;
+  voice.say("note: this looks like reference BLAS, with which factorisations take about 8 times longer; on Debian "
+            "install libopenblas0-serial");
+}
+
+// Which rows of Phi and Psi are kept: those the case asks for; all, if it does not say, while they are few.
+struct Motion {
+  bool all = false;
+  std::vector<PetscInt> dofs; // ascending, if not all
+  std::string in_words;       // for the reduced file
+};
+
+Motion wanted_motion(const Case &study, PetscInt elastic, PetscInt columns) {
+  constexpr double few = 8e6; // numbers, 64 MB
+  Motion motion;
+  const MotionWish &wish = study.motion;
+  motion.all = wish.given ? wish.all : static_cast<double>(elastic) * columns <= few;
+  if (!motion.all) motion.dofs = motion_dofs(study.model, wish);
+  std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a
+  for (const PetscInt dof : motion.dofs) hash = (hash ^ static_cast<std::uint64_t>(dof)) * 0x100000001b3u;
+  motion.in_words = motion.all ? "all" : std::to_string(motion.dofs.size()) + " dofs " + std::to_string(hash);
+  return motion;
+}
+
+struct Prepared { // for the reduction: parts, what is kept of the fields, and what it will take
+  ClampedStructure parts;
+  ReductionSettings settings;
+  MemoryPlan plan;
+};
+
+Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
+  Prepared prepared;
+  prepared.parts = clamp(std::move(model));
+  auto &[parts, settings, plan] = prepared;
+  settings.modes = study.modes, settings.check_modes = study.check_modes;
+  settings.wanted.assign(parts.elastic_dofs.size(), motion.all);
+  for (std::size_t i = 0; i < parts.elastic_dofs.size(); ++i)
+    if (std::binary_search(motion.dofs.begin(), motion.dofs.end(), parts.elastic_dofs[i])) settings.wanted[i] = 1;
+  const auto kept = std::count(settings.wanted.begin(), settings.wanted.end(), 1);
+  plan = plan_memory(parts, settings.modes, static_cast<PetscInt>(kept), study.memory * 1024 * 1024 * 1024);
+  return prepared;
+}
+
+void refuse_too_many_modes(const Case &study, const FullModel &model) {
+  const PetscInt elastic = model.dofs - 3 * static_cast<PetscInt>(model.contact_dofs.size());
+  if (study.modes > elastic)
+    throw InputError(model.file.string() + ": reduction.modes = " + std::to_string(study.modes) +
+                     ", but the model has only " + std::to_string(elastic) +
+                     " elastic dofs (those not in /contact/dofs): at most so many modes exist");
+}
+
+Motion agreed_motion(MPI_Comm comm, const Case &study, const FullModel &model) {
+  const PetscInt contact = 3 * static_cast<PetscInt>(model.contact_dofs.size());
+  Motion motion;
+  on_all_ranks(comm, [&] { motion = wanted_motion(study, model.dofs - contact, study.modes + contact); });
+  return motion;
+}
+
+} // namespace
+
+ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
+                           const Voice &voice, std::optional<ReductionFigures> &figures) {
+  if (!study.reduced.empty()) return stages.run("1 model", [&] { return read_reduced(comm, study.reduced); });
+  FullModel model = stages.run("1 model", [&] { return read_full_model(comm, study.model); });
+  refuse_too_many_modes(study, model);
+  const Motion motion = agreed_motion(comm, study, model);
+  Source source{model.file,        model.hash,      model.units, study.modes,
+                study.check_modes, motion.in_words, "none",      model.contact_dofs};
+  if (matches(comm, file, source)) {
+    voice.say("reduction: " + file.string() + " still fits the model, reused");
+    return stages.run("2 reduction", [&] { return read_reduced(comm, file); });
+  }
+  warn_of_slow_blas(voice);
+  voice.say("reduction: " + std::to_string(model.dofs) + " dofs, " + std::to_string(model.contact_dofs.size()) +
+            " contact points, " + std::to_string(study.modes) + " modes");
+  return stages.run("2 reduction", [&] {
+    Prepared prepared = stages.run("2a analysis", [&] { return prepare(study, std::move(model), motion); });
+    char work[64] = "";
+    double flops = 0;
+    if (prepared.parts.solver) {
+      source.ordering = prepared.parts.solver->ordering();
+      flops = prepared.parts.solver->forecast_flops();
+      std::snprintf(work, sizeof work, ", %.3g operations to factor", flops);
+    }
+    voice.say("  ordering " + source.ordering + work);
+    refuse_if_too_large(prepared.parts, prepared.plan);
+    voice.say("  memory " + in_words(prepared.plan));
+    Reduction reduction = craig_bampton(std::move(prepared.parts), prepared.settings, prepared.plan, stages);
+    stages.run("2h writing", [&] { write_reduced(file, source, reduction); });
+    char line[160];
+    if (study.modes > 0) {
+      std::snprintf(line, sizeof line, "  fixed-interface frequencies %.6g .. %.6g Hz%s",
+                    std::sqrt(reduction.model.kaa[0]) / (2 * M_PI), std::sqrt(reduction.model.kaa.back()) / (2 * M_PI),
+                    study.check_modes ? ", none missed" : " (reduction.check_modes = true counts them)");
+      voice.say(line);
+    }
+    if (!motion.all && !study.motion.given)
+      voice.say("  the fields are large: only contact points and modes are kept; output.motion names more");
+    figures = ReductionFigures{source.ordering, flops, prepared.plan.bytes / (1 << 20), reduction.backward_error,
+                               prepared.plan.keep_psi};
+    return std::move(reduction.model);
+  });
+}
+
+std::string forecast_reduction(MPI_Comm comm, const Case &study) {
+  FullModel model = read_full_model(comm, study.model);
+  refuse_too_many_modes(study, model);
+  const Motion motion = agreed_motion(comm, study, model);
+  const Prepared prepared = prepare(study, std::move(model), motion);
+  refuse_if_too_large(prepared.parts, prepared.plan);
+  return in_words(prepared.plan);
+}
+
+} // namespace dovetail

@@ -1,0 +1,20 @@
+#pragma once
+// Steps 1 and 2 of a run: from the model in the case to the reduced model.
+#include <optional>
+
+#include "app/voice.hpp"
+#include "reduction/reduced_model.hpp"
+#include "results/summary.hpp"
+
+namespace dovetail {
+
+/// The reduced model, from the file the case names, from `file` if that still fits the case, or computed and written
+/// there; `figures` are set in the last case. Collective. InputError, ComputeError.
+ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
+                           const Voice &voice, std::optional<ReductionFigures> &figures);
+
+/// In words, what the reduction of the case's model will take. Reads the model and analyses its K_ee. Collective.
+/// InputError; ComputeError if it cannot fit.
+std::string forecast_reduction(MPI_Comm comm, const Case &study);
+
+} // namespace dovetail
