@@ -102,7 +102,7 @@ def in_plane(position, axes):
 def lying(places):
     """The places with their longer side to the right, and the names of the axes."""
     x, y = np.ptp(places, axis=0)
-    return (places, ("t1", "t2")) if y <= x else (places[:, ::-1], ("t2", "t1"))
+    return (places, ("t1", "t2")) if y <= 1.2 * x else (places[:, ::-1], ("t2", "t1"))
 
 
 def panel_height(places, width=3.6):

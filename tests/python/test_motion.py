@@ -11,7 +11,7 @@ from test_joint import transformation
 
 from dovetail import Joint, Results
 from dovetail.__main__ import main
-from dovetail.contact_map import contact_map, in_plane, over_period
+from dovetail.contact_map import contact_map, in_plane, lying, over_period
 from dovetail.mesh_picture import MOST_TRIANGLES, joint_picture, mesh_picture, skin
 
 
@@ -107,13 +107,21 @@ def test_places_in_the_plane_of_a_joint():
     np.testing.assert_allclose(in_plane(turn(flat), axes), flat[:, :2] - [1, 0.5], atol=1e-14)
 
 
+def test_long_joints_lie_down():
+    upright = np.array([[0.0, 0], [0, 3], [1, 3]])
+    for places, names in ((upright, ("t2", "t1")), (upright[:, ::-1], ("t1", "t2"))):
+        turned, axes = lying(places)
+        assert axes == names
+        np.testing.assert_array_equal(turned, upright[:, ::-1])
+
+
 def test_map_has_a_row_for_each_joint(run):
     model, results, _ = run
     figure = contact_map(results, 0)
     titles = [axis.get_title(loc="left") for axis in figure.axes]
-    assert titles.count("middle") == 1 and "at 2 rad/s" in figure._suptitle.get_text()
+    assert titles.count("middle: slips [% of the period]") == 1 and "at 2 rad/s" in figure._suptitle.get_text()
     drawn = sum(len(collection.get_offsets()) for axis in figure.axes for collection in axis.collections
-                if axis.get_xlabel() == "t1")
+                if axis.get_xlabel() in ("t1", "t2"))
     assert drawn == 2 * len(model.contact_dofs)
     plt.close(figure)
 
