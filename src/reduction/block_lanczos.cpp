@@ -100,7 +100,8 @@ std::vector<double> Search::by_gram_schmidt(Tall &W, double least) {
   MV.drop_columns_from(kept);
   std::vector<double> upper(static_cast<std::size_t>(kept) * n);
   for (PetscInt j = 0; j < n; ++j)
-    std::copy_n(&R[static_cast<std::size_t>(j) * n], kept, &upper[static_cast<std::size_t>(j) * kept]);
+    std::copy_n(R.begin() + static_cast<std::ptrdiff_t>(j) * n, kept,
+                upper.begin() + static_cast<std::ptrdiff_t>(j) * kept);
   return upper;
 }
 

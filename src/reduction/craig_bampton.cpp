@@ -203,17 +203,17 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       if (first == 0) out.backward_error = backward_error(parts.K.ee, psi, parts.K.ec);
       add_block(model.kxx, nc, first, 1, multiply(parts.K.ce, psi, at, count)); // K_xx = K_cc + K_ce Psi
       add_block(model.mxx, nc, first, 1, multiply(parts.M.ce, psi, at, count)); // M_cc + M_ce Psi + ...
-      Tall inertia = multiply(parts.M.ee, psi, at, count);                      // M_ee Psi + M_ec
-      add_columns(parts.M.ec, first, inertia);
-      const auto coupling = gram(comm, phi, 0, modes, inertia, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
+      Tall carried = multiply(parts.M.ee, psi, at, count);                      // M_ee Psi + M_ec
+      add_columns(parts.M.ec, first, carried);
+      const auto coupling = gram(comm, phi, 0, modes, carried, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
       const auto loaded = gram(comm, psi, at, count, force, 0, 1);        // F_x = Psi^T F_e + F_c, eq (18)
       for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j) {
         std::copy_n(coupling.data() + static_cast<std::size_t>(j - first) * modes, modes,
                     model.mxa.data() + static_cast<std::size_t>(j - first_own) * modes);
         model.fx[j - first_own] += loaded[j - first];
       }
-      if (plan.keep_psi) add_upper(comm, model.points, psi, inertia, first, model.mxx); // ... + Psi^T (M_ee Psi + M_ec)
-      return inertia;
+      if (plan.keep_psi) add_upper(comm, model.points, psi, carried, first, model.mxx); // ... + Psi^T (M_ee Psi + M_ec)
+      return carried;
     });
     if (!plan.keep_psi) // Psi^T Y = -K_ce K_ee^-1 Y
       stages.run("2e constraint modes",

@@ -65,7 +65,7 @@ void refuse_if_too_large(const ClampedStructure &parts, const MemoryPlan &plan) 
       parts.full.file.string() + ": the reduction would take " + gibibytes(plan.machine_bytes) +
       " on a machine that has " + gibibytes(plan.room_bytes) + " for it (" + gibibytes(factor) +
       " of it for the factors of K_ee). Take ranks on more machines, keep the factors on disk "
-      "(-kee_mat_mumps_icntl_22 1, with room where TMPDIR points), take fewer contact points or modes, or "
+      "(-kee_mat_mumps_icntl_22 1, with room where MUMPS_OOC_TMPDIR points), take fewer contact points or modes, or "
       "raise reduction.memory if it is set.");
 }
 
