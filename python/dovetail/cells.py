@@ -47,8 +47,10 @@ def outer_faces(nodes, cells, inside=None):
     for k in sorted(found):
         faces, centres = (np.concatenate(parts) for parts in zip(*found[k]))
         corners = np.sort(faces[:, :3 if k in (3, 6) else 4], axis=1)
-        _, first, counts = np.unique(corners, axis=0, return_index=True, return_counts=True)
-        chosen = np.sort(first[counts == 1])
+        which = np.unique(corners, axis=0, return_inverse=True)[1].reshape(-1)
+        solid = ~np.isnan(centres[:, 0])
+        solids, total = (np.bincount(some, minlength=len(faces)) for some in (which[solid], which))
+        chosen = np.flatnonzero(np.where(solid, solids[which] == 1, total[which] == 1))  # a shell coating a solid hides no face of it
         if chosen.size:
             outer.append(_outwards(nodes, faces[chosen], centres[chosen]))
     return outer

@@ -112,8 +112,10 @@ def need_free_or_clamped(joint):
                              f"({partly.size} such nodes); take them out of the joint's set or out of the clamp")
     fixed = np.flatnonzero(np.min(held, axis=0) == 3)
     if fixed.size:
-        raise ValueError(f"joint {joint.name!r}: node {joint.labels[fixed[0]]} cannot move, nor can what it touches ({fixed.size} such "
-                         "contact points); take them out of the joint's set or out of the clamp")
+        partner = ", nor can its partner" if joint.kind == "pairs" else ""
+        advice = ", or name the other side first" if joint.kind == "faces" else ""
+        raise ValueError(f"joint {joint.name!r}: node {joint.labels[fixed[0]]} cannot move{partner} ({fixed.size} such contact points); "
+                         f"take them out of the joint's set or out of the clamp{advice}")
 
 
 def _numbers(value, width, key, name):

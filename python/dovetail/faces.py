@@ -91,11 +91,32 @@ def foot(points, X, inside, start=None, steps=50):
         slope = np.einsum("mka,mki->mia", slopes, X)
         left = points - np.einsum("mk,mki->mi", values, X)
         normal_matrix = np.einsum("mia,mib->mab", slope, slope)
-        normal_matrix[:, [0, 1], [0, 1]] += np.finfo(float).tiny  # a degenerate face must not stop the others
+        small = 1e-15 * np.trace(normal_matrix, axis1=1, axis2=2)[:, None] + np.finfo(float).tiny
+        normal_matrix[:, [0, 1], [0, 1]] += small  # a degenerate face must not stop the others
         step = np.linalg.solve(normal_matrix, np.einsum("mia,mi->ma", slope, left)[..., None])[..., 0]
         following = into(k, xi + step) if inside else np.clip(xi + step, -3, 3)
         change = np.abs(following - xi).max(initial=0)
         xi = following
         if change < 1e-14:
             break
+    return _or_on_an_edge(points, X, xi) if inside else xi
+
+
+def _or_on_an_edge(points, X, xi, steps=20):
+    """xi, or the place on an edge of the face that is nearer: on skewed faces, what is nearest in reference coordinates is not."""
+    k = X.shape[1]
+    corners = NODES[k][:CORNERS[k]]
+    start, nearest = xi, np.linalg.norm(points - np.einsum("mk,mki->mi", shape(k, xi)[0], X), axis=1)
+    for begin, end in zip(corners, np.roll(corners, -1, axis=0)):
+        t = np.clip((start - begin) @ (end - begin) / ((end - begin) @ (end - begin)), 0, 1)
+        for _ in range(steps):
+            values, slopes = shape(k, begin + t[:, None] * (end - begin))
+            along = np.einsum("mka,mki,a->mi", slopes, X, end - begin)
+            left = points - np.einsum("mk,mki->mi", values, X)
+            length = np.maximum(np.einsum("mi,mi->m", along, along), np.finfo(float).tiny)
+            t = np.clip(t + np.einsum("mi,mi->m", along, left) / length, 0, 1)
+        tried = begin + t[:, None] * (end - begin)
+        distance = np.linalg.norm(points - np.einsum("mk,mki->mi", shape(k, tried)[0], X), axis=1)
+        closer = distance < nearest * (1 - 1e-14)
+        xi, nearest = np.where(closer[:, None], tried, xi), np.minimum(distance, nearest)
     return xi

@@ -76,6 +76,7 @@ def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None)
             raise ValueError(f"{path}: no set {nodes!r}; there are {', '.join(sorted(mesh['sets'])) or 'none'}")
         nodes = mesh["sets"][nodes]
     nodes = np.arange(len(mesh["nodes"])) if nodes is None else np.asarray(nodes)
+    nodes, again = np.unique(nodes, return_inverse=True)
     place = np.full(len(mesh["nodes"]), -1)
     place[nodes] = np.arange(len(nodes))
     node, direction = mesh["dof_node"], mesh["dof_direction"]
@@ -86,7 +87,7 @@ def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None)
     u = (rows @ results.unknowns(point, columns, n, times).T).T
     field = np.zeros((len(u), len(nodes), 3))
     field[:, place[node[wanted]], direction[wanted]] = u
-    return field
+    return field[:, again]
 
 
 def _rows_of_T(mesh, dofs):

@@ -37,7 +37,8 @@ def project(points, surface):
     place, normal = np.empty((m, 3)), np.empty((m, 3))
     overhang, allowed = np.empty(m), np.empty(m)
     entries = []
-    group, face = _nearest_faces(points, surface)
+    parts = [_nearest_faces(points[i:i + 4096], surface) for i in range(0, m, 4096)]  # their candidates take memory
+    group, face = (np.concatenate(part) for part in zip(*parts))
     for g, rows in enumerate(surface.faces):
         mine = np.flatnonzero(group == g)
         nodes = rows[face[mine]]
@@ -46,7 +47,9 @@ def project(points, surface):
         xi = face_kinds.foot(points[mine], X, inside=False, start=within)
         place[mine] = _at(X, xi)
         normal[mine] = face_kinds.normals(X, xi)
-        overhang[mine] = np.linalg.norm(place[mine] - _at(X, face_kinds.into(k, xi)), axis=1)
+        clipped = face_kinds.into(k, xi)
+        beyond = np.linalg.norm(place[mine] - _at(X, face_kinds.foot(place[mine], X, inside=True, start=clipped)), axis=1)
+        overhang[mine] = np.where((clipped == xi).all(axis=1), 0.0, beyond)
         allowed[mine] = OVERHANG * _radii(X)
         entries.append((np.repeat(mine, k), nodes.ravel(), face_kinds.shape(k, xi)[0].ravel()))
     return Feet(place, normal, overhang, allowed, *(np.concatenate(parts) for parts in zip(*entries)))

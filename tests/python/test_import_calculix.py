@@ -130,6 +130,13 @@ def test_other_loads_are_said_to_be_left_out(tmp_path):
     assert any(re.search(r"NOT taken: \*DLOAD .*bar.inp, line \d+", note) for note in structure.notes)
 
 
+def test_displacements_given_at_supports_are_said_to_be_left_out(tmp_path):
+    text = deck().replace("LEFT, 1, 3\n", "LEFT, 1, 2\nLEFT, 3, 3, 0.001\n", 1)
+    structure = calculix.read([run_ccx(tmp_path, "bar", text)])
+    assert any(re.search(r"NOT taken: \*BOUNDARY with a displacement other than zero \(.*bar.inp, line \d+\)", note)
+               for note in structure.notes)
+
+
 EQUATION = "*EQUATION\n2\n265, 3, 1.0, 259, 3, -1.0\n*NSET, NSET=TIED\n265, 259\n*NSET, NSET=APART\n259,\n"
 
 

@@ -274,7 +274,7 @@ def test_points_clamped_in_part_are_refused():
     structure = brick.pair().clamped("upper", "x")
     with pytest.raises(ValueError, match=r"node 0 is clamped in 1 of 3 directions \(9 such nodes\)"):
         joined(structure)
-    with pytest.raises(ValueError, match="cannot move, nor can what it touches"):
+    with pytest.raises(ValueError, match="cannot move, nor can its partner"):
         joined(structure.clamped(["upper", "lower"]))
 
 

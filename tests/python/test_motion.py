@@ -54,6 +54,7 @@ def test_displacement_of_nodes(run):
     np.testing.assert_allclose(results.displacement(0, "upper", n=8), wanted[:, model.mesh["sets"]["upper"]], atol=1e-12)
     np.testing.assert_allclose(results.displacement(0, [40, 3], times=[np.pi / 8]), wanted[1:2, [40, 3]], atol=1e-12)
     np.testing.assert_allclose(results.unknowns(0, [7, 5, 100, 5], 8), q[:, [7, 5, 100, 5]], atol=1e-12)
+    np.testing.assert_allclose(results.displacement(0, [40, 3, 40], times=[np.pi / 8]), wanted[1:2, [40, 3, 40]], atol=1e-12)
     with pytest.raises(ValueError, match="no set 'uper'; there are bottom"):
         results.displacement(0, "uper")
 

@@ -90,3 +90,15 @@ def test_points_a_little_beyond_a_curved_edge_are_taken_along():
     with pytest.raises(ValueError, match="node 0 of 'edge' at .* beyond the faces of 'up'"):
         Joint.between(beyond(0.06 * radius), b, normal=[0, 0, -1])
     assert len(Joint.between(beyond(0.06 * radius), b, normal=[0, 0, -1], tolerance=0.07 * radius)) == 2
+
+
+@pytest.mark.parametrize("corners", [
+    [(0, 0), (1, 0), (0.5, 3**0.5 / 2)], [(0, 0), (1, 0), (-0.5, 0.9)], [(0, 0), (1, 0), (2, 1), (1, 1)], [(0, 0), (1, 0), (3, 1), (2, 1)]])
+def test_overhang_of_skewed_faces_is_the_distance_to_the_edge(corners):
+    """A point 0.02 beyond the middle of each edge, in the plane of the face."""
+    corners = np.array(corners)
+    edges = np.roll(corners, -1, axis=0) - corners
+    outward = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1, keepdims=True)
+    points = np.pad(corners + edges / 2 + 0.02 * outward, ((0, 0), (0, 1)))
+    face = Surface(np.pad(corners, ((0, 0), (0, 1))), np.arange(3 * len(corners)).reshape(-1, 3), [[np.arange(len(corners))]])
+    np.testing.assert_allclose(project(points, face).overhang, 0.02, rtol=1e-9)

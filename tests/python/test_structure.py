@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from lattice import lattice
 
 from dovetail import Structure, Surface, faces
+from dovetail.cells import outer_faces
 
 CORNERS = {"tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
            "pyramid": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1)],
@@ -182,3 +183,12 @@ def test_a_set_without_whole_faces_has_no_faces():
 def test_wrong_input_is_refused(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_a_shell_that_coats_a_solid_hides_none_of_its_faces():
+    nodes, cells = brick.grid((0, 0, 0), (1, 1, 1), (1, 1, 1))
+    solid = {"hexahedron": cells}
+    top = nodes[:, 2] == 1
+    (bare,) = outer_faces(nodes, solid, top)
+    (coated,) = outer_faces(nodes, {**solid, "quad": bare}, top)
+    np.testing.assert_array_equal(coated, bare)

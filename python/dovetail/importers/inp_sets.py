@@ -137,6 +137,8 @@ def entries(deck, block, node_sets, step):
         else:
             first = block.number(row, words[1], int)
             last = block.number(row, words[2], int) if not load and len(words) > 2 and words[2] else first
+        if not load and len(words) > 3 and words[3] and block.number(row, words[3]):
+            deck.other_loads.append(f"*BOUNDARY with a displacement other than zero ({block.where(row)})")
         yield Entry(rows, first, last, block.number(row, words[2]) if load else 0.0, step, block.where(row))
 
 

@@ -49,6 +49,7 @@ def deck_of(model, path, notes):
     cells, others = _cells(model, path, labels)
     deck = Deck(str(path), labels, nodes, cells, _sets(model, labels, notes), shapeless=others)
     deck.other_loads = [f"load set {number}" for number in sorted(model.loads)]
+    deck.other_loads += [f"dynamic load {number}" for number in sorted({*model.dloads, *model.dload_entries, *model.dareas})]
     if any(any(getattr(card, "enforced", ())) for cards in model.spcs.values() for card in cards):
         notes.append("NOT taken: enforced displacements (SPC)")
     return deck
