@@ -50,7 +50,8 @@ Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
   for (std::size_t i = 0; i < parts.elastic_dofs.size(); ++i)
     if (std::binary_search(motion.dofs.begin(), motion.dofs.end(), parts.elastic_dofs[i])) settings.wanted[i] = 1;
   const auto kept = std::count(settings.wanted.begin(), settings.wanted.end(), 1);
-  plan = plan_memory(parts, settings.modes, static_cast<PetscInt>(kept), study.memory * 1024 * 1024 * 1024);
+  plan = plan_memory(parts, settings.modes, static_cast<PetscInt>(kept), study.memory * 1024 * 1024 * 1024,
+                     study.check_modes);
   return prepared;
 }
 

@@ -40,7 +40,7 @@ std::vector<PetscInt> motion_dofs(const std::filesystem::path &path, const Motio
       throw InputError(file.place("/mesh/changed") + ": dof, begin and column do not fit together");
     std::vector<char> before = marked;
     for (std::size_t i = 0; i < dofs.size(); ++i) {
-      if (dofs[i] < 0 || dofs[i] >= n || begin[i] < 0 || begin[i] > begin[i + 1])
+      if (dofs[i] < 0 || dofs[i] >= n || begin[i] < 0 || begin[i] > begin[i + 1] || begin[i + 1] > begin.back())
         throw InputError(file.place("/mesh/changed") + ": entry " + std::to_string(i) + " is out of range");
       if (!before[dofs[i]]) continue;
       for (long at = begin[i]; at < begin[i + 1]; ++at) {

@@ -63,6 +63,8 @@ std::vector<double> Search::by_cholesky(std::vector<double> G, Tall &W, double l
     for (PetscInt i = 0; i < n; ++i) G[static_cast<std::size_t>(j) * n + i] /= norm[i] * norm[j];
   PetscBLASInt info = 0;
   LAPACKpotrf_("U", &order, G.data(), &order, &info);
+  MPI_Bcast(&info, 1, MPI_INT, 0, comm);
+  MPI_Bcast(G.data(), static_cast<int>(G.size()), MPI_DOUBLE, 0, comm);
   if (info != 0) return {};
   for (PetscInt j = 0; j < n; ++j) {
     if (G[static_cast<std::size_t>(j) * (n + 1)] < independent) return {};
@@ -105,6 +107,7 @@ std::vector<double> Search::by_gram_schmidt(Tall &W, double least) {
   return upper;
 }
 
+// A next block from `start`, orthogonal to all before; empty if nothing is left that has mass.
 void Search::begin(Tall start) {
   start = solver.solve(multiply(M, start)); // without what has no mass
   const Tall weighted = multiply(M, start);
@@ -112,11 +115,14 @@ void Search::begin(Tall start) {
   double largest = 0;
   for (PetscInt j = 0; j < start.columns; ++j)
     largest = std::max(largest, G[static_cast<std::size_t>(j) * (start.columns + 1)]);
-  orthonormalise(start, std::sqrt(largest));
-  orthonormalise(start, 1);
+  double size = std::sqrt(largest);
+  for (int pass = 0; pass < 2 && start.columns > 0; ++pass, size = 1) {
+    if (known > 0) subtract_product(V, known, gram(comm, V, 0, known, multiply(M, start), 0, start.columns), start);
+    orthonormalise(start, size);
+  }
   block = start.columns;
-  if (block == 0) throw InputError(model_name + ": /M is not positive definite on the elastic dofs");
-  std::copy(start.values.begin(), start.values.end(), V.column(0));
+  if (block == 0 && known == 0) throw InputError(model_name + ": /M is not positive definite on the elastic dofs");
+  std::copy(start.values.begin(), start.values.end(), V.column(known));
 }
 
 // One block further: V gets what is new in K^-1 M V_block, orthogonal to all before. Returns the coupling R of
@@ -159,7 +165,7 @@ struct Ritz {
   std::vector<double> value, vector; // (k), (k, k) column-major; largest magnitude first
 };
 
-Ritz ritz(const std::vector<double> &H, PetscInt stride, PetscInt k) {
+Ritz ritz(MPI_Comm comm, const std::vector<double> &H, PetscInt stride, PetscInt k) {
   std::vector<double> A(static_cast<std::size_t>(k) * k), w(k), work(1);
   for (PetscInt j = 0; j < k; ++j)
     std::copy_n(&H[static_cast<std::size_t>(j) * stride], k, &A[static_cast<std::size_t>(j) * k]);
@@ -169,6 +175,9 @@ Ritz ritz(const std::vector<double> &H, PetscInt stride, PetscInt k) {
   lwork = static_cast<PetscBLASInt>(work[0]);
   work.resize(lwork);
   LAPACKsyev_("V", "L", &n, A.data(), &n, w.data(), work.data(), &lwork, &info);
+  MPI_Bcast(&info, 1, MPI_INT, 0, comm); // the same on all ranks to the last bit: decisions hang on it
+  MPI_Bcast(A.data(), static_cast<int>(A.size()), MPI_DOUBLE, 0, comm);
+  MPI_Bcast(w.data(), k, MPI_DOUBLE, 0, comm);
   if (info != 0) throw ComputeError("while computing modes: LAPACK's syev failed (" + std::to_string(info) + ")");
   std::vector<PetscInt> order(k);
   for (PetscInt i = 0; i < k; ++i) order[i] = i;
@@ -190,15 +199,16 @@ LanczosPairs block_lanczos(const ClampedSolver &solver, Mat M, Tall start, Petsc
   check(PetscObjectGetComm(reinterpret_cast<PetscObject>(M), &comm), "computing modes");
   Search search{comm, solver, M, model_name, Tall(start.rows, most),
                 {},   0,      0, most,       std::vector<double>(static_cast<std::size_t>(most) * most)};
-  search.begin(std::move(start));
+  search.begin(start);
   const PetscInt widest = search.block;
+  PetscInt starts = 1, enough = wanted; // columns before it is worth looking
   for (int restarts = 0; restarts < most_restarts;) {
     const PetscInt old = search.block;
     const auto coupling = search.expand();
     const PetscInt k = search.known, fresh = search.block;
-    const bool full = k + fresh + widest > most;
-    if (fresh > 0 && !full && k < wanted + old) continue;
-    const Ritz found = ritz(search.H, most, k);
+    const bool full = k + std::max(fresh, widest) + widest > most;
+    if (fresh > 0 && !full && k < enough + old) continue;
+    const Ritz found = ritz(comm, search.H, most, k);
     const auto converged = [&](PetscInt pair) { // || R s ||, s the last rows of the eigenvector
       const double *s = &found.vector[static_cast<std::size_t>(pair) * k + k - old];
       double squares = 0;
@@ -209,24 +219,45 @@ LanczosPairs block_lanczos(const ClampedSolver &solver, Mat M, Tall start, Petsc
       }
       return std::sqrt(squares) <= tolerance * std::abs(found.value[pair]);
     };
-    const PetscInt count = std::min(wanted, k);
+    const PetscInt count = std::min(wanted, k), seen = widest * starts;
     PetscInt good = 0;
     while (good < count && converged(good)) ++good;
-    if (fresh == 0 || good == wanted) {
-      rotate(search.V, k, count, found.vector.data());
+    bool crowded = false; // as many equal values as there were start vectors: there may be more of them
+    for (PetscInt i = 0; i + seen <= count; ++i)
+      crowded = crowded || std::abs(found.value[i + seen - 1]) > (1 - 1e-6) * std::abs(found.value[i]);
+    const auto keep_only = [&](PetscInt kept) { // the best Ritz vectors instead of the basis
+      rotate(search.V, k, kept, found.vector.data());
+      std::fill(search.H.begin(), search.H.end(), 0.0);
+      for (PetscInt i = 0; i < kept; ++i) search.h(i, i) = found.value[i];
+      search.known = kept;
+    };
+    const auto answer = [&] {
       search.V.drop_columns_from(count);
       search.V.values.shrink_to_fit();
-      return {{found.value.begin(), found.value.begin() + count}, std::move(search.V)};
+      return LanczosPairs{{found.value.begin(), found.value.begin() + count}, std::move(search.V)};
+    };
+    const bool done = good == wanted;
+    if (done && !crowded) {
+      keep_only(count);
+      return answer();
+    }
+    if (done || fresh == 0) { // with another start, for what the first could not see
+      if (done || full) keep_only(count);
+      for (double &x : start.values) x = 2 * x * x - 1; // other noise in [-1, 1], whatever the partition
+      const bool whole = search.known == k;             // not yet rotated
+      search.block = 0;
+      search.begin(start);
+      ++starts, ++restarts;
+      enough = search.known + 3 * widest; // a few steps, for what is new to show
+      if (search.block > 0) continue;
+      if (whole) keep_only(count);
+      return answer();
     }
     if (!full) continue;
     ++restarts; // with the best Ritz vectors, and the next block behind them
-    const PetscInt keep = std::min(wanted + widest, k - widest);
     const std::vector<double> next(search.V.column(k), search.V.column(k + fresh));
-    rotate(search.V, k, keep, found.vector.data());
-    std::copy(next.begin(), next.end(), search.V.column(keep));
-    std::fill(search.H.begin(), search.H.end(), 0.0);
-    for (PetscInt i = 0; i < keep; ++i) search.h(i, i) = found.value[i];
-    search.known = keep;
+    keep_only(std::min(wanted + widest, k - widest));
+    std::copy(next.begin(), next.end(), search.V.column(search.known));
   }
   throw ComputeError("while computing modes: not all of " + std::to_string(wanted) +
                      " fixed-interface modes converged; ask for fewer in reduction.modes");

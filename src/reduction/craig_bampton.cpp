@@ -130,7 +130,7 @@ double backward_error(Mat K, const Tall &psi, Mat K_ec) {
     largest[2] = std::max(largest[2], std::abs(load.values[i]));
   }
   MPI_Allreduce(MPI_IN_PLACE, largest, 3, MPI_DOUBLE, MPI_MAX, comm);
-  return largest[0] / (norm * largest[1] + largest[2]);
+  return largest[0] > 0 ? largest[0] / (norm * largest[1] + largest[2]) : 0;
 }
 
 // Rows `kept` of columns of S into a row-major array of `width` columns, from column `first` on.
@@ -219,6 +219,7 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       stages.run("2e constraint modes",
                  [&] { add_block(model.mxx, nc, first, -1, multiply(parts.K.ce, solver.solve(inertia))); });
   }
+  psi = Tall(); // no longer needed, and a count of modes takes a factorisation
   mirror_upper(comm, model.points, model.kxx);
   mirror_upper(comm, model.points, model.mxx);
   if (settings.check_modes && modes > 0) {

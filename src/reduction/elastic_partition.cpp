@@ -59,9 +59,17 @@ std::vector<PetscInt> gathered(MPI_Comm comm, const std::vector<PetscInt> &own, 
 // Part of each vertex by METIS. weights: (vertices, 2) elastic dofs and those of them that touch a contact dof.
 std::vector<PetscInt> metis_parts(const std::vector<PetscInt> &degrees, const std::vector<PetscInt> &neighbours,
                                   const std::vector<PetscInt> &weights, int parts) {
-  std::vector<idx_t> begin(degrees.size() + 1, 0), edges(neighbours.begin(), neighbours.end()),
-      load(weights.begin(), weights.end()), part(degrees.size());
-  std::partial_sum(degrees.begin(), degrees.end(), begin.begin() + 1);
+  std::vector<std::vector<idx_t>> linked(degrees.size()); // both ways: K may hold a zero on one side only
+  std::size_t at_edge = 0;
+  for (std::size_t g = 0; g < degrees.size(); ++g)
+    for (PetscInt d = 0; d < degrees[g]; ++d, ++at_edge)
+      linked[g].push_back(neighbours[at_edge]), linked[neighbours[at_edge]].push_back(static_cast<idx_t>(g));
+  std::vector<idx_t> begin{0}, edges, load(weights.begin(), weights.end()), part(degrees.size());
+  for (auto &list : linked) {
+    std::sort(list.begin(), list.end());
+    edges.insert(edges.end(), list.begin(), std::unique(list.begin(), list.end()));
+    begin.push_back(static_cast<idx_t>(edges.size()));
+  }
   idx_t vertices = static_cast<idx_t>(degrees.size()), constraints = 2, wanted = parts, cut = 0;
   const real_t allowed[] = {1.03f, 1.5f};
   idx_t touching = 0;

@@ -19,13 +19,13 @@ std::string gibibytes(double bytes) {
   return text;
 }
 
-// A block of n right-hand sides inside MUMPS and PETSc: the solution as MUMPS lays it out and, on several ranks, the
-// list of places it is scattered to, besides what MUMPS works on.
+// A block of n right-hand sides: what MUMPS works on and, on several ranks, the solution as MUMPS lays it out.
 double solving(double rows, double n, bool alone) { return rows * n * (alone ? 8 : 8 + 8); }
 
 } // namespace
 
-MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt kept_rows, double limit) {
+MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt kept_rows, double limit,
+                       bool count_modes) {
   const MPI_Comm comm = parts.full.comm;
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
@@ -34,8 +34,15 @@ MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt k
                own_nc = 3.0 * parts.own_points.size(), wanted = std::max<PetscInt>(modes, 1), b = lanczos_block;
   const double now = resident_bytes(), factor = parts.solver ? parts.solver->forecast_bytes() : 0;
   const double basis = lanczos_columns(static_cast<PetscInt>(wanted), parts.elastic);
-  const double search = 8 * rows * (basis + 5 * b) + solving(rows, b, alone) + 2 * 8 * basis * basis;
+  const double search =
+      8 * rows * (basis + 6 * b) + solving(rows, b, alone) + 3 * 8 * basis * basis + 8 * own_nc * (2 * nc + modes);
   const double kept = 8 * (own_nc * (2 * nc + modes) + kept_rows * (nc + modes)) + 8 * rows * modes;
+  double counting = 0; // a second factorisation, with pivoting and PETSc's copies, when Psi is gone
+  if (count_modes && parts.solver) {
+    MatInfo info{};
+    check(MatGetInfo(parts.K.ee, MAT_LOCAL, &info), "planning memory");
+    counting = kept + 1.6 / 1.2 * factor + (12 + 8) * info.nz_used;
+  }
 
   MemoryPlan plan;
   const double used = sum_on_machine(comm, now), available = available_bytes();
@@ -48,7 +55,8 @@ MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt k
     const double n = std::min<double>(block, nc);
     const double psi = 8 * rows * (keep ? nc : n + n); // without Psi the second solution takes its place
     plan.keep_psi = keep, plan.block = block;
-    plan.bytes = now + factor + std::max(search, kept + psi + 8 * rows * n + solving(rows, n, alone) + 2 * 8 * nc * n);
+    const double solves = kept + psi + 8 * rows * n + solving(rows, n, alone) + 2 * 8 * nc * n;
+    plan.bytes = now + std::max(factor + std::max(search, solves), counting);
     plan.machine_bytes = sum_on_machine(comm, plan.bytes);
     MPI_Allreduce(MPI_IN_PLACE, &plan.machine_bytes, 1, MPI_DOUBLE, MPI_MAX, comm);
     if (plan.machine_bytes <= room) break;

@@ -17,7 +17,8 @@ struct MemoryPlan {
 
 /// For `modes` modes, keeping `kept_rows` own rows of Phi and Psi; `limit`: bytes the ranks of a machine may take
 /// together, 0 for all that is free. Collective; the same on every rank but for `bytes`.
-MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt kept_rows, double limit);
+MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt kept_rows, double limit,
+                       bool count_modes = false);
 
 /// Throws ComputeError with advice if the plan does not fit. Collective.
 void refuse_if_too_large(const ClampedStructure &parts, const MemoryPlan &plan);

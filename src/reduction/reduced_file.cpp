@@ -163,7 +163,7 @@ void check_replaceable(const std::filesystem::path &path) {
 }
 
 bool matches(MPI_Comm comm, const std::filesystem::path &path, const Source &source) {
-  bool same = false;
+  int same = 0;
   try {
     on_all_ranks(comm, [&] {
       read_reduced_header(path);
@@ -174,7 +174,8 @@ bool matches(MPI_Comm comm, const std::filesystem::path &path, const Source &sou
   } catch (const InputError &) { // absent, damaged or foreign: it will be written anew
     return false;
   }
-  return same;
+  MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, comm); // a shared file system may show ranks different files
+  return same != 0;
 }
 
 } // namespace dovetail

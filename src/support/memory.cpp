@@ -30,6 +30,14 @@ double entry_in(const std::string &path, const std::string &wanted) {
   return 0;
 }
 
+// Lowers `available` to what a group of processes may still take.
+void apply_limit(double &available, const std::string &folder, const char *limit_file, const char *used_file,
+                 const char *reclaimable) {
+  const double limit = number_in(folder + limit_file), used = number_in(folder + used_file);
+  if (limit != unlimited && used != unlimited) // page cache counts as used, but can be taken back
+    available = std::min(available, limit - used + entry_in(folder + "/memory.stat", reclaimable));
+}
+
 } // namespace
 
 double resident_bytes() {
@@ -49,13 +57,18 @@ double available_bytes() {
   double available = 1024 * entry_in("/proc/meminfo", "MemAvailable:");
   std::ifstream groups("/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {
-    if (line.rfind("0::", 0) != 0) continue; // version 2; page cache counts as used but can be taken back
-    const std::string root = "/sys/fs/cgroup";
-    for (std::string group = line.substr(3); group.size() > 1; group.resize(group.rfind('/'))) {
-      const double limit = number_in(root + group + "/memory.max");
-      if (limit == unlimited) continue;
-      const double used = number_in(root + group + "/memory.current");
-      available = std::min(available, limit - used + entry_in(root + group + "/memory.stat", "inactive_file"));
+    const bool second = line.rfind("0::", 0) == 0; // version 2 of control groups
+    const auto first = line.find(":memory:");      // or the memory controller of version 1
+    if (!second && first == std::string::npos) continue;
+    std::string group = line.substr(second ? 3 : first + 8);
+    if (group == "/") group.clear();
+    for (;; group.resize(group.rfind('/'))) { // in a container, its own group is the root
+      if (second)
+        apply_limit(available, "/sys/fs/cgroup" + group, "/memory.max", "/memory.current", "inactive_file");
+      else
+        apply_limit(available, "/sys/fs/cgroup/memory" + group, "/memory.limit_in_bytes", "/memory.usage_in_bytes",
+                    "total_inactive_file");
+      if (group.empty()) break;
     }
   }
   return std::max(available, 0.0);

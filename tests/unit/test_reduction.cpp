@@ -233,6 +233,38 @@ TEST(Reduction, AllModesOfASmallModel) { // the whole space: Lanczos ends becaus
   EXPECT_NEAR(sum / trace, 1, 1e-12);
 }
 
+// `copies` identical chains of 3 masses, not connected with each other: every eigenvalue as many times.
+class EqualParts : public ::testing::TestWithParam<std::pair<int, int>> {};
+
+TEST_P(EqualParts, NoCopyIsMissed) {
+  const auto [copies, wanted] = GetParam();
+  const PetscInt size = 3 * copies;
+  const Range own = own_share(PETSC_COMM_WORLD, size);
+  UniqueMat K, M;
+  for (UniqueMat *A : {&K, &M}) {
+    check(MatCreateAIJ(PETSC_COMM_WORLD, own.size(), own.size(), size, size, 3, nullptr, 3, nullptr, A->out()), "test");
+    for (PetscInt i = own.begin; i < own.end; ++i) {
+      check(MatSetValue(*A, i, i, A == &K ? 2 : 1, INSERT_VALUES), "test");
+      if (A == &K && i % 3 > 0) check(MatSetValue(*A, i, i - 1, -1, INSERT_VALUES), "test");
+      if (A == &K && i % 3 < 2) check(MatSetValue(*A, i, i + 1, -1, INSERT_VALUES), "test");
+    }
+    check(MatAssemblyBegin(*A, MAT_FINAL_ASSEMBLY), "test");
+    check(MatAssemblyEnd(*A, MAT_FINAL_ASSEMBLY), "test");
+    check(MatSetOption(*A, MAT_SYMMETRIC, PETSC_TRUE), "test");
+  }
+  std::vector<long> names;
+  for (PetscInt i = own.begin; i < own.end; ++i) names.push_back(i);
+  ClampedSolver solver(K, "equal parts");
+  solver.factor();
+  const auto found = elastic_modes(solver, K, M, names, wanted, "equal parts");
+  for (int j = 0; j < wanted; ++j)
+    EXPECT_NEAR(found.squares[j], 2 - 2 * std::cos((1 + j / copies) * M_PI / 4), 1e-10) << "mode " << j + 1;
+}
+
+INSTANTIATE_TEST_SUITE_P(Reduction, EqualParts,
+                         ::testing::Values(std::pair{24, 20}, std::pair{24, 30}, std::pair{24, 72}, std::pair{40, 60},
+                                           std::pair{50, 120}));
+
 TEST(Reduction, PartitionSharesOutEveryElasticDofOnce) {
   const FullModel model = testing::lattice_model(PETSC_COMM_WORLD, 20, 8, 60);
   const auto own = elastic_share(model.K, model.contact_dofs);
