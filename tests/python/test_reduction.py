@@ -33,22 +33,32 @@ omega = [2000, 2000]
 MATRICES = ("Kaa", "Max", "Mxx", "Kxx", "Fa", "Fx", "R")
 
 
+def blade_model(folder, *options):
+    path = folder / "model.h5"
+    subprocess.run([sys.executable, ROOT / "inputs/blade_root/model.py", "--dofs", "20000", *options, "-o", path], env=SURROUNDINGS,
+                   check=True, stdout=subprocess.DEVNULL)
+    return path
+
+
 @pytest.fixture(scope="module")
 def blade(tmp_path_factory):
     """A coarse blade in its slot, 30 contact points."""
-    path = tmp_path_factory.mktemp("blade") / "model.h5"
-    subprocess.run([sys.executable, ROOT / "inputs/blade_root/model.py", "--dofs", "20000", "--points", "3x5", "-o", path],
-                   env=SURROUNDINGS, check=True, stdout=subprocess.DEVNULL)
-    return path
+    return blade_model(tmp_path_factory.mktemp("blade"), "--points", "3x5")
+
+
+@pytest.fixture(scope="module")
+def all_points(tmp_path_factory):
+    """The same with all 266: Psi is the largest thing there is."""
+    return blade_model(tmp_path_factory.mktemp("all_points"))
 
 
 @pytest.fixture
 def make(tmp_path, blade):
-    """A case on that model, in a folder of its own."""
-    def case(name, reduction="", output=""):
+    """A case on that model, or another, in a folder of its own."""
+    def case(name, reduction="", output="", model=blade):
         folder = tmp_path / name
         folder.mkdir()
-        (folder / "model.h5").symlink_to(blade)
+        (folder / "model.h5").symlink_to(model)
         path = folder / "case.toml"
         path.write_text(CASE.format(reduction=reduction, output=output))
         return Case(path, None, None, {})
@@ -101,12 +111,12 @@ def test_dry_run_forecasts_the_same_memory(make):
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_less_memory_than_psi_needs(make, ranks):
-    roomy = run(make("roomy"), ranks=ranks, command="reduce")
+def test_less_memory_than_psi_needs(make, all_points, ranks):
+    roomy = run(make("roomy", model=all_points), ranks=ranks, command="reduce")
     assert roomy.summary["reduction"]["kept_psi"]
-    refused = run(make("refused", reduction="memory = 0.01"), "--dry-run", ranks=ranks, command="reduce", status=3).err
+    refused = run(make("refused", reduction="memory = 0.01", model=all_points), "--dry-run", ranks=ranks, command="reduce", status=3).err
     least = float(re.search(r"would take ([\d.]+) GiB", refused)[1])
-    tight = run(make("tight", reduction=f"memory = {1.02 * least}"), ranks=ranks, command="reduce")
+    tight = run(make("tight", reduction=f"memory = {1.02 * least}", model=all_points), ranks=ranks, command="reduce")
     assert not tight.summary["reduction"]["kept_psi"] and "a block at a time" in tight.out
     assert peak_of(tight).sum() < peak_of(roomy).sum()
     expect_same(matrices(roomy), matrices(tight))
