@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "support/hash.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -29,8 +31,8 @@ Motion wanted_motion(const Case &study, PetscInt elastic, PetscInt columns) {
   const MotionWish &wish = study.motion;
   motion.all = wish.given ? wish.all : static_cast<double>(elastic) * columns <= few;
   if (!motion.all) motion.dofs = motion_dofs(study.model, wish);
-  std::uint64_t hash = 0xcbf29ce484222325u; // FNV-1a
-  for (const PetscInt dof : motion.dofs) hash = (hash ^ static_cast<std::uint64_t>(dof)) * 0x100000001b3u;
+  std::uint64_t hash = 0;
+  for (const PetscInt dof : motion.dofs) hash = mix(hash + static_cast<std::uint64_t>(dof) + 1);
   motion.in_words = motion.all ? "all" : std::to_string(motion.dofs.size()) + " dofs " + std::to_string(hash);
   return motion;
 }

@@ -5,6 +5,7 @@
 
 #include "model/full_model.hpp"
 #include "support/error.hpp"
+#include "support/hash.hpp"
 #include "support/hdf5.hpp"
 #include "support/partition.hpp"
 
@@ -12,12 +13,6 @@ namespace dovetail {
 namespace {
 
 using h5::Extent;
-
-std::uint64_t mix(std::uint64_t x) { // finaliser of splitmix64
-  x ^= x >> 30, x *= 0xbf58476d1ce4e5b9u;
-  x ^= x >> 27, x *= 0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
 
 // Sum of hashed (place, value): the same whatever rank holds an entry.
 std::uint64_t entry_hash(std::uint64_t kind, std::uint64_t i, std::uint64_t j, double value) {

@@ -7,15 +7,13 @@
 
 #include "reduction/block_lanczos.hpp"
 #include "support/error.hpp"
+#include "support/hash.hpp"
 
 namespace dovetail {
 namespace {
 
 double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
-  seed += 0x9e3779b97f4a7c15u;
-  seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9u;
-  seed = (seed ^ (seed >> 27)) * 0x94d049bb133111ebu;
-  return static_cast<double>((seed ^ (seed >> 31)) >> 11) * 0x1p-52 - 1;
+  return static_cast<double>(mix(seed + 0x9e3779b97f4a7c15u) >> 11) * 0x1p-52 - 1;
 }
 
 // The sign of an eigenvector is arbitrary. Its largest entry is made positive; of entries that symmetry makes equal,

@@ -8,6 +8,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import imported_beam
 import numpy as np
 import pytest
 import scipy.io
@@ -27,29 +28,7 @@ FULL, ARCHIVE = EXAMPLES / "file.full", EXAMPLES / "HexBeam.cdb"  # a beam 1 x 1
 FREQUENCIES = [1283.20036921, 1283.20036921, 5781.97486169, 6919.39887714, 6919.39887714, 10172.61497694, 16497.85701889, 16497.85701889]
 LABELS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 HEADER = 105  # word of the full file where the values of its own header begin
-SETUP = """[[force]]
-set = "top"
-vector = [0, 1, 0]
-
-[[joint]]
-ground = "TOP"
-normal_stiffness = 1e3
-tangential_stiffness = 1e3
-friction = 0.3
-"""
-CASE = """model = "model.h5"
-[reduction]
-modes = 3
-[damping]
-stiffness = 1e-6
-[excitation]
-fourier = [0, 1, 0]
-[harmonic_balance]
-harmonics = 3
-[continuation]
-omega = [1.0, 2.0]
-step = 0.1
-"""
+SETUP = imported_beam.SETUP.format(shaken="top", held="TOP")
 
 
 @pytest.fixture(scope="module")
@@ -339,7 +318,7 @@ def test_the_program_takes_the_model(tmp_path, beam):
     text = re.sub(r"(?=\nCMBLOCK)", f"\nCMBLOCK,TOP     ,NODE,{len(top):8d}\n(8i10)\n{lines.rstrip()}", ARCHIVE.read_text(), count=1)
     (tmp_path / "beam.cdb").write_text(text)
     (tmp_path / "joints.toml").write_text(SETUP)
-    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "case.toml").write_text(imported_beam.CASE)
     said = convert("ansys", [str(FULL), str(tmp_path / "beam.cdb")], tmp_path / "model.h5", str(tmp_path / "joints.toml"))
     assert "63 displacements of 21 nodes" in said and "21 contact points" in said
     model = Model.read(tmp_path / "model.h5")

@@ -8,6 +8,7 @@ import re
 import struct
 from pathlib import Path
 
+import imported_beam
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -44,32 +45,7 @@ FORCE,11,4,,1.,0.,0.,1.
 SPOINT,9
 ENDDATA
 """
-SETUP = """[[clamp]]
-set = "SPC 1"
-
-[[force]]
-set = "SET 5"
-vector = [0, 1, 0]
-
-[[joint]]
-ground = "SET 5"
-normal_stiffness = 1e3
-tangential_stiffness = 1e3
-friction = 0.3
-"""
-CASE = """model = "model.h5"
-[reduction]
-modes = 3
-[damping]
-stiffness = 1e-6
-[excitation]
-fourier = [0, 1, 0]
-[harmonic_balance]
-harmonics = 3
-[continuation]
-omega = [1.0, 2.0]
-step = 0.1
-"""
+SETUP = '[[clamp]]\nset = "SPC 1"\n\n' + imported_beam.SETUP.format(shaken="SET 5", held="SET 5")
 
 
 @pytest.fixture(scope="module")
@@ -390,6 +366,6 @@ def test_the_program_takes_the_model(beam, deck, tmp_path):
     model = Model.read(tmp_path / "model.h5")
     np.testing.assert_allclose(model.force.sum(), 1.0)
     np.testing.assert_allclose(model.contact["normal_stiffness"].sum(), 1e3, rtol=1e-6)
-    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "case.toml").write_text(imported_beam.CASE)
     out, _ = words_of([str(BINARY), "run", str(tmp_path / "case.toml"), "--dry-run"])
     assert "21 contact points" in out

@@ -15,7 +15,7 @@ import numpy as np
 
 from . import ansys_archive, harwell_boeing
 from .deck_structure import build
-from .whole import missing, whole
+from .whole import missing, only, whole
 
 PACKAGE, VERSION = "ansys-mapdl-reader", "0.56.0"
 LABELS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
@@ -44,13 +44,13 @@ def read(files, *, units="SI"):
         When a file is missing, damaged, or does not go with the others.
     """
     named, kinds = _sort(files)
-    archive = _only(kinds, "archive", "one archive with the mesh (CDWRITE, DB)")
+    archive = only(kinds, "archive", "one archive with the mesh (CDWRITE, DB)")
     if named.get("load") not in (None, "force", "preload"):
         raise ValueError(f"load must be force or preload, found {named['load']}")
     if "full" in kinds:
         if "K" in named or "M" in named or "mapping" in kinds:
             raise ValueError("give either a full file or Harwell-Boeing matrices with their mapping file, not both")
-        source = _only(kinds, "full", "one full file")
+        source = only(kinds, "full", "one full file")
         K, M, dofs, load, constrained = _full(source)
     else:
         K, M, dofs, load = _harwell_boeing(named, kinds)
@@ -102,13 +102,6 @@ def _sort(files):
             raise ValueError(f"{word}: neither an ANSYS full file, nor an archive (CDWRITE), nor a mapping file of HBMAT; "
                              "Harwell-Boeing matrices are named as K=FILE and M=FILE")
     return named, kinds
-
-
-def _only(kinds, kind, what):
-    found = kinds.get(kind, [])
-    if len(found) != 1:
-        raise ValueError(f"wanted {what}, found {', '.join(found) or 'none'}")
-    return found[0]
 
 
 def _reader(module):

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 
 from .deck_structure import build
 from .nastran_mesh import bulk_data, deck_of, held_by
-from .whole import package, whole
+from .whole import only, package, whole
 
 PACKAGE, VERSION = "pyNastran", "1.4.1"
 NAMES = {"K": re.compile(r"K(GG|NN|FF|AA|LL|XX|JJ)X?"), "M": re.compile(r"M(GG|NN|FF|AA|LL|XX|JJ)X?")}
@@ -40,7 +40,7 @@ def read(files, *, units="SI"):
         When a file is missing, damaged, or does not go with the others, or rows of a matrix cannot be identified.
     """
     chosen, kinds = _sort(files)
-    path = _only(kinds, "deck", "bulk data with GRID cards (.bdf, .dat, .nas)")
+    path = only(kinds, "deck", "bulk data with GRID cards (.bdf, .dat, .nas) in one file, with INCLUDE if need be")
     model, notes = bulk_data(path, PACKAGE, VERSION), []
     deck = deck_of(model, path, notes)
     matrices = _dmig(model, path)
@@ -95,13 +95,6 @@ def _sort(files):
             raise ValueError(f"{word}: neither bulk data with GRID, nor a punch file with DMIG, nor .op4, nor .rows")
         kinds.setdefault(kind, []).append(word)
     return chosen, kinds
-
-
-def _only(kinds, kind, what):
-    found = kinds.get(kind, [])
-    if len(found) != 1:
-        raise ValueError(f"wanted {what} in one file (with INCLUDE if need be), found {', '.join(found) or 'none'}")
-    return found[0]
 
 
 def _add(matrices, found):

@@ -65,3 +65,11 @@ def missing(name, version, reason):
     return ValueError(f"reading these files needs the Python package {name}, which cannot be imported ({reason}); scripts/setup puts it "
                       "into build/extras, where 'source scripts/environment' finds it, or install it yourself with "
                       f"'python3 -m pip install --no-deps {name}=={version}'")
+
+
+def only(kinds, kind, what):
+    """The one file of a kind, of those sorted by kind; `what` is wanted, in words."""
+    found = kinds.get(kind, [])
+    if len(found) != 1:
+        raise ValueError(f"wanted {what}, found {', '.join(found) or 'none'}")
+    return found[0]
