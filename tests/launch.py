@@ -45,9 +45,15 @@ def refuse_constant(word):
 
 
 def read_points(folder):
-    """Every dataset under /points, whole; opened as any user would."""
+    """Every dataset under /points, whole, such as "omega" and "contact/slip"; opened as any user would."""
     with h5py.File(folder / "results.h5", "r") as file:
-        return {name: values[()] for name, values in file["points"].items()}
+        return {name: values[()] for name, values in tables(file).items()}
+
+
+def tables(file):
+    """The datasets under /points of an open results file, by name."""
+    names = [name for name in file["points"] if name != "contact"] + [f"contact/{name}" for name in file["points/contact"]]
+    return {name: file["points"][name] for name in names}
 
 
 def line(case, *options, ranks=None, command="run", out=None):

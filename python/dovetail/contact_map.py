@@ -10,9 +10,7 @@ from matplotlib.ticker import EngFormatter, MaxNLocator  # noqa: E402
 
 from .motion import find_model, read_model_parts  # noqa: E402
 from .plot import STYLE  # noqa: E402
-from .results import DIRECTIONS  # noqa: E402
 
-SAMPLES = 256  # per period
 STATES = (("sticks", "o"), ("slips", "s"), ("opens at times", "^"), ("open throughout", "x"))  # with their markers
 COLOURS = plt.get_cmap("YlOrBr")  # falls in brightness all the way: readable in grey
 
@@ -71,18 +69,10 @@ def contact_map(results, point, model=None, hz=False):
 
 def over_period(results, point):
     """For each contact point: state (N_x,) as a number in STATES, share of the period slipping (N_x,), work (N_x,) [J]."""
-    state = np.zeros(results.contact_points, dtype=int)
-    slipping, work = np.zeros((2, results.contact_points))
-    for i in range(results.contact_points):
-        force, states = results.contact_force(point, i + 1, SAMPLES)
-        opened, slips = states[:, 0] == 2, np.any(np.abs(states) == 1, axis=1)
-        state[i] = 3 if opened.all() else 2 if opened.any() else 1 if slips.any() else 0
-        slipping[i] = slips.mean()
-        if slips.any():
-            for T, direction in zip(force.T, DIRECTIONS[:2]):
-                x = results.time_history(point, f"x{i + 1}.{direction}", SAMPLES)[1]
-                work[i] += np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x))
-    return state, slipping, np.maximum(work, 0.0)  # round-off of a loop without area
+    activity = results.contact_activity(point)
+    throughout = activity.open > 1 - 1e-9  # up to round-off
+    state = np.select([throughout, activity.open > 0, activity.slip > 0], [3, 2, 1], 0)
+    return state, activity.slip, np.maximum(activity.dissipation, 0.0)  # round-off of a loop without area
 
 
 def in_plane(position, axes):

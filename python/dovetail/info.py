@@ -9,6 +9,7 @@ import numpy as np
 from .hdf5_parts import text
 from .model_mesh import read_joint, read_mesh
 from .plot import default_dofs
+from .reference import LAWS
 from .results import READ_ATTEMPTS, READ_PAUSE, Results
 
 
@@ -57,6 +58,14 @@ def _contact_lines(group):
             for name in ("normal_stiffness", "tangential_stiffness", "friction", "gap") if name in group]
 
 
+def _laws(numbers):
+    """Such as "cone", or "coulomb (3), bilateral (1)"."""
+    counts = np.bincount(numbers, minlength=len(LAWS))
+    if np.count_nonzero(counts) == 1:
+        return LAWS[np.argmax(counts)]
+    return ", ".join(f"{name} ({count})" for name, count in zip(LAWS, counts) if count)
+
+
 def _model(file):
     n, points = file["force"].size if "force" in file else file["K/jc"].size - 1, len(file["contact/dofs"])
     lines = [("units", text(file.attrs.get("units", "not given"))), ("degrees of freedom", f"{n} ({n - 3 * points} elastic)"),
@@ -95,7 +104,8 @@ def _reduced(file):
 def _results(results):
     n = len(results)
     lines = [("title", results.title or "none"), ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, "
-              f"{results.harmonics} harmonics, {results.samples} samples"), ("points", n)]
+              f"{results.harmonics} harmonics"), ("contact forces", f"{results.samples} samples" if results.samples else "exact"),
+             ("points", n)]
     if n:
         lines.append(("omega", f"{_range(results.omega)} rad/s ({_range(results.frequency)} Hz), last {results.omega[-1]:g} rad/s"))
         for dof in default_dofs(results):
@@ -105,4 +115,4 @@ def _results(results):
                    f" of {n} responses") for name, verb in (("slip", "slip"), ("open", "open"))]
         lines.append(("effort", f"{results.points('newton_iterations').sum():.0f} Newton iterations, "
                                 f"{results.points('seconds').sum():.3g} s"))
-    return lines + _contact_lines(results.contact)
+    return lines + [("contact law", _laws(results.contact["law"]))] + _contact_lines(results.contact)

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.ticker import EngFormatter, MaxNLocator  # noqa: E402
 
+from .reference import LAWS  # noqa: E402
 from .results import DIRECTIONS  # noqa: E402
 
 LINES = [("#000000", "-"), ("#c1440e", "--"), ("#1f6f9f", "-."), ("#6a9a1f", ":"), ("#8a4f9e", (0, (6, 1, 1, 1, 1, 1))),
@@ -109,6 +110,9 @@ def _loop(axis, results, point, dof):
     if index < 0 or index % 3 == 2:
         raise ValueError(f"a friction loop needs a tangential direction such as x1.t1, found {dof!r}")
     contact, direction = index // 3 + 1, index % 3
+    law = LAWS[results.contact["law"][contact - 1]]
+    if law in ("unilateral", "bilateral"):
+        raise ValueError(f"contact point {contact} has no friction loop: its law is {law}")
     x, T = results.hysteresis(point, contact, direction, LOOP_SAMPLES)
     force, state = results.contact_force(point, contact, LOOP_SAMPLES)
     limit = results.contact["friction"][contact - 1, direction] * force[:, 2]

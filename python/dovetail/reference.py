@@ -16,6 +16,8 @@ import numpy as np
 import scipy.linalg
 
 STICK, OPEN = 0, 2  # contact states; slip is +1 or -1, the sign of the tangential force
+LAWS = ("coulomb", "cone", "unilateral", "bilateral")  # numbered as in a results file; the first two have friction
+COULOMB, CONE, UNILATERAL, BILATERAL = range(4)
 
 
 # ----------------------------------------------------------------------------------------------- Fourier series (10)
@@ -51,34 +53,68 @@ class Contact:
 
     kn : (N_x,) normal stiffness [N/m];  kt : (N_x, 2) tangential stiffness [N/m], positive
     mu : (N_x, 2) friction coefficient [-];  gap : (N_x,) lift-off displacement [m]
+    law : (N_x,) numbers or names of `LAWS`, or one of them for all points; without friction kt and mu have no meaning
     """
 
     kn: np.ndarray
     kt: np.ndarray
     mu: np.ndarray
     gap: np.ndarray
+    law: np.ndarray = COULOMB
 
     @classmethod
-    def uniform(cls, points, normal_stiffness, tangential_stiffness, friction, gap=0.0):
+    def uniform(cls, points, normal_stiffness, tangential_stiffness, friction, gap=0.0, law="coulomb"):
         """From values as in the case file: one for all points, or one (tangential: one pair) per point."""
         return cls(np.broadcast_to(np.asarray(normal_stiffness, float), (points,)),
                    np.broadcast_to(np.asarray(tangential_stiffness, float), (points, 2)),
                    np.broadcast_to(np.asarray(friction, float), (points, 2)),
-                   np.broadcast_to(np.asarray(gap, float), (points,)))
+                   np.broadcast_to(np.asarray(gap, float), (points,)), law)
 
     @property
     def points(self):
         return len(self.kn)
 
+    @property
+    def kind(self):
+        """Number of the law of each point, (N_x,)."""
+        return np.broadcast_to(law_numbers(self.law), (self.points,))
 
-def law(x, xp, w, kn, kt, mu, gap):
-    """Contact force over one period: unilateral normal spring, one friction slider in each tangential direction.
 
-    The normal force is N = kn max(0, p), p the approach beyond lift-off. Each slider is a spring kt between the surface
-    and a foot at w: it holds (stick) while |kt (x_t - w)| <= mu N, else the foot is dragged along (slip) so that the
-    force stays at mu N. An open contact carries nothing; when it lands, the foot is set where the surface was at the
-    instant p = 0, interpolated linearly between the two samples. The period is marched twice, starting with the foot at
-    w, and the second time round is kept: by then the force is periodic.
+def law_numbers(kind):
+    """Laws as numbers, from numbers or from names in `LAWS`, one or many."""
+    kind = np.asarray(kind)
+    if kind.dtype.kind != "U":
+        return kind
+    unknown = set(kind.ravel()) - set(LAWS)
+    if unknown:
+        raise ValueError(f"no contact law {', '.join(sorted(unknown))}; there are {', '.join(LAWS)}")
+    return np.vectorize(LAWS.index, otypes=[int])(kind)
+
+
+def rubbed(trial, limit, cone):
+    """What friction lets through of the forces (..., 2) that two sliders would carry if both stuck.
+
+    limit : (..., 2) mu N, the bound of each force alone or, where `cone`, of the length of both together. Real parts decide.
+    Returns the forces, and (..., 2) 0 for stick, +1 or -1 for slip with that sign of the force.
+    """
+    alone = np.where(trial.real < 0, -trial, trial)
+    together = np.sqrt(np.sum(trial ** 2, axis=-1, keepdims=True))
+    size = np.where(cone, together, alone)
+    slips = size.real > limit.real
+    force = np.where(slips, limit * (trial / np.where(slips, size, 1)), trial)
+    return force, np.where(slips, np.where(trial.real < 0, -1, 1), 0)
+
+
+def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
+    """Contact force over one period, by one of four laws.
+
+    coulomb: the normal force is N = kn max(0, p), p the approach beyond lift-off. In each tangential direction a slider, a
+    spring kt between the surface and a foot at w: it holds (stick) while |kt (x_t - w)| <= mu N, else the foot is dragged
+    along (slip) so that the force stays at mu N. An open contact carries nothing; when it lands, the foot is set where the
+    surface was at the instant p = 0, interpolated linearly between the two samples.
+    cone: the same, but the length of the two tangential forces together is bounded by mu N, and the foot is dragged in their
+    direction. unilateral: N alone, no friction. bilateral: N = kn p of either sign, never open.
+    The period is marched twice, starting with the foot at w, and the second time round is kept: by then the force is periodic.
 
     Parameters
     ----------
@@ -87,36 +123,38 @@ def law(x, xp, w, kn, kt, mu, gap):
     xp : (..., 3) preload displacement [m]
     w : (..., 2) foot of the two sliders at preload, in total displacement [m]
     kn, gap : (...); kt, mu : (..., 2) as in `Contact`
+    kind : (...) names in `LAWS`, or their numbers
 
     Returns
     -------
     force : (..., N, 3) total contact force g(x + xp) [N]
-    state : (..., N, 2) 0 stick, +1 or -1 slip with that sign of the force, 2 open
+    state : (..., N, 2) 0 stick, +1 or -1 slip with that sign of the force, 2 open; 0 while closed if there is no friction
     """
+    kind = law_numbers(kind)[..., None]
+    rubs, cone = kind <= CONE, kind == CONE
     total = np.asarray(x) + np.asarray(xp)[..., None, :]
     surface = total[..., :2]
     approach = total[..., 2:] - np.asarray(gap)[..., None, None]
-    kn = np.asarray(kn)[..., None]
+    kn, kt, mu = np.asarray(kn)[..., None], np.where(rubs, kt, 1), np.where(rubs, mu, 0)
     force = np.zeros_like(total)
     state = np.zeros(surface.shape, int)
     was_open = False  # nothing precedes the first sample of the first pass
     for j in 2 * list(range(total.shape[-2])):
         here, p = surface[..., j, :], approach[..., j, :]
         before, p_before = surface[..., j - 1, :], approach[..., j - 1, :]
-        is_open = p.real <= 0
+        is_open = (p.real <= 0) & (kind != BILATERAL)
         landing = was_open & ~is_open
         instant = p_before / np.where(landing, p_before - p, 1)
         w = np.where(landing, before + instant * (here - before), w)
 
         normal = np.where(is_open, 0, kn * p)
-        trial, limit = kt * (here - w), mu * normal
-        sign = np.where(np.abs(trial.real) > limit.real, np.sign(trial.real), 0)
-        tangential = np.where(is_open, 0, np.where(sign == 0, trial, sign * limit))
-        w = np.where(sign == 0, w, here - sign * limit / kt)
+        trial = kt * (here - w)
+        tangential, sign = rubbed(trial, mu * normal, cone)
+        w = np.where(sign == 0, w, here - tangential / kt)
 
-        force[..., j, :2] = tangential
+        force[..., j, :2] = np.where(is_open | ~rubs, 0, tangential)
         force[..., j, 2:] = normal
-        state[..., j, :] = np.where(is_open, OPEN, sign)
+        state[..., j, :] = np.where(is_open, OPEN, np.where(rubs, sign, 0))
         was_open = is_open
     return force, state
 
@@ -127,7 +165,7 @@ def contact_coefficients(X, contact, preload, samples):
     X : (..., N_x, 3, 2H+1) coefficients of the displacement [m]. Returns an array of the same shape [N].
     """
     x = np.swapaxes(synthesis(X, samples), -1, -2)
-    force, _ = law(x, preload.xp, preload.w, contact.kn, contact.kt, contact.mu, contact.gap)
+    force, _ = law(x, preload.xp, preload.w, contact.kn, contact.kt, contact.mu, contact.gap, contact.kind)
     return analysis(np.swapaxes(force - preload.g[:, None, :], -1, -2), X.shape[-1] // 2)
 
 
@@ -199,26 +237,31 @@ def craig_bampton(K, M, contact_dofs, force, preload, modes):
                    r=Kec.T @ np.linalg.solve(Kee, preload[e]) - preload[c])
 
 
-def static_law(x, contact):
-    """Force reached in one step from a foot at zero.
-
-    x : (N_x, 3) total displacement [m]. Returns g (N_x, 3), w (N_x, 2), and dg/dx (N_x, 3, 3), in which p = 0 counts as
-    closed, so that a body held by its joint alone can be pushed onto it.
-    """
+def static_force(x, contact):
+    """Force reached in one step from a foot at zero: g (N_x, 3) at total displacement x (N_x, 3), and the foot then, w (N_x, 2)."""
+    rubs, cone = (contact.kind <= CONE)[:, None], (contact.kind == CONE)[:, None]
     p = x[:, 2] - contact.gap
-    normal = contact.kn * np.maximum(p, 0)
-    trial, limit = contact.kt * x[:, :2], contact.mu * normal[:, None]
-    slip = np.where(np.abs(trial) > limit, np.sign(trial), 0)
-    tangential = np.where(slip == 0, trial, slip * limit)
-    slope = np.zeros((contact.points, 3, 3))
-    slope[:, 2, 2] = np.where(p >= 0, contact.kn, 0)
-    for t in range(2):
-        slope[:, t, t] = np.where((slip[:, t] == 0) & (p >= 0), contact.kt[:, t], 0)
-        slope[:, t, 2] = slip[:, t] * contact.mu[:, t] * slope[:, 2, 2]
-    w = np.where(slip == 0, 0, x[:, :2] - tangential / contact.kt)
-    is_open = (p <= 0)[:, None]
-    force = np.column_stack([np.where(is_open, 0, tangential), normal])
-    return force, np.where(is_open, x[:, :2], w), slope
+    is_open = (p.real <= 0) & (contact.kind != BILATERAL)
+    normal = np.where(is_open, 0, contact.kn * p)
+    kt = np.where(rubs, contact.kt, 1)
+    tangential, sign = rubbed(kt * x[:, :2], contact.mu * normal[:, None], cone)
+    tangential = np.where(is_open[:, None] | ~rubs, 0, tangential)
+    moves = rubs & (is_open[:, None] | (sign != 0))
+    w = np.where(moves, x[:, :2] - tangential / kt, 0)
+    return np.column_stack([tangential, normal]), w
+
+
+def static_law(x, contact):
+    """`static_force` and its derivative by complex step: g (N_x, 3), w (N_x, 2), dg/dx (N_x, 3, 3).
+
+    In the derivative p = 0 counts as closed and stuck, so that a body held by its joint alone can be pushed onto it.
+    """
+    h = 1e-30
+    slope = np.stack([static_force(x + 1j * h * direction, contact)[0].imag / h for direction in np.eye(3)], axis=2)
+    springs = np.column_stack([(contact.kind <= CONE)[:, None] * contact.kt, contact.kn])
+    touching = x[:, 2] == contact.gap
+    slope[touching] = springs[touching, :, None] * np.eye(3)
+    return *static_force(x, contact), slope
 
 
 def contact_preload(reduced, contact, initial=0.0):

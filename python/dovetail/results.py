@@ -2,6 +2,7 @@
 
 import re
 import time
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -13,6 +14,22 @@ from .hdf5_parts import text
 
 DIRECTIONS = ("t1", "t2", "n")
 READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
+
+
+@dataclass(frozen=True)
+class ContactActivity:
+    """What every contact point does over one period.
+
+    stick, slip, open : (N_x,) shares of the period, 1 together; slip in at least one direction
+    events : (N_x,) number of lift-offs, landings, slip onsets and ends of slip
+    dissipation : (N_x,) energy taken from the structure [J]
+    """
+
+    stick: np.ndarray
+    slip: np.ndarray
+    open: np.ndarray
+    events: np.ndarray
+    dissipation: np.ndarray
 
 
 class Results:
@@ -27,9 +44,12 @@ class Results:
     omega : (n,) array
         Excitation frequency [rad/s]; `frequency` is the same in Hz.
     harmonics, samples, modes, contact_points : int
-        H, N, N_a, N_x.
+        H, N, N_a, N_x; N is 0 where contact forces were evaluated exactly, without samples.
+    drawing_samples : int
+        Instants per period at which contact forces are evaluated here unless another number is asked for.
     contact : dict
-        `normal_stiffness` (N_x,), `tangential_stiffness` (N_x, 2), `friction` (N_x, 2), `gap` (N_x,).
+        `law` (N_x,), numbers of the names in `reference.LAWS`; `normal_stiffness` (N_x,), `tangential_stiffness` (N_x, 2),
+        `friction` (N_x, 2), `gap` (N_x,).
     xp, g, w : (3 N_x,), (3 N_x,), (N_x, 2) arrays
         Displacement, force and slider positions of the preload state, equation (7).
     title, case, units : str
@@ -49,13 +69,18 @@ class Results:
             int(file.attrs[key]) for key in ("harmonics", "samples", "modes", "contact_points"))
         reduced = text(file.attrs.get("reduced", ""))
         self.reduced = self.path.parent / reduced if reduced else None
+        self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics - 1).bit_length())
         self.contact = {name: values[()] for name, values in file["contact"].items()}
+        self.contact.setdefault("law", np.zeros(self.contact_points, int))  # older files know one law
         self.xp, self.g, self.w = (file["preload"][name][()] for name in ("xp", "g", "w"))
-        points = file["points"]
-        self._n = min(len(values) for values in points.values())
-        self._points = {name: values[:self._n] for name, values in points.items() if name != "coefficients"}
+        points, contact = dict(file["points"]), dict(file.get("points/contact", {}))
+        points.pop("contact", None)
+        self._n = min(len(values) for values in (*points.values(), *contact.values()))
+        coefficients = points.pop("coefficients")
+        self._points = {name: values[:self._n] for name, values in points.items()}
         self.omega = self._points["omega"]
-        shape, wanted = points["coefficients"].shape[1:], (self.modes + 3 * self.contact_points, 2 * self.harmonics + 1)
+        self._has_activity = bool(contact)
+        shape, wanted = coefficients.shape[1:], (self.modes + 3 * self.contact_points, 2 * self.harmonics + 1)
         if shape != wanted:
             raise ValueError(f"{self.path}: coefficients of a point must have shape {wanted}, found {shape}")
 
@@ -167,7 +192,7 @@ class Results:
         contact : int
             One-based number of the contact point.
         n : int, optional
-            Samples over the period, default those of the run.
+            Samples over the period, default those of the run; `drawing_samples` where it took none.
 
         Returns
         -------
@@ -179,9 +204,10 @@ class Results:
         from . import reference
 
         j = self._contact_index(contact)
-        x = self._contact_motion(point, j, n or self.samples)
+        x = self._contact_motion(point, j, n or self.drawing_samples)
         return reference.law(x, self.xp[3 * j:3 * j + 3], self.w[j], self.contact["normal_stiffness"][j],
-                             self.contact["tangential_stiffness"][j], self.contact["friction"][j], self.contact["gap"][j])
+                             self.contact["tangential_stiffness"][j], self.contact["friction"][j], self.contact["gap"][j],
+                             self.contact["law"][j])
 
     def hysteresis(self, point, contact, direction=0, n=None):
         """A friction loop: total tangential displacement x + x_p [m] and force T [N] over one period, both (n,).
@@ -191,13 +217,22 @@ class Results:
         if direction not in (0, 1):
             raise ValueError(f"direction must be 0 (t1) or 1 (t2), found {direction!r}")
         j = self._contact_index(contact)
-        x = self._contact_motion(point, j, n or self.samples)[:, direction] + self.xp[3 * j + direction]
+        x = self._contact_motion(point, j, n or self.drawing_samples)[:, direction] + self.xp[3 * j + direction]
         return x, self.contact_force(point, contact, n)[0][:, direction]
 
-    def dissipated(self, point, contact, n=None):
-        """Energy a contact point takes from the structure per cycle [J]: area of its two friction loops, sum of T dx."""
-        loops = (self.hysteresis(point, contact, direction, n) for direction in (0, 1))
-        return float(sum(np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x)) for x, T in loops))
+    def contact_activity(self, point):
+        """What every contact point does over one period, a ContactActivity, as the run found it."""
+        self._check_point(point)
+        if not self._has_activity:
+            raise ValueError(f"{self.path}: has no /points/contact: it was written by an older version; run the case again")
+        names = ("stick", "slip", "open", "events", "dissipation")
+        rows = self._read(lambda file: {name: file["points/contact"][name][point % self._n] for name in names})
+        return ContactActivity(**rows)
+
+    def dissipated(self, point, contact):
+        """Energy a contact point takes from the structure per cycle [J]."""
+        j = self._contact_index(contact)
+        return float(self.contact_activity(point).dissipation[j])
 
     def elastic(self, point, n=64, times=None):
         """Elastic displacements of the full model, e = x_e0 + Phi a + Psi (x + x_p), equations (2) and (5).
@@ -272,9 +307,12 @@ class Results:
         index = self.dof_index(dof)
         return self._read(lambda file: file["points/coefficients"][:self._n, index, :])
 
-    def _of_point(self, point):
+    def _check_point(self, point):
         if not -self._n <= point < self._n:
             raise ValueError(f"point must lie in 0 to {self._n - 1}, found {point}")
+
+    def _of_point(self, point):
+        self._check_point(point)
         return self._read(lambda file: file["points/coefficients"][point % self._n])
 
     def _contact_index(self, contact):

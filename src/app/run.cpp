@@ -59,7 +59,7 @@ std::string in_words(const BranchSummary &summary, double frequency_scale, const
   default:
     return "the sweep could not go on beyond " + std::string(where) + ": " + summary.why + ". The " +
            std::to_string(summary.points) + " points so far are in " + results +
-           ". Where contacts open, more samples (harmonic_balance.samples) and more harmonics help; or sweep from the "
+           ". Where contacts open, harmonic_balance.samples = \"exact\" and more harmonics help; or sweep from the "
            "other end.";
   }
 }

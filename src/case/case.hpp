@@ -1,5 +1,6 @@
 #pragma once
 // case.toml as one immutable value, checked; every error text about the user's input file starts here.
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <iosfwd>
@@ -21,7 +22,17 @@ struct ContactSetting {
   bool per_point = false;     ///< written as a list with one entry per point, even if that list is short
 };
 
+/// The contact law as written: one word, or one per point.
+struct LawSetting {
+  std::vector<Law> values = {Law::coulomb};
+  bool per_point = false;
+  std::string where; ///< "file.toml:10: contact.law", for messages
+
+  bool any(bool (*wanted)(Law)) const { return std::any_of(values.begin(), values.end(), wanted); }
+};
+
 struct ContactSettings {
+  LawSetting law; ///< in the case file only
   std::optional<ContactSetting> normal_stiffness, tangential_stiffness, friction, gap;
   std::string file; ///< where a missing one is to be added, for messages
 };
@@ -53,7 +64,7 @@ struct Case {
   std::string preload_initial_where;         ///< place in the file, for messages about its length
 
   int harmonics = 0; ///< H >= 1
-  int samples = 0;   ///< N >= 2H+1; default max(256, power of two >= 40 H)
+  int samples = 0;   ///< N >= 2H+1; 0: exact, no sampling
 
   double step_tolerance = 1e-8;     ///< eps_x, relative
   double residual_tolerance = 1e-8; ///< eps_f, in the scaled variables

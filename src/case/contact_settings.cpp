@@ -1,7 +1,8 @@
 #include "case/contact_settings.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
+#include <iterator>
 
 #include "case/number_text.hpp"
 #include "support/error.hpp"
@@ -9,9 +10,17 @@
 namespace dovetail {
 namespace {
 
+struct LawWord {
+  Law law;
+  const char *word;
+};
+constexpr LawWord law_words[] = {
+    {Law::coulomb, "coulomb"}, {Law::cone, "cone"}, {Law::unilateral, "unilateral"}, {Law::bilateral, "bilateral"}};
+
 enum class Allowed { positive, not_negative, any };
 
-/// The four parameters of the law: everything below works through this table.
+/// The four parameters of the laws: everything below works through this table. The tangential ones are those of
+/// friction.
 struct Parameter {
   const char *name;
   std::optional<ContactSetting> ContactSettings::*setting;
@@ -94,19 +103,73 @@ std::vector<std::array<double, 2>> spread(const ContactSetting &setting, bool ta
   return result;
 }
 
+Law read_law(const Entry &entry) {
+  if (entry.is_words())
+    for (const auto &[law, word] : law_words)
+      if (entry.words() == word) return law;
+  entry.refuse("must be \"coulomb\", \"cone\", \"unilateral\" or \"bilateral\"");
+}
+
+LawSetting read_laws(const Entry &entry) {
+  LawSetting result{{}, entry.is_list(), entry.where()};
+  if (!result.per_point) {
+    result.values = {read_law(entry)};
+    return result;
+  }
+  for (const Entry &item : entry.items()) result.values.push_back(read_law(item));
+  if (result.values.empty()) entry.refuse("is empty; write one word for all points, or one per contact point");
+  return result;
+}
+
+void spread_laws(const LawSetting &setting, std::vector<ContactPoint> &points) {
+  const size_t found = setting.values.size(), wanted = points.size();
+  if (setting.per_point && found != wanted)
+    throw InputError(setting.where + ": " + std::to_string(found) +
+                     " words found, but there are N_x = " + std::to_string(wanted) +
+                     " contact points: write one word without brackets, or " + std::to_string(wanted) + " words");
+  for (size_t i = 0; i < wanted; ++i) points[i].law = setting.values[setting.per_point ? i : 0];
+}
+
+/// The cone has one coefficient of friction. Then what the law of a point does not know is cleared.
+void check_friction(std::vector<ContactPoint> &points, const std::string &where) {
+  for (size_t i = 0; i < points.size(); ++i) {
+    ContactPoint &point = points[i];
+    if (point.law == Law::cone && point.mu[0] != point.mu[1])
+      throw InputError(where + " = [" + number_text(point.mu[0]) + ", " + number_text(point.mu[1]) +
+                       "] at contact point " + std::to_string(i) +
+                       " (counted from 0): contact.law = \"cone\" knows one coefficient for all directions of the "
+                       "plane; write the same number for t1 and t2, or contact.law = \"coulomb\"");
+    if (!has_friction(point.law)) point.kt = point.mu = {0, 0};
+  }
+}
+
 } // namespace
+
+const char *word_of(Law law) {
+  return std::find_if(std::begin(law_words), std::end(law_words), [&](const LawWord &each) { return each.law == law; })
+      ->word;
+}
 
 ContactSettings read_contact_settings(const Document &document) {
   ContactSettings result;
-  for (const auto &parameter : parameters)
-    if (const Entry entry = document[std::string("contact.") + parameter.name])
-      result.*parameter.setting = read_setting(entry, parameter);
+  if (const Entry law = document["contact.law"]) result.law = read_laws(law);
+  for (const auto &parameter : parameters) {
+    const Entry entry = document[std::string("contact.") + parameter.name];
+    if (!entry) continue;
+    if (parameter.tangential && !result.law.any(has_friction))
+      entry.refuse("has no effect, because no contact point has friction; delete this key, or write contact.law = "
+                   "\"coulomb\"");
+    result.*parameter.setting = read_setting(entry, parameter);
+  }
   return result;
 }
 
 std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model, int n) {
   std::vector<ContactPoint> points(static_cast<size_t>(n));
+  spread_laws(from_case.law, points);
+  const bool friction = from_case.law.any(has_friction);
   for (const auto &parameter : parameters) {
+    if (parameter.tangential && !friction) continue;
     const auto &in_case = from_case.*parameter.setting, &in_model = from_model.*parameter.setting;
     const auto &setting = in_case ? in_case : in_model;
     if (!setting) {
@@ -119,6 +182,8 @@ std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const
     const auto values = spread(*setting, parameter.tangential, n);
     for (size_t i = 0; i < points.size(); ++i) parameter.store(points[i], values[i][0], values[i][1]);
   }
+  const auto &friction_setting = from_case.friction ? from_case.friction : from_model.friction;
+  check_friction(points, friction_setting ? friction_setting->where : "");
   return points;
 }
 

@@ -2,9 +2,11 @@
 #include <cmath>
 #include <iomanip>
 #include <limits>
+#include <map>
 #include <ostream>
 
 #include "case/case.hpp"
+#include "case/contact_settings.hpp"
 #include "case/keys.hpp"
 #include "case/number_text.hpp"
 
@@ -26,12 +28,30 @@ Span span_of(const std::string &key, const std::vector<ContactPoint> &points) {
   for (const auto &point : points) {
     if (key == "contact.gap") span.take(point.gap);
     if (key == "contact.normal_stiffness") span.take(point.kn);
+    if (!has_friction(point.law)) continue;
     for (int direction = 0; direction < 2; ++direction) {
       if (key == "contact.tangential_stiffness") span.take(point.kt[direction]);
       if (key == "contact.friction") span.take(point.mu[direction]);
     }
   }
   return span;
+}
+
+std::string text_of(const Span &span) {
+  if (span.low > span.high) return ""; // friction where no point has any
+  return number_text(span.low) + (span.low == span.high ? "" : " .. " + number_text(span.high));
+}
+
+/// "cone", or "coulomb (3), bilateral (1)" with the numbers of points.
+std::string laws_text(const std::vector<ContactPoint> &points) {
+  std::map<Law, size_t> counts;
+  for (const auto &point : points) ++counts[point.law];
+  std::string result;
+  for (const auto &[law, count] : counts) {
+    result += (result.empty() ? "" : ", ") + std::string(word_of(law));
+    if (counts.size() > 1) result += " (" + std::to_string(count) + ")";
+  }
+  return result;
 }
 
 std::string contact_origin(const Case &study, const std::string &key, const Span &span) {
@@ -47,9 +67,11 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
     Row row{key.name, "", key.unit, "default"};
     if (key.text) {
       row.value = key.text(study);
+    } else if (row.key == "contact.law") {
+      row.value = laws_text(points);
     } else if (!points.empty()) {
       const Span span = span_of(key.name, points);
-      row.value = number_text(span.low) + (span.low == span.high ? "" : " .. " + number_text(span.high));
+      row.value = text_of(span);
       row.origin = contact_origin(study, key.name, span);
     }
     if (row.value.empty()) continue;

@@ -36,6 +36,12 @@ std::string motion_text(const MotionWish &wish) {
   return result.empty() ? "none" : result;
 }
 
+std::string samples_text(const Case &study) {
+  if (study.samples != exactly) return std::to_string(study.samples);
+  const bool cone = study.contact.law.any([](Law law) { return law == Law::cone; });
+  return cone ? "exact; cone: " + std::to_string(enough_samples(study.harmonics)) : "exact";
+}
+
 std::string kind_text(ScalingKind kind) {
   return kind == ScalingKind::automatic ? "auto" : kind == ScalingKind::none ? "none" : "manual";
 }
@@ -57,13 +63,14 @@ const std::vector<Key> &keys() {
                                         : "what is free"; }},
       {"damping.stiffness", "s", [](C c) { return number_text(c.damping); }},
       {"excitation.fourier", "-", [](C c) { return fourier_text(c.fourier); }},
+      {"contact.law", "", nullptr},
       {"contact.normal_stiffness", "N/m", nullptr},
       {"contact.tangential_stiffness", "N/m", nullptr},
       {"contact.friction", "-", nullptr},
       {"contact.gap", "m", nullptr},
       {"preload.initial", "m", [](C c) { return spread_text(c.preload_initial); }},
       {"harmonic_balance.harmonics", "-", [](C c) { return std::to_string(c.harmonics); }},
-      {"harmonic_balance.samples", "-", [](C c) { return std::to_string(c.samples); }},
+      {"harmonic_balance.samples", "-", [](C c) { return samples_text(c); }},
       {"newton.step_tolerance", "-", [](C c) { return number_text(c.step_tolerance); }},
       {"newton.residual_tolerance", "-", [](C c) { return number_text(c.residual_tolerance); }},
       {"newton.max_iterations", "-", [](C c) { return std::to_string(c.max_iterations); }},

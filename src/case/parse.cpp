@@ -116,12 +116,14 @@ void read_harmonic_balance(const Document &document, Case &study) {
   if (!harmonics) document.missing("harmonic_balance.harmonics", "harmonics = 5");
   read_whole(harmonics, study.harmonics, 1, most_harmonics);
 
-  const int least = 2 * study.harmonics + 1;
-  for (study.samples = 256; study.samples < 40 * study.harmonics;) study.samples *= 2;
   if (!samples) return;
-  if (samples.is_words() && samples.words() == "exact")
-    samples.refuse("exact evaluation is not available in this version; write a number of samples per period, as " +
-                   std::to_string(study.samples));
+  if (samples.is_words()) {
+    if (samples.words() != "exact") samples.refuse("must be \"exact\", or a number of samples per period");
+    if (study.contact.law.any([](Law law) { return law == Law::cone; }))
+      samples.refuse("contact.law = \"cone\" has no closed form; leave samples out, or write a number");
+    return;
+  }
+  const int least = 2 * study.harmonics + 1;
   study.samples = samples.whole(1, most_samples);
   if (study.samples < least)
     throw InputError(samples.where() + " = " + samples.source() +
@@ -225,10 +227,10 @@ Case read_case(const fs::path &file, const fs::path &out) {
     study.damping = damping.number();
     if (study.damping < 0) damping.refuse("must not be negative");
   }
-  read_harmonic_balance(document, study);
-  read_excitation(document, study);
   study.contact = read_contact_settings(document);
   study.contact.file = file.string();
+  read_harmonic_balance(document, study);
+  read_excitation(document, study);
   read_preload(document, study);
   read_tolerance(document["newton.step_tolerance"], study.step_tolerance);
   read_tolerance(document["newton.residual_tolerance"], study.residual_tolerance);

@@ -1,7 +1,10 @@
 #pragma once
 // The Fourier convention, written here and nowhere else (theory.md, eq 10):
 //   q(t) = a0/2 + sum_{k=1..H} a_k cos(k Om t) + b_k sin(k Om t),   coefficients stored [a0, a1, b1, a2, b2, ...].
+#include <cstddef>
 #include <vector>
+
+#include "contact/wide.hpp"
 
 namespace dovetail {
 
@@ -25,20 +28,36 @@ public:
   void synthesise(const double *coefficients, double *values) const; ///< (2H+1) -> (N)
   void analyse(const double *values, double *coefficients) const; ///< (N) -> (2H+1), a_k = 2/N sum q_j cos(k theta_j)
 
-  /// Adds weight * sum_{a <= j < b} exp(i m theta_j), m = 0..2H, to `sums` (interleaved cos, sin; 2(2H+1) numbers).
-  void add_sums(int a, int b, double weight, double *sums) const;
-
-  /// Analysis of a mask's indicator, given its sums. (2H+1)
-  void indicator(const double *sums, double *coefficients) const;
-
-  /// block += weight * Analysis diag(mask) Synthesis, given the mask's sums: Toeplitz + Hankel in them.
-  /// `block` is (2H+1) x (2H+1), row-major with leading dimension `stride`.
-  void add_gram(const double *sums, double weight, double *block, int stride) const;
+  /// Means over the period of the mask that is 1 at the samples before j (j = 0..N): 2H+1 numbers times cos(m theta),
+  /// m = 0..2H, then 2H+1 times sin(m theta). The mask of samples a <= j < b has means(b) - means(a).
+  const double *means(int j) const { return &means_[static_cast<std::size_t>(j) * 2 * size()]; }
+  /// Coefficients of the same mask. (2H+1)
+  const double *indicator(int j) const { return &indicators_[static_cast<std::size_t>(j) * size()]; }
 
 private:
   int harmonics_, samples_;
-  std::vector<double> rows_; // (N, 2H+1)
-  std::vector<double> turn_; // (N, 2): cos, sin of 2 pi r / N
+  std::vector<double> rows_;       // (N, 2H+1)
+  std::vector<double> means_;      // (N+1, 2, 2H+1)
+  std::vector<double> indicators_; // (N+1, 2H+1)
+};
+
+/// Synthesis and analysis of series side by side in lanes, at a quarter (N odd: half) of the plain cost: sine and
+/// cosine are odd and even about the half period, and harmonics of either parity about the quarter. Holds scratch
+/// memory.
+class WideFourier {
+public:
+  WideFourier(int harmonics, int samples);
+
+  /// coefficients (rows, 2H+1), values (rows, N); one row or three.
+  void synthesise(int rows, const Lanes *coefficients, Lanes *values);
+  void analyse(int rows, const Lanes *values, Lanes *coefficients);
+
+private:
+  int harmonics_, samples_;
+  int folded_, width_;        // samples that the symmetries leave; harmonics, padded to whole steps of four, times two
+  std::vector<double> turns_; // (folded, width): cos, sin of k theta_j
+  LaneArray<double> packed_;  // (width / 2, rows, 2): coefficients a, b of each harmonic and row
+  LaneArray<double> sums_;    // (2, some of folded, rows, 2): of mirrored samples, for either parity of k
 };
 
 } // namespace dovetail

@@ -1,12 +1,11 @@
 #pragma once
-// The contact law at one instant (theory.md, section 5): elastic-Coulomb slider under a unilateral normal spring.
+// The contact law at one instant (theory.md, section 5). Every evaluation of it - marched over samples, exact, at the
+// preload - is made of these few lines. `Real` is double, or a vector of doubles that holds one contact point per lane.
 #include <cmath>
 
 #include "contact/contact_point.hpp"
 
 namespace dovetail {
-
-enum class State { stick, slip, open };
 
 /// Where a contact point stands before it vibrates: displacement and memory at the end of the preload.
 struct Standstill {
@@ -15,20 +14,27 @@ struct Standstill {
   Memory w{};                    ///< w_p [m]
 };
 
-/// Tangential force [N] of one direction, with the slider state that gave it.
-struct Slide {
-  double force;
-  int sign; ///< 0 stick; +1 or -1: slips, force = sign * bound
-};
+/// Normal force [N] of a spring that only pushes; closing = x_n - x_n0.
+template <class Real> inline Real pressed(const Real &kn, const Real &closing) {
+  return closing > 0 ? kn * closing : Real{};
+}
 
-/// Trial from the memory `w`, cut at the friction bound mu N; in slip `w` follows the contact. A slider that comes back
-/// to the very place where it last slipped (shakedown) meets the bound to round-off: that is stick.
-inline Slide slide(double x, double kt, double bound, double &w) {
-  const double trial = kt * (x - w);
-  if (std::abs(trial) < bound * (1 + 1e-12)) return {trial, 0};
-  const int sign = trial < 0 ? -1 : 1;
-  w = x - sign * bound / kt;
-  return {sign * bound, sign};
+/// Coulomb's law for one slider: `trial` is the force [N] if it sticks, `bound` = mu N >= 0. Sticking changes the trial
+/// by k_t dx; slipping, the force stays on the bound and the slider follows.
+template <class Real> inline Real rubbed(const Real &trial, const Real &bound) {
+  const Real above = trial < -bound ? -bound : trial;
+  return above > bound ? bound : above;
+}
+
+/// Whether that slider slips forward; backward with `-trial`. A slider that comes back to the very place where it last
+/// slipped (shakedown) meets the bound to round-off: that is stick.
+template <class Real> inline auto slips_forth(const Real &trial, const Real &bound) {
+  return trial >= bound * (1 + 1e-12);
+}
+
+/// The sign of its force if it slips, 0 while it sticks.
+inline int slips(double trial, double bound) {
+  return slips_forth(trial, bound) ? 1 : slips_forth(-trial, bound) ? -1 : 0;
 }
 
 /// Force at a standstill x = (t1, t2, n), reached from memory w = 0 (eq 7), with its derivative and the memory left.
@@ -38,30 +44,6 @@ struct StaticForce {
   Memory w{};                                   ///< [m]
 };
 
-inline StaticForce static_force(const ContactPoint &point, const double *x) {
-  StaticForce out;
-  const double closing = x[2] - point.gap;
-  if (closing < 0) { // touching without force counts as closed: a body held by its joint alone keeps a regular tangent
-    out.w = {x[0], x[1]};
-    return out;
-  }
-  out.force[2] = point.kn * closing;
-  out.slope[2][2] = point.kn;
-  for (int d = 0; d < 2; ++d) {
-    const double bound = point.mu[d] * out.force[2];
-    if (closing == 0) {
-      out.slope[d][d] = point.kt[d];
-      out.w[d] = x[d];
-      continue;
-    }
-    const Slide slid = slide(x[d], point.kt[d], bound, out.w[d]);
-    out.force[d] = slid.force;
-    if (slid.sign == 0)
-      out.slope[d][d] = point.kt[d];
-    else
-      out.slope[d][2] = slid.sign * point.mu[d] * point.kn;
-  }
-  return out;
-}
+StaticForce static_force(const ContactPoint &point, const double *x);
 
 } // namespace dovetail

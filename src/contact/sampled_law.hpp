@@ -1,47 +1,63 @@
 #pragma once
-// One contact point over one period: Fourier coefficients of its force and their exact derivative, from N samples.
+// Laws with independent directions over one period, from N samples: points side by side in vector lanes.
+#include <cstdint>
 #include <vector>
 
+#include "contact/activity.hpp"
 #include "contact/fourier.hpp"
 #include "contact/law.hpp"
+#include "contact/linearisation.hpp"
 
 namespace dovetail {
 
-/// The marched law (theory.md, section 5): twice round the period from w_p, the second round
-/// kept. Holds scratch memory: one object per thread.
+/// Laws coulomb and unilateral, marched twice round the period from w_p, the second round kept. Holds scratch memory:
+/// one object per thread.
 class SampledLaw {
 public:
   SampledLaw(int harmonics, int samples);
 
-  const Fourier &fourier() const { return fourier_; }
-
-  /// X (3, 2H+1): motion measured from the standstill, rows t1, t2, n. G (3, 2H+1): coefficients of g(x + x_p) -
-  /// g(x_p). dG, unless null: (3(2H+1), 3(2H+1)) row-major, d G / d X, overwritten. Returns open if the point lifts off
-  /// at some instant, else slip if it slips in either direction, else stick.
-  State evaluate(const ContactPoint &point, const Standstill &preload, const double *X, double *G, double *dG);
+  /// For each of `count` points (numbers `which` in the arrays that follow): X, G (points, 3, 2H+1), activity and,
+  /// unless null, linear. See ContactForces::evaluate.
+  void evaluate(const int *which, int count, const ContactPoint *points, const Standstill *standstill, const double *X,
+                double *G, Activity *activity, Linearisation *linear);
 
 private:
-  // What the sliders' position during a stick interval was last set by; derivatives of stick forces go through it.
-  struct Anchor {
-    enum class Kind { memory, slip, landing } kind = Kind::memory;
-    int sample = 0; // of the slip, or the first one after landing
-    int sign = 0;   // of the slip
+  using Words = std::uint64_t *; // one bit per sample, 64 to a word
+
+  // States of one point, a bit per sample: in contact, and slip with T = +mu N (forth) and -mu N (back) in both rounds.
+  struct States {
+    Words closed, forth[2][2], back[2][2]; // [round][direction]
   };
-  struct Run { // samples [begin, end) of the second round in one state
+  // What the slider of a stick interval was last set by. Slip: of that sign, at that sample; landing (sign 0): between
+  // that sample and the one before; sample -1: by nothing, it is still at w_p.
+  struct Anchor {
+    int sample, sign;
+  };
+  struct Stick { // samples [begin, end)
     int begin, end;
-    State state;
-    Anchor anchor; // stick: what it hangs on; slip: its sign
+    Anchor anchor;
   };
 
-  void march(double kt, double mu_kn, double w);
-  void differentiate(double kt, double mu_kn, double *dT_dxt, double *dT_dxn);
-  void anchor_rows(const Anchor &anchor, double kt, double mu_kn);
+  void march(const int *which, int lanes, const ContactPoint *points, const Standstill *standstill, const double *X);
+  void land();
+  void take_states(int lane, bool friction);
+  bool eventless() const;
+  void differentiate(const ContactPoint &point, int lane, const double *X, Linearisation &linear);
+  void differentiate(const ContactPoint &point, int lane, int direction, const double *X, Linearisation &linear);
+  Anchor anchor_before(int direction, int sample) const;
+  void add_run(const ContactPoint &point, int lane, int direction, const Stick &stick, const double *X,
+               Linearisation &linear) const;
 
   Fourier fourier_;
-  std::vector<double> tangential_, closing_, force_; // (N): x_t, x_n - x_n0 (> 0 closed), force
-  std::vector<Run> runs_;
-  std::vector<double> stick_sums_, slip_sums_, run_sums_; // (2H+1, 2)
-  std::vector<double> share_, by_xt_, by_xn_;             // (2H+1)
+  WideFourier wide_;
+  int words_;                                      // ceil(N / 64)
+  LaneArray<double> coefficients_;                 // (3, 2H+1): motion, then force
+  LaneArray<double> motion_;                       // (3, N): t1, t2, x_n - x_n0
+  LaneArray<double> force_;                        // (3, N)
+  LaneArray<std::uint64_t> closed_, forth_, back_; // (words), (2 rounds, 2 directions, words)
+  std::vector<std::uint64_t> state_words_;         // storage of states_
+  States states_;
+  std::vector<Stick> sticks_;
 };
 
 } // namespace dovetail

@@ -139,7 +139,7 @@ private:
         refusal_ = "the predicted frequency is not positive";
       } else if (outcome = correct(trial_, row_, target); !outcome.converged) {
         refusal_ = outcome.why;
-      } else if (const auto states = system_.states(); !corrector_.tangent(turned_)) {
+      } else if (const auto activity = system_.activity(); !corrector_.tangent(turned_)) {
         refusal_ = "the bordered Jacobian is singular";
       } else {
         measure = {angle_between_tangents(), correction(trial_step)};
@@ -149,7 +149,7 @@ private:
                                                 : "the solution lies too far from the predicted one";
         else if (settings_.adaptive && outcome.newton > most_newton && trial_step > least_newton_step)
           refusal_ = "too many Newton iterations";
-        else if (const auto end = take(trial_step, measure.angle, outcome, states); end != Go::retry)
+        else if (const auto end = take(trial_step, measure.angle, outcome, activity); end != Go::retry)
           return end;
       }
       ++summary_.cuts;
@@ -211,7 +211,7 @@ private:
     return stall();
   }
 
-  Go take(double trial_step, double angle, const Corrector::Outcome &outcome, const std::array<long, 3> &states) {
+  Go take(double trial_step, double angle, const Corrector::Outcome &outcome, const std::vector<Activity> &activity) {
     const double next = system_.omega(trial_), before = omega_;
     UniqueVec end; // the solution exactly there, when the step reaches the end of the sweep
     Corrector::Outcome at_end;
@@ -236,7 +236,7 @@ private:
     if (ends) {
       omega_ = settings_.to;
       const double part = (settings_.to - before) / (next - before);
-      system_.residual(end, predicted_); // the states there, after those of the points in between
+      system_.residual(end, predicted_); // the activity there, after those of the points in between
       accept(end, at_end, part * trial_step);
       return Go::arrived;
     }
@@ -247,7 +247,7 @@ private:
     }
     const double rate_before = system_.omega(t_), rate_after = system_.omega(turned_);
     check(VecCopy(trial_, y_), "accepting a point");
-    states_ = states;
+    activity_ = activity;
     report(y_, outcome, step_length(trial_step));
     if (rate_before * rate_after < 0) {
       ++summary_.folds;
@@ -293,7 +293,7 @@ private:
   }
 
   void accept(Vec y, const Corrector::Outcome &outcome, double trial_step) {
-    states_ = system_.states();
+    activity_ = system_.activity();
     report(y, outcome, trial_step > 0 ? step_length(trial_step) : 0);
     norm_.see(y);
   }
@@ -303,7 +303,7 @@ private:
     ++summary_.points;
     if (y == y_) arclength_ += beyond; // points in between do not move the branch on
     const double arclength = y == y_ ? arclength_ : arclength_ + beyond;
-    observer_.point({y, omega_, arclength, outcome, states_, whole == 0 ? 1 : (omega_ - settings_.from) / whole});
+    observer_.point({y, omega_, arclength, outcome, activity_, whole == 0 ? 1 : (omega_ - settings_.from) / whole});
   }
 
   void notify(BranchEvent::Kind kind, const std::string &text) { observer_.event({kind, text, omega_}); }
@@ -316,7 +316,7 @@ private:
   BranchSummary summary_;
   Vec y_; // last accepted point
   UniqueVec trial_, predicted_, t_, turned_, row_, e_omega_;
-  std::array<long, 3> states_{};
+  std::vector<Activity> activity_; // of the point reported next
   std::string refusal_;
   double omega_ = 0, step_ = 0, arclength_ = 0;
   int direction_ = 1;

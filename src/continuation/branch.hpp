@@ -1,6 +1,5 @@
 #pragma once
 // Pseudo-arc-length continuation of the periodic response over Omega (theory.md, section 8).
-#include <array>
 #include <functional>
 #include <string>
 
@@ -22,8 +21,8 @@ struct BranchPoint {
   double omega;     ///< scaled
   double arclength; ///< along the branch so far, plain norm of the scaled unknowns
   Corrector::Outcome newton;
-  std::array<long, 3> states; ///< own contact points: stick, slip, open
-  double progress;            ///< 0..1, how far from `from` to `to`
+  const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
+  double progress;                       ///< 0..1, how far from `from` to `to`
 };
 
 /// Something worth a line in words: a fold, a step cut, a leap to a solution that arc length does not lead to, a

@@ -1,5 +1,7 @@
 #include "harmonic/harmonic_system.hpp"
 
+#include <algorithm>
+
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -23,7 +25,7 @@ void fill(Mat A, std::vector<PetscInt> rows, std::vector<PetscInt> columns, cons
 
 HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier)
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics),
-      fourier_(std::move(fourier)), law_(harmonics, samples), force_(3 * layout_.width) {
+      fourier_(std::move(fourier)), forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples) {
   fourier_.resize(layout_.width, 0.0);
   list_couplings();
   std::vector<PetscInt> k_rows, k_columns, rows, columns;
@@ -86,8 +88,9 @@ UniqueMat HarmonicSystem::matrix() const {
   }
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const PetscInt first = layout_.first_dof() * n + layout_.own_point_offset(p);
-    for (int i = 0; i < 3 * n; ++i)
-      for (int j = 0; j < 3 * n; ++j) add(first + i, first + j);
+    for (const BlockPlace block : block_places(forces_.points()[p].law))
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) add(first + block.row * n + i, first + block.column * n + j);
   }
   const PetscInt first = layout_.first_dof() * n, omega = layout_.omega_row();
   for (PetscInt i = 0; i < layout_.own_coefficients(); ++i) add(first + i, omega), add(omega, first + i);
@@ -123,6 +126,15 @@ void HarmonicSystem::products(const double *q) {
   check(VecResetArray(motion_), "multiplying");
 }
 
+void HarmonicSystem::evaluate_contact(const double *q) {
+  const double *contact = q + layout_.own_point_offset(0);
+  const std::size_t count = layout_.own_points.size() * 3 * layout_.width;
+  if (contact_.size() == count && std::equal(contact_.begin(), contact_.end(), contact) && !force_.empty()) return;
+  contact_.assign(contact, contact + count);
+  force_.resize(count);
+  forces_.evaluate(contact, force_.data());
+}
+
 void HarmonicSystem::residual(Vec y, Vec f) {
   const ReducedModel &model = scaled_.model.reduced;
   const int n = layout_.width;
@@ -145,14 +157,8 @@ void HarmonicSystem::residual(Vec y, Vec f) {
       out[s] = u[s] - inertia * v[s] - damping * u[c] - load * fourier_[sine(k)];
     }
   }
-  states_ = {};
-  for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
-    const PetscInt at = layout_.own_point_offset(p);
-    const State state =
-        law_.evaluate(scaled_.model.contact[p], scaled_.model.standstill[p], q + at, force_.data(), nullptr);
-    ++states_[static_cast<int>(state)];
-    for (int i = 0; i < 3 * n; ++i) out[at + i] += force_[i];
-  }
+  evaluate_contact(q);
+  for (std::size_t i = 0; i < force_.size(); ++i) out[layout_.own_point_offset(0) + i] += force_[i];
   check(VecRestoreArray(f, &out), "evaluating the residual");
   check(VecRestoreArrayRead(inertia_force_, &v), "evaluating the residual");
   check(VecRestoreArrayRead(stiffness_force_, &u), "evaluating the residual");
@@ -174,11 +180,11 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
       if (c.stiff) values_.push_back(damping), values_.push_back(-damping);
     }
   }
+  evaluate_contact(q);
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const std::size_t at = values_.size();
-    values_.resize(at + 9 * n * n);
-    law_.evaluate(scaled_.model.contact[p], scaled_.model.standstill[p], q + layout_.own_point_offset(p), force_.data(),
-                  &values_[at]);
+    values_.resize(at + block_places(forces_.points()[p].law).size() * n * n);
+    forces_.write(p, &values_[at]);
   }
   check(VecGetArrayRead(stiffness_force_, &u), "evaluating the Jacobian");
   check(VecGetArrayRead(inertia_force_, &v), "evaluating the Jacobian");

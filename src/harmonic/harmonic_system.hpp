@@ -1,8 +1,8 @@
 #pragma once
 // Harmonic balance of the scaled reduced model: residual of eqs (11)-(12) and its exact derivative by [X; Omega].
-#include <array>
 #include <vector>
 
+#include "contact/contact_forces.hpp"
 #include "harmonic/layout.hpp"
 #include "scaling/scaled_model.hpp"
 
@@ -10,7 +10,7 @@ namespace dovetail {
 
 class HarmonicSystem {
 public:
-  /// `fourier`: f(t) as (2H+1) coefficients. Collective.
+  /// `samples`: per period of the contact laws, or `exactly`; `fourier`: f(t) as (2H+1) coefficients. Collective.
   HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier);
 
   const Layout &layout() const { return layout_; }
@@ -25,8 +25,8 @@ public:
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);
 
-  /// Own contact points by what they did over the period at the last residual: stick, slip, open.
-  const std::array<long, 3> &states() const { return states_; }
+  /// What the own contact points did over the period at the last residual, in scaled units.
+  const std::vector<Activity> &activity() const { return forces_.activity(); }
 
 private:
   struct Coupling { // one entry of the reduced matrices
@@ -35,21 +35,22 @@ private:
     bool stiff; // the pattern of K; M is taken to be everywhere
   };
   void list_couplings();
-  void products(const double *q); // stiffness_force_ = K q, inertia_force_ = M q, harmonic by harmonic
+  void evaluate_contact(const double *q); // unless done at this motion
+  void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, harmonic by harmonic
   double shared_omega(const double *own) const;
 
   ScaledModel scaled_;
   Layout layout_;
   int harmonics_;
   std::vector<double> fourier_;
-  SampledLaw law_;
+  ContactForces forces_;
+  std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
   std::vector<Coupling> couplings_;
   UniqueMat stiffness_, mass_;                         // (dofs, dofs) AIJ
   UniqueMat stiffness_kron_, mass_kron_;               // the same acting on all 2H+1 coefficients at once
   UniqueVec motion_, stiffness_force_, inertia_force_; // (dofs * width)
   std::vector<double> values_; // Jacobian entries in the order given to the matrix: couplings, contact, border
-  std::vector<double> force_;  // (3, 2H+1) of one point
-  std::array<long, 3> states_{};
+  std::vector<double> force_;  // (own points, 3, 2H+1)
 };
 
 } // namespace dovetail

@@ -9,7 +9,7 @@
 namespace dovetail {
 namespace {
 
-// load * R + K_xx x + g(x) = 0; with `stuck` the law is replaced by its springs, closed and sticking.
+// load * R + K_xx x + g(x) = 0; with `stuck` the laws are replaced by their springs, closed and sticking.
 class PreloadProblem {
 public:
   PreloadProblem(const ReducedModel &model, const std::vector<ContactPoint> &contact)
@@ -122,7 +122,7 @@ private:
     const ContactPoint &point = contact_[p];
     if (!stuck_) return static_force(point, x);
     StaticForce g;
-    for (int d = 0; d < 2; ++d) g.force[d] = point.kt[d] * x[d], g.slope[d][d] = point.kt[d];
+    for (int d = 0; d < 2 && has_friction(point.law); ++d) g.force[d] = point.kt[d] * x[d], g.slope[d][d] = point.kt[d];
     g.force[2] = point.kn * (x[2] - point.gap), g.slope[2][2] = point.kn;
     return g;
   }

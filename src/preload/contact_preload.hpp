@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/sampled_law.hpp"
+#include "contact/law.hpp"
 #include "reduction/reduced_model.hpp"
 
 namespace dovetail {

@@ -1,6 +1,7 @@
 #include "results/results_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "support/version.hpp"
 
@@ -29,6 +30,32 @@ void write_points(MPI_Comm comm, h5::Writer *file, const std::string &name, std:
     file->rows(name, {rows, hsize_t(columns)}, 0, rows, all.data());
 }
 
+void write_laws(MPI_Comm comm, h5::Writer *file, const std::vector<ContactPoint> &contact) {
+  std::vector<double> own;
+  for (const ContactPoint &point : contact) own.push_back(static_cast<int>(point.law));
+  const auto all = gather(comm, own);
+  const std::vector<long> numbers(all.begin(), all.end());
+  if (file) file->rows("/contact/law", {numbers.size()}, 0, numbers.size(), numbers.data());
+}
+
+// Energies come in scaled units, force times displacement (theory.md, section 7), and leave in the user's.
+ContactRecord collect_contact(const Layout &layout, const Scales &scales, const std::vector<Activity> &activity) {
+  const double energy = std::pow(scales.modal * scales.frequency, 2);
+  std::vector<double> own;
+  for (const Activity &did : activity)
+    own.insert(own.end(), {did.stick(), did.slip, did.open, energy * did.dissipation, double(did.events)});
+  const std::vector<double> all = gather(layout.comm, own); // (N_x, 5) on rank 0
+  ContactRecord record;
+  for (std::size_t i = 0; i < all.size(); i += 5) {
+    record.stick.push_back(all[i]);
+    record.slip.push_back(all[i + 1]);
+    record.open.push_back(all[i + 2]);
+    record.dissipation.push_back(all[i + 3]);
+    record.events.push_back(static_cast<int>(all[i + 4]));
+  }
+  return record;
+}
+
 } // namespace
 
 PointRecord collect(const HarmonicSystem &system, const BranchPoint &point, double seconds) {
@@ -40,10 +67,10 @@ PointRecord collect(const HarmonicSystem &system, const BranchPoint &point, doub
   record.residual = point.newton.residual;
   record.seconds = seconds;
   record.progress = point.progress;
-  std::array<long, 3> states = point.states;
-  MPI_Allreduce(MPI_IN_PLACE, states.data(), 3, MPI_LONG, MPI_SUM, layout.comm);
-  const double points = std::max<double>(1, layout.points);
-  record.stick = states[0] / points, record.slip = states[1] / points, record.open = states[2] / points;
+  record.contact = collect_contact(layout, system.scales(), point.activity);
+  for (std::size_t p = 0; p < record.contact.open.size(); ++p)
+    ++(record.contact.open[p] > 0 ? record.open : record.contact.slip[p] > 0 ? record.slip : record.stick);
+  for (double *share : {&record.stick, &record.slip, &record.open}) *share /= std::max<double>(1, layout.points);
   record.coefficients = physical_coefficients(layout, system.scales(), point.y);
   return record;
 }
@@ -81,6 +108,7 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
   const auto &contact = preloaded.contact;
   const auto &rest = preloaded.standstill;
   const std::size_t own = contact.size();
+  write_laws(comm_, file, contact);
   write_points(comm_, file, "/contact/normal_stiffness", own, 1, [&](auto p, int) { return contact[p].kn; });
   write_points(comm_, file, "/contact/tangential_stiffness", own, 2, [&](auto p, int d) { return contact[p].kt[d]; });
   write_points(comm_, file, "/contact/friction", own, 2, [&](auto p, int d) { return contact[p].mu[d]; });
@@ -91,8 +119,9 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
   on_all_ranks(comm_, [&] {
     if (!file) return;
     const hsize_t dofs = model.modes + model.contact_dofs(), width = coefficient_count(study.harmonics);
-    chunk_rows_ = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, 256); // chunks of about 256 KiB
-    chunk_bytes_ = 8 * chunk_rows_ * dofs * width;
+    const hsize_t points = model.points;
+    chunk_rows_ = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, 256); // coefficients: chunks of about 256 KiB
+    chunk_bytes_ = chunk_rows_ * (8 * dofs * width + (4 * 8 + sizeof(int)) * points);
     const auto table = [&](const std::string &name, const h5::Extent &row, hid_t type, hsize_t chunk) {
       tables_.emplace_back(*file, "/points/" + name, row, type, chunk);
     };
@@ -100,6 +129,11 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
     for (const char *name : {"omega", "arclength", "residual", "seconds", "stick", "slip", "open"})
       table(name, {}, H5T_NATIVE_DOUBLE, 256);
     for (const char *name : {"newton_iterations", "linear_iterations"}) table(name, {}, H5T_NATIVE_INT, 256);
+    if (points > 0) { // HDF5 has no chunks of nothing
+      for (const char *name : {"stick", "slip", "open", "dissipation"})
+        table(std::string("contact/") + name, {points}, H5T_NATIVE_DOUBLE, chunk_rows_);
+      table("contact/events", {points}, H5T_NATIVE_INT, chunk_rows_);
+    }
     file->flush();
     std::filesystem::rename(partial, path);
   });
@@ -119,7 +153,12 @@ void ResultsFile::append(const PointRecord &point) {
                           &point.slip,
                           &point.open,
                           &point.newton,
-                          &point.linear};
+                          &point.linear,
+                          point.contact.stick.data(),
+                          point.contact.slip.data(),
+                          point.contact.open.data(),
+                          point.contact.dissipation.data(),
+                          point.contact.events.data()};
     for (std::size_t i = 0; i < tables_.size(); ++i) tables_[i].append(rows[i]);
     file_->flush();
   });

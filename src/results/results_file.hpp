@@ -9,6 +9,13 @@
 
 namespace dovetail {
 
+/// What every contact point did over the period; (N_x,) each.
+struct ContactRecord {
+  std::vector<double> stick, slip, open; ///< shares of the period
+  std::vector<double> dissipation;       ///< energy per period [J]
+  std::vector<int> events;
+};
+
 /// What one line on the screen and one row of the file need of a point, complete on rank 0 only.
 struct PointRecord {
   double omega = 0;     ///< [rad/s]
@@ -18,6 +25,7 @@ struct PointRecord {
   double seconds = 0;                   ///< since the point before
   double stick = 0, slip = 0, open = 0; ///< shares of the contact points
   double progress = 0;
+  ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
 };
 
@@ -36,7 +44,7 @@ private:
   MPI_Comm comm_;
   std::unique_ptr<h5::Writer> file_; // rank 0 only
   std::vector<h5::Table> tables_;
-  hsize_t points_ = 0, chunk_rows_ = 1, chunk_bytes_ = 0; // of the coefficients, by far the largest table
+  hsize_t points_ = 0, chunk_rows_ = 1, chunk_bytes_ = 0; // of the tables whose rows grow with the model
 };
 
 } // namespace dovetail

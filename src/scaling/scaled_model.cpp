@@ -16,11 +16,13 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
     const std::size_t diagonal = i * model.contact_dofs() + 3 * model.own_points.begin + i;
     force = std::max(force, std::abs(model.fx[i]));
     mass = std::max(mass, model.mxx[diagonal]);
+    stiffness = std::max({stiffness, std::abs(model.kxx[diagonal]), point.kn});
+    if (!has_friction(point.law)) continue;
     const double mu = std::max(point.mu[0], point.mu[1]), kt = std::min(point.kt[0], point.kt[1]);
     const double pressed =
         std::max(std::abs(model.r[i]), preloaded.standstill[i / 3].force[2]); // a gap may press as well
     slip_limit = std::max(slip_limit, mu * pressed / kt);
-    stiffness = std::max({stiffness, std::abs(model.kxx[diagonal]), point.kn, kt});
+    stiffness = std::max(stiffness, kt);
   }
   double largest[] = {force, slip_limit, stiffness, mass};
   MPI_Allreduce(MPI_IN_PLACE, largest, 4, MPI_DOUBLE, MPI_MAX, model.comm);

@@ -1,15 +1,18 @@
-"""The table of scripts/bench/reduction on a made-up summary, its numbers worked out by hand. Nothing is timed."""
+"""The benches: tables of made-up figures, worked out by hand, and a short run of the contact kernel's. No time is judged."""
 
 import json
+import math
 import sys
 
 import pytest
 
-from launch import ROOT
+from launch import BINARY, ROOT
 
 sys.path.insert(0, str(ROOT / "scripts/bench"))
+import contact_kernel
 import measure
 import reduction
+import sweeps
 
 SECONDS = {"1 model": [0.5, 0.4], "2a analysis": [1.0, 1.0], "2c factorisation": [1.5, 2.0], "2d modes": [3.0, 3.0],
            "2e constraint modes": [4.0, 3.5], "2f projections": [0.25, 0.25], "2h writing": [0.125, 0.125],
@@ -44,3 +47,58 @@ def test_middle_run_takes_every_median_by_itself(run):
     middle = reduction.middle_run([other(9.0, 7.0, "METIS"), other(12.0, 5.0, "METIS"), other(30.0, 6.0, "SCOTCH")])
     assert (middle["total"], middle["lowest"], middle["highest"]) == (12.0, 9.0, 30.0)
     assert middle["seconds"]["Psi"] == 6.0 and middle["ordering"] == "METIS/SCOTCH"
+
+
+@pytest.fixture(scope="module")
+def contact_rows():
+    """Measured rows of a quick run, built in the folder of the program under test, by kind, harmonics and samples (0: exact)."""
+    if not (BINARY.parent / "CMakeCache.txt").exists():
+        pytest.skip(f"{BINARY.parent} is no build folder")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(contact_kernel, "PROGRAM", BINARY.parent / "contact_kernel")
+        rows, peak, _, _ = contact_kernel.measured_rows(contact_kernel.settings(["--quick"]))
+    assert all(value > 0 for value in peak.values())
+    json.dumps(rows, allow_nan=False)
+    return {(row["kind"], row["harmonics"], row["samples"]): row for row in rows}
+
+
+def test_contact_kernel_measures_every_kind_both_ways(contact_rows):
+    kinds = ["stuck", "nearly slips", "simple slip", "slip", "separation"]
+    assert list(contact_rows) == [(kind, H, N) for H in (5, 10) for kind in kinds for N in (0, 64, 256)]
+    for row in contact_rows.values():
+        assert all(0 < row[name] < math.inf for name in ("residual", "jacobian", "product"))
+        assert 0 < row["operations"]["residual"] <= row["operations"]["jacobian"]
+    lines = contact_kernel.table(contact_rows.values())
+    assert sum(line.startswith("  exact") for line in lines) == 10 and sum("N = " in line for line in lines) == 20
+
+
+def test_contact_kernel_motions_are_of_their_kind(contact_rows):
+    for (kind, _, _), row in contact_rows.items():
+        least, most = {"simple slip": (4, 8), "slip": (8, 20), "separation": (4, 30)}.get(kind, (0, 0))
+        assert least <= row["events"] <= most
+        assert (row["open"] > 0) == (kind == "separation") and (row["slip"] > 0) == (most > 0)
+
+
+def test_contact_kernel_errors(contact_rows):
+    for (kind, H, N), row in contact_rows.items():
+        if N == 0:
+            assert row["force_error"]["worst"] < 1e-12
+            continue
+        assert row["naive"]["difference"] < 1e-11  # the same law, written twice
+        if row["events"] == 0:
+            assert row["force_error"]["worst"] < 1e-11 and row["jacobian_error"]["worst"] < 1e-11
+        elif N == 256:
+            coarse = contact_rows[kind, H, 64]
+            for name in ("force_error", "jacobian_error"):
+                assert 0 < row[name]["median"] < coarse[name]["median"] / 2 and row[name]["median"] < 0.05
+
+
+def test_operations_of_a_sampled_point_in_slip():
+    # H = 1, N = 10: n = 3; transforms 3 * 3 * 10, law 22 * 10; then 10 * 9 for blocks, (36 + 30) for each of 2 rank-one terms,
+    # 6 * 3 for each of 4 events; five products with 36, and 18 for each rank-one term
+    assert contact_kernel.operations("slip", 1, 10, events=4, runs=2) == (310, 310 + 90 + 132 + 72, 180 + 36)
+
+
+def test_turning_points():
+    assert sweeps.turning_points([1.0, 2.0, 3.0, 2.5, 2.5, 2.0, 2.25, 4.0]) == 2
+    assert sweeps.turning_points([1.0]) == sweeps.turning_points([3.0, 2.0, 1.0]) == 0

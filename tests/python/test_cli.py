@@ -73,7 +73,7 @@ def test_template_case_explains_every_key():
     case = tomllib.loads(re.sub(r"^# (\w+ = )", r"\1", text, flags=re.MULTILINE))
     assert {section: set(keys) for section, keys in case.items() if isinstance(keys, dict)} == {
         "reduction": {"modes", "check_modes", "memory"}, "damping": {"stiffness"}, "excitation": {"fourier"},
-        "contact": {"normal_stiffness", "tangential_stiffness", "friction", "gap"}, "preload": {"initial"},
+        "contact": {"law", "normal_stiffness", "tangential_stiffness", "friction", "gap"}, "preload": {"initial"},
         "harmonic_balance": {"harmonics", "samples"}, "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
         "scaling": {"kind", "frequency", "modal", "contact"},
         "continuation": {"omega", "step", "adaptive", "max_points", "at", "start"}, "output": {"directory", "motion"}}

@@ -6,9 +6,9 @@ import pytest
 from dovetail import reference
 
 
-def march(x, w=(0.0, 0.0), kn=2.0, kt=(1.0, 3.0), mu=(0.5, 0.5), gap=0.0, xp=(0.0, 0.0, 0.0)):
+def march(x, w=(0.0, 0.0), kn=2.0, kt=(1.0, 3.0), mu=(0.5, 0.5), gap=0.0, xp=(0.0, 0.0, 0.0), kind="coulomb"):
     """`reference.law` for one point with default parameters; x as rows [t1, t2, n]."""
-    return reference.law(np.array(x, float), np.array(xp), np.array(w), kn, np.array(kt), np.array(mu), gap)
+    return reference.law(np.array(x, float), np.array(xp), np.array(w), kn, np.array(kt), np.array(mu), gap, kind)
 
 
 def test_fourier_convention():
@@ -76,6 +76,81 @@ def test_preload_state_and_gap_shift_the_law():
     moved, moved_state = march(x - shift, xp=shift, w=(0.2, -0.1), gap=-0.3)
     np.testing.assert_allclose(moved, force, atol=1e-14)
     np.testing.assert_array_equal(moved_state, state)
+
+
+def test_cone_bounds_the_length_of_both_forces():
+    """The last sample leaves the foot at (0.6, 0.8 / 3). From there to (3, 4 / 3): trial (2.4, 3.2) of length 4 where mu N = 1."""
+    force, state = march([[3, 4 / 3, 1], [2.8, 4 / 3, 1], [0, 0, 1]], kind="cone")
+    np.testing.assert_allclose(force[:, :2], [[0.6, 0.8], [0.4, 0.8], [-0.6, -0.8]], rtol=1e-13)  # 0.2 back along t1 sticks
+    np.testing.assert_array_equal(state, [[1, 1], [0, 0], [-1, -1]])
+    np.testing.assert_array_equal(march([[-3, 0, 1], [3, 0, 1]], kind="cone")[1], [[-1, 1], [1, 1]])
+
+
+def test_cone_along_one_direction_is_coulomb():
+    x = np.random.default_rng(6).normal(size=(40, 3))
+    x[:, 1] = 0
+    force, state = march(x, kind="cone")
+    expected, expected_state = march(x)
+    np.testing.assert_allclose(force, expected, atol=1e-13)
+    np.testing.assert_array_equal(state[:, 0], expected_state[:, 0])
+
+
+def test_cone_turns_with_the_plane():
+    """With equal k_t no direction of the plane is special; under the other law t1 and t2 are."""
+    x = 2 * np.random.default_rng(7).normal(size=(40, 3))
+    turn = np.eye(3)
+    turn[:2, :2] = [[0.8, -0.6], [0.6, 0.8]]
+    for kind, same in (("cone", True), ("coulomb", False)):
+        turned = march(x @ turn.T, kt=(2.0, 2.0), kind=kind)[0]
+        assert np.allclose(turned, march(x, kt=(2.0, 2.0), kind=kind)[0] @ turn.T, atol=1e-12) == same
+
+
+def test_laws_without_friction():
+    """kt and mu have no meaning there, not even as divisors; the bilateral spring pulls and is never open."""
+    x = [[1, -1, 0.5], [2, 3, -0.25]]
+    force, state = march(x, kt=(0.0, 0.0), mu=(0.0, 0.0), kind="unilateral")
+    np.testing.assert_array_equal(force, [[0, 0, 1], [0, 0, 0]])
+    np.testing.assert_array_equal(state, [[0, 0], [2, 2]])
+    force, state = march(x, gap=0.25, kind="bilateral")
+    np.testing.assert_array_equal(force, [[0, 0, 0.5], [0, 0, -1]])
+    assert not state.any()
+
+
+def test_laws_by_name_and_by_number_point_by_point():
+    rng = np.random.default_rng(8)
+    x, w = rng.normal(size=(4, 32, 3)), rng.normal(size=(4, 2))
+    together, states = reference.law(x, np.zeros((4, 3)), w, np.full(4, 2.0), np.ones((4, 2)), np.full((4, 2), 0.5), np.zeros(4),
+                                     np.arange(4))
+    for i, name in enumerate(reference.LAWS):
+        force, state = march(x[i], w=w[i], kt=(1.0, 1.0), kind=name)
+        np.testing.assert_array_equal(together[i], force)
+        np.testing.assert_array_equal(states[i], state)
+    with pytest.raises(ValueError, match="banana"):
+        march(x[0], kind="banana")
+
+
+@pytest.mark.parametrize("law", reference.LAWS)
+@pytest.mark.parametrize("place", [[0.1, 0.2, 1], [3.0, 0.1, 1], [-3.0, 4.0, 1], [1.0, 1.0, -1]])
+def test_force_at_a_standstill(law, place):
+    """Reached in one step from a foot at zero: the first sample of a march that moves no further. Slope by differences."""
+    contact, x = reference.Contact.uniform(1, 2.0, [1.0, 3.0], 0.5, 0.125, law), np.array([place], float)
+    g, w, slope = reference.static_law(x, contact)
+    np.testing.assert_allclose(g, march(x, gap=0.125, kind=law)[0], atol=1e-15)
+    np.testing.assert_allclose(march(x, w=w[0], gap=0.125, kind=law)[0], g, atol=1e-15)  # what it left holds that force
+    for i, direction in enumerate(1e-6 * np.eye(3)):
+        ahead, behind = (reference.static_law(x + sign * direction, contact)[0] for sign in (1, -1))
+        np.testing.assert_allclose(slope[0, :, i], ((ahead - behind) / 2e-6)[0], atol=1e-8)
+    if law in ("unilateral", "bilateral"):
+        assert not w.any()
+
+
+@pytest.mark.parametrize("law, springs", [("coulomb", [1, 3, 2]), ("cone", [1, 3, 2]), ("unilateral", [0, 0, 2]),
+                                          ("bilateral", [0, 0, 2])])
+def test_touching_without_force_has_the_slope_of_the_closed_contact(law, springs):
+    contact = reference.Contact.uniform(1, 2.0, [1.0, 3.0], 0.5, 0.25, law)
+    g, _, slope = reference.static_law(np.array([[0.5, 0.5, 0.25]]), contact)
+    np.testing.assert_array_equal(g, np.zeros((1, 3)))
+    np.testing.assert_array_equal(slope[0], np.diag(springs))
 
 
 def test_many_points_at_once_equal_one_by_one():

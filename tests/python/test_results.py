@@ -9,7 +9,8 @@ import pytest
 import scipy.linalg
 import synthetic_results
 
-from dovetail import Results
+from dovetail import Results, plot
+from dovetail.info import describe
 
 CONTACT = {"normal_stiffness": np.array([2.0]), "tangential_stiffness": np.array([[3.0, 4.0]]), "friction": np.array([[0.5, 0.25]]),
            "gap": np.array([0.0])}
@@ -111,13 +112,78 @@ def test_friction_loop_has_the_area_of_the_closed_form(tmp_path, amplitude, dire
     results = one_point(tmp_path / "r.h5", coefficients, xp=xp, w=xp[None, :2])
     stiffness, limit = CONTACT["tangential_stiffness"][0, direction], CONTACT["friction"][0, direction] * 3.0
     exact = 4 * limit * max(0.0, amplitude - limit / stiffness)
-    assert results.dissipated(0, 1, n=4096) == pytest.approx(exact, rel=1e-5, abs=1e-12)
+    x, T = results.hysteresis(0, 1, direction, n=4096)
+    assert np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x)) == pytest.approx(exact, rel=1e-5, abs=1e-12)
     x, T = results.hysteresis(0, 1, direction)
     assert x.size == 256 and np.abs(T).max() == pytest.approx(min(limit, stiffness * amplitude), rel=1e-12)
     assert x.mean() == pytest.approx(xp[direction])
     force, state = results.contact_force(0, 1, 64)
     np.testing.assert_allclose(force[:, 2], 3.0)
     assert force.shape == (64, 3) and set(np.unique(state[:, direction])) == ({-1, 0, 1} if exact else {0})
+
+
+def test_activity_is_what_the_run_stored(tmp_path):
+    """Not what marching would give: numbers that no motion could have."""
+    path = synthetic_results.write(tmp_path / "r.h5", [1.0, 2.0], np.ones((2, 7, 3)), 1, CONTACT)
+    wanted = {"stick": [[0.5, 0.25], [1, 0]], "slip": [[0.5, 0.25], [0, 0]], "open": [[0, 0.5], [0, 1]], "events": [[4, 6], [0, 0]],
+              "dissipation": [[7.5, 0.125], [0, 0]]}
+    with h5py.File(path, "r+") as file:
+        for name, values in wanted.items():
+            file["points/contact"][name][()] = values
+    results = Results(path)
+    for point in (0, 1, -1):
+        activity = results.contact_activity(point)
+        for name, values in wanted.items():
+            np.testing.assert_array_equal(getattr(activity, name), values[point])
+    assert results.dissipated(0, 2) == 0.125 and activity.events.dtype.kind == "i"
+    with pytest.raises(ValueError, match="point must lie in 0 to 1"):
+        results.contact_activity(2)
+
+
+def test_files_of_older_versions(tmp_path):
+    """They have no activity and no law: all but the activity is there, with the law that was the only one."""
+    path = synthetic_results.write(tmp_path / "r.h5", [1.0], np.ones((1, 4, 3)), 1, CONTACT)
+    with h5py.File(path, "r+") as file:
+        del file["points/contact"], file["contact/law"]
+    results = Results(path)
+    assert results.contact["law"].tolist() == [0] and results.contact_force(0, 1)[0].shape == (256, 3)
+    with pytest.raises(ValueError, match="has no /points/contact: .* older version; run the case again"):
+        results.contact_activity(0)
+    with pytest.raises(ValueError, match="has no /points/contact"):
+        results.dissipated(0, 1)
+
+
+@pytest.mark.parametrize("harmonics, instants", [(1, 256), (6, 256), (7, 512), (25, 1024), (26, 2048)])
+def test_exact_runs_are_drawn_with_enough_instants(tmp_path, harmonics, instants):
+    coefficients = np.zeros((1, 4, 2 * harmonics + 1))
+    exact = one_point(tmp_path / "exact.h5", coefficients, samples=0)
+    assert exact.samples == 0 and exact.drawing_samples == instants
+    assert exact.hysteresis(0, 1)[0].size == exact.contact_force(0, 1)[0].shape[0] == instants
+    assert "exact" in describe(exact.path)
+    sampled = one_point(tmp_path / "sampled.h5", coefficients, samples=77)
+    assert sampled.hysteresis(0, 1)[0].size == 77 and "77 samples" in describe(sampled.path)
+
+
+def test_the_law_of_each_point_is_kept(tmp_path):
+    """Four points with the same motion, which opens the unilateral ones for a time and pulls at the bilateral one."""
+    coefficients = np.zeros((1, 12, 3))
+    coefficients[0, ::3, 1] = coefficients[0, 1::3, 2] = 3.0  # circles in the plane
+    coefficients[0, 2::3, 2] = 2.0
+    xp = np.tile([0.0, 0.0, 1.0], 4)
+    contact = {"law": np.arange(4), "normal_stiffness": np.full(4, 2.0), "tangential_stiffness": np.full((4, 2), 3.0),
+               "friction": np.full((4, 2), 0.5), "gap": np.zeros(4)}
+    results = Results(synthetic_results.write(tmp_path / "r.h5", [1.0], coefficients, 0, contact, xp=xp, samples=0))
+    forces, states = zip(*(results.contact_force(0, contact + 1) for contact in range(4)))
+    for force in forces[:3]:
+        assert force[:, 2].min() == 0 and force[:, 2].max() == pytest.approx(6.0)
+    assert forces[3][:, 2].min() == pytest.approx(-2.0) and not np.any(forces[2][:, :2]) and not np.any(forces[3][:, :2])
+    length = [np.hypot(*force[:, :2].T) - 0.5 * force[:, 2] for force in forces[:2]]
+    assert length[0].max() > 0.1 and length[1].max() < 1e-12  # two bounds, one bound
+    assert 2 in states[2] and set(np.unique(states[2])) == {0, 2} and not states[3].any()
+    assert "coulomb (1), cone (1), unilateral (1), bilateral (1)" in describe(results.path)
+    with pytest.raises(ValueError, match="contact point 3 has no friction loop: its law is unilateral"):
+        plot.hysteresis(results, 0, ["x3.t1"])
+    plot.plt.close("all")
 
 
 def test_recovery_gives_the_motion_of_the_full_model(tmp_path):
@@ -163,6 +229,11 @@ def test_file_caught_in_the_middle_of_a_write(tmp_path):
     results = Results(path)
     assert len(results) == 2 and results.coefficients.shape == (2, 4, 3) and results.points("seconds").shape == (2,)
     assert results.amplitude("a1").shape == results.omega.shape == (2,)
+    with h5py.File(path, "r+") as file:
+        events = file["points/contact/events"][:1]
+        del file["points/contact/events"]
+        file["points/contact/events"] = events
+    assert len(Results(path)) == 1 and Results(path).contact_activity(-1).events.shape == (1,)
 
 
 def test_opens_while_another_program_writes(tmp_path):

@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import pytest
 
-from launch import BINARY, SECONDS, SURROUNDINGS, going, line, read_points, run, wait_for, words_of
+from launch import BINARY, SECONDS, SURROUNDINGS, going, line, read_points, run, tables, wait_for, words_of
 from dovetail import Model, reference
 
 import cases
@@ -69,12 +69,12 @@ def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
             time.sleep(0.01 * i)
         points = read_points(folder)
         lengths = [len(values) for values in points.values()]
-        assert len(lengths) == 10 and max(lengths) - min(lengths) <= 1
+        assert len(lengths) == 15 and max(lengths) - min(lengths) <= 1
         left.append((min(lengths), points))
     edit(case, "max_points = 1000000", f"max_points = {max(length for length, _ in left)}")
     whole = run(case, out="whole").points
     for length, points in left:
-        for name in set(points) - {"seconds", "residual"}:
+        for name in set(points) - {"seconds", "residual", "contact/dissipation"}:  # these end in round-off: here all points stick
             close(points[name][:length], whole[name][:length])
 
 
@@ -85,7 +85,7 @@ def test_results_open_while_the_run_goes_on(tmp_path):
         last, grown = 0, 0
         for look in range(300):
             with h5py.File(folder / "results.h5", "r") as file:
-                lengths = [len(values) for values in file["points"].values()]
+                lengths = [len(values) for values in tables(file).values()]
             assert max(lengths) - min(lengths) <= 1 and min(lengths) >= last
             grown += min(lengths) > last
             last = min(lengths)
@@ -103,7 +103,7 @@ def test_results_open_from_the_moment_they_exist(tmp_path):
                 pass
             for look in range(20):
                 with h5py.File(folder / "results.h5", "r") as file:
-                    assert len(file["points"]) == 10
+                    assert len(file["points"]) == 11 and len(file["points/contact"]) == 5
 
 
 # ----------------------------------------------------------------------------------------------------------- giving up

@@ -122,12 +122,18 @@ CASES = [
     ("tangential_stiffness = [1.0, 1.0]", "tangential_stiffness = [1.0, -1.0]", ["contact.tangential_stiffness = -1", "greater than 0"]),
     ("tangential_stiffness = [1.0, 1.0]", "tangential_stiffness = [[1.0, 1.0], [1.0, 1.0]]", ["2 pairs", "N_x = 1"]),
     ("friction = [1.0, 1.0]", "friction = -1.0", ["contact.friction = -1", "negative"]),
+    ("gap = -3.5", "law = \"banana\"", ["contact.law = \"banana\"", "must be \"coulomb\", \"cone\", \"unilateral\" or \"bilateral\""]),
+    ("gap = -3.5", "law = 1", ["contact.law = 1", "\"coulomb\""]),
+    ("gap = -3.5", "law = [\"cone\", \"coulomb\"]", ["contact.law: 2 words found", "N_x = 1"]),
+    ("friction = [1.0, 1.0]", "friction = [1.0, 0.5]\nlaw = \"cone\"", ["contact.friction = [1, 0.5]", "point 0", "t1 and t2"]),
+    ("tangential_stiffness = [1.0, 1.0]", "tangential_stiffness = 1.0\nlaw = [\"bilateral\"]",
+     ["contact.tangential_stiffness = 1.0", "no effect", "delete this key"]),
     ("gap = -3.5", "gap = inf", ["contact.gap = inf", "finite"]),
     ("initial = 1e-5", "initial = [0, 0, 0, 0, 0, 0]", ["preload.initial", "6 values", "3 in all"]),
     ("initial = 1e-5", "initial = [0, 0]", ["preload.initial = [0, 0]", "2 values"]),
     ("harmonics = 5", "harmonics = 0", ["harmonic_balance.harmonics = 0", "at least 1"]),
     ("samples = 64", "samples = 8", ["harmonic_balance.samples = 8 is too small for harmonics = 5: at least 2*5+1 = 11"]),
-    ("samples = 64", "samples = \"exact\"", ["harmonic_balance.samples = \"exact\"", "not available"]),
+    ("samples = 64", "samples = \"many\"", ["harmonic_balance.samples = \"many\"", "\"exact\"", "number"]),
     ("step_tolerance = 1e-5", "step_tolerance = 0", ["newton.step_tolerance = 0", "greater than 0"]),
     ("residual_tolerance = 1e-5", "residual_tolerance = 2", ["newton.residual_tolerance = 2", "less than 1"]),
     ("max_iterations = 50", "max_iterations = 50.0", ["newton.max_iterations = 50.0", "write 50"]),
@@ -186,6 +192,21 @@ def test_case_file(folder, old, new, words):
     text, line = edit(old, new)
     (folder / "case.toml").write_text(text)
     expect(run(folder), [f"case.toml:{line}: ", *words])
+
+
+def test_cone_cannot_be_exact(folder):
+    text = CASE.replace("samples = 64", "samples = \"exact\"").replace("gap = -3.5", "law = \"cone\"")
+    (folder / "case.toml").write_text(text)
+    expect(run(folder), ["case.toml:18: harmonic_balance.samples = \"exact\"", "contact.law = \"cone\" has no closed form",
+                         "leave samples out, or write a number"])
+
+
+def test_friction_is_not_needed_without_friction(folder):
+    text = CASE.replace("tangential_stiffness = [1.0, 1.0]\n", "").replace("friction = [1.0, 1.0]", "law = \"unilateral\"")
+    (folder / "case.toml").write_text(text)
+    run(folder, "--dry-run", status=0)
+    write_model(folder / "model.h5", contact__friction=[[0.1, 0.2]])  # a model may serve other cases as well
+    run(folder, "--dry-run", status=0)
 
 
 @pytest.mark.parametrize("old, words", MISSING, ids=[old for old, _ in MISSING])

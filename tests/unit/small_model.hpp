@@ -32,7 +32,9 @@ inline ReducedModel small_reduced(MPI_Comm comm) {
 }
 
 inline std::vector<ContactPoint> small_contact(const ReducedModel &model) {
-  const ContactPoint all[] = {{5, {3, 4}, {0.2, 0.3}, 0}, {4, {2, 2}, {0.5, 0.4}, -0.1}, {6, {3, 3}, {5, 5}, 0}};
+  const ContactPoint all[] = {{Law::coulomb, 5, {3, 4}, {0.2, 0.3}, 0},
+                              {Law::coulomb, 4, {2, 2}, {0.5, 0.4}, -0.1},
+                              {Law::coulomb, 6, {3, 3}, {5, 5}, 0}};
   return {all + model.own_points.begin, all + model.own_points.end};
 }
 

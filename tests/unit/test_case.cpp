@@ -142,7 +142,8 @@ TEST_F(CaseFile, ShortestFileTakesDefaults) {
                                {});
   EXPECT_EQ(study.reduced, folder / "reduced.h5");
   EXPECT_EQ(study.damping, 0);
-  EXPECT_EQ(study.samples, 512); // 40 * 10 rounded up to a power of two
+  EXPECT_EQ(study.samples, 0); // exact
+  EXPECT_EQ(study.contact.law.values, std::vector<Law>{Law::coulomb});
   EXPECT_EQ(study.preload_initial, std::vector<double>{0});
   EXPECT_EQ(study.scaling, ScalingKind::automatic);
   EXPECT_EQ(study.step_tolerance, 1e-8);
@@ -153,7 +154,7 @@ TEST_F(CaseFile, ShortestFileTakesDefaults) {
 }
 
 TEST_F(CaseFile, GoodVariants) {
-  EXPECT_EQ(read({{18, "harmonics = 1"}, {19, ""}}).samples, 256);
+  EXPECT_EQ(read({{19, "samples = \"exact\""}}).samples, 0);
   EXPECT_EQ(read({{19, "samples = 11"}}).samples, 11);
   EXPECT_EQ(read({{9, "fourier = [0.5]"}}).fourier.front(), 0.5);
   EXPECT_EQ(read({{9, "fourier = [0, 0, 1, 0, 0]"}, {18, "harmonics = 1"}}).fourier, (std::vector<double>{0, 0, 1}));
@@ -277,7 +278,9 @@ TEST_F(CaseFile, NumbersOutOfRange) {
   refused(19, "samples = 8", {"harmonic_balance.samples = 8 is too small for harmonics = 5: at least 2*5+1 = 11"});
   refused(19, "samples = 10", {"too small"});
   refused(19, "samples = -3", {"samples = -3", "at least"});
-  refused(19, "samples = \"exact\"", {"samples = \"exact\"", "not available in this version"});
+  refused(19, "samples = \"many\"", {"harmonic_balance.samples = \"many\"", "\"exact\", or a number of samples"});
+  refused(19, "samples = 0", {"harmonic_balance.samples = 0", "at least 1"});
+  refused(19, "samples = 64.0", {"harmonic_balance.samples = 64.0", "write 64"});
   refused(21, "step_tolerance = 0", {"newton.step_tolerance = 0", "greater than 0 and less than 1"});
   refused(21, "step_tolerance = 1.0", {"newton.step_tolerance = 1.0", "less than 1"});
   refused(22, "residual_tolerance = -1e-5", {"newton.residual_tolerance = -1e-5", "greater than 0"});
@@ -328,6 +331,68 @@ TEST_F(CaseFile, ContactValues) {
   refused(13, "friction = [[0.1, 0.1], [0.1]]", {"entry 2 of contact.friction = [0.1]", "pair [t1, t2]"});
   refused(13, "friction = [[0.1, 0.1], 0.1]", {"entry 2 of contact.friction = 0.1", "list in brackets"});
   refused(13, "friction = \"rough\"", {"contact.friction = \"rough\"", "must be a number"});
+}
+
+TEST_F(CaseFile, ContactLaw) {
+  using Words = std::vector<Law>;
+  EXPECT_EQ(read({{14, "law = \"cone\""}, {13, "friction = 0.3"}, {19, ""}}).contact.law.values, Words{Law::cone});
+  const Case mixed = read({{14, "law = [\"bilateral\", \"coulomb\", \"unilateral\"]"}});
+  EXPECT_EQ(mixed.contact.law.values, (Words{Law::bilateral, Law::coulomb, Law::unilateral}));
+  const auto points = contact_points(mixed.contact, {}, 3);
+  EXPECT_EQ(points[1].law, Law::coulomb);
+  EXPECT_EQ(points[1].mu, (std::array<double, 2>{0.3, 0.4}));
+  EXPECT_EQ(points[2].law, Law::unilateral);
+  EXPECT_EQ(points[2].mu, (std::array<double, 2>{0, 0})); // what it does not know is cleared
+  EXPECT_EQ(points[2].kt, (std::array<double, 2>{0, 0}));
+  EXPECT_EQ(points[2].kn, 1);
+
+  const std::vector<std::string> all = {"must be \"coulomb\", \"cone\", \"unilateral\" or \"bilateral\""};
+  refused(14, "law = \"Coulomb\"", {"contact.law = \"Coulomb\": ", all[0]});
+  refused(14, "law = 3", {"contact.law = 3: ", all[0]});
+  refused(14, "law = [\"cone\", \"glue\"]", {"entry 2 of contact.law = \"glue\": ", all[0]});
+  refused(14, "law = []", {"contact.law = []", "is empty"});
+  expect_words(message_of([&] { contact_points(mixed.contact, {}, 4); }),
+               {"case.toml:14: contact.law: 3 words found", "N_x = 4", "one word", "4 words"});
+  const auto one = read({{14, "law = [\"coulomb\"]"}}).contact;
+  expect_words(message_of([&] { contact_points(one, {}, 2); }), {"1 words found", "N_x = 2"});
+}
+
+TEST_F(CaseFile, FrictionWhereNoPointHasAny) {
+  const Changes bare = {{12, ""}, {13, ""}, {14, "law = \"unilateral\""}};
+  const auto points = contact_points(read(bare).contact, {}, 2);
+  EXPECT_EQ(points[1].law, Law::unilateral);
+  EXPECT_EQ(points[1].kn, 1);
+  refused({{14, "law = \"bilateral\""}}, 12, {"contact.tangential_stiffness = [1.0, 2.0]", "no effect", "delete"});
+  refused({{12, ""}, {14, "law = [\"bilateral\", \"unilateral\"]"}}, 13,
+          {"contact.friction = [0.3, 0.4]", "no effect"});
+  ContactSettings model; // a model file may serve other cases as well
+  model.friction = ContactSetting{{-1, 2, 3}, false, "model.h5: /contact/friction"};
+  EXPECT_EQ(contact_points(read(bare).contact, model, 2)[0].mu, (std::array<double, 2>{0, 0}));
+  const auto needed = read({{13, ""}, {14, "law = [\"unilateral\", \"coulomb\"]"}}).contact;
+  expect_words(message_of([&] { contact_points(needed, {}, 2); }), {"contact.friction is missing"});
+}
+
+TEST_F(CaseFile, Cone) {
+  const Changes changes = {{13, "friction = [[0.3, 0.4], [0.5, 0.5]]"}};
+  const auto message = [&](const std::string &law) {
+    auto all = changes;
+    all.push_back({14, "law = " + law});
+    return message_of([&] { contact_points(read(all).contact, {}, 2); });
+  };
+  EXPECT_EQ(message("[\"coulomb\", \"cone\"]"), "nothing was wrong");
+  expect_words(message("[\"cone\", \"coulomb\"]"), {"case.toml:13: contact.friction = [0.3, 0.4] at contact point 0",
+                                                    "counted from 0", "\"cone\"", "the same number for t1 and t2"});
+  ContactSettings model;
+  model.friction = ContactSetting{{0.1, 0.2}, true, "model.h5: /contact/friction"};
+  const auto settings = read({{13, ""}, {14, "law = \"cone\""}}).contact;
+  expect_words(message_of([&] { contact_points(settings, model, 2); }),
+               {"model.h5: /contact/friction = [0.1, 0.2] at contact point 0"});
+
+  EXPECT_EQ(read({{14, "law = \"cone\""}}).samples, 64);
+  EXPECT_EQ(read({{14, "law = \"cone\""}, {19, ""}}).samples, 0); // all but the cone
+  refused({{14, "law = [\"coulomb\", \"cone\"]"}, {19, "samples = \"exact\""}}, 19,
+          {"harmonic_balance.samples = \"exact\": contact.law = \"cone\" has no closed form", "leave samples out",
+           "write a number"});
 }
 
 TEST_F(CaseFile, ContactPointsFromTheCase) {
@@ -420,13 +485,37 @@ TEST_F(CaseFile, DescriptionNamesValueUnitAndOrigin) {
   expect_words(line_of("contact.tangential_stiffness"), {"1 .. 4", "[N/m]", "given"});
   expect_words(line_of("contact.friction"), {"0.25", "[-]", "model file"});
   expect_words(line_of("contact.gap"), {" 0 ", "[m]", "default"});
-  expect_words(line_of("harmonic_balance.samples"), {"256", "default"});
+  expect_words(line_of("contact.law"), {"coulomb", "default"});
+  expect_words(line_of("harmonic_balance.samples"), {" exact ", "default"});
   expect_words(line_of("newton.step_tolerance"), {"1e-08", "[-]", "default"});
   expect_words(line_of("continuation.omega"), {"[0.9, 1.3]", "[rad/s]", "given"});
   expect_words(line_of(" "), {"[0.143239, 0.206901]", "[Hz]"});
   expect_words(line_of("output.directory"), {"out", "given"});
   EXPECT_EQ(out.str().find("scaling.modal"), std::string::npos); // no meaning here
   EXPECT_EQ(out.str().find("reduced"), std::string::npos);
+}
+
+TEST_F(CaseFile, DescriptionOfTheLaws) {
+  const auto lines = [&](const Changes &changes) {
+    const Case study = read(changes);
+    std::ostringstream out;
+    describe(out, study, contact_points(study.contact, {}, 3));
+    return out.str();
+  };
+  const Changes mixed = {
+      {13, "friction = 0.3"}, {14, "law = [\"cone\", \"bilateral\", \"cone\"]"}, {18, "harmonics = 10"}};
+  auto text = lines(mixed);
+  for (const char *words : {"cone (2), bilateral (1)", "contact.friction ", " 64 ", " 1 .. 2 "})
+    EXPECT_NE(text.find(words), std::string::npos) << text << words;
+  auto left_out = mixed;
+  left_out.push_back({19, ""});
+  EXPECT_NE(lines(left_out).find(" exact; cone: 512 "), std::string::npos) << lines(left_out);
+  left_out.push_back({18, "harmonics = 3"});
+  EXPECT_NE(lines(left_out).find(" exact; cone: 256 "), std::string::npos) << lines(left_out);
+  text = lines({{12, ""}, {13, ""}, {14, "law = \"unilateral\""}});
+  EXPECT_NE(text.find(" unilateral "), std::string::npos) << text;
+  for (const char *key : {"contact.friction", "contact.tangential_stiffness"})
+    EXPECT_EQ(text.find(key), std::string::npos) << text;
 }
 
 TEST_F(CaseFile, OutputFolderIsMadeAndTried) {

@@ -131,7 +131,7 @@ TEST(Branch, passes_and_counts_turning_points) {
   if (model.own_points.size() == 1) {
     model.kxx = {40, 0, 0, 0, 40, 0, 0, 0, 40}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     model.r = {0, 0, -800}, model.fx = {0, 0, 100};
-    contact = {{120, {30, 30}, {0.3, 0.3}, 0}}, initial = {0, 0, 0};
+    contact = {{Law::coulomb, 120, {30, 30}, {0.3, 0.3}, 0}}, initial = {0, 0, 0};
   }
   std::string note;
   HarmonicSystem system(scaled(contact_preload(std::move(model), std::move(contact), initial, note), 0.01, {}), 5, 256,

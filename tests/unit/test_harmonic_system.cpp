@@ -13,10 +13,12 @@ namespace {
 constexpr int harmonics = 3;
 const std::vector<double> fourier = {0.2, 1.0, 0.3, 0.0, 0.2};
 
-HarmonicSystem small_system(double scale = 1) {
+HarmonicSystem small_system(double scale = 1, int samples = 64, const std::vector<Law> &laws = {}) {
   PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
+  for (std::size_t p = 0; !laws.empty() && p < model.contact.size(); ++p)
+    model.contact[p].law = laws[model.reduced.own_points.begin + p];
   const Scales scales{scale, 0.7 * scale, 1.3 / scale};
-  return HarmonicSystem(scaled(std::move(model), 0.05, scale == 1 ? Scales{} : scales), harmonics, 64, fourier);
+  return HarmonicSystem(scaled(std::move(model), 0.05, scale == 1 ? Scales{} : scales), harmonics, samples, fourier);
 }
 
 // A motion of the given size, the same on any number of ranks; `seed` picks another.
@@ -74,14 +76,29 @@ TEST(HarmonicSystem, jacobian_in_slip_lift_off_and_stick) {
   }
 }
 
+TEST(HarmonicSystem, derivative_of_every_law_and_evaluation) {
+  for (const auto &[samples, laws] : {std::pair<int, std::vector<Law>>{exactly, {}},
+                                      {exactly, {Law::cone, Law::bilateral, Law::unilateral}},
+                                      {64, {Law::unilateral, Law::coulomb, Law::cone}}}) {
+    HarmonicSystem system = small_system(1, samples, laws);
+    for (const double size : {0.004, 0.06, 0.6}) {
+      const UniqueVec y = motion(system, size, 7, 0.8);
+      for (int seed = 100; seed < 104; ++seed) {
+        const UniqueVec v = motion(system, 1, seed, 0);
+        EXPECT_LT(directional_error(system, y, v), 1e-8) << "samples " << samples << ", size " << size;
+      }
+    }
+  }
+}
+
 TEST(HarmonicSystem, every_contact_state_occurs) { // else the test above shows less than it says
   HarmonicSystem system = small_system();
-  std::array<long, 3> seen{};
+  std::array<long, 3> seen{}; // stuck, slips, opens
   for (const double size : {0.004, 0.06, 0.6}) {
     const UniqueVec y = motion(system, size, 3, 0.8);
     UniqueVec f = system.unknowns();
     system.residual(y, f);
-    for (int s = 0; s < 3; ++s) seen[s] += system.states()[s];
+    for (const Activity &did : system.activity()) ++seen[did.open > 0 ? 2 : did.slip > 0 ? 1 : 0];
   }
   MPI_Allreduce(MPI_IN_PLACE, seen.data(), 3, MPI_LONG, MPI_SUM, PETSC_COMM_WORLD);
   for (const long count : seen) EXPECT_GT(count, 0);

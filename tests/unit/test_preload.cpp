@@ -26,6 +26,10 @@ double imbalance(const PreloadedModel &model) {
   return worst;
 }
 
+ContactPoint joint(Law law, double kn, std::array<double, 2> kt, double mu, double gap) {
+  return {law, kn, kt, {mu, mu}, gap};
+}
+
 // One point, diagonal stiffness.
 PreloadedModel one_point(std::array<double, 3> stiffness, std::array<double, 3> r, const ContactPoint &point,
                          std::string &note) {
@@ -51,7 +55,7 @@ TEST(Preload, balances_the_joint) { EXPECT_LT(imbalance(small_preloaded(PETSC_CO
 
 TEST(Preload, closed_form_of_one_sticking_point) {
   std::string note;
-  const PreloadedModel model = one_point({10, 10, 10}, {0.1, 0, -2}, {30, {5, 5}, {0.5, 0.5}, 0}, note);
+  const PreloadedModel model = one_point({10, 10, 10}, {0.1, 0, -2}, joint(Law::coulomb, 30, {5, 5}, 0.5, 0), note);
   if (model.standstill.empty()) return;
   EXPECT_NEAR(model.standstill[0].x[0], -0.1 / 15, 1e-14);
   EXPECT_NEAR(model.standstill[0].x[2], 2.0 / 40, 1e-14);
@@ -60,7 +64,7 @@ TEST(Preload, closed_form_of_one_sticking_point) {
 
 TEST(Preload, slipping_point_leaves_its_memory_behind) {
   std::string note;
-  const PreloadedModel model = one_point({10, 10, 10}, {-3, 0, -2}, {30, {5, 5}, {0.2, 0.2}, 0}, note);
+  const PreloadedModel model = one_point({10, 10, 10}, {-3, 0, -2}, joint(Law::coulomb, 30, {5, 5}, 0.2, 0), note);
   if (model.standstill.empty()) return;
   const double normal = 30 * 2.0 / 40, x = (3 - 0.2 * normal) / 10; // friction at its limit helps to carry 3 N
   EXPECT_NEAR(model.standstill[0].x[0], x, 1e-13);
@@ -69,7 +73,7 @@ TEST(Preload, slipping_point_leaves_its_memory_behind) {
 
 TEST(Preload, a_body_held_by_its_joint_alone) { // K_xx = 0
   std::string note;
-  const PreloadedModel model = one_point({0, 0, 0}, {0.1, 0.2, -2}, {30, {5, 4}, {0.5, 0.5}, 0.3}, note);
+  const PreloadedModel model = one_point({0, 0, 0}, {0.1, 0.2, -2}, joint(Law::coulomb, 30, {5, 4}, 0.5, 0.3), note);
   if (model.standstill.empty()) return;
   EXPECT_NEAR(model.standstill[0].x[0], -0.1 / 5, 1e-14);
   EXPECT_NEAR(model.standstill[0].x[1], -0.2 / 4, 1e-14);
@@ -78,5 +82,98 @@ TEST(Preload, a_body_held_by_its_joint_alone) { // K_xx = 0
 
 TEST(Preload, says_so_when_nothing_holds_the_body) { // pulled away from the joint
   std::string note;
-  EXPECT_THROW(one_point({0, 0, 0}, {0, 0, 2}, {30, {5, 4}, {0.5, 0.5}, 0}, note), ComputeError);
+  EXPECT_THROW(one_point({0, 0, 0}, {0, 0, 2}, joint(Law::coulomb, 30, {5, 4}, 0.5, 0), note), ComputeError);
+}
+
+// Push and pull of 5 N in the plane, along (3, -4), against equal springs of 10 N/m: the cone gives way along that
+// line.
+TEST(Preload, slips_in_the_plane_under_the_cone) {
+  std::string note;
+  const PreloadedModel model = one_point({10, 10, 10}, {-3, 4, -2}, joint(Law::cone, 30, {5, 5}, 0.2, 0), note);
+  if (model.standstill.empty()) return;
+  const Standstill &rest = model.standstill[0];
+  const double bound = 0.2 * 30 * 2.0 / 40, along[] = {0.6, -0.8};
+  for (int d = 0; d < 2; ++d) {
+    EXPECT_NEAR(rest.force[d], bound * along[d], 1e-12);
+    EXPECT_NEAR(rest.x[d], (5 - bound) / 10 * along[d], 1e-12);
+    EXPECT_NEAR(rest.w[d], rest.x[d] - rest.force[d] / 5, 1e-12);
+  }
+}
+
+TEST(Preload, without_friction_only_the_structure_holds_the_plane) {
+  for (const Law law : {Law::unilateral, Law::bilateral}) {
+    std::string note;
+    const PreloadedModel model = one_point({10, 20, 10}, {-3, 4, -2}, joint(law, 30, {5, 5}, 0.5, -0.1), note);
+    if (model.standstill.empty()) continue;
+    const Standstill &rest = model.standstill[0];
+    EXPECT_NEAR(rest.x[0], 0.3, 1e-13);
+    EXPECT_NEAR(rest.x[1], -0.2, 1e-13);
+    EXPECT_NEAR(rest.x[2], (2 - 30 * 0.1) / 40, 1e-13);
+    EXPECT_EQ(rest.w, (Memory{0, 0}));
+    EXPECT_EQ(rest.force[0], 0);
+  }
+}
+
+TEST(Preload, a_spring_that_pulls_is_never_open) { // drawn away by 2 N, gap 0.3
+  std::string note;
+  const PreloadedModel open = one_point({10, 10, 10}, {0, 0, 2}, joint(Law::unilateral, 30, {}, 0, 0.3), note);
+  const PreloadedModel held = one_point({10, 10, 10}, {0, 0, 2}, joint(Law::bilateral, 30, {}, 0, 0.3), note);
+  EXPECT_EQ(note, "");
+  if (open.standstill.empty()) return;
+  EXPECT_NEAR(open.standstill[0].x[2], -0.2, 1e-14);
+  EXPECT_EQ(open.standstill[0].force[2], 0);
+  EXPECT_NEAR(held.standstill[0].x[2], (30 * 0.3 - 2) / 40, 1e-13);
+  EXPECT_NEAR(held.standstill[0].force[2], 30 * ((30 * 0.3 - 2) / 40 - 0.3), 1e-12);
+}
+
+// Every law at places stuck, slipping, open and touching: slope against differences, and what the memory left holds.
+TEST(StaticForce, slope_and_memory_belong_to_the_force) {
+  const double places[][3] = {{0.1, 0.2, 1}, {3, 0.1, 1}, {-3, 4, 1}, {0, -2, 0.5}, {1, 1, -1}};
+  for (const Law law : {Law::coulomb, Law::cone, Law::unilateral, Law::bilateral})
+    for (const auto &x : places) {
+      const ContactPoint point = joint(law, 2, {1, 3}, 0.5, 0.125);
+      const StaticForce g = static_force(point, x);
+      for (int j = 0; j < 3; ++j) {
+        const double step = 1e-6;
+        double ahead[] = {x[0], x[1], x[2]}, behind[] = {x[0], x[1], x[2]};
+        ahead[j] += step, behind[j] -= step;
+        const StaticForce a = static_force(point, ahead), b = static_force(point, behind);
+        for (int i = 0; i < 3; ++i)
+          EXPECT_NEAR(g.slope[i][j], (a.force[i] - b.force[i]) / (2 * step), 1e-8) << int(law) << " " << i << " " << j;
+      }
+      const double bound = 0.5 * std::max(0.0, g.force[2]);
+      for (int d = 0; d < 2; ++d) {
+        if (has_friction(law))
+          EXPECT_NEAR(g.force[d], point.kt[d] * (x[d] - g.w[d]), 1e-14);
+        else
+          EXPECT_TRUE(g.force[d] == 0 && g.w[d] == 0);
+        EXPECT_LE(std::abs(g.force[d]), bound * (1 + 1e-12));
+      }
+      if (law == Law::cone) {
+        EXPECT_LE(std::hypot(g.force[0], g.force[1]), bound * (1 + 1e-12));
+      }
+    }
+}
+
+TEST(StaticForce, touching_without_force_counts_as_closed) {
+  const double x[] = {0.5, 0.5, 0.25};
+  for (const Law law : {Law::coulomb, Law::cone, Law::unilateral, Law::bilateral}) {
+    const StaticForce g = static_force(joint(law, 2, {1, 3}, 0.5, 0.25), x);
+    const double springs[] = {has_friction(law) ? 1.0 : 0, has_friction(law) ? 3.0 : 0, 2};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) EXPECT_EQ(g.slope[i][j], i == j ? springs[i] : 0);
+    EXPECT_EQ(g.force, (std::array<double, 3>{}));
+  }
+}
+
+// A joint without friction sets no measure for the motion, and divides by nothing.
+TEST(Scaling, of_a_joint_without_friction) {
+  std::string note;
+  PreloadedModel model = one_point({10, 10, 10}, {0, 0, -2}, joint(Law::unilateral, 30, {}, 0, 0), note);
+  for (double &f : model.reduced.fx) f = 4;
+  Case study;
+  study.omega_from = 2;
+  const Scales scales = choose_scales(study, model);
+  EXPECT_NEAR(scales.contact, 4.0 / 30, 1e-14); // largest force over largest stiffness
+  EXPECT_TRUE(std::isfinite(scales.modal) && scales.modal > 0);
 }

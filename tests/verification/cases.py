@@ -16,6 +16,7 @@ from dovetail import Model, reference
 SECTION_OF = {
     "modes": "reduction", "stiffness": "damping", "fourier": "excitation",
     "normal_stiffness": "contact", "tangential_stiffness": "contact", "friction": "contact", "gap": "contact",
+    "law": "contact",
     "initial": "preload", "harmonics": "harmonic_balance", "samples": "harmonic_balance",
     "step_tolerance": "newton", "residual_tolerance": "newton", "max_iterations": "newton",
     "kind": "scaling", "frequency": "scaling", "modal": "scaling", "contact": "scaling",
@@ -56,7 +57,8 @@ class Case:
     @property
     def contact(self):
         keys = ("normal_stiffness", "tangential_stiffness", "friction", "gap")
-        return reference.Contact.uniform(len(self.reduced.fx) // 3, *(self.settings[key] for key in keys))
+        return reference.Contact.uniform(len(self.reduced.fx) // 3, *(self.settings[key] for key in keys),
+                                         law=self.settings.get("law", "coulomb"))
 
     @property
     def preload(self):

@@ -13,12 +13,14 @@ from dovetail import reference
 
 SAMPLES = 64
 CONTACT = reference.Contact.uniform(1, 2.0, [1.0, 1.5], [0.4, 0.3])
+OTHERS = {law: reference.Contact.uniform(1, 2.0, [1.0, 1.5], 0.4, law=law) for law in reference.LAWS[1:]}
 PRELOAD = reference.Preload(xp=np.array([[0.1, -0.05, 1.0]]), g=np.array([[0.1, -0.075, 2.0]]), w=np.zeros((1, 2)))
 
 # Coefficients [a0, a1, b1, a2, b2] of t1, t2, n on top of the preload, N = 2 N; and what they are to show
 WAVES = {
     "stick": [[0, 0.3, 0.1, 0.05, 0], [0, 0.1, 0.2, 0, 0.03], [0, 0.2, 0, 0, 0.1]],
     "slip": [[0, 2.0, 1.0, 0.3, 0], [0, 1.0, -2.0, 0, 0.3], [0, 0.2, 0.1, 0, 0.1]],
+    "slip along a line": [[0, 2.0, 1.0, 0.3, 0], [0, 1.0, 0.5, 0.15, 0], [0, 0.2, 0.1, 0, 0.1]],
     "separation": [[0, 2.0, 1.0, 0.3, 0], [0, 1.0, -2.0, 0, 0.3], [-6, 0.2, 0, 0, 0.1]],
     "landing in stick": [[0, 0.1, 0.05, 0.03, 0], [0, 0.1, -0.1, 0, 0.02], [0, 0.5, 2.0, 0, 0.1]],
     "landing in slip": [[0, 4.0, 1.0, 0.3, 0], [0, 3.0, -2.0, 0, 0.3], [0, 1.4, 0.2, 0, 0.1]],
@@ -33,21 +35,22 @@ def difference(function, x, direction, step=1e-4):
     return (4 * fine - coarse) / 3
 
 
-def history(X):
+def history(X, contact=CONTACT):
     """Forces (N, 3) and states (N, 2) of the one point."""
     x = np.swapaxes(reference.synthesis(X, SAMPLES), -1, -2)
-    force, state = reference.law(x, PRELOAD.xp, PRELOAD.w, CONTACT.kn, CONTACT.kt, CONTACT.mu, CONTACT.gap)
+    force, state = reference.law(x, PRELOAD.xp, PRELOAD.w, contact.kn, contact.kt, contact.mu, contact.gap, contact.kind)
     return force[0], state[0]
 
 
 @pytest.mark.parametrize("name", WAVES)
-def test_contact_jacobian(name):
+@pytest.mark.parametrize("contact", [CONTACT, *OTHERS.values()], ids=["coulomb", *OTHERS])
+def test_contact_jacobian(name, contact):
     X = np.array([WAVES[name]], float)
 
     def G(X):
-        return reference.contact_coefficients(X, CONTACT, PRELOAD, SAMPLES)
+        return reference.contact_coefficients(X, contact, PRELOAD, SAMPLES)
 
-    jacobian = reference.contact_jacobian(X, CONTACT, PRELOAD, SAMPLES)[0]
+    jacobian = reference.contact_jacobian(X, contact, PRELOAD, SAMPLES)[0]
     scale = np.abs(jacobian).max()
     for i in range(3):
         for k in range(X.shape[2]):
@@ -69,6 +72,13 @@ def test_the_waves_show_what_they_are_named_after():
     assert (np.abs(states["landing in slip"][landed["landing in slip"]]) == 1).all()
     assert landed["landing across the ends"] == [0]
     assert len(landed["landing in stick"]) == len(landed["landing in slip"]) == 1
+
+
+def test_the_same_waves_under_the_cone_slip_stick_and_open():
+    states = {name: set(history(np.array([wave], float), OTHERS["cone"])[1].ravel()) for name, wave in WAVES.items()}
+    assert states["stick"] == {0} and states["slip"] == {1, -1} and states["separation"] == {2}
+    assert states["slip along a line"] == {0, 1, -1} and states["landing in stick"] >= {0, 2}
+    assert states["landing in slip"] >= {2, 1, -1}
 
 
 def test_shakedown_sticks_with_a_foot_that_the_first_pass_moved():

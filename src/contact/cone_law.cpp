@@ -1,0 +1,158 @@
+#include "contact/cone_law.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dovetail {
+namespace {
+
+// out (n, width) += row (n) times slopes (width).
+DOVETAIL_WIDE void add_product(int n, int width, const double *row, const double *slopes, double *out) {
+  for (int i = 0; i < n; ++i, out += width)
+    for (int l = 0; l < width; ++l) out[l] += row[i] * slopes[l];
+}
+
+} // namespace
+
+ConeLaw::ConeLaw(int harmonics, int samples)
+    : fourier_(harmonics, samples), motion_(3 * samples), force_(3 * samples), states_(samples),
+      slopes_(6 * fourier_.size()), sums_(6 * fourier_.size() * fourier_.size()),
+      pressures_(fourier_.size() * fourier_.size()) {}
+
+void ConeLaw::evaluate(const ContactPoint &point, const Standstill &standstill, const double *X, double *G,
+                       Activity &activity, Linearisation *linear) {
+  const int n = fourier_.size(), N = fourier_.samples();
+  for (int d = 0; d < 3; ++d) {
+    const double origin = standstill.x[d] - (d == 2 ? point.gap : 0);
+    fourier_.synthesise(X + d * n, &motion_[d * N]);
+    for (int j = 0; j < N; ++j) motion_[d * N + j] += origin;
+  }
+  for (int j = 0; j < N; ++j) force_[2 * N + j] = pressed(point.kn, motion_[2 * N + j]);
+  march(point, standstill, linear);
+  for (int d = 0; d < 3; ++d) {
+    fourier_.analyse(&force_[d * N], G + d * n);
+    G[d * n] -= 2 * standstill.force[d];
+  }
+  record(activity);
+  activity.dissipation = dissipation(fourier_.harmonics(), X, G);
+  if (!linear) return;
+  linear->reset(fourier_.harmonics());
+  write_blocks(linear->dense);
+}
+
+void ConeLaw::march(const ContactPoint &point, const Standstill &standstill, bool differentiate) {
+  const int n = fourier_.size(), N = fourier_.samples();
+  bool eventless = true; // stuck on w_p all round: the second round would repeat the first
+  for (int round = 0; round < 2; ++round) {
+    const bool last = round == 1;
+    if (last && eventless) break;
+    std::fill(sums_.begin(), sums_.end(), 0.0);
+    std::fill(pressures_.begin(), pressures_.end(), 0.0);
+    for (int j = 0; j < N; ++j) {
+      if (round == 0 && j == 0) { // from the memory of the preload
+        std::fill(slopes_.begin(), slopes_.end(), 0.0);
+        for (int d = 0; d < 2; ++d) {
+          T_[d] = point.kt[d] * (motion_[d * N] - standstill.w[d]);
+          for (int i = 0; i < n; ++i) slopes_[(3 * d + d) * n + i] = point.kt[d] * fourier_.row(0)[i];
+        }
+      } else if (motion_[2 * N + j] > 0) {
+        lead_in(point, j, differentiate);
+      }
+      states_[j] = rub(point, j, differentiate);
+      eventless = eventless && states_[j] == State::stick;
+      if (!differentiate || states_[j] == State::open || (!last && !eventless)) continue;
+      for (int d = 0; d < 2; ++d) add_product(n, 3 * n, fourier_.row(j), &slopes_[3 * d * n], &sums_[3 * d * n * n]);
+      add_product(n, n, fourier_.row(j), fourier_.row(j), pressures_.data());
+    }
+  }
+  for (double &value : pressures_) value *= point.kn;
+}
+
+// Trial force at a sample in contact: the force before plus k_t times the increment, or its part after the landing.
+void ConeLaw::lead_in(const ContactPoint &point, int sample, bool differentiate) {
+  const int n = fourier_.size(), N = fourier_.samples(), before = sample ? sample - 1 : N - 1;
+  const double p0 = motion_[2 * N + before], p1 = motion_[2 * N + sample];
+  const bool lands = !(p0 > 0);
+  const double part = lands ? p1 / (p1 - p0) : 1;
+  const double *then = fourier_.row(before), *now = fourier_.row(sample);
+  for (int d = 0; d < 2; ++d) {
+    const double increment = point.kt[d] * (motion_[d * N + sample] - motion_[d * N + before]);
+    T_[d] += part * increment;
+    if (!differentiate) continue;
+    double *by_t = &slopes_[(3 * d + d) * n], *by_n = &slopes_[(3 * d + 2) * n];
+    for (int i = 0; i < n; ++i) by_t[i] += point.kt[d] * part * (now[i] - then[i]);
+    if (!lands) continue;
+    const double slope = increment / ((p1 - p0) * (p1 - p0));
+    for (int i = 0; i < n; ++i) by_n[i] += slope * (p1 * then[i] - p0 * now[i]);
+  }
+}
+
+// From the trial force to the force.
+ConeLaw::State ConeLaw::rub(const ContactPoint &point, int sample, bool differentiate) {
+  const int N = fourier_.samples();
+  State state = State::stick;
+  if (!(motion_[2 * N + sample] > 0)) {
+    state = State::open;
+    T_ = {};
+    std::fill(slopes_.begin(), slopes_.end(), 0.0);
+  } else {
+    const double size = std::hypot(T_[0], T_[1]);
+    if (slips_forth(size, point.mu[0] * force_[2 * N + sample])) {
+      state = State::slip;
+      slide(point, sample, size, differentiate);
+    }
+  }
+  for (int d = 0; d < 2; ++d) force_[d * N + sample] = T_[d];
+  return state;
+}
+
+// A trial outside the cone is drawn back along its own direction e: T = mu N e, dT = mu dN e + mu N / size (1 - e e') d
+// trial. Without trial (and bound) it has no direction, and no force.
+void ConeLaw::slide(const ContactPoint &point, int sample, double size, bool differentiate) {
+  const int n = fourier_.size(), N = fourier_.samples();
+  const double mu = point.mu[0], bound = mu * force_[2 * N + sample], shrink = size > 0 ? bound / size : 0;
+  std::array<double, 2> e{};
+  for (int d = 0; d < 2; ++d) {
+    e[d] = size > 0 ? T_[d] / size : 0;
+    T_[d] = bound * e[d];
+  }
+  if (!differentiate) return;
+  double *first = slopes_.data(), *second = first + 3 * n;
+  for (int l = 0; l < 3 * n; ++l) {
+    const double along = e[0] * first[l] + e[1] * second[l];
+    first[l] = shrink * (first[l] - along * e[0]);
+    second[l] = shrink * (second[l] - along * e[1]);
+  }
+  const double *row = fourier_.row(sample);
+  for (int i = 0; i < n; ++i) {
+    first[2 * n + i] += mu * point.kn * e[0] * row[i];
+    second[2 * n + i] += mu * point.kn * e[1] * row[i];
+  }
+}
+
+// Shares and events of the last round, as if it went on for ever.
+void ConeLaw::record(Activity &activity) const {
+  const int N = fourier_.samples();
+  activity.events = 0;
+  for (int j = 0; j < N; ++j) activity.events += states_[j] != states_[j ? j - 1 : N - 1];
+  activity.open = static_cast<double>(std::count(states_.begin(), states_.end(), State::open)) / N;
+  activity.slip = static_cast<double>(std::count(states_.begin(), states_.end(), State::slip)) / N;
+}
+
+// In the order of block_places: rows t1 and t2 by t1, t2, n; row n by n.
+void ConeLaw::write_blocks(std::vector<double> &dense) const {
+  const int n = fourier_.size();
+  dense.resize(7 * n * n);
+  double *to = dense.data();
+  const auto take = [&](const double *from, int stride) {
+    for (int i = 0; i < n; ++i, from += stride) {
+      const double scale = (i == 0 ? 4.0 : 2.0) / fourier_.samples(); // the rows of the synthesis hold 1/2 for a0
+      for (int l = 0; l < n; ++l) *to++ = scale * from[l];
+    }
+  };
+  for (int d = 0; d < 2; ++d)
+    for (int column = 0; column < 3; ++column) take(&sums_[3 * d * n * n + column * n], 3 * n);
+  take(pressures_.data(), n);
+}
+
+} // namespace dovetail

@@ -1,0 +1,43 @@
+#pragma once
+// The circular Coulomb cone |(T1, T2)| <= mu N over one period, from N samples. The two tangential directions share one
+// slider in the plane, so nothing of the interval algebra of the other laws holds: derivatives are marched.
+#include <array>
+#include <vector>
+
+#include "contact/activity.hpp"
+#include "contact/fourier.hpp"
+#include "contact/law.hpp"
+#include "contact/linearisation.hpp"
+
+namespace dovetail {
+
+/// Law cone for one point, marched twice round the period from w_p, the second round kept. Holds scratch memory: one
+/// object per thread.
+class ConeLaw {
+public:
+  ConeLaw(int harmonics, int samples);
+
+  /// X, G (3, 2H+1); linear, unless null, gets its `dense` blocks. See ContactForces::evaluate.
+  void evaluate(const ContactPoint &point, const Standstill &standstill, const double *X, double *G, Activity &activity,
+                Linearisation *linear);
+
+private:
+  enum class State { open, stick, slip };
+
+  void march(const ContactPoint &point, const Standstill &standstill, bool differentiate);
+  State rub(const ContactPoint &point, int sample, bool differentiate);
+  void lead_in(const ContactPoint &point, int sample, bool differentiate);
+  void slide(const ContactPoint &point, int sample, double size, bool differentiate);
+  void record(Activity &activity) const;
+  void write_blocks(std::vector<double> &dense) const;
+
+  Fourier fourier_;
+  std::vector<double> motion_, force_; // (3, N): displacement, the normal one from x_n0; force
+  std::vector<State> states_;          // (N)
+  std::array<double, 2> T_{};          // trial, then force at the sample at hand
+  std::vector<double> slopes_;         // (2, 3, 2H+1): d T / d X
+  std::vector<double> sums_,
+      pressures_; // (2, 2H+1, 3, 2H+1), (2H+1, 2H+1): d G / d X but for the scale of the analysis
+};
+
+} // namespace dovetail

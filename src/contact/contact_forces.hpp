@@ -1,0 +1,45 @@
+#pragma once
+// Forces of many contact points over one period, and their derivatives. The only door to the contact laws for
+// everything that moves; no MPI, no PETSc. One object per rank, for the points it owns.
+#include <memory>
+#include <vector>
+
+#include "contact/activity.hpp"
+#include "contact/law.hpp"
+#include "contact/linearisation.hpp"
+
+namespace dovetail {
+
+class ContactForces {
+public:
+  /// samples: N >= 2H+1, or `exactly`; points of law cone, which has no closed form, are then sampled enough_samples.
+  ContactForces(std::vector<ContactPoint> points, std::vector<Standstill> standstill, int harmonics, int samples);
+  ~ContactForces();
+  ContactForces(ContactForces &&) noexcept;
+
+  int size() const { return static_cast<int>(points_.size()); }
+  const std::vector<ContactPoint> &points() const { return points_; }
+
+  /// X (points, 3, 2H+1): motion measured from the standstill, rows t1, t2, n; G the same shape: coefficients of
+  /// g(x + x_p) - g(x_p). With `derivative`, what write() and multiply() need is kept.
+  void evaluate(const double *X, double *G, bool derivative = true);
+
+  /// Derivative at the last motion evaluated with `derivative`: blocks of one point (Linearisation::write), or of all
+  /// points times V (points, 3, 2H+1).
+  void write(int point, double *blocks) const { linear_[point].write(points_[point], blocks); }
+  void multiply(const double *V, double *out) const;
+
+  const std::vector<Activity> &activity() const { return activity_; } ///< at the last evaluated motion
+
+private:
+  struct Laws;
+  std::vector<ContactPoint> points_;
+  std::vector<Standstill> standstill_;
+  int harmonics_;
+  std::unique_ptr<Laws> laws_;
+  std::vector<int> exact_, sampled_, cone_; // numbers of the points that go each way; the rest is linear
+  std::vector<Linearisation> linear_;
+  std::vector<Activity> activity_;
+};
+
+} // namespace dovetail

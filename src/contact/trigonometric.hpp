@@ -1,0 +1,85 @@
+#pragma once
+// Trigonometric polynomials f(theta) = a0/2 + sum_{k=1..H} a_k cos k theta + b_k sin k theta: sampled on a grid, and
+// expanded in the cells of that grid, where an ordinary polynomial equals them to round-off.
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace dovetail {
+
+/// Numbers that begin where a whole vector does.
+class Aligned {
+public:
+  explicit Aligned(std::size_t size) : size_(size), lines_((size + 7) / 8) {}
+  std::size_t size() const { return size_; }
+  double &operator[](std::size_t i) { return lines_[i / 8].at[i % 8]; }
+  const double &operator[](std::size_t i) const { return lines_[i / 8].at[i % 8]; }
+
+private:
+  struct alignas(64) Line {
+    double at[8]{};
+  };
+  std::size_t size_;
+  std::vector<Line> lines_;
+};
+
+/// cos m theta and sin m theta, m = 0 .. count-1, at one instant. Room is rounded up to whole vectors.
+struct Instant {
+  double theta = 0;
+  std::vector<double> cosine, sine;
+  void set(double angle, int count);
+  void set(double angle, double cosine_1, double sine_1, int count);
+};
+
+/// A polynomial in t = (theta - middle of a cell) / (half its width), |t| <= 1: even(t^2) + t odd(t^2).
+struct alignas(64) CellPolynomial {
+  double even[8], odd[8];
+};
+
+class Trigonometric;
+
+/// The period cut into equal cells, at most an eighth of the shortest wave wide.
+class Grid {
+public:
+  explicit Grid(int harmonics);
+
+  const int cells;
+  const int ends;     ///< cells + 1, rounded up to whole vectors: the room for values at the ends of the cells
+  const double width; ///< of a cell
+  double middle(int cell) const { return (cell + 0.5) * width; }
+
+  /// f and f' at the ends of the cells, (ends) each, from coefficients [a0, a1, b1, ...].
+  void sample(const double *coefficients, double *value, double *slope) const;
+  /// f in a cell; truncated where its terms are below round-off.
+  CellPolynomial expand(const Trigonometric &f, int cell) const;
+  /// The instant at t in a cell (of the periods that follow, too).
+  void find(long cell, double t, int count, Instant &instant) const;
+
+private:
+  int harmonics_, stride_;
+  Aligned ends_;    // (H, 2, ends) cosines and sines at the ends of the cells
+  Aligned middles_; // (cells, 2, stride) and in the middles
+  Aligned taylor_;  // (stride, 2, 8) even and odd terms of exp(i k half t)
+};
+
+class Trigonometric {
+public:
+  explicit Trigonometric(int harmonics);
+
+  /// f = p * x + q * y, from their coefficients [a0, a1, b1, ...].
+  void combine(double p, const double *x, double q, const double *y);
+
+  double mean() const { return cosine_[0]; }
+  double at(const Instant &instant) const;
+  double slope_at(const Instant &instant) const;
+  /// Upper bound of |d^order f / d theta^order|, order 0 to 3, the mean left out.
+  double bound(int order) const { return bound_[order]; }
+
+private:
+  friend class Grid;
+  int harmonics_;
+  Aligned cosine_, sine_; // (stride) a_k, b_k; the mean first; zero beyond H
+  std::array<double, 4> bound_{};
+};
+
+} // namespace dovetail
