@@ -23,6 +23,25 @@ DOVETAIL_WIDE void integrate(int count, const double *inverse, const double *c0,
   }
 }
 
+// share += coefficients of the indicator of the same stretch, its mean left out
+DOVETAIL_WIDE void add_share(int harmonics, const double *inverse, const double *c0, const double *s0, const double *c1,
+                             const double *s1, double *__restrict share) {
+  for (int k = 1; k <= harmonics; ++k) {
+    share[cosine(k)] += 2 * inverse[k] * (s1[k] - s0[k]);
+    share[sine(k)] += 2 * inverse[k] * (c0[k] - c1[k]);
+  }
+}
+
+// t = by_t * E, n = by_n * E, where E is the row of the synthesis at an instant
+DOVETAIL_WIDE void scale_rows(int harmonics, const double *c, const double *s, double by_t, double by_n,
+                              double *__restrict t, double *__restrict n) {
+  t[0] = by_t / 2, n[0] = by_n / 2;
+  for (int k = 1; k <= harmonics; ++k) {
+    t[cosine(k)] = by_t * c[k], t[sine(k)] = by_t * s[k];
+    n[cosine(k)] = by_n * c[k], n[sine(k)] = by_n * s[k];
+  }
+}
+
 // A round from some instant to the same one of the next period, put in the order of one from 0 to 2 pi.
 void begin_at_zero(std::vector<Stretch> &run) {
   if (run.size() > 1 && run.back().end - run.back().begin < 1e-12) { // what ends at the last instant, found once more
@@ -48,7 +67,7 @@ ExactLaw::ExactLaw(int harmonics)
       instants_(grid_, coefficient_count(harmonics)), sliders_{Slider(harmonics, grid_, instants_),
                                                                Slider(harmonics, grid_, instants_)},
       approach_(harmonics), p_(coefficient_count(harmonics)), values_(3 * grid_.ends), slopes_(values_.size()),
-      inverse_(coefficient_count(harmonics)) {
+      inverse_(coefficient_count(harmonics)), share_(inverse_.size()) {
   for (int m = 1; m < coefficient_count(harmonics); ++m) inverse_[m] = 1 / (period * m);
 }
 
@@ -141,7 +160,9 @@ void ExactLaw::find_spans() {
     if (whole && std::min(sign * p[j], sign * p[j + 1]) > above) {
       t = Falling::none;
     } else {
-      const Falling gap(grid_.expand(approach_, j), sign, 0, size);
+      CellPolynomial p_here;
+      grid_.expand(approach_, j, p_here);
+      const Falling gap(p_here, sign, 0, size);
       t = whole ? gap.first_in_cell() : gap.first(t, 1);
     }
     if (t < Falling::none && ++events <= most_events) {
@@ -205,7 +226,7 @@ void ExactLaw::normal(const ContactPoint &point, double *G, Linearisation &linea
 }
 
 // T = k_t x - v while it sticks, side mu k_n p while it slips.
-void ExactLaw::tangential(const ContactPoint &point, int d, const double *X, double *G, Linearisation &linear) const {
+void ExactLaw::tangential(const ContactPoint &point, int d, const double *X, double *G, Linearisation &linear) {
   const std::vector<Stretch> &run = run_[d];
   const int n = coefficient_count(harmonics_);
   for (const Stretch &s : run)
@@ -217,34 +238,30 @@ void ExactLaw::tangential(const ContactPoint &point, int d, const double *X, dou
 }
 
 // Part of one stick stretch; a stretch that began before the period's end goes on at its beginning.
-void ExactLaw::add_stick(const ContactPoint &point, int d, std::size_t i, double *G, Linearisation &linear) const {
+void ExactLaw::add_stick(const ContactPoint &point, int d, std::size_t i, double *G, Linearisation &linear) {
   const std::vector<Stretch> &run = run_[d];
   const Stretch &s = run[i];
-  const int n = coefficient_count(harmonics_);
-  const bool goes_on = i > 0 && i + 1 == run.size() && run[0].side == 0 && run[0].set_at == s.set_at && s.set_at >= 0;
-  if (i == 0 && run.size() > 1 && run.back().side == 0 && run.back().set_at == s.set_at && s.set_at >= 0) return;
-  share_.reset(harmonics_);
-  add(s.begin, s.from, s.end, s.to, 1, share_);
-  if (goes_on) add(run[0].begin, run[0].from, run[0].end, run[0].to, 1, share_);
-  MaskMeans &stick = linear.stick[d];
-  for (int m = 0; m < n; ++m) stick.cosine[m] += share_.cosine[m], stick.sine[m] += share_.sine[m];
-  for (int k = 0; k <= harmonics_; ++k) {
-    G[cosine(k)] -= 2 * s.v * share_.cosine[k];
-    if (k > 0) G[sine(k)] -= 2 * s.v * share_.sine[k];
-  }
-  if (s.set_at < 0) return;
-  Linearisation::Run &hung = linear.add_run(d);
-  const Instant &at = instants_[s.set_at];
+  const bool set = s.set_at >= 0, last = i > 0 && i + 1 == run.size();
+  const auto same = [&](const Stretch &other) { return set && other.side == 0 && other.set_at == s.set_at; };
+  add(s.begin, s.from, s.end, s.to, 1, linear.stick[d]);
+  if (i == 0 && run.size() > 1 && same(run.back())) return;
+  Linearisation::Run *hung = set ? &linear.add_run(d) : nullptr;
+  std::vector<double> &share = set ? hung->share : share_;
+  share.assign(coefficient_count(harmonics_), 0.0);
+  const auto add_share_of = [&](const Stretch &part) {
+    const Instant &from = instants_[part.from], &to = instants_[part.to];
+    share[0] += 2 * (part.end - part.begin) / period;
+    add_share(harmonics_, inverse_.data(), from.cosine.data(), from.sine.data(), to.cosine.data(), to.sine.data(),
+              share.data());
+  };
+  add_share_of(s);
+  if (last && same(run[0])) add_share_of(run[0]);
+  for (std::size_t k = 0; k < share.size(); ++k) G[k] -= s.v * share[k];
+  if (!set) return;
   // v = k_t x - side mu k_n p after a slip; after a landing v = k_t x at an instant that moves by -dx_n / x_n'
   const double by_n = s.set_by != 0 ? s.set_by * point.mu[d] * point.kn : sliders_[d].landing_slope(s.set_at);
-  for (int k = 0; k <= harmonics_; ++k) {
-    const double c = k == 0 ? 0.5 : at.cosine[k];
-    hung.share[cosine(k)] = 2 * share_.cosine[k];
-    hung.by_t[cosine(k)] = -point.kt[d] * c, hung.by_n[cosine(k)] = by_n * c;
-    if (k == 0) continue;
-    hung.share[sine(k)] = 2 * share_.sine[k];
-    hung.by_t[sine(k)] = -point.kt[d] * at.sine[k], hung.by_n[sine(k)] = by_n * at.sine[k];
-  }
+  const Instant &at = instants_[s.set_at];
+  scale_rows(harmonics_, at.cosine.data(), at.sine.data(), -point.kt[d], by_n, hung->by_t.data(), hung->by_n.data());
 }
 
 // Changes between stick and slip within the spans, one of them perhaps just where the period begins.

@@ -29,8 +29,8 @@ private:
   void march(int direction, double v);
   void add(double begin, int from, double end, int to, double weight, MaskMeans &mask) const;
   void normal(const ContactPoint &point, double *G, Linearisation &linear) const;
-  void tangential(const ContactPoint &point, int direction, const double *X, double *G, Linearisation &linear) const;
-  void add_stick(const ContactPoint &point, int direction, std::size_t first, double *G, Linearisation &linear) const;
+  void tangential(const ContactPoint &point, int direction, const double *X, double *G, Linearisation &linear);
+  void add_stick(const ContactPoint &point, int direction, std::size_t stretch, double *G, Linearisation &linear);
   double slipping() const;
   int changes(int direction) const;
 
@@ -46,7 +46,7 @@ private:
   std::array<std::vector<Stretch>, 2> run_; // of the period that counts, one span after the other
   std::vector<Stretch> first_round_;
   std::vector<double> inverse_; // 1 / (2 pi m), m = 0..2H, 0 for m = 0
-  mutable MaskMeans share_;
+  std::vector<double> share_;   // (2H+1) of a stretch that nothing hangs on
 };
 
 } // namespace dovetail

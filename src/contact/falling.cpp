@@ -88,6 +88,13 @@ DOVETAIL_WIDE double Falling::first(double from, double to) const {
   return search(from, to, to == 1 ? at_one_ : at(to).g, looks);
 }
 
+// Newton's step, of the terms up to t^4 alone: saves a look at all of them.
+double Falling::improvement(double t) const {
+  const double a = c_.even[0], b = c_.odd[0], c = c_.even[1], d = c_.odd[1], e = c_.even[2];
+  const double slope = b + t * (2 * c + t * (3 * d + t * 4 * e));
+  return slope < 0 ? (a + t * (b + t * (c + t * (d + t * e)))) / slope : 0;
+}
+
 // Encloses g between quadratics around the middle; halves the stretch where that does not decide.
 double Falling::search(double from, double to, double at_to, int &looks) const {
   const double middle = (from + to) / 2, half = (to - from) / 2, rest = third_ * half * half * half / 6;
@@ -102,7 +109,8 @@ double Falling::search(double from, double to, double at_to, int &looks) const {
   if (once || --looks <= 0) {
     if (!falls) return none;
     const double root = v.g1 * v.g1 - 2 * v.g * v.g2; // of the quadratic, where it falls
-    const double guess = root < 0 ? 0 : 2 * v.g / (std::sqrt(root) - v.g1);
+    double guess = root < 0 ? 0 : 2 * v.g / (std::sqrt(root) - v.g1);
+    if (middle == 0) guess -= improvement(guess);
     return polish(from, to, std::clamp(middle + guess, from, to));
   }
   const double in_left = search(from, middle, v.g, looks);
@@ -114,9 +122,8 @@ double Falling::polish(double low, double high, double t) const {
   for (int i = 0; i < 100; ++i) {
     const Value v = at(t);
     (v.g > 0 ? low : high) = t;
-    const double newton = -v.g / v.g1, halley = newton / (1 + newton * v.g2 / (2 * v.g1));
-    const double next = t + halley;
-    if (!(next >= low && next <= high)) { // also where g1 = 0
+    const double halley = -2 * v.g * v.g1 / (2 * v.g1 * v.g1 - v.g * v.g2), next = t + halley;
+    if (!(next >= low && next <= high)) { // also where it is 0 / 0
       t = (low + high) / 2;
       if (high - low < 1e-15) return t;
       continue;

@@ -29,6 +29,7 @@ private:
   static constexpr int most_looks = 200; // at one cell; two zeros take a dozen, and only round-off more
   Value at(double t) const;
   double search(double from, double to, double at_to, int &looks) const;
+  double improvement(double t) const;
   double polish(double low, double high, double t) const;
 
   CellPolynomial c_;

@@ -17,8 +17,8 @@ class Stretches {
 public:
   Stretches(const MaskMeans &mask, int harmonics, double factor, std::vector<double> &room) : harmonics_(harmonics) {
     const int length = 2 * (3 * harmonics + 1);
-    room.resize(2 * (length + lane_count)); // whole vectors may be read beyond the ends
-    double *along = room.data() + 2 * harmonics, *across = along + length + lane_count;
+    room.resize(2 * (length + at_a_time * lane_count)); // whole vectors may be read beyond the ends
+    double *along = room.data() + 2 * harmonics, *across = along + length + at_a_time * lane_count;
     for (int m = 0; m <= 2 * harmonics; ++m) {
       along[2 * m] = factor * mask.cosine[m], along[2 * m + 1] = factor * mask.sine[m];
       across[2 * m] = along[2 * m + 1], across[2 * m + 1] = -along[2 * m];
@@ -55,6 +55,8 @@ template <class V, int runs>
 inline void write_rows(int n, const Stretches &gram, const double *const *shares, const double *const *bys,
                        double *block) {
   constexpr int width = sizeof(V) / sizeof(double);
+  const double *by[runs + 1];
+  for (int r = 0; r < runs; ++r) by[r] = bys[r];
   for (int i = 0; i < n; ++i, block += n) {
     const Stretches::Row row = gram.row(i);
     double share[runs + 1];
@@ -62,7 +64,7 @@ inline void write_rows(int n, const Stretches &gram, const double *const *shares
     for (int j = 0; j < n; j += width) {
       const int at = std::min(j, n - width);
       V sum = load<V>(row.first + at - 1) + row.sign * load<V>(row.second + at - 1);
-      for (int r = 0; r < runs; ++r) sum += share[r] * load<V>(bys[r] + at);
+      for (int r = 0; r < runs; ++r) sum += share[r] * load<V>(by[r] + at);
       store(sum, block + at);
     }
     block[0] += row.mean;
@@ -98,14 +100,16 @@ template <int Width> inline void multiply_block_parts(int n, const Stretches &gr
   double sum = top.mean * v[0];
   for (int j = 1; j < n; ++j) sum += 2 * top.first[j - 1] * v[j];
   out[0] += sum;
-  for (int at = 1; at < n; at += Width) {
-    V sums{};
+  for (int at = 1; at < n; at += at_a_time * Width) {
+    V sums[at_a_time]{};
     for (int i = 0; i < n; ++i) {
       const Stretches::Row row = gram.row(i);
-      const double factor = i == 0 ? v[0] / 2 : v[i];
-      sums += factor * load<V>(row.first + at - 1) + (row.sign * factor) * load<V>(row.second + at - 1);
+      const double factor = i == 0 ? v[0] / 2 : v[i], signed_factor = row.sign * factor;
+      const double *first = row.first + at - 1, *second = row.second + at - 1;
+      for (int q = 0; q < at_a_time; ++q)
+        sums[q] += factor * load<V>(first + q * Width) + signed_factor * load<V>(second + q * Width);
     }
-    for (int q = 0; q < Width && at + q < n; ++q) out[at + q] += sums[q];
+    for (int q = 0; q < at_a_time * Width && at + q < n; ++q) out[at + q] += sums[q / Width][q % Width];
   }
 }
 

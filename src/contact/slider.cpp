@@ -11,21 +11,58 @@ namespace {
 constexpr int most_events = 16; // of a slider in one cell of the grid; more are round-off
 constexpr double hair = 1e-13;  // of a cell
 
-DOVETAIL_WIDE void lay_out(int cells, double kt, double mu_kn, const double *x, const double *x_slope, const double *p,
-                           const double *p_slope, double above, double below, double *__restrict value,
-                           double *__restrict slope, double *__restrict highest, double *__restrict lowest) {
-  for (int j = 0; j <= cells; ++j) value[j] = kt * x[j] - mu_kn * p[j], slope[j] = kt * x_slope[j] - mu_kn * p_slope[j];
-  for (int j = 0; j < cells; ++j) {
-    highest[j] = std::max(value[j], value[j + 1]) + above;
-    lowest[j] = std::min(slope[j], slope[j + 1]) - below;
+// An edge at the ends of the cells. In a cell no value is above `highest` - from either end at most half a cell along
+// the tangent, and `curved` above it - and no slope below `lowest`.
+template <int Width>
+inline void lay_out_parts(int ends, int cells, double kt, double mu_kn, const double *x, const double *x_slope,
+                          const double *p, const double *p_slope, double half, double curved, double slope_curved,
+                          double *value, double *slope, double *highest, double *lowest) {
+  using V = typename Vector<Width>::Real;
+  for (int j = 0; j < ends; j += Width) {
+    store<V>(kt * load<V>(x + j) - mu_kn * load<V>(p + j), value + j);
+    store<V>(kt * load<V>(x_slope + j) - mu_kn * load<V>(p_slope + j), slope + j);
+  }
+  const auto above = [](const V &a, const V &b) -> V { return a > b ? a : b; };
+  for (int j = 0; j < cells; j += Width) {
+    const V a = load<V>(value + j), b = load<V>(value + j + 1), da = load<V>(slope + j), db = load<V>(slope + j + 1);
+    const V left = a + half * da + curved, right = b - half * db + curved;
+    store<V>(above(above(a, b), above(left, right)), highest + j);
+    store<V>((da < db ? da : db) - slope_curved, lowest + j);
   }
 }
+
+// The largest of the first `count` values, a whole number of vectors.
+template <int Width> inline void find_highest_parts(int count, const double *values, double &highest) {
+  using V = typename Vector<Width>::Real;
+  V most = load<V>(values);
+  for (int j = Width; j < count; j += Width) {
+    const V here = load<V>(values + j);
+    most = here > most ? here : most;
+  }
+  highest = most[0];
+  for (int i = 1; i < Width; ++i) highest = std::max(highest, most[i]);
+}
+
+DOVETAIL_WIDE_PARTS(find_highest, (int count, const double *values, double &highest), (count, values, highest))
+
+double highest_of(int count, const double *values) {
+  double highest;
+  find_highest(count, values, highest);
+  return highest;
+}
+
+DOVETAIL_WIDE_PARTS(lay_out,
+                    (int ends, int cells, double kt, double mu_kn, const double *x, const double *x_slope,
+                     const double *p, const double *p_slope, double half, double curved, double slope_curved,
+                     double *value, double *slope, double *highest, double *lowest),
+                    (ends, cells, kt, mu_kn, x, x_slope, p, p_slope, half, curved, slope_curved, value, slope, highest,
+                     lowest))
 
 } // namespace
 
 Slider::Slider(int harmonics, const Grid &grid, Instants &instants) : grid_(grid), instants_(instants) {
-  const std::vector<double> ends(grid.ends), cells(grid.cells);
-  edges_.assign(2, Edge{Trigonometric(harmonics), ends, ends, cells, cells, {}, -1});
+  const std::vector<double> ends(grid.ends + 8);
+  edges_.assign(2, Edge{Trigonometric(harmonics), ends, ends, ends, ends, {}, -1});
 }
 
 void Slider::set(double kt, double mu_kn, const double *x, const double *p) {
@@ -34,11 +71,11 @@ void Slider::set(double kt, double mu_kn, const double *x, const double *p) {
 }
 
 void Slider::on_grid(const double *x, const double *x_slope, const double *p, const double *p_slope) {
-  const double h2 = grid_.width * grid_.width / 8; // a function is at most h^2/8 max|f''| off its chord
+  const double h2 = grid_.width * grid_.width / 8;
   for (const int side : {1, -1}) {
     Edge &e = edges_[side < 0];
-    lay_out(grid_.cells, side * kt_, mu_kn_, x, x_slope, p, p_slope, h2 * e.f.bound(2), h2 * e.f.bound(3),
-            e.value.data(), e.slope.data(), e.highest.data(), e.lowest.data());
+    lay_out(grid_.ends, grid_.cells, side * kt_, mu_kn_, x, x_slope, p, p_slope, grid_.width / 2, h2 * e.f.bound(2),
+            h2 * e.f.bound(3), e.value.data(), e.slope.data(), e.highest.data(), e.lowest.data());
   }
 }
 
@@ -55,14 +92,10 @@ int Slider::overrun(double v) const {
 }
 
 int Slider::turning_point() {
-  const std::vector<double> &forth = edge(1).value, &back = edge(-1).value;
-  int top = 0;
-  double other = back[0];
-  for (int j = 1; j < grid_.cells; ++j) {
-    top = forth[j] > forth[top] ? j : top;
-    other = std::max(other, back[j]);
-  }
-  if (forth[top] + other <= 0) return -1; // there is a place between the edges that neither reaches
+  const std::vector<double> &forth = edge(1).value;
+  const double highest = highest_of(grid_.cells, forth.data()), other = highest_of(grid_.cells, edge(-1).value.data());
+  if (highest + other <= 0) return -1; // there is a place between the edges that neither reaches
+  const int top = static_cast<int>(std::find(forth.begin(), forth.end(), highest) - forth.begin());
   const int cell = edge(1).slope[top] > 0 ? top : (top + grid_.cells - 1) % grid_.cells;
   const Trigonometric &f = edge(1).f;
   const double t = Falling::slope(expand(1, cell), 1, f.bound(1) + f.bound(2)).first_in_cell();
@@ -81,13 +114,25 @@ double Slider::landing_slope(int instant) const {
 
 const CellPolynomial &Slider::expand(int side, int cell) {
   Edge &e = edges_[side < 0];
-  if (e.in_cell != cell) e.expanded = grid_.expand(e.f, cell), e.in_cell = cell;
+  if (e.in_cell != cell) grid_.expand(e.f, cell, e.expanded), e.in_cell = cell;
   return e.expanded;
 }
 
-bool Slider::quiet(const Stretch &state, int cell) const {
-  if (state.side != 0) return edge(state.side).lowest[cell] > 0;
-  return edge(1).highest[cell] < state.v && edge(-1).highest[cell] < -state.v;
+// The first cell, not beyond `last`, in which the state may change.
+long Slider::skip_quiet(const Stretch &state, long cell, long last) const {
+  const double *up = edge(1).highest.data(), *down = edge(-1).highest.data(), v = state.v;
+  const double *slope = state.side != 0 ? edge(state.side).lowest.data() : nullptr;
+  while (cell < last) {
+    const long base = cell / grid_.cells * grid_.cells, to = std::min(last - base, static_cast<long>(grid_.cells));
+    long j = cell - base;
+    if (slope)
+      while (j < to && slope[j] > 0) ++j;
+    else
+      while (j < to && up[j] < v && down[j] < -v) ++j;
+    cell = base + j;
+    if (j < to) break;
+  }
+  return cell;
 }
 
 // The first change of state in a cell from t = from to t = to, and the side that slips then; none if there is none.
@@ -134,13 +179,12 @@ Stretch Slider::march(Stretch state, double begin, int from, double end, int to,
   int events = 0;
   const long last_whole = static_cast<long>(std::floor(end / grid_.width)) - 1;
   for (bool whole = false;;) {
-    int place = static_cast<int>(cell % grid_.cells);
-    for (; whole && cell < last_whole && quiet(state, place); ++cell)
-      if (++place == grid_.cells) place = 0;
+    if (whole) cell = skip_quiet(state, cell, last_whole);
+    const int place = static_cast<int>(cell % grid_.cells);
     const double left = (end - grid_.middle(cell)) / (grid_.width / 2), last = left < 1 - hair ? left : 1;
     whole = whole && last == 1;
     int side = 0;
-    const bool passes = (whole && quiet(state, place)) || last - t < hair;
+    const bool passes = last - t < hair;
     t = passes ? Falling::none : next_event(state, place, whole, t, last, side);
     if (t == Falling::none || ++events > most_events) {
       if (t < Falling::none) {

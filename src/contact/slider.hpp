@@ -15,18 +15,17 @@ namespace dovetail {
 /// The numbered instants of one evaluation. Number 0 is theta = 0, and the end of the period as well.
 class Instants {
 public:
-  Instants(const Grid &grid, int count) : grid_(grid), count_(count), list_(1) { list_[0].set(0, count); }
+  Instants(const Grid &grid, int count) : grid_(grid), list_(1) { list_[0].set_zero(count); }
   void clear() { used_ = 1; }
   int add(long cell, double t) {
     if (used_ == static_cast<int>(list_.size())) list_.emplace_back();
-    grid_.find(cell, t, count_, list_[used_]);
+    grid_.find(cell, t, list_[used_]);
     return used_++;
   }
   const Instant &operator[](int number) const { return list_[number]; }
 
 private:
   const Grid &grid_;
-  int count_; // of powers
   int used_ = 1;
   std::vector<Instant> list_;
 };
@@ -81,7 +80,7 @@ private:
   };
   const Edge &edge(int side) const { return edges_[side < 0]; }
   const CellPolynomial &expand(int side, int cell);
-  bool quiet(const Stretch &state, int cell) const;
+  long skip_quiet(const Stretch &state, long cell, long last) const;
   double next_event(const Stretch &state, int cell, bool whole, double from, double to, int &side);
   void settle(Stretch &state, int now) const;
 

@@ -9,37 +9,45 @@
 namespace dovetail {
 namespace {
 
-constexpr int padded(int count) { return (count + lane_count - 1) / lane_count * lane_count; }
+constexpr int padded(int count, int to = lane_count) { return (count + to - 1) / to * to; }
 
-// Powers of exp(i theta): eight by doubling, the others from the eight before.
-DOVETAIL_WIDE void powers(double c1, double s1, int count, double *__restrict c, double *__restrict s) {
-  c[0] = 1, s[0] = 0, c[1] = c1, s[1] = s1;
-  c[2] = c1 * c1 - s1 * s1, s[2] = 2 * c1 * s1;
-  c[3] = c[2] * c1 - s[2] * s1, s[3] = s[2] * c1 + c[2] * s1;
-  const double c4 = c[2] * c[2] - s[2] * s[2], s4 = 2 * c[2] * s[2];
-  for (int i = 0; i < 4; ++i) c[4 + i] = c[i] * c4 - s[i] * s4, s[4 + i] = s[i] * c4 + c[i] * s4;
-  const double c8 = c4 * c4 - s4 * s4, s8 = 2 * c4 * s4;
-  for (int first = lane_count; first < count; first += lane_count)
-    for (int i = first; i < first + lane_count; ++i) {
-      c[i] = c[i - lane_count] * c8 - s[i - lane_count] * s8;
-      s[i] = s[i - lane_count] * c8 + c[i - lane_count] * s8;
+// cos m theta, sin m theta from those in the middle of a cell, `turn` away: series in m turn, which is at most pi / 4.
+template <int Width>
+inline void turn_parts(int count, double turn, const double *middle_c, const double *middle_s, double *c, double *s) {
+  using V = typename Vector<Width>::Real;
+  V m{};
+  for (int i = 0; i < Width; ++i) m[i] = i;
+  for (int first = 0; first < count; first += Width, m += Width) {
+    const V angle = m * turn, x = angle * angle;
+    V cosine{}, sine{};
+    for (int q = 16; q > 0; q -= 2) { // Horner: 1 - x / (1 2) (1 - x / (3 4) (...
+      cosine = 1 - x * (1.0 / (q * (q - 1))) * (q == 16 ? V{} + 1 : cosine);
+      sine = 1 - x * (1.0 / (q * (q + 1))) * (q == 16 ? V{} + 1 : sine);
     }
+    sine *= angle;
+    const V mc = load<V>(middle_c + first), ms = load<V>(middle_s + first);
+    store<V>(mc * cosine - ms * sine, c + first), store<V>(ms * cosine + mc * sine, s + first);
+  }
 }
 
-// A vector of ends of cells at a time; tables and values have room for whole vectors.
+// Some vectors of ends of cells at a time; tables and values have room for whole ones.
 template <int Width>
 inline void sum_waves_parts(int harmonics, int ends, const double *table, const double *coefficients, double *value,
                             double *slope) {
   using V = typename Vector<Width>::Real;
-  for (int j = 0; j < ends; j += Width) {
-    V f = V{} + coefficients[0] / 2, f1{};
+  for (int j = 0; j < ends; j += at_a_time * Width) {
+    V f[at_a_time], f1[at_a_time]{};
+    for (V &sum : f) sum = V{} + coefficients[0] / 2;
     for (int k = 1; k <= harmonics; ++k) {
-      const double a = coefficients[cosine(k)], b = coefficients[sine(k)];
-      const V c = load<V>(table + 2 * (k - 1) * ends + j), s = load<V>(table + (2 * k - 1) * ends + j);
-      f += a * c + b * s;
-      f1 += (k * b) * c - (k * a) * s;
+      const double a = coefficients[cosine(k)], b = coefficients[sine(k)], ka = k * a, kb = k * b;
+      const double *c = table + 2 * (k - 1) * ends + j, *s = c + ends;
+      for (int i = 0; i < at_a_time; ++i) {
+        const V ci = load<V>(c + i * Width), si = load<V>(s + i * Width);
+        f[i] += a * ci + b * si;
+        f1[i] += kb * ci - ka * si;
+      }
     }
-    store(f, value + j), store(f1, slope + j);
+    for (int i = 0; i < at_a_time; ++i) store(f[i], value + j + i * Width), store(f1[i], slope + j + i * Width);
   }
 }
 
@@ -81,6 +89,9 @@ template <int Width> inline void bounds_parts(int stride, const double *a, const
   for (int order = 0; order < 4; ++order) out[order] = sum_of(sum[order]);
 }
 
+DOVETAIL_WIDE_PARTS(turn,
+                    (int count, double turn, const double *middle_c, const double *middle_s, double *c, double *s),
+                    (count, turn, middle_c, middle_s, c, s))
 DOVETAIL_WIDE_PARTS(sum_waves,
                     (int harmonics, int ends, const double *table, const double *coefficients, double *value,
                      double *slope),
@@ -93,28 +104,22 @@ DOVETAIL_WIDE_PARTS(bounds, (int stride, const double *a, const double *b, doubl
 
 } // namespace
 
-void Instant::set(double angle, int count) { set(angle, std::cos(angle), std::sin(angle), count); }
-
-void Instant::set(double angle, double cosine_1, double sine_1, int count) {
-  theta = angle;
-  cosine.resize(padded(count)), sine.resize(padded(count));
-  powers(cosine_1, sine_1, count, cosine.data(), sine.data());
+void Instant::set_zero(int count) {
+  theta = 0;
+  cosine.assign(padded(count), 1.0), sine.assign(padded(count), 0.0);
 }
 
-// exp(i theta) from the one in the middle of the cell, not more than 0.05 away: series instead of the library's.
-void Grid::find(long cell, double t, int count, Instant &instant) const {
-  const double turn = t * width / 2, x = turn * turn;
-  const double c = 1 - x / 2 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56)));
-  const double s = turn * (1 - x / 6 * (1 - x / 20 * (1 - x / 42)));
-  const double *middle = &middles_[2 * (cell % cells) * stride_ + 1];
-  instant.set((cell + 0.5) * width + turn, middle[0] * c - middle[stride_] * s, middle[stride_] * c + middle[0] * s,
-              count);
+void Grid::find(long cell, double t, Instant &instant) const {
+  const double change = t * width / 2, *middle = &middles_[2 * (cell % cells) * powers_];
+  instant.theta = (cell + 0.5) * width + change;
+  instant.cosine.resize(powers_), instant.sine.resize(powers_);
+  turn(powers_, change, middle, middle + powers_, instant.cosine.data(), instant.sine.data());
 }
 
 Grid::Grid(int harmonics)
-    : cells(std::max(64, 8 * harmonics)), ends(padded(cells + 1)), width(2 * M_PI / cells), harmonics_(harmonics),
-      stride_(padded(harmonics + 1)), ends_(2 * harmonics * ends), middles_(2 * cells * stride_),
-      taylor_(2 * lane_count * stride_) {
+    : cells(std::max(64, 8 * harmonics)), ends(padded(cells + 1, at_a_time * lane_count)), width(2 * M_PI / cells),
+      harmonics_(harmonics), stride_(padded(harmonics + 1)), powers_(padded(2 * harmonics + 1)),
+      ends_(2 * harmonics * ends), middles_(2 * cells * powers_), taylor_(2 * lane_count * stride_) {
   const auto angle = [&](long k, long half_cells) { return M_PI * (k * half_cells % (2 * cells)) / cells; };
   for (int k = 1; k <= harmonics; ++k)
     for (int j = 0; j < ends; ++j) {
@@ -122,9 +127,9 @@ Grid::Grid(int harmonics)
       ends_[(2 * k - 1) * ends + j] = std::sin(angle(k, 2 * j));
     }
   for (int j = 0; j < cells; ++j)
-    for (int k = 0; k <= harmonics; ++k) {
-      middles_[2 * j * stride_ + k] = std::cos(angle(k, 2 * j + 1));
-      middles_[(2 * j + 1) * stride_ + k] = std::sin(angle(k, 2 * j + 1));
+    for (int m = 0; m <= 2 * harmonics; ++m) {
+      middles_[2 * j * powers_ + m] = std::cos(angle(m, 2 * j + 1));
+      middles_[(2 * j + 1) * powers_ + m] = std::sin(angle(m, 2 * j + 1));
     }
   for (int k = 0; k <= harmonics; ++k) {
     double term = 1; // (k half)^q / q!, signs + + - - of cosine and sine
@@ -137,11 +142,9 @@ void Grid::sample(const double *coefficients, double *value, double *slope) cons
   sum_waves(harmonics_, ends, &ends_[0], coefficients, value, slope);
 }
 
-CellPolynomial Grid::expand(const Trigonometric &f, int cell) const {
-  CellPolynomial out;
-  const double *c = &middles_[2 * cell * stride_];
-  sum_terms(stride_, &f.cosine_[0], &f.sine_[0], c, c + stride_, &taylor_[0], out);
-  return out;
+void Grid::expand(const Trigonometric &f, int cell, CellPolynomial &out) const {
+  const double *c = &middles_[2 * cell * powers_];
+  sum_terms(stride_, &f.cosine_[0], &f.sine_[0], c, c + powers_, &taylor_[0], out);
 }
 
 Trigonometric::Trigonometric(int harmonics)

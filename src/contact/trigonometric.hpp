@@ -23,12 +23,11 @@ private:
   std::vector<Line> lines_;
 };
 
-/// cos m theta and sin m theta, m = 0 .. count-1, at one instant. Room is rounded up to whole vectors.
+/// cos m theta and sin m theta, m = 0 .. 2H, at one instant. Room is rounded up to whole vectors.
 struct Instant {
   double theta = 0;
   std::vector<double> cosine, sine;
-  void set(double angle, int count);
-  void set(double angle, double cosine_1, double sine_1, int count);
+  void set_zero(int count);
 };
 
 /// A polynomial in t = (theta - middle of a cell) / (half its width), |t| <= 1: even(t^2) + t odd(t^2).
@@ -44,21 +43,21 @@ public:
   explicit Grid(int harmonics);
 
   const int cells;
-  const int ends;     ///< cells + 1, rounded up to whole vectors: the room for values at the ends of the cells
+  const int ends;     ///< cells + 1, rounded up: the room for values at the ends of the cells
   const double width; ///< of a cell
   double middle(int cell) const { return (cell + 0.5) * width; }
 
   /// f and f' at the ends of the cells, (ends) each, from coefficients [a0, a1, b1, ...].
   void sample(const double *coefficients, double *value, double *slope) const;
   /// f in a cell; truncated where its terms are below round-off.
-  CellPolynomial expand(const Trigonometric &f, int cell) const;
+  void expand(const Trigonometric &f, int cell, CellPolynomial &out) const;
   /// The instant at t in a cell (of the periods that follow, too).
-  void find(long cell, double t, int count, Instant &instant) const;
+  void find(long cell, double t, Instant &instant) const;
 
 private:
-  int harmonics_, stride_;
+  int harmonics_, stride_, powers_;
   Aligned ends_;    // (H, 2, ends) cosines and sines at the ends of the cells
-  Aligned middles_; // (cells, 2, stride) and in the middles
+  Aligned middles_; // (cells, 2, powers) and in the middles, to twice the harmonics
   Aligned taylor_;  // (stride, 2, 8) even and odd terms of exp(i k half t)
 };
 

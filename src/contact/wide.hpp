@@ -27,6 +27,7 @@ namespace dovetail {
 #pragma GCC diagnostic ignored "-Wpsabi" // no vector is passed by value between translation units
 
 constexpr int lane_count = 8;
+constexpr int at_a_time = 4; ///< vectors, where sums side by side hide how long each addition takes
 typedef double Lanes __attribute__((vector_size(64), aligned(64))); // aligned alike on every generation
 typedef std::uint64_t LaneBits __attribute__((vector_size(64), aligned(64)));
 
@@ -73,10 +74,12 @@ template <class V> inline V load(const double *from) {
   return out;
 }
 template <class V> inline void store(const V &value, double *to) { __builtin_memcpy(to, &value, sizeof value); }
-template <class V> inline double sum_of(const V &value) {
-  double sum = 0;
-  for (std::size_t i = 0; i < sizeof value / sizeof sum; ++i) sum += value[i];
-  return sum;
+template <class V> inline double sum_of(const V &value) { // pairwise
+  double part[sizeof value / sizeof(double)];
+  __builtin_memcpy(part, &value, sizeof value);
+  for (std::size_t half = sizeof value / sizeof(double) / 2; half > 0; half /= 2)
+    for (std::size_t i = 0; i < half; ++i) part[i] += part[i + half];
+  return part[0];
 }
 
 } // namespace dovetail
