@@ -3,19 +3,22 @@
 #include <cstdio>
 #include <ostream>
 
-#include "contact/fourier.hpp"
+#include "contact/linearisation.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr double gib = 1024.0 * 1024 * 1024;
 
-void harmonic_balance(Forecast &sizes, int harmonics) {
-  const double n = coefficient_count(harmonics), na = sizes.modes, nc = 3.0 * sizes.points, h = harmonics;
+void harmonic_balance(Forecast &sizes, const Case &study) {
+  const double h = study.harmonics, n = 2 * h + 1, na = sizes.modes, nc = 3.0 * sizes.points;
+  double blocks = 0; // of the contact laws; the pattern of K_xx has 1 + 4H entries of each already
+  const auto &laws = study.contact.law.values;
+  for (PetscInt p = 0; p < sizes.points; ++p) blocks += block_places(laws.size() == 1 ? laws[0] : laws.at(p)).size();
   sizes.unknowns = (na + nc) * n + 1;
   const double pairs = nc * nc + na; // of the reduced matrices with stiffness; modes and contact meet in the mass only
   sizes.jacobian_entries =
-      pairs * (1 + 4 * h) + 2 * na * nc * 2 * h + sizes.points * 9 * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
+      pairs * (1 + 4 * h) + 2 * na * nc * 2 * h + blocks * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
   // 12 bytes an entry in the matrix, 24 in the list it is assembled from; the factors at worst full
   const double factor = std::min(sizes.unknowns * sizes.unknowns, 20 * sizes.jacobian_entries);
   sizes.solve_gib = (36 * sizes.jacobian_entries + 12 * factor + 40 * pairs) / gib;
@@ -26,14 +29,14 @@ void harmonic_balance(Forecast &sizes, int harmonics) {
 Forecast forecast(const ModelHeader &header, const Case &study) {
   Forecast sizes;
   sizes.dofs = header.dofs, sizes.nonzeros = header.nonzeros, sizes.modes = study.modes, sizes.points = header.points;
-  harmonic_balance(sizes, study.harmonics);
+  harmonic_balance(sizes, study);
   return sizes;
 }
 
 Forecast forecast(const ReducedHeader &header, const Case &study) {
   Forecast sizes;
   sizes.modes = header.modes, sizes.points = header.points;
-  harmonic_balance(sizes, study.harmonics);
+  harmonic_balance(sizes, study);
   return sizes;
 }
 

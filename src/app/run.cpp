@@ -44,7 +44,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
   return checked;
 }
 
-std::string in_words(const BranchSummary &summary, double frequency_scale, const std::string &results) {
+std::string in_words(const BranchSummary &summary, double frequency_scale, const std::string &results, bool exact) {
   char where[64];
   std::snprintf(where, sizeof where, "%.8g rad/s", summary.omega * frequency_scale);
   switch (summary.end) {
@@ -59,8 +59,9 @@ std::string in_words(const BranchSummary &summary, double frequency_scale, const
   default:
     return "the sweep could not go on beyond " + std::string(where) + ": " + summary.why + ". The " +
            std::to_string(summary.points) + " points so far are in " + results +
-           ". Where contacts open, harmonic_balance.samples = \"exact\" and more harmonics help; or sweep from the "
-           "other end.";
+           (exact ? ". Where contacts open, more harmonics help"
+                  : ". Where contacts open, harmonic_balance.samples = \"exact\" and more harmonics help") +
+           "; or sweep from the other end.";
   }
 }
 
@@ -145,7 +146,7 @@ void work(MPI_Comm comm, const Checked &checked, bool reduce_only, Stages &stage
   };
   const BranchSummary branch = into_file();
   write_summary(comm, study.directory, &branch, frequency_scale, stages, reduction);
-  const std::string message = in_words(branch, frequency_scale, path.string());
+  const std::string message = in_words(branch, frequency_scale, path.string(), study.samples == exactly);
   if (!branch.good()) throw ComputeError(message);
   voice.say(message);
   voice.say("results: " + path.string());

@@ -119,8 +119,6 @@ void read_harmonic_balance(const Document &document, Case &study) {
   if (!samples) return;
   if (samples.is_words()) {
     if (samples.words() != "exact") samples.refuse("must be \"exact\", or a number of samples per period");
-    if (study.contact.law.any([](Law law) { return law == Law::cone; }))
-      samples.refuse("contact.law = \"cone\" has no closed form; leave samples out, or write a number");
     return;
   }
   const int least = 2 * study.harmonics + 1;

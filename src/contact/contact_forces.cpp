@@ -1,7 +1,10 @@
 #include "contact/contact_forces.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
+#include <utility>
 
 #include "contact/cone_law.hpp"
 #include "contact/exact_law.hpp"
@@ -45,8 +48,12 @@ void ContactForces::evaluate(const double *X, double *G, bool derivative) {
   for (const int p : cone_)
     laws_->cone->evaluate(points_[p], standstill_[p], X + p * width, G + p * width, activity_[p],
                           derivative ? &linear_[p] : nullptr);
-  for (int p = 0; p < size(); ++p)
-    if (points_[p].law == Law::bilateral) linear_[p].multiply(points_[p], X + p * width, G + p * width);
+  for (int p = 0; p < size(); ++p) {
+    const double *x = X + p * width;
+    if (points_[p].law == Law::bilateral) linear_[p].multiply(points_[p], x, G + p * width);
+    if (!std::all_of(x, x + width, [](double value) { return std::isfinite(value); })) // no law may swallow it
+      std::fill_n(G + p * width, width, std::numeric_limits<double>::quiet_NaN());
+  }
 }
 
 void ContactForces::multiply(const double *V, double *out) const {

@@ -21,10 +21,11 @@ public:
   const std::vector<ContactPoint> &points() const { return points_; }
 
   /// X (points, 3, 2H+1): motion measured from the standstill, rows t1, t2, n; G the same shape: coefficients of
-  /// g(x + x_p) - g(x_p). With `derivative`, what write() and multiply() need is kept.
+  /// g(x + x_p) - g(x_p), NaN where X is not finite. Without `derivative`, write() and multiply() must wait for the
+  /// next.
   void evaluate(const double *X, double *G, bool derivative = true);
 
-  /// Derivative at the last motion evaluated with `derivative`: blocks of one point (Linearisation::write), or of all
+  /// Derivative at the last motion evaluated: blocks of one point (Linearisation::write), or of all
   /// points times V (points, 3, 2H+1).
   void write(int point, double *blocks) const { linear_[point].write(points_[point], blocks); }
   void multiply(const double *V, double *out) const;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "contact/fourier.hpp"
 #include "contact/wide.hpp"
@@ -77,10 +76,7 @@ void ExactLaw::evaluate(const ContactPoint &point, const Standstill &standstill,
   std::fill_n(G, 3 * n, 0.0);
   activity = {};
   linear.reset(harmonics_);
-  if (!std::all_of(X, X + 3 * n, [](double x) { return std::isfinite(x); })) {
-    std::fill_n(G, 3 * n, std::numeric_limits<double>::quiet_NaN());
-    return;
-  }
+  if (!std::all_of(X, X + 3 * n, [](double x) { return std::isfinite(x); })) return;
   instants_.clear();
   std::copy_n(X + 2 * n, n, p_.begin());
   p_[0] += 2 * (standstill.x[2] - point.gap);
@@ -97,8 +93,7 @@ void ExactLaw::evaluate(const ContactPoint &point, const Standstill &standstill,
   }
   if (surely_stuck(point, v)) {
     linear.springs_only = true;
-    linear.multiply(point, X, G); // at the standstill it slips or is open if it does not carry k_t (x_p - w_p)
-    for (int d = 0; has_friction(point.law) && d < 2; ++d) G[d * n] -= 2 * (v[d] + standstill.force[d]);
+    linear.multiply(point, X, G);
     G[2 * n] += 2 * (point.kn * (standstill.x[2] - point.gap) - standstill.force[2]);
     return;
   }
@@ -126,7 +121,9 @@ void ExactLaw::evaluate(const ContactPoint &point, const Standstill &standstill,
 // By bounds alone, without looking for instants.
 bool ExactLaw::surely_stuck(const ContactPoint &point, const std::array<double, 2> &v) const {
   if (approach_.mean() - approach_.bound(0) <= 0) return false;
-  return !has_friction(point.law) || (sliders_[0].rests(v[0]) && sliders_[1].rests(v[1]));
+  for (int d = 0; has_friction(point.law) && d < 2; ++d)
+    if (point.mu[d] == 0 || !sliders_[d].rests(v[d])) return false;
+  return true;
 }
 
 // On w_p, all round.
@@ -181,8 +178,8 @@ void ExactLaw::find_spans() {
     spans_.back().end = period + instants_[first_lift_off].theta, spans_.back().to = first_lift_off;
 }
 
-// Stretches of one direction over all spans. An open contact forgets. One that never opens goes round twice, unless it
-// is known where it stands at some instant of every round but the first.
+// Stretches of one direction over all spans. An open contact forgets. One that never opens goes round once from where
+// its place is known, if it slips both ways in every round, else twice from w_p.
 void ExactLaw::march(int direction, double v) {
   Slider &slider = sliders_[direction];
   std::vector<Stretch> &run = run_[direction];
@@ -197,7 +194,8 @@ void ExactLaw::march(int direction, double v) {
   if (const int turn = slider.turning_point(); turn >= 0) {
     const double at = instants_[turn].theta, left = slider.left_by(1, turn);
     const Stretch last = slider.march({0, 0, 0, 0, 0, left, turn, 1}, at, turn, at + period, turn, run);
-    if (last.side == 1 || (last.side == 0 && std::abs(last.v - left) <= 1e-13 * slider.size())) {
+    if (last.side == 1 || (last.side == 0 && std::abs(last.v - left) <= 100 * slider.tiny(left))) {
+      run.back().end = at + period, run.back().to = turn; // it may have been found once more, a hair before
       begin_at_zero(run);
       return;
     }
@@ -268,7 +266,7 @@ void ExactLaw::add_stick(const ContactPoint &point, int d, std::size_t i, double
 int ExactLaw::changes(int d) const {
   int count = always_closed_ && run_[d].front().side != run_[d].back().side ? 1 : 0;
   for (std::size_t i = 1; i < run_[d].size(); ++i)
-    count += run_[d][i].side != run_[d][i - 1].side && run_[d][i].begin == run_[d][i - 1].end;
+    count += run_[d][i].side != run_[d][i - 1].side && run_[d][i].from == run_[d][i - 1].to;
   return count;
 }
 

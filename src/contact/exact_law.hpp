@@ -14,7 +14,8 @@ public:
   explicit ExactLaw(int harmonics);
   ExactLaw(const ExactLaw &) = delete;
 
-  /// X, G (3, 2H+1), the derivative into `linear`. See ContactForces::evaluate. Motions that are not finite give NaN.
+  /// X, G (3, 2H+1), the derivative into `linear`. See ContactForces::evaluate. A motion that is not finite gets no
+  /// force.
   void evaluate(const ContactPoint &point, const Standstill &standstill, const double *X, double *G, Activity &activity,
                 Linearisation &linear);
 

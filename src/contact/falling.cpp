@@ -104,7 +104,7 @@ double Falling::search(double from, double to, double at_to, int &looks) const {
   if (lowest - rest >= -tiny_) return none;
   const double slope_change = std::abs(v.g2) * half + third_ * half * half / 2;
   if (v.g1 - slope_change > 0) return none; // rises throughout
-  const bool falls = at_to<0, bent = std::abs(v.g2)> third_ * half;
+  const bool falls = at_to<-tiny_, bent = std::abs(v.g2)> third_ * half;
   const bool once = v.g1 + slope_change < 0 || (bent && (falls || v.g2 < 0)); // monotone, convex or concave
   if (once || --looks <= 0) {
     if (!falls) return none;
@@ -129,9 +129,9 @@ double Falling::polish(double low, double high, double t) const {
       continue;
     }
     t = next;
-    const double change = std::abs(halley);
-    if (std::abs(v.g) <= tiny_ || change < 1e-8 || (change < 1e-4 && change * std::abs(v.g2) < 1e-3 * std::abs(v.g1)))
-      return t;
+    const double change = std::abs(halley),
+                 left = change * change * change * (v.g2 * v.g2 / 4 / std::abs(v.g1) + third_ / 6);
+    if (std::abs(v.g) <= tiny_ || left <= tiny_) return t;
   }
   return t;
 }

@@ -19,9 +19,7 @@ Turn turn(int k, int j, int samples) {
 } // namespace
 
 Fourier::Fourier(int harmonics, int samples)
-    : harmonics_(harmonics), samples_(samples), rows_(static_cast<std::size_t>(samples) * size()),
-      means_((static_cast<std::size_t>(samples) + 1) * 2 * size()),
-      indicators_((static_cast<std::size_t>(samples) + 1) * size()) {
+    : harmonics_(harmonics), samples_(samples), rows_(static_cast<std::size_t>(samples) * size()) {
   const int n = size();
   for (int j = 0; j < samples_; ++j) {
     double *row = &rows_[static_cast<std::size_t>(j) * n];
@@ -32,19 +30,20 @@ Fourier::Fourier(int harmonics, int samples)
       row[sine(k)] = at.sine;
     }
   }
-  for (int j = 0; j <= samples_; ++j) {
-    double *mean = &means_[static_cast<std::size_t>(j) * 2 * n];
-    mean[0] = static_cast<double>(j) / samples_;
-    for (int m = 1; m < n; ++m) { // geometric series of q = exp(i m 2 pi / N), which is not 1 because m <= 2H < N
-      const Turn at = turn(m, j, samples_), q = turn(m, 1, samples_);
+}
+
+MaskTable::MaskTable(int harmonics, int samples)
+    : size_(coefficient_count(harmonics)), means_((static_cast<std::size_t>(samples) + 1) * 2 * size_) {
+  for (int j = 0; j <= samples; ++j) {
+    double *mean = &means_[static_cast<std::size_t>(j) * 2 * size_];
+    mean[0] = static_cast<double>(j) / samples;
+    for (int m = 1; m < size_; ++m) { // geometric series of q = exp(i m 2 pi / N), which is not 1 because m <= 2H < N
+      const Turn at = turn(m, j, samples), q = turn(m, 1, samples);
       const double re = at.cosine - 1, im = at.sine, dre = q.cosine - 1, dim = q.sine;
-      const double scale = 1 / (samples_ * (dre * dre + dim * dim));
+      const double scale = 1 / (samples * (dre * dre + dim * dim));
       mean[m] = (re * dre + im * dim) * scale;
-      mean[n + m] = (im * dre - re * dim) * scale;
+      mean[size_ + m] = (im * dre - re * dim) * scale;
     }
-    double *indicator = &indicators_[static_cast<std::size_t>(j) * n];
-    indicator[0] = 2 * mean[0];
-    for (int k = 1; k <= harmonics_; ++k) indicator[cosine(k)] = 2 * mean[k], indicator[sine(k)] = 2 * mean[n + k];
   }
 }
 

@@ -28,17 +28,21 @@ public:
   void synthesise(const double *coefficients, double *values) const; ///< (2H+1) -> (N)
   void analyse(const double *values, double *coefficients) const; ///< (N) -> (2H+1), a_k = 2/N sum q_j cos(k theta_j)
 
-  /// Means over the period of the mask that is 1 at the samples before j (j = 0..N): 2H+1 numbers times cos(m theta),
-  /// m = 0..2H, then 2H+1 times sin(m theta). The mask of samples a <= j < b has means(b) - means(a).
-  const double *means(int j) const { return &means_[static_cast<std::size_t>(j) * 2 * size()]; }
-  /// Coefficients of the same mask. (2H+1)
-  const double *indicator(int j) const { return &indicators_[static_cast<std::size_t>(j) * size()]; }
-
 private:
   int harmonics_, samples_;
-  std::vector<double> rows_;       // (N, 2H+1)
-  std::vector<double> means_;      // (N+1, 2, 2H+1)
-  std::vector<double> indicators_; // (N+1, 2H+1)
+  std::vector<double> rows_; // (N, 2H+1)
+};
+
+/// Means over the period of masks of samples: the mask that is 1 at the samples before j (j = 0..N), times cos(m
+/// theta), m = 0..2H, and then times sin(m theta). The mask of samples a <= j < b has at(b) - at(a). (2 (2H+1))
+class MaskTable {
+public:
+  MaskTable(int harmonics, int samples);
+  const double *at(int j) const { return &means_[static_cast<std::size_t>(j) * 2 * size_]; }
+
+private:
+  int size_;                  // 2H+1
+  std::vector<double> means_; // (N+1, 2, 2H+1)
 };
 
 /// Synthesis and analysis of series side by side in lanes, at a quarter (N odd: half) of the plain cost: sine and

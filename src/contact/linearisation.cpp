@@ -9,6 +9,19 @@
 namespace dovetail {
 namespace {
 
+// The arrays of Stretches below, from their places at m = 0.
+DOVETAIL_WIDE void spread(int harmonics, double factor, const double *__restrict c, const double *__restrict s,
+                          double *__restrict along, double *__restrict across) {
+  for (int m = 0; m <= 2 * harmonics; ++m) {
+    along[2 * m] = factor * c[m], along[2 * m + 1] = factor * s[m];
+    across[2 * m] = factor * s[m], across[2 * m + 1] = -factor * c[m];
+  }
+  for (int m = 1; m <= harmonics; ++m) {
+    along[-2 * m] = factor * c[m], along[1 - 2 * m] = -factor * s[m];
+    across[-2 * m] = -factor * s[m], across[1 - 2 * m] = -factor * c[m];
+  }
+}
+
 // Means of a mask for m = -H .. 2H as pairs, times a factor. With
 //   along  = (cos m, sin m),   across = (sin m, -cos m)   at m,
 // the cosine row k of the gram is along(l - k) + along(l + k) for l = 1 .. H in turn, the sine row
@@ -19,14 +32,7 @@ public:
     const int length = 2 * (3 * harmonics + 1);
     room.resize(2 * (length + at_a_time * lane_count)); // whole vectors may be read beyond the ends
     double *along = room.data() + 2 * harmonics, *across = along + length + at_a_time * lane_count;
-    for (int m = 0; m <= 2 * harmonics; ++m) {
-      along[2 * m] = factor * mask.cosine[m], along[2 * m + 1] = factor * mask.sine[m];
-      across[2 * m] = along[2 * m + 1], across[2 * m + 1] = -along[2 * m];
-    }
-    for (int m = 1; m <= harmonics; ++m) {
-      along[-2 * m] = along[2 * m], along[1 - 2 * m] = -along[2 * m + 1];
-      across[-2 * m] = -across[2 * m], across[1 - 2 * m] = across[2 * m + 1];
-    }
+    spread(harmonics, factor, mask.cosine.data(), mask.sine.data(), along, across);
     along_ = along, across_ = across;
   }
 
@@ -160,6 +166,7 @@ void Linearisation::reset(int harmonics) {
   harmonics_ = harmonics;
   count_ = 0;
   springs_only = false;
+  dense.clear();
   for (MaskMeans *mask : {&closed, &stick[0], &stick[1], &slip[0], &slip[1]}) mask->reset(harmonics);
 }
 

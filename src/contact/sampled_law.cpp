@@ -109,6 +109,15 @@ DOVETAIL_WIDE void add_interval(int n, const double *begin, const double *end, d
   for (int m = 0; m < n; ++m) sine[m] += weight * (end[n + m] - begin[n + m]);
 }
 
+// share += the coefficients of the same interval's indicator
+DOVETAIL_WIDE void add_share(int n, const double *begin, const double *end, double *share) {
+  share[0] += 2 * (end[0] - begin[0]);
+  for (int k = 1; k <= n / 2; ++k) {
+    share[cosine(k)] += 2 * (end[k] - begin[k]);
+    share[sine(k)] += 2 * (end[n + k] - begin[n + k]);
+  }
+}
+
 // out = a x + b y
 DOVETAIL_WIDE void combine(int n, double a, const double *x, double b, const double *y, double *out) {
   for (int i = 0; i < n; ++i) out[i] = a * x[i] + b * y[i];
@@ -143,7 +152,7 @@ std::uint64_t changed(const std::uint64_t *bits, int word, bool carry) {
 
 // Shares and events of a round, as if it went on for ever. forth, back (2 directions).
 DOVETAIL_WIDE void count_states(int samples, const std::uint64_t *closed, const std::uint64_t *const *forth,
-                                const std::uint64_t *const *back, Activity &activity) {
+                                const std::uint64_t *const *back, const std::array<double, 2> &mu, Activity &activity) {
   const int words = (samples + word_size - 1) / word_size;
   int in_contact = 0, slipping = 0, events = 0;
   const auto edges = [&](const std::uint64_t *bits, int w) {
@@ -155,8 +164,9 @@ DOVETAIL_WIDE void count_states(int samples, const std::uint64_t *closed, const 
     in_contact += __builtin_popcountll(closed[w]);
     slipping += __builtin_popcountll(forth[0][w] | back[0][w] | forth[1][w] | back[1][w]);
     events += __builtin_popcountll(passages);
-    for (const std::uint64_t *bits : {forth[0], back[0], forth[1], back[1]})
-      events += __builtin_popcountll(edges(bits, w) & stays);
+    for (int d = 0; d < 2; ++d) // without friction it slips for ever: there is no onset
+      for (const std::uint64_t *bits : {forth[d], back[d]})
+        if (mu[d] > 0) events += __builtin_popcountll(edges(bits, w) & stays);
   }
   activity.open = static_cast<double>(samples - in_contact) / samples;
   activity.slip = static_cast<double>(slipping) / samples;
@@ -166,9 +176,9 @@ DOVETAIL_WIDE void count_states(int samples, const std::uint64_t *closed, const 
 } // namespace
 
 SampledLaw::SampledLaw(int harmonics, int samples)
-    : fourier_(harmonics, samples), wide_(harmonics, samples), words_((samples + word_size - 1) / word_size),
-      coefficients_(3 * fourier_.size()), motion_(3 * samples), force_(3 * samples), closed_(words_),
-      forth_(4 * words_), back_(4 * words_), state_words_(9 * words_) {
+    : fourier_(harmonics, samples), masks_(harmonics, samples), wide_(harmonics, samples),
+      words_((samples + word_size - 1) / word_size), coefficients_(3 * fourier_.size()), motion_(3 * samples),
+      force_(3 * samples), closed_(words_), forth_(4 * words_), back_(4 * words_), state_words_(9 * words_) {
   Words next = state_words_.data();
   const auto take = [&] { return std::exchange(next, next + words_); };
   states_.closed = take();
@@ -190,7 +200,7 @@ void SampledLaw::evaluate(const int *which, int count, const ContactPoint *point
       for (int i = 0; i < width; ++i) g[i] = coefficients_[i][lane];
       for (int d = 0; d < 3; ++d) g[d * n] -= 2 * standstill[p].force[d];
       take_states(lane, has_friction(points[p].law));
-      count_states(fourier_.samples(), states_.closed, states_.forth[1], states_.back[1], activity[p]);
+      count_states(fourier_.samples(), states_.closed, states_.forth[1], states_.back[1], points[p].mu, activity[p]);
       activity[p].dissipation = dissipation(fourier_.harmonics(), x, g);
       if (linear) differentiate(points[p], lane, x, linear[p]);
     }
@@ -280,8 +290,7 @@ void SampledLaw::differentiate(const ContactPoint &point, int lane, const double
       N, [&](int w) { return changed(closed, w, false); },
       [&](int begin, int end) {
         if (at(closed, begin))
-          add_interval(n, fourier_.means(begin), fourier_.means(end), 1, linear.closed.cosine.data(),
-                       linear.closed.sine.data());
+          add_interval(n, masks_.at(begin), masks_.at(end), 1, linear.closed.cosine.data(), linear.closed.sine.data());
       });
   for (int d = 0; has_friction(point.law) && d < 2; ++d) differentiate(point, lane, d, X, linear);
 }
@@ -299,8 +308,7 @@ void SampledLaw::differentiate(const ContactPoint &point, int lane, int directio
         if (!at(closed, begin)) return;
         const int sign = at(forth, begin) - at(back, begin);
         MaskMeans &mask = sign ? slip : stick;
-        add_interval(n, fourier_.means(begin), fourier_.means(end), sign ? sign : 1, mask.cosine.data(),
-                     mask.sine.data());
+        add_interval(n, masks_.at(begin), masks_.at(end), sign ? sign : 1, mask.cosine.data(), mask.sine.data());
         if (!sign) sticks_.push_back({begin, end, anchor_before(direction, begin)});
       });
   if (sticks_.size() > 1 && sticks_.front().begin == 0 && sticks_.back().end == N &&
@@ -331,11 +339,9 @@ void SampledLaw::add_run(const ContactPoint &point, int lane, int direction, con
   const double kt = point.kt[direction], mu_kn = point.mu[direction] * point.kn;
   const double *now = fourier_.row(j), *then = fourier_.row(j ? j - 1 : N - 1);
   Linearisation::Run &run = linear.add_run(direction);
-  combine(n, 1, fourier_.indicator(stick.end), -1, fourier_.indicator(std::max(stick.begin, 0)), run.share.data());
-  if (stick.begin < 0) { // begun in the round before
-    combine(n, 1, run.share.data(), 1, fourier_.indicator(N), run.share.data());
-    combine(n, 1, run.share.data(), -1, fourier_.indicator(stick.begin + N), run.share.data());
-  }
+  std::fill(run.share.begin(), run.share.end(), 0.0);
+  add_share(n, masks_.at(std::max(stick.begin, 0)), masks_.at(stick.end), run.share.data());
+  if (stick.begin < 0) add_share(n, masks_.at(stick.begin + N), masks_.at(N), run.share.data()); // of the round before
   if (sign) { // v = kt x - sign mu N at sample j
     combine(n, -kt, now, 0, then, run.by_t.data());
     combine(n, sign * mu_kn, now, 0, then, run.by_n.data());

@@ -49,6 +49,7 @@ private:
                Linearisation &linear) const;
 
   Fourier fourier_;
+  MaskTable masks_;
   WideFourier wide_;
   int words_;                                      // ceil(N / 64)
   LaneArray<double> coefficients_;                 // (3, 2H+1): motion, then force

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "contact/wide.hpp"
 
@@ -9,7 +10,7 @@ namespace dovetail {
 namespace {
 
 constexpr int most_events = 16; // of a slider in one cell of the grid; more are round-off
-constexpr double hair = 1e-13;  // of a cell
+constexpr double hair = 1e-13;  // of half a cell
 
 // An edge at the ends of the cells. In a cell no value is above `highest` - from either end at most half a cell along
 // the tangent, and `curved` above it - and no slope below `lowest`.
@@ -79,15 +80,17 @@ void Slider::on_grid(const double *x, const double *x_slope, const double *p, co
   }
 }
 
+double Slider::tiny(double v) const { return 8 * std::numeric_limits<double>::epsilon() * (size() + std::abs(v)); }
+
 bool Slider::rests(double v) const {
   for (const int side : {1, -1})
-    if (edge(side).f.mean() + edge(side).f.bound(0) > side * v) return false;
+    if (edge(side).f.mean() + edge(side).f.bound(0) > side * v + tiny(v)) return false;
   return true;
 }
 
 int Slider::overrun(double v) const {
   for (const int side : {1, -1})
-    if (edge(side).f.at(instants_[0]) > side * v) return side;
+    if (edge(side).f.at(instants_[0]) > side * v + tiny(v)) return side;
   return 0;
 }
 
@@ -141,6 +144,7 @@ double Slider::next_event(const Stretch &state, int cell, bool whole, double fro
   const auto first = [&](const Falling &g) { return whole ? g.first_in_cell() : g.first(from, to); };
   if (state.side != 0) {
     side = 0;
+    if (edge(state.side).lowest[cell] > 0) return Falling::none;
     const Trigonometric &f = edge(state.side).f;
     return first(Falling::slope(expand(state.side, cell), 1, f.bound(1) + f.bound(2)));
   }
@@ -186,6 +190,7 @@ Stretch Slider::march(Stretch state, double begin, int from, double end, int to,
     int side = 0;
     const bool passes = last - t < hair;
     t = passes ? Falling::none : next_event(state, place, whole, t, last, side);
+    if (last < 1 && t < Falling::none && last - t < hair) t = Falling::none; // at lift-off, where both edges meet
     if (t == Falling::none || ++events > most_events) {
       if (t < Falling::none) {
         const int now = instants_.add(cell, last);

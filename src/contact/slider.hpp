@@ -53,6 +53,7 @@ public:
   bool rests(double v) const;
 
   double size() const { return edge(1).f.bound(0) + std::abs(edge(1).f.mean()); } ///< of the forces at work
+  double tiny(double v) const; ///< what is round-off of the edges or of v
 
   /// Marches over begin <= theta <= end, instants `from` and `to`, and appends the stretches to `out`. `state`: side, v
   /// and what set it at the beginning; its times are not used. `before`: stretches of a march over the same time from

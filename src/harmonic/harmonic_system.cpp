@@ -129,10 +129,10 @@ void HarmonicSystem::products(const double *q) {
 void HarmonicSystem::evaluate_contact(const double *q) {
   const double *contact = q + layout_.own_point_offset(0);
   const std::size_t count = layout_.own_points.size() * 3 * layout_.width;
-  if (contact_.size() == count && std::equal(contact_.begin(), contact_.end(), contact) && !force_.empty()) return;
-  contact_.assign(contact, contact + count);
+  if (contact_.size() == count && std::equal(contact_.begin(), contact_.end(), contact)) return;
   force_.resize(count);
   forces_.evaluate(contact, force_.data());
+  contact_.assign(contact, contact + count);
 }
 
 void HarmonicSystem::residual(Vec y, Vec f) {

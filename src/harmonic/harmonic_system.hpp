@@ -25,7 +25,7 @@ public:
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);
 
-  /// What the own contact points did over the period at the last residual, in scaled units.
+  /// What the own contact points did over the period at the motion evaluated last, in scaled units.
   const std::vector<Activity> &activity() const { return forces_.activity(); }
 
 private:

@@ -194,13 +194,6 @@ def test_case_file(folder, old, new, words):
     expect(run(folder), [f"case.toml:{line}: ", *words])
 
 
-def test_cone_cannot_be_exact(folder):
-    text = CASE.replace("samples = 64", "samples = \"exact\"").replace("gap = -3.5", "law = \"cone\"")
-    (folder / "case.toml").write_text(text)
-    expect(run(folder), ["case.toml:18: harmonic_balance.samples = \"exact\"", "contact.law = \"cone\" has no closed form",
-                         "leave samples out, or write a number"])
-
-
 def test_friction_is_not_needed_without_friction(folder):
     text = CASE.replace("tangential_stiffness = [1.0, 1.0]\n", "").replace("friction = [1.0, 1.0]", "law = \"unilateral\"")
     (folder / "case.toml").write_text(text)

@@ -390,9 +390,7 @@ TEST_F(CaseFile, Cone) {
 
   EXPECT_EQ(read({{14, "law = \"cone\""}}).samples, 64);
   EXPECT_EQ(read({{14, "law = \"cone\""}, {19, ""}}).samples, 0); // all but the cone
-  refused({{14, "law = [\"coulomb\", \"cone\"]"}, {19, "samples = \"exact\""}}, 19,
-          {"harmonic_balance.samples = \"exact\": contact.law = \"cone\" has no closed form", "leave samples out",
-           "write a number"});
+  EXPECT_EQ(read({{14, "law = [\"coulomb\", \"cone\"]"}, {19, "samples = \"exact\""}}).samples, exactly);
 }
 
 TEST_F(CaseFile, ContactPointsFromTheCase) {
