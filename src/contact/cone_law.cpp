@@ -96,26 +96,21 @@ ConeLaw::State ConeLaw::rub(const ContactPoint &point, int sample, bool differen
     T_ = {};
     std::fill(slopes_.begin(), slopes_.end(), 0.0);
   } else {
-    const double size = std::hypot(T_[0], T_[1]);
-    if (slips_forth(size, point.mu[0] * force_[2 * N + sample])) {
+    if (slips_forth(std::hypot(T_[0], T_[1]), point.mu[0] * force_[2 * N + sample])) {
       state = State::slip;
-      slide(point, sample, size, differentiate);
+      slide(point, sample, differentiate);
     }
   }
   for (int d = 0; d < 2; ++d) force_[d * N + sample] = T_[d];
   return state;
 }
 
-// A trial outside the cone is drawn back along its own direction e: T = mu N e, dT = mu dN e + mu N / size (1 - e e') d
-// trial. Without trial (and bound) it has no direction, and no force.
-void ConeLaw::slide(const ContactPoint &point, int sample, double size, bool differentiate) {
+// T = mu N e, dT = mu dN e + mu N / size (1 - e e') d trial
+void ConeLaw::slide(const ContactPoint &point, int sample, bool differentiate) {
   const int n = fourier_.size(), N = fourier_.samples();
-  const double mu = point.mu[0], bound = mu * force_[2 * N + sample], shrink = size > 0 ? bound / size : 0;
-  std::array<double, 2> e{};
-  for (int d = 0; d < 2; ++d) {
-    e[d] = size > 0 ? T_[d] / size : 0;
-    T_[d] = bound * e[d];
-  }
+  const double mu = point.mu[0];
+  std::array<double, 2> e;
+  const double shrink = drawn_back(mu * force_[2 * N + sample], T_, e);
   if (!differentiate) return;
   double *first = slopes_.data(), *second = first + 3 * n;
   for (int l = 0; l < 3 * n; ++l) {

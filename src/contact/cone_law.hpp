@@ -27,7 +27,7 @@ private:
   void march(const ContactPoint &point, const Standstill &standstill, bool differentiate);
   State rub(const ContactPoint &point, int sample, bool differentiate);
   void lead_in(const ContactPoint &point, int sample, bool differentiate);
-  void slide(const ContactPoint &point, int sample, double size, bool differentiate);
+  void slide(const ContactPoint &point, int sample, bool differentiate);
   void record(Activity &activity) const;
   void write_blocks(std::vector<double> &dense) const;
 

@@ -18,23 +18,21 @@ void rub_apart(const ContactPoint &point, const double *x, StaticForce &out) {
   }
 }
 
-// The one slider of a pressed point under the cone: a trial outside is drawn back along its own direction.
+// The one slider of a pressed point under the cone.
 void rub_together(const ContactPoint &point, const double *x, StaticForce &out) {
   const double mu = point.mu[0], bound = mu * out.force[2];
-  const double trial[] = {point.kt[0] * x[0], point.kt[1] * x[1]}, size = std::hypot(trial[0], trial[1]);
-  const bool slipping = slips(size, bound) != 0;
+  std::array<double, 2> T{point.kt[0] * x[0], point.kt[1] * x[1]}, along;
+  const bool slipping = slips(std::hypot(T[0], T[1]), bound) != 0;
+  const double shrink = slipping ? drawn_back(bound, T, along) : 1;
   for (int d = 0; d < 2; ++d) {
+    out.force[d] = T[d];
     if (!slipping) {
-      out.force[d] = trial[d];
       out.slope[d][d] = point.kt[d];
       continue;
     }
-    const double along = size > 0 ? trial[d] / size : 0; // without friction nothing may pull at all
-    out.force[d] = bound * along;
-    out.w[d] = x[d] - out.force[d] / point.kt[d];
-    out.slope[d][2] = mu * point.kn * along;
-    for (int e = 0; e < 2 && size > 0; ++e)
-      out.slope[d][e] = bound / size * ((d == e) - along * trial[e] / size) * point.kt[e];
+    out.w[d] = x[d] - T[d] / point.kt[d];
+    out.slope[d][2] = mu * point.kn * along[d];
+    for (int e = 0; e < 2; ++e) out.slope[d][e] = shrink * ((d == e) - along[d] * along[e]) * point.kt[e];
   }
 }
 

@@ -38,6 +38,14 @@ inline int slips(double trial, double bound) {
   return slips_forth(trial, bound) ? 1 : slips_forth(-trial, bound) ? -1 : 0;
 }
 
+/// The cone's law for a trial beyond the bound: it is drawn back along its own direction e, T = bound e. Returns
+/// bound / |trial|, by which changes across e shrink; without trial there is neither direction nor force.
+inline double drawn_back(double bound, std::array<double, 2> &T, std::array<double, 2> &e) {
+  const double size = std::hypot(T[0], T[1]);
+  for (int d = 0; d < 2; ++d) e[d] = size > 0 ? T[d] / size : 0, T[d] = bound * e[d];
+  return size > 0 ? bound / size : 0;
+}
+
 /// Force at a standstill x = (t1, t2, n), reached from memory w = 0 (eq 7), with its derivative and the memory left.
 struct StaticForce {
   std::array<double, 3> force{};                ///< [N]
