@@ -88,11 +88,12 @@ DOVETAIL_WIDE double Falling::first(double from, double to) const {
   return search(from, to, to == 1 ? at_one_ : at(to).g, looks);
 }
 
-// Newton's step, of the terms up to t^4 alone: saves a look at all of them.
+// Newton's step, of the terms up to t^6 alone: saves a look at all of them.
 double Falling::improvement(double t) const {
-  const double a = c_.even[0], b = c_.odd[0], c = c_.even[1], d = c_.odd[1], e = c_.even[2];
-  const double slope = b + t * (2 * c + t * (3 * d + t * 4 * e));
-  return slope < 0 ? (a + t * (b + t * (c + t * (d + t * e)))) / slope : 0;
+  const double *e = c_.even, *o = c_.odd, s = t * t;
+  const double value = e[0] + s * (e[1] + s * (e[2] + s * e[3])) + t * (o[0] + s * (o[1] + s * o[2]));
+  const double slope = o[0] + s * (3 * o[1] + s * 5 * o[2]) + t * (2 * e[1] + s * (4 * e[2] + s * 6 * e[3]));
+  return slope < 0 ? value / slope : 0;
 }
 
 // Encloses g between quadratics around the middle; halves the stretch where that does not decide.

@@ -64,6 +64,7 @@ inline void write_rows(int n, const Stretches &gram, const double *const *shares
   const double *by[runs + 1];
   for (int r = 0; r < runs; ++r) by[r] = bys[r];
   for (int i = 0; i < n; ++i, block += n) {
+    for (int j = 0; j < n; j += lane_count) __builtin_prefetch(block + 6 * n + j, 1); // rows soon to be written
     const Stretches::Row row = gram.row(i);
     double share[runs + 1];
     for (int r = 0; r < runs; ++r) share[r] = shares[r][i];

@@ -103,14 +103,17 @@ DOVETAIL_WIDE_PARTS(rub,
                     (samples, sliders, motion, normal, closed, force, forth, back))
 
 // weight * (end - begin) added to the means of a mask: one interval of it.
-DOVETAIL_WIDE void add_interval(int n, const double *begin, const double *end, double weight, double *cosine,
-                                double *sine) {
-  for (int m = 0; m < n; ++m) cosine[m] += weight * (end[m] - begin[m]);
-  for (int m = 0; m < n; ++m) sine[m] += weight * (end[n + m] - begin[n + m]);
+DOVETAIL_WIDE void add_interval(int n, const double *__restrict begin, const double *__restrict end, double weight,
+                                double *__restrict cosine, double *__restrict sine) {
+  for (int m = 0; m < n; ++m) {
+    cosine[m] += weight * (end[m] - begin[m]);
+    sine[m] += weight * (end[n + m] - begin[n + m]);
+  }
 }
 
 // share += the coefficients of the same interval's indicator
-DOVETAIL_WIDE void add_share(int n, const double *begin, const double *end, double *share) {
+DOVETAIL_WIDE void add_share(int n, const double *__restrict begin, const double *__restrict end,
+                             double *__restrict share) {
   share[0] += 2 * (end[0] - begin[0]);
   for (int k = 1; k <= n / 2; ++k) {
     share[cosine(k)] += 2 * (end[k] - begin[k]);
@@ -119,7 +122,7 @@ DOVETAIL_WIDE void add_share(int n, const double *begin, const double *end, doub
 }
 
 // out = a x + b y
-DOVETAIL_WIDE void combine(int n, double a, const double *x, double b, const double *y, double *out) {
+DOVETAIL_WIDE void combine(int n, double a, const double *x, double b, const double *y, double *__restrict out) {
   for (int i = 0; i < n; ++i) out[i] = a * x[i] + b * y[i];
 }
 
