@@ -110,7 +110,7 @@ void Instant::set_zero(int count) {
 }
 
 void Grid::find(long cell, double t, Instant &instant) const {
-  const double change = t * width / 2, *middle = &middles_[2 * (cell % cells) * powers_];
+  const double change = t * width / 2, *middle = middles_.values() + 2 * (cell % cells) * powers_;
   instant.theta = (cell + 0.5) * width + change;
   instant.cosine.resize(powers_), instant.sine.resize(powers_);
   turn(powers_, change, middle, middle + powers_, instant.cosine.data(), instant.sine.data());
@@ -119,55 +119,59 @@ void Grid::find(long cell, double t, Instant &instant) const {
 Grid::Grid(int harmonics)
     : cells(std::max(64, 8 * harmonics)), ends(padded(cells + 1, at_a_time * lane_count)), width(2 * M_PI / cells),
       harmonics_(harmonics), stride_(padded(harmonics + 1)), powers_(padded(2 * harmonics + 1)),
-      ends_(2 * harmonics * ends), middles_(2 * cells * powers_), taylor_(2 * lane_count * stride_) {
+      ends_(2 * harmonics * ends / lane_count), middles_(2 * cells * powers_ / lane_count), taylor_(2 * stride_) {
+  double *at_ends = ends_.values(), *at_middles = middles_.values(), *terms = taylor_.values();
   const auto angle = [&](long k, long half_cells) { return M_PI * (k * half_cells % (2 * cells)) / cells; };
   for (int k = 1; k <= harmonics; ++k)
     for (int j = 0; j < ends; ++j) {
-      ends_[2 * (k - 1) * ends + j] = std::cos(angle(k, 2 * j));
-      ends_[(2 * k - 1) * ends + j] = std::sin(angle(k, 2 * j));
+      at_ends[2 * (k - 1) * ends + j] = std::cos(angle(k, 2 * j));
+      at_ends[(2 * k - 1) * ends + j] = std::sin(angle(k, 2 * j));
     }
   for (int j = 0; j < cells; ++j)
     for (int m = 0; m <= 2 * harmonics; ++m) {
-      middles_[2 * j * powers_ + m] = std::cos(angle(m, 2 * j + 1));
-      middles_[(2 * j + 1) * powers_ + m] = std::sin(angle(m, 2 * j + 1));
+      at_middles[2 * j * powers_ + m] = std::cos(angle(m, 2 * j + 1));
+      at_middles[(2 * j + 1) * powers_ + m] = std::sin(angle(m, 2 * j + 1));
     }
   for (int k = 0; k <= harmonics; ++k) {
     double term = 1; // (k half)^q / q!, signs + + - - of cosine and sine
     for (int q = 0; q < 2 * lane_count; term *= k * width / 2 / ++q)
-      taylor_[2 * lane_count * k + (q % 2) * lane_count + q / 2] = q / 2 % 2 ? -term : term;
+      terms[2 * lane_count * k + (q % 2) * lane_count + q / 2] = q / 2 % 2 ? -term : term;
   }
 }
 
 void Grid::sample(const double *coefficients, double *value, double *slope) const {
-  sum_waves(harmonics_, ends, &ends_[0], coefficients, value, slope);
+  sum_waves(harmonics_, ends, ends_.values(), coefficients, value, slope);
 }
 
 void Grid::expand(const Trigonometric &f, int cell, CellPolynomial &out) const {
-  const double *c = &middles_[2 * cell * powers_];
-  sum_terms(stride_, &f.cosine_[0], &f.sine_[0], c, c + powers_, &taylor_[0], out);
+  const double *c = middles_.values() + 2 * cell * powers_;
+  sum_terms(stride_, f.cosine_.values(), f.sine_.values(), c, c + powers_, taylor_.values(), out);
 }
 
 Trigonometric::Trigonometric(int harmonics)
-    : harmonics_(harmonics), cosine_(padded(harmonics + 1)), sine_(cosine_.size()) {}
+    : harmonics_(harmonics), cosine_(padded(harmonics + 1) / lane_count), sine_(cosine_.size()) {}
 
 void Trigonometric::combine(double p, const double *x, double q, const double *y) {
-  cosine_[0] = (p * x[0] + q * y[0]) / 2;
+  double *a = cosine_.values(), *b = sine_.values();
+  a[0] = (p * x[0] + q * y[0]) / 2;
   for (int k = 1; k <= harmonics_; ++k) {
-    cosine_[k] = p * x[cosine(k)] + q * y[cosine(k)];
-    sine_[k] = p * x[sine(k)] + q * y[sine(k)];
+    a[k] = p * x[cosine(k)] + q * y[cosine(k)];
+    b[k] = p * x[sine(k)] + q * y[sine(k)];
   }
-  bounds(static_cast<int>(cosine_.size()), &cosine_[0], &sine_[0], bound_.data());
+  bounds(static_cast<int>(cosine_.size()) * lane_count, a, b, bound_.data());
 }
 
 double Trigonometric::at(const Instant &instant) const {
+  const double *a = cosine_.values(), *b = sine_.values();
   double sum = 0;
-  for (int k = 0; k <= harmonics_; ++k) sum += cosine_[k] * instant.cosine[k] + sine_[k] * instant.sine[k];
+  for (int k = 0; k <= harmonics_; ++k) sum += a[k] * instant.cosine[k] + b[k] * instant.sine[k];
   return sum;
 }
 
 double Trigonometric::slope_at(const Instant &instant) const {
+  const double *a = cosine_.values(), *b = sine_.values();
   double sum = 0;
-  for (int k = 1; k <= harmonics_; ++k) sum += k * (sine_[k] * instant.cosine[k] - cosine_[k] * instant.sine[k]);
+  for (int k = 1; k <= harmonics_; ++k) sum += k * (b[k] * instant.cosine[k] - a[k] * instant.sine[k]);
   return sum;
 }
 

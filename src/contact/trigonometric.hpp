@@ -2,26 +2,11 @@
 // Trigonometric polynomials f(theta) = a0/2 + sum_{k=1..H} a_k cos k theta + b_k sin k theta: sampled on a grid, and
 // expanded in the cells of that grid, where an ordinary polynomial equals them to round-off.
 #include <array>
-#include <cstddef>
 #include <vector>
 
+#include "contact/wide.hpp"
+
 namespace dovetail {
-
-/// Numbers that begin where a whole vector does: one that lies across two cache lines takes twice as long to read.
-class Aligned {
-public:
-  explicit Aligned(std::size_t size) : size_(size), lines_((size + 7) / 8) {}
-  std::size_t size() const { return size_; }
-  double &operator[](std::size_t i) { return lines_[i / 8].at[i % 8]; }
-  const double &operator[](std::size_t i) const { return lines_[i / 8].at[i % 8]; }
-
-private:
-  struct alignas(64) Line {
-    double at[8]{};
-  };
-  std::size_t size_;
-  std::vector<Line> lines_;
-};
 
 /// cos m theta and sin m theta, m = 0 .. 2H, at one instant. Room is rounded up to whole vectors.
 struct Instant {
@@ -56,9 +41,9 @@ public:
 
 private:
   int harmonics_, stride_, powers_;
-  Aligned ends_;    // (H, 2, ends) cosines and sines at the ends of the cells
-  Aligned middles_; // (cells, 2, powers) and in the middles, to twice the harmonics
-  Aligned taylor_;  // (stride, 2, 8) even and odd terms of exp(i k half t)
+  LaneArray<double> ends_;    // (H, 2, ends) cosines and sines at the ends of the cells
+  LaneArray<double> middles_; // (cells, 2, powers) and in the middles, to twice the harmonics
+  LaneArray<double> taylor_;  // (stride, 2, 8) even and odd terms of exp(i k half t)
 };
 
 class Trigonometric {
@@ -68,7 +53,7 @@ public:
   /// f = p * x + q * y, from their coefficients [a0, a1, b1, ...].
   void combine(double p, const double *x, double q, const double *y);
 
-  double mean() const { return cosine_[0]; }
+  double mean() const { return cosine_.values()[0]; }
   double at(const Instant &instant) const;
   double slope_at(const Instant &instant) const;
   /// Upper bound of |d^order f / d theta^order|, order 0 to 3, the mean left out.
@@ -77,7 +62,7 @@ public:
 private:
   friend class Grid;
   int harmonics_;
-  Aligned cosine_, sine_; // (stride) a_k, b_k; the mean first; zero beyond H
+  LaneArray<double> cosine_, sine_; // a_k, b_k; the mean first; zero beyond H
   std::array<double, 4> bound_{};
 };
 
