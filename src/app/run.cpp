@@ -58,7 +58,7 @@ std::string in_words(const BranchSummary &summary, double frequency_scale, const
            "smaller load first.";
   default:
     return "the sweep could not go on beyond " + std::string(where) + ": " + summary.why + ". The " +
-           std::to_string(summary.points) + " points so far are in " + results +
+           std::to_string(summary.counts.points) + " points so far are in " + results +
            (exact ? ". Where contacts open, more harmonics help"
                   : ". Where contacts open, harmonic_balance.samples = \"exact\" and more harmonics help") +
            "; or sweep from the other end.";
@@ -90,8 +90,16 @@ BranchSummary follow(const Case &study, PreloadedModel preloaded, ResultsFile &r
                           study.fourier);
   });
   const double w0 = frequency_scale = system.scales().frequency;
-  BranchSettings settings{study.omega_from / w0, study.omega_to / w0, study.step,
-                          study.adaptive,        study.max_points,    study.at};
+  BranchSettings settings{study.omega_from / w0,
+                          study.omega_to / w0,
+                          study.step,
+                          study.adaptive,
+                          study.max_points,
+                          study.at,
+                          -1,
+                          0,
+                          0,
+                          false};
   for (double &w : settings.at) w /= w0;
   std::vector<double> named{study.omega_from, study.omega_to}; // come out as the user wrote them, to the last bit
   named.insert(named.end(), study.at.begin(), study.at.end());
@@ -112,7 +120,7 @@ BranchSummary follow(const Case &study, PreloadedModel preloaded, ResultsFile &r
   const auto on_event = [&](const BranchEvent &event) { progress.event(event, w0); };
   return stages.run("5 branch", [&] {
     return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
-                         {on_point, on_event});
+                         {on_point, on_event, {}, {}});
   });
 }
 

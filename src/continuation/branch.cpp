@@ -46,7 +46,7 @@ public:
     direction_ = settings_.to < settings_.from ? -1 : 1;
     if (!start()) return finish(BranchSummary::End::no_start);
     if (settings_.to == settings_.from) return finish(BranchSummary::End::arrived);
-    while (summary_.points < settings_.max_points)
+    while (summary_.counts.points < settings_.max_points)
       if (const auto end = advance(); end != Go::on)
         return finish(end == Go::arrived   ? BranchSummary::End::arrived
                       : end == Go::stalled ? BranchSummary::End::stalled
@@ -66,8 +66,8 @@ private:
 
   Corrector::Outcome correct(Vec y, Vec border, double target, bool line_search = false) {
     const auto outcome = corrector_.solve(y, border, target, line_search);
-    summary_.newton += outcome.newton;
-    summary_.linear += outcome.linear;
+    summary_.counts.newton += outcome.newton;
+    summary_.counts.linear += outcome.linear;
     return outcome;
   }
 
@@ -152,7 +152,7 @@ private:
         else if (const auto end = take(trial_step, measure.angle, outcome, activity); end != Go::retry)
           return end;
       }
-      ++summary_.cuts;
+      ++summary_.counts.cuts;
       notify(BranchEvent::Kind::cut, refusal_ + ", step halved");
     }
     return settings_.adaptive ? leap() : stall();
@@ -184,7 +184,7 @@ private:
 
   // No step along the curve converges: on to the solution at the next frequency of the sweep, and say so.
   Go leap() {
-    if (summary_.leaps == most_leaps) return stall();
+    if (summary_.counts.leaps == most_leaps) return stall();
     const std::string reason = refusal_;
     for (const double part : leaps) {
       double next = omega_ + direction_ * part * std::abs(settings_.to - settings_.from);
@@ -193,7 +193,7 @@ private:
       check(VecCopy(y_, trial_), "predicting");
       const auto outcome = correct_at(trial_, next);
       if (!outcome.converged || !corrector_.tangent(turned_)) continue;
-      ++summary_.leaps;
+      ++summary_.counts.leaps;
       check(VecCopy(trial_, y_), "accepting a point");
       check(VecCopy(turned_, t_), "accepting a point");
       omega_ = next;
@@ -228,10 +228,10 @@ private:
       if (at_exact.converged) {
         accept(exact, at_exact, (w - before) / (next - before) * trial_step);
       } else {
-        ++summary_.missed;
+        ++summary_.counts.missed;
         notify(BranchEvent::Kind::missed, "no solution at this frequency of continuation.at: " + at_exact.why);
       }
-      if (summary_.points >= settings_.max_points) return Go::on;
+      if (summary_.counts.points >= settings_.max_points) return Go::on;
     }
     if (ends) {
       omega_ = settings_.to;
@@ -250,7 +250,7 @@ private:
     activity_ = activity;
     report(y_, outcome, step_length(trial_step));
     if (rate_before * rate_after < 0) {
-      ++summary_.folds;
+      ++summary_.counts.folds;
       notify(BranchEvent::Kind::fold, "turning point: the curve goes on towards " +
                                           std::string(rate_after > 0 ? "higher" : "lower") + " frequencies");
     }
@@ -300,13 +300,14 @@ private:
 
   void report(Vec y, const Corrector::Outcome &outcome, double beyond) {
     const double whole = settings_.to - settings_.from;
-    ++summary_.points;
+    ++summary_.counts.points;
     if (y == y_) arclength_ += beyond; // points in between do not move the branch on
     const double arclength = y == y_ ? arclength_ : arclength_ + beyond;
-    observer_.point({y, omega_, arclength, outcome, activity_, whole == 0 ? 1 : (omega_ - settings_.from) / whole});
+    observer_.point({y, system_, omega_, arclength, outcome, activity_, nullptr,
+                     whole == 0 ? 1 : (omega_ - settings_.from) / whole});
   }
 
-  void notify(BranchEvent::Kind kind, const std::string &text) { observer_.event({kind, text, omega_}); }
+  void notify(BranchEvent::Kind kind, const std::string &text) { observer_.event({kind, text, omega_, 0}); }
 
   HarmonicSystem &system_;
   Corrector corrector_;
@@ -325,7 +326,7 @@ private:
 } // namespace
 
 BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings, Vec y,
-                            const BranchObserver &observer) {
+                            const BranchObserver &observer, const BranchState *) {
   return Follower(system, newton, settings, y, observer).run();
 }
 

@@ -2,54 +2,91 @@
 // Pseudo-arc-length continuation of the periodic response over Omega (theory.md, section 8).
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "continuation/branch_state.hpp"
 #include "continuation/corrector.hpp"
+#include "stability/stability.hpp"
 
 namespace dovetail {
 
-/// All frequencies in scaled numbers.
+/// All frequencies, lengths and amplitudes in scaled numbers.
 struct BranchSettings {
   double from = 0, to = 0; ///< equal: one point
   double step = 0;         ///< first arc length
   bool adaptive = true;    ///< false: `step` throughout, as the original
   int max_points = 1;
   std::vector<double> at; ///< solved exactly whenever the branch passes them, between from and to
+  PetscInt watched = -1;  ///< reduced dof (modes first) whose amplitude is followed; -1: the contact dof (mode, without
+                          ///< contact) that moves most
+  int stop_after_peaks = 0;     ///< 0: never
+  double stop_at_amplitude = 0; ///< of the watched dof; 0: never
+  bool stability = false;       ///< judge every point
 };
 
 struct BranchPoint {
-  Vec y;            ///< [X; Omega], scaled; valid during the call only
-  double omega;     ///< scaled
-  double arclength; ///< along the branch so far, plain norm of the scaled unknowns
+  Vec y;                        ///< [X; Omega], scaled; valid during the call only
+  const HarmonicSystem &system; ///< whose unknowns y are: harmonics may be added on the way
+  double omega;                 ///< scaled
+  double arclength;             ///< along the branch so far, plain norm of the scaled unknowns
   Corrector::Outcome newton;
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
+  const Stability *stability;            ///< null unless asked for
   double progress;                       ///< 0..1, how far from `from` to `to`
 };
 
-/// Something worth a line in words: a fold, a step cut, a leap to a solution that arc length does not lead to, a
-/// frequency of `at` without solution.
+/// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the
+/// point reported just before is that place; the others tell of difficulties.
 struct BranchEvent {
-  enum class Kind { fold, cut, leap, missed } kind;
+  enum class Kind {
+    fold,        ///< turning point in Omega
+    peak,        ///< maximum of the watched amplitude
+    branch,      ///< another branch crosses here
+    stability,   ///< stability is lost or regained
+    start,       ///< how a first point was found, when not plainly
+    cut,         ///< step halved
+    corner,      ///< went on along the curve beyond a corner
+    sampling,    ///< contact forces evaluated better from here on
+    harmonics,   ///< harmonics added from here on
+    leap,        ///< on to the solution at a next frequency, which arc length does not lead to
+    integration, ///< the same, found by time integration
+    missed       ///< a frequency of `at` without solution
+  } kind;
   std::string text;
-  double omega; ///< scaled
+  double omega;         ///< scaled
+  double amplitude = 0; ///< of the watched dof, scaled; of the places only
 };
 
 struct BranchObserver {
   std::function<void(const BranchPoint &)> point;
   std::function<void(const BranchEvent &)> event;
+  std::function<void(const BranchState &)> state; ///< after each step along the curve: enough to go on from. Optional.
+  std::function<bool()> interrupted;              ///< asked after each step, agreed on by all ranks. Optional.
 };
 
 struct BranchSummary {
-  enum class End { arrived, max_points, stalled, turned_back, no_start } end = End::arrived;
-  int points = 0, cuts = 0, folds = 0, leaps = 0, missed = 0;
-  long newton = 0, linear = 0; ///< iterations, those of failed steps included
-  double omega = 0;            ///< where it ended, scaled
-  std::string why;             ///< when it did not arrive
-  bool good() const { return end == End::arrived || end == End::max_points; }
+  enum class End {
+    arrived,
+    max_points,
+    peaks,     ///< stop_after_peaks
+    amplitude, ///< stop_at_amplitude
+    interrupted,
+    stalled,
+    turned_back,
+    retraced, ///< ran back over itself, or closed on itself
+    no_start
+  } end = End::arrived;
+  Counts counts;
+  double omega = 0; ///< where it ended, scaled
+  std::string why;  ///< when it did not arrive
+  bool good() const {
+    return end == End::arrived || end == End::max_points || end == End::peaks || end == End::amplitude;
+  }
 };
 
-/// Follows the branch from the solution near y (whose Omega is set to settings.from) to settings.to. Every accepted
-/// point goes to the observer at once. Collective.
+/// Follows the branch from the solution near y (whose Omega is set to settings.from) to settings.to, or goes on from
+/// `state` of an interrupted run with the same settings. Every accepted point goes to the observer at once. Collective.
 BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings, Vec y,
-                            const BranchObserver &observer);
+                            const BranchObserver &observer, const BranchState *state = nullptr);
 
 } // namespace dovetail

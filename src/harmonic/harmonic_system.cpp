@@ -21,13 +21,47 @@ void fill(Mat A, std::vector<PetscInt> rows, std::vector<PetscInt> columns, cons
   check(MatSetValuesCOO(A, values.data(), INSERT_VALUES), "building the harmonic system");
 }
 
+// Reduced matrices [K_aa 0; 0 K_xx], [I M_ax; M_xa M_xx] entry by entry. The owner of a contact row also gives its
+// mirror image in the modal rows, wherever those live.
+std::vector<Coupling> list_couplings(ReducedModel &model, const Layout &layout) {
+  std::vector<Coupling> couplings;
+  for (PetscInt j = layout.own_modes.begin; j < layout.own_modes.end; ++j)
+    couplings.push_back({layout.mode_row(j), layout.mode_row(j), model.kaa[j], 1, true});
+  for (PetscInt i = 0; i < model.own_contact_dofs(); ++i) {
+    const PetscInt row = layout.contact_row(3 * layout.own_points.begin + i);
+    for (PetscInt j = 0; j < model.modes; ++j) {
+      const double m = model.mxa[i * model.modes + j];
+      couplings.push_back({row, layout.mode_row(j), 0, m, false});
+      couplings.push_back({layout.mode_row(j), row, 0, m, false});
+    }
+    for (PetscInt j = 0; j < model.contact_dofs(); ++j) {
+      const std::size_t at = static_cast<std::size_t>(i) * model.contact_dofs() + j;
+      couplings.push_back({row, layout.contact_row(j), model.kxx[at], model.mxx[at], true});
+    }
+  }
+  for (auto *rows : {&model.kxx, &model.mxx, &model.mxa})
+    std::vector<double>().swap(*rows); // the couplings hold it now
+  return couplings;
+}
+
 } // namespace
 
 HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier)
-    : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics),
-      fourier_(std::move(fourier)), forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples) {
+    : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
+      fourier_(std::move(fourier)), forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
+      couplings_(list_couplings(scaled_.model.reduced, layout_)) {
+  build();
+}
+
+HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples)
+    : scaled_(like.scaled_), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
+      fourier_(like.fourier_), forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
+      couplings_(like.couplings_) {
+  build();
+}
+
+void HarmonicSystem::build() {
   fourier_.resize(layout_.width, 0.0);
-  list_couplings();
   std::vector<PetscInt> k_rows, k_columns, rows, columns;
   std::vector<double> k_values, values;
   for (const Coupling &c : couplings_) {
@@ -43,28 +77,6 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, st
         "building the harmonic system");
   check(VecDuplicate(motion_, stiffness_force_.out()), "building the harmonic system");
   check(VecDuplicate(motion_, inertia_force_.out()), "building the harmonic system");
-}
-
-// Reduced matrices [K_aa 0; 0 K_xx], [I M_ax; M_xa M_xx] entry by entry. The owner of a contact row also gives its
-// mirror image in the modal rows, wherever those live.
-void HarmonicSystem::list_couplings() {
-  ReducedModel &model = scaled_.model.reduced;
-  for (PetscInt j = layout_.own_modes.begin; j < layout_.own_modes.end; ++j)
-    couplings_.push_back({layout_.mode_row(j), layout_.mode_row(j), model.kaa[j], 1, true});
-  for (PetscInt i = 0; i < model.own_contact_dofs(); ++i) {
-    const PetscInt row = layout_.contact_row(3 * layout_.own_points.begin + i);
-    for (PetscInt j = 0; j < model.modes; ++j) {
-      const double m = model.mxa[i * model.modes + j];
-      couplings_.push_back({row, layout_.mode_row(j), 0, m, false});
-      couplings_.push_back({layout_.mode_row(j), row, 0, m, false});
-    }
-    for (PetscInt j = 0; j < model.contact_dofs(); ++j) {
-      const std::size_t at = static_cast<std::size_t>(i) * model.contact_dofs() + j;
-      couplings_.push_back({row, layout_.contact_row(j), model.kxx[at], model.mxx[at], true});
-    }
-  }
-  for (auto *rows : {&model.kxx, &model.mxx, &model.mxa})
-    std::vector<double>().swap(*rows); // the couplings hold it now
 }
 
 UniqueVec HarmonicSystem::unknowns() const {

@@ -8,13 +8,28 @@
 
 namespace dovetail {
 
+/// One entry of the scaled reduced matrices, by its row and column among the dofs of the harmonic system.
+struct Coupling {
+  PetscInt row, column;
+  double k, m;
+  bool stiff; ///< the pattern of K; M is taken to be everywhere
+};
+
 class HarmonicSystem {
 public:
   /// `samples`: per period of the contact laws, or `exactly`; `fourier`: f(t) as (2H+1) coefficients. Collective.
   HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier);
 
+  /// The same equations with other harmonics or samples. Collective.
+  HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples);
+
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }
+  int harmonics() const { return harmonics_; }
+  int samples() const { return samples_; }
+  const ScaledModel &scaled() const { return scaled_; }                 ///< without the matrices
+  const std::vector<Coupling> &couplings() const { return couplings_; } ///< the matrices; this rank's share of them
+  const std::vector<double> &fourier() const { return fourier_; }       ///< f(t), (2H+1)
 
   UniqueVec unknowns() const; ///< y = [X; Omega], zero
   UniqueMat matrix() const;   ///< empty Jacobian with the fixed pattern, bordered by Omega's row and column
@@ -29,19 +44,14 @@ public:
   const std::vector<Activity> &activity() const { return forces_.activity(); }
 
 private:
-  struct Coupling { // one entry of the reduced matrices
-    PetscInt row, column;
-    double k, m;
-    bool stiff; // the pattern of K; M is taken to be everywhere
-  };
-  void list_couplings();
+  void build();
   void evaluate_contact(const double *q); // unless done at this motion
   void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, harmonic by harmonic
   double shared_omega(const double *own) const;
 
   ScaledModel scaled_;
   Layout layout_;
-  int harmonics_;
+  int harmonics_, samples_;
   std::vector<double> fourier_;
   ContactForces forces_;
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at

@@ -42,6 +42,14 @@ const char *name_of(BranchSummary::End end) {
     return "max_points";
   case BranchSummary::End::stalled:
     return "stalled";
+  case BranchSummary::End::peaks:
+    return "peaks";
+  case BranchSummary::End::amplitude:
+    return "amplitude";
+  case BranchSummary::End::interrupted:
+    return "interrupted";
+  case BranchSummary::End::retraced:
+    return "retraced";
   case BranchSummary::End::turned_back:
     return "turned_back";
   case BranchSummary::End::no_start:
@@ -72,11 +80,11 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
       char omega[32];
       std::snprintf(omega, sizeof omega, "%.17g", branch->omega * frequency_scale);
       file << "  \"end\": " << quoted(name_of(branch->end)) << ",\n  \"why\": " << quoted(branch->why)
-           << ",\n  \"points\": " << branch->points << ",\n  \"failures\": " << (branch->good() ? 0 : 1)
-           << ",\n  \"step_cuts\": " << branch->cuts << ",\n  \"folds\": " << branch->folds
-           << ",\n  \"leaps\": " << branch->leaps << ",\n  \"missed\": " << branch->missed
-           << ",\n  \"newton_iterations\": " << branch->newton << ",\n  \"linear_iterations\": " << branch->linear
-           << ",\n  \"last_omega\": " << omega << ",\n";
+           << ",\n  \"points\": " << branch->counts.points << ",\n  \"failures\": " << (branch->good() ? 0 : 1)
+           << ",\n  \"step_cuts\": " << branch->counts.cuts << ",\n  \"folds\": " << branch->counts.folds
+           << ",\n  \"leaps\": " << branch->counts.leaps << ",\n  \"missed\": " << branch->counts.missed
+           << ",\n  \"newton_iterations\": " << branch->counts.newton
+           << ",\n  \"linear_iterations\": " << branch->counts.linear << ",\n  \"last_omega\": " << omega << ",\n";
     }
     if (reduction) {
       char numbers[128];
@@ -103,13 +111,14 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
       std::printf("  %-20s %9.3f %9.3f %12.0f MiB\n", stages.records()[s].name.c_str(), most[0], most[1], most[2]);
     }
     if (!branch) return;
-    std::printf("  %d points, %ld Newton iterations, %d step cut%s, %d turning point%s\n", branch->points,
-                branch->newton, branch->cuts, branch->cuts == 1 ? "" : "s", branch->folds,
-                branch->folds == 1 ? "" : "s");
-    if (branch->leaps > 0)
+    std::printf("  %d points, %ld Newton iterations, %d step cut%s, %d turning point%s\n", branch->counts.points,
+                branch->counts.newton, branch->counts.cuts, branch->counts.cuts == 1 ? "" : "s", branch->counts.folds,
+                branch->counts.folds == 1 ? "" : "s");
+    if (branch->counts.leaps > 0)
       std::printf("  %d leap%s where the curve could not be followed: the branch may have changed there\n",
-                  branch->leaps, branch->leaps == 1 ? "" : "s");
-    if (branch->missed > 0) std::printf("  %d frequencies of continuation.at without solution\n", branch->missed);
+                  branch->counts.leaps, branch->counts.leaps == 1 ? "" : "s");
+    if (branch->counts.missed > 0)
+      std::printf("  %d frequencies of continuation.at without solution\n", branch->counts.missed);
   });
 }
 

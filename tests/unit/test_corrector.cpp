@@ -96,7 +96,7 @@ TEST(Branch, hits_its_end_and_the_frequencies_asked_for) {
     EXPECT_EQ(omegas.front(), 1.0);
     EXPECT_EQ(omegas.back(), to);
     EXPECT_EQ(std::count(omegas.begin(), omegas.end(), named), 1);
-    EXPECT_EQ(summary.points, static_cast<int>(omegas.size()));
+    EXPECT_EQ(summary.counts.points, static_cast<int>(omegas.size()));
   }
 }
 
@@ -143,7 +143,7 @@ TEST(Branch, passes_and_counts_turning_points) {
                                 [&](const BranchEvent &event) { folds += event.kind == BranchEvent::Kind::fold; }};
   const auto summary = follow_branch(system, tight, {5, 16, 0.5, true, 2000, {}}, y, observer);
   EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;
-  EXPECT_EQ(summary.folds, 2);
+  EXPECT_EQ(summary.counts.folds, 2);
   EXPECT_EQ(folds, 2);
   bool backwards = false;
   for (std::size_t i = 1; i < omegas.size(); ++i) backwards = backwards || omegas[i] < omegas[i - 1];

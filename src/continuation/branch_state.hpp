@@ -1,0 +1,25 @@
+#pragma once
+// Where a continuation stands between two steps: all it takes to go on as if it had never stopped.
+#include <vector>
+
+namespace dovetail {
+
+/// What has happened along a branch so far.
+struct Counts {
+  int points = 0;
+  int folds = 0, peaks = 0, branch_points = 0, stability_changes = 0;                   ///< located
+  int cuts = 0, corners = 0, samplings = 0, harmonics = 0, leaps = 0, integrations = 0; ///< rungs of the ladder
+  int missed = 0;              ///< frequencies of `at` without solution
+  long newton = 0, linear = 0; ///< iterations, those of failed steps included
+};
+
+/// Complete on rank 0 only. Vectors in the order of the results: (n, 2H+1) coefficients, then Omega; scaled.
+struct BranchState {
+  int harmonics = 0, samples = 0; ///< in force here; more than the case asks for if the ladder raised them
+  std::vector<double> y, tangent;
+  std::vector<double> numbers; ///< step lengths, norms, signs: the continuation's own, in its own order
+  std::vector<double> trail;   ///< marks of the points behind, by which a curve that runs back over itself is known
+  Counts counts;
+};
+
+} // namespace dovetail

@@ -1,0 +1,74 @@
+#include "harmonic/dense_model.hpp"
+
+#include <algorithm>
+#include <type_traits>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+// The values of all ranks, in rank order, on every rank.
+template <class T> std::vector<T> all_of(MPI_Comm comm, const std::vector<T> &own) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  int size;
+  MPI_Comm_size(comm, &size);
+  const int bytes = static_cast<int>(own.size() * sizeof(T));
+  std::vector<int> counts(size), starts(size + 1);
+  MPI_Allgather(&bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  for (int r = 0; r < size; ++r) starts[r + 1] = starts[r] + counts[r];
+  std::vector<T> all(starts[size] / sizeof(T));
+  MPI_Allgatherv(own.data(), bytes, MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE, comm);
+  return all;
+}
+
+} // namespace
+
+DenseModel dense_model(const HarmonicSystem &system) {
+  const Layout &layout = system.layout();
+  const ScaledModel &scaled = system.scaled();
+  DenseModel dense;
+  dense.modes = static_cast<int>(layout.modes), dense.points = static_cast<int>(layout.points);
+  const std::size_t n = dense.dofs();
+  dense.K.resize(n * n), dense.M.resize(n * n);
+  std::vector<PetscInt> place(n); // of each row of the harmonic system in the order of the results
+  for (PetscInt i = 0; i < layout.dofs(); ++i)
+    place[i < layout.modes ? layout.mode_row(i) : layout.contact_row(i - layout.modes)] = i;
+  for (const Coupling &c : all_of(layout.comm, system.couplings())) {
+    const std::size_t at = place[c.row] * n + place[c.column];
+    dense.K[at] += c.k, dense.M[at] += c.m;
+  }
+  dense.force = scaled.model.reduced.fa;
+  const std::vector<double> fx = all_of(layout.comm, scaled.model.reduced.fx);
+  dense.force.insert(dense.force.end(), fx.begin(), fx.end());
+  dense.fourier = system.fourier();
+  dense.damping = scaled.damping;
+  dense.contact = all_of(layout.comm, scaled.model.contact);
+  dense.standstill = all_of(layout.comm, scaled.model.standstill);
+  return dense;
+}
+
+std::vector<double> all_coefficients(const Layout &layout, Vec y) {
+  const double *values;
+  check(VecGetArrayRead(y, &values), "collecting coefficients");
+  const PetscInt modal = layout.own_modes.size() * layout.width;
+  const std::vector<double> own_modal(values, values + modal),
+      own_contact(values + modal, values + layout.own_coefficients());
+  check(VecRestoreArrayRead(y, &values), "collecting coefficients");
+  std::vector<double> all = all_of(layout.comm, own_modal);
+  const std::vector<double> contact = all_of(layout.comm, own_contact);
+  all.insert(all.end(), contact.begin(), contact.end());
+  return all;
+}
+
+void set_coefficients(const Layout &layout, const std::vector<double> &coefficients, Vec y) {
+  const PetscInt modal = layout.own_modes.size() * layout.width, first_mode = layout.own_modes.begin * layout.width,
+                 first_contact = (layout.modes + 3 * layout.own_points.begin) * layout.width;
+  double *values;
+  check(VecGetArray(y, &values), "setting coefficients");
+  std::copy_n(&coefficients[first_mode], modal, values);
+  std::copy_n(&coefficients[first_contact], layout.own_coefficients() - modal, values + modal);
+  check(VecRestoreArray(y, &values), "setting coefficients");
+}
+
+} // namespace dovetail

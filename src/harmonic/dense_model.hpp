@@ -1,0 +1,29 @@
+#pragma once
+// The scaled equations of motion of the reduced model, whole and dense on every rank: what small models are integrated
+// in time with, and their stability computed from. Every rank does the same work on it and gets the same numbers.
+#include "harmonic/harmonic_system.hpp"
+
+namespace dovetail {
+
+/// M q'' + xi K q' + K q + g(q) = force f(t), scaled; q from the preload state: modes first, then t1, t2, n of each
+/// contact point, as in the results. g acts on the contact dofs: g(x + x_p) - g(x_p).
+struct DenseModel {
+  int modes = 0, points = 0;
+  std::vector<double> K, M;           ///< (n, n), n = modes + 3 points, row-major, symmetric
+  std::vector<double> force;          ///< (n)
+  std::vector<double> fourier;        ///< f(t) as [a0, a1, b1, ...]
+  double damping = 0;                 ///< xi
+  std::vector<ContactPoint> contact;  ///< (points)
+  std::vector<Standstill> standstill; ///< (points)
+
+  int dofs() const { return modes + 3 * points; }
+};
+
+/// Collective; memory n^2 on every rank.
+DenseModel dense_model(const HarmonicSystem &system);
+
+/// All coefficients (n, 2H+1) of y on every rank, in that order, and back. Collective.
+std::vector<double> all_coefficients(const Layout &layout, Vec y);
+void set_coefficients(const Layout &layout, const std::vector<double> &coefficients, Vec y);
+
+} // namespace dovetail
