@@ -18,6 +18,9 @@ public:
   /// Plain norm of the motion alone, without Omega.
   double motion(Vec y) const;
 
+  double largest_motion() const { return motion_; } ///< seen so far
+  void set_largest_motion(double motion) { motion_ = motion; }
+
 private:
   PetscInt own_coefficients_;
   bool owns_omega_, weighted_;

@@ -110,7 +110,7 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   return outcome;
 }
 
-bool Corrector::tangent(Vec t) {
+Corrector::Direction Corrector::tangent(Vec t) {
   KSP ksp;
   KSPConvergedReason reason;
   PetscReal norm;
@@ -118,7 +118,18 @@ bool Corrector::tangent(Vec t) {
   check(KSPSolve(ksp, unit_, t), "computing a tangent");
   check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
   check(VecNorm(t, NORM_2, &norm), "computing a tangent");
-  return reason > 0 && std::isfinite(norm) && norm > 0;
+  if (reason <= 0 || !std::isfinite(norm) || norm == 0) return {};
+  return {true, determinant_sign(ksp)};
+}
+
+Corrector::Direction Corrector::tangent_at(Vec y, Vec border, Vec t) {
+  KSP ksp;
+  check(SNESGetKSP(snes_, &ksp), "computing a tangent");
+  system_.jacobian(y, border, jacobian_);
+  check(KSPSetOperators(ksp, jacobian_, jacobian_), "computing a tangent");
+  const Direction direction = tangent(t);
+  if (!direction.found) recover_lu(ksp, jacobian_);
+  return direction;
 }
 
 } // namespace dovetail

@@ -24,10 +24,16 @@ public:
   /// Newton from y, kept on the plane border . y = target. y is left alone unless it converges. Collective.
   Outcome solve(Vec y, Vec border, double target, bool line_search = false);
 
+  struct Direction {
+    bool found = false; ///< false: the bordered Jacobian is singular
+    int sign = 0;       ///< of its determinant, +1 or -1; 0 where the solver does not tell
+  };
   /// t with [d residual / d y] t = 0 and border . t = 1, where the last solve converged and with its border: one more
-  /// solve with the factors of its last iteration, which lies within eps_x of the solution. False if singular.
-  /// Collective.
-  bool tangent(Vec t);
+  /// solve with the factors of its last iteration, which lies within eps_x of the solution. The determinant of
+  /// [d residual / d y; t] has the same sign as that with the border in place of t. Collective.
+  Direction tangent(Vec t);
+  /// The same with the Jacobian at any y, on the curve or beside it, and a border.
+  Direction tangent_at(Vec y, Vec border, Vec t);
 
 private:
   static PetscErrorCode residual(SNES, Vec y, Vec f, void *context);

@@ -44,6 +44,11 @@ std::vector<Coupling> list_couplings(ReducedModel &model, const Layout &layout) 
   return couplings;
 }
 
+ScaledModel with_softer_contacts(ScaledModel scaled, double stiffness) {
+  for (ContactPoint &point : scaled.model.contact) point.kn *= stiffness;
+  return scaled;
+}
+
 } // namespace
 
 HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier)
@@ -53,10 +58,10 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, st
   build();
 }
 
-HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples)
-    : scaled_(like.scaled_), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
-      fourier_(like.fourier_), forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
-      couplings_(like.couplings_) {
+HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness)
+    : scaled_(with_softer_contacts(like.scaled_, stiffness)), layout_(scaled_.model.reduced, harmonics),
+      harmonics_(harmonics), samples_(samples), fourier_(like.fourier_),
+      forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples), couplings_(like.couplings_) {
   build();
 }
 

@@ -20,8 +20,8 @@ public:
   /// `samples`: per period of the contact laws, or `exactly`; `fourier`: f(t) as (2H+1) coefficients. Collective.
   HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier);
 
-  /// The same equations with other harmonics or samples. Collective.
-  HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples);
+  /// The same equations with other harmonics or samples, and k_n times `stiffness`. Collective.
+  HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness = 1);
 
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }

@@ -32,6 +32,11 @@ public:
   /// Place of an own contact point's first coefficient among the own unknowns.
   PetscInt own_point_offset(PetscInt local_point) const { return (own_modes.size() + 3 * local_point) * width; }
 
+  /// Number of own dof d in the order of the results: modes, then t1, t2, n of each contact point.
+  PetscInt number(PetscInt d) const {
+    return d < own_modes.size() ? own_modes.begin + d : modes + 3 * own_points.begin + d - own_modes.size();
+  }
+
   bool owns_omega() const { return rank == size - 1; }
   PetscInt own_coefficients() const { return own_dofs() * width; }
   PetscInt own_unknowns() const { return own_coefficients() + (owns_omega() ? 1 : 0); }

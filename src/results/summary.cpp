@@ -82,8 +82,9 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
       file << "  \"end\": " << quoted(name_of(branch->end)) << ",\n  \"why\": " << quoted(branch->why)
            << ",\n  \"points\": " << branch->counts.points << ",\n  \"failures\": " << (branch->good() ? 0 : 1)
            << ",\n  \"step_cuts\": " << branch->counts.cuts << ",\n  \"folds\": " << branch->counts.folds
-           << ",\n  \"leaps\": " << branch->counts.leaps << ",\n  \"missed\": " << branch->counts.missed
-           << ",\n  \"newton_iterations\": " << branch->counts.newton
+           << ",\n  \"corners\": " << branch->counts.corners << ",\n  \"harmonics\": " << branch->counts.harmonics
+           << ",\n  \"integrations\": " << branch->counts.integrations << ",\n  \"leaps\": " << branch->counts.leaps
+           << ",\n  \"missed\": " << branch->counts.missed << ",\n  \"newton_iterations\": " << branch->counts.newton
            << ",\n  \"linear_iterations\": " << branch->counts.linear << ",\n  \"last_omega\": " << omega << ",\n";
     }
     if (reduction) {

@@ -3,6 +3,19 @@
 #include "support/error.hpp"
 
 namespace dovetail {
+namespace {
+
+bool solved_by_mumps(KSP ksp) {
+  PC pc;
+  MatSolverType type;
+  PetscBool mumps = PETSC_FALSE;
+  check(KSPGetPC(ksp, &pc), "asking for the solver");
+  check(PCFactorGetMatSolverType(pc, &type), "asking for the solver");
+  check(PetscStrcmp(type, MATSOLVERMUMPS, &mumps), "asking for the solver");
+  return mumps;
+}
+
+} // namespace
 
 void factor_by_lu(KSP ksp, Mat A) {
   PC pc;
@@ -14,17 +27,19 @@ void factor_by_lu(KSP ksp, Mat A) {
   check(PCFactorSetUpMatSolverType(pc), "setting up MUMPS");
   check(MatMumpsSetIcntl(mumps_factor(ksp), 6, 0), "setting up MUMPS");   // no column permutation from today's values
   check(MatMumpsSetIcntl(mumps_factor(ksp), 14, 60), "setting up MUMPS"); // room for the pivoting this may cost [%]
+  check(MatMumpsSetIcntl(mumps_factor(ksp), 33, 1), "setting up MUMPS");  // determinant
+}
+
+int determinant_sign(KSP ksp) {
+  if (!solved_by_mumps(ksp)) return 0;
+  PetscReal mantissa;
+  check(MatMumpsGetRinfog(mumps_factor(ksp), 12, &mantissa), "asking for a determinant");
+  return mantissa > 0 ? 1 : mantissa < 0 ? -1 : 0;
 }
 
 std::string recover_lu(KSP ksp, Mat A) {
-  PC pc;
-  MatSolverType type;
-  PetscBool mumps = PETSC_FALSE;
   PetscInt error = 0, detail = 0, room = 0;
-  check(KSPGetPC(ksp, &pc), "recovering from a failed factorisation");
-  check(PCFactorGetMatSolverType(pc, &type), "recovering from a failed factorisation");
-  check(PetscStrcmp(type, MATSOLVERMUMPS, &mumps), "recovering from a failed factorisation");
-  if (mumps) {
+  if (solved_by_mumps(ksp)) {
     check(MatMumpsGetInfog(mumps_factor(ksp), 1, &error), "recovering from a failed factorisation");
     check(MatMumpsGetInfog(mumps_factor(ksp), 2, &detail), "recovering from a failed factorisation");
     check(MatMumpsGetIcntl(mumps_factor(ksp), 14, &room), "recovering from a failed factorisation");

@@ -15,6 +15,9 @@ void factor_by_lu(KSP ksp, Mat A);
 /// Returns what went wrong, in words.
 std::string recover_lu(KSP ksp, Mat A);
 
+/// Sign of the determinant of the matrix factored last: +1 or -1; 0 where the solver in use does not tell.
+int determinant_sign(KSP ksp);
+
 /// The factor inside a KSP set up for MUMPS.
 Mat mumps_factor(KSP ksp);
 

@@ -65,7 +65,7 @@ TEST(Corrector, tangent_equals_block_elimination) {
   ASSERT_TRUE(corrector.solve(y, e, 0.7).converged);
 
   UniqueVec by_omega = system.unknowns(), border = system.unknowns(), t = system.unknowns(), wanted = system.unknowns();
-  ASSERT_TRUE(corrector.tangent(by_omega)); // dX/dOmega; its last entry is 1
+  ASSERT_TRUE(corrector.tangent(by_omega).found); // dX/dOmega; its last entry is 1
   EXPECT_NEAR(system.omega(by_omega), 1, 1e-14);
   PetscInt first, last;
   check(VecGetOwnershipRange(border, &first, &last), "");
@@ -74,7 +74,7 @@ TEST(Corrector, tangent_equals_block_elimination) {
   double target;
   check(VecDot(border, y, &target), "");
   ASSERT_TRUE(corrector.solve(y, border, target).converged); // the same point on another plane
-  ASSERT_TRUE(corrector.tangent(t));
+  ASSERT_TRUE(corrector.tangent(t).found);
   double along;
   check(VecDot(border, by_omega, &along), "");
   check(VecAXPY(wanted, 1 / along, by_omega), ""); // the null vector is one, only its length differs

@@ -1,0 +1,32 @@
+#pragma once
+// How far the watched dof moves within the period, and how that changes along a curve.
+#include <vector>
+
+#include "harmonic/layout.hpp"
+#include "support/handle.hpp"
+
+namespace dovetail {
+
+struct Amplitude {
+  double value = 0; ///< largest |q(t) - mean| over the period, scaled
+  double slope = 0; ///< its derivative along the tangent given
+};
+
+class AmplitudeMeter {
+public:
+  /// `watched`: a reduced dof, modes first, or -1: the contact dof that moves most (the mode, without contact).
+  AmplitudeMeter(const Layout &layout, PetscInt watched);
+  /// At y, along t. The extreme is that of the trigonometric polynomial, not of samples. Collective.
+  Amplitude operator()(Vec y, Vec t);
+
+private:
+  double extreme(const double *coefficients);
+
+  const Layout &layout_;
+  PetscInt watched_;
+  int harmonics_;
+  Fourier grid_;
+  std::vector<double> values_; // on the grid
+};
+
+} // namespace dovetail

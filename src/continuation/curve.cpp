@@ -1,0 +1,85 @@
+#include "continuation/curve.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dovetail {
+
+Curve::Curve(HarmonicSystem &system_, const NewtonSettings &newton, double omega_unit, bool weighted, Counts &counts)
+    : system(system_), norm(system_.layout(), omega_unit, weighted), corrector_(system_, newton), counts_(counts),
+      row_(system_.unknowns()), e_omega_(system_.unknowns()) {
+  const Layout &layout = system.layout();
+  if (layout.owns_omega())
+    check(VecSetValue(e_omega_, layout.omega_row(), 1, INSERT_VALUES), "setting up continuation");
+  check(VecAssemblyBegin(e_omega_), "setting up continuation");
+  check(VecAssemblyEnd(e_omega_), "setting up continuation");
+}
+
+Station Curve::station() const {
+  Station s;
+  s.y = system.unknowns(), s.t = system.unknowns();
+  return s;
+}
+
+bool Curve::solve_across(Vec normal, Station &s, bool line_search) {
+  double target;
+  norm.weigh(normal, row_);
+  check(VecDot(row_, s.y, &target), "predicting");
+  s.newton = corrector_.solve(s.y, row_, target, line_search);
+  return finish(s);
+}
+
+bool Curve::solve_at(double w, Station &s) {
+  set_omega(s.y, w);
+  s.newton = corrector_.solve(s.y, e_omega_, w);
+  if (!s.newton.converged) {
+    counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
+    s.newton = corrector_.solve(s.y, e_omega_, w, true);
+  }
+  if (!finish(s)) return false;
+  set_omega(s.y, w); // to the last bit
+  s.omega = w;
+  return true;
+}
+
+bool Curve::finish(Station &s) {
+  counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
+  if (!s.newton.converged) return false;
+  s.activity = system.activity();
+  s.omega = system.omega(s.y);
+  const auto direction = corrector_.tangent(s.t);
+  s.sign = direction.sign;
+  if (!direction.found) {
+    s.newton.converged = false, s.newton.why = "the bordered Jacobian is singular";
+    return false;
+  }
+  check(VecScale(s.t, 1 / norm.length(s.t)), "computing a tangent");
+  return true;
+}
+
+bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
+  norm.weigh(normal, row_);
+  const auto direction = corrector_.tangent_at(y, row_, t);
+  sign = direction.sign;
+  if (direction.found) check(VecScale(t, 1 / norm.length(t)), "computing a tangent");
+  return direction.found;
+}
+
+void Curve::set_omega(Vec y, double w) const {
+  const Layout &layout = system.layout();
+  double *own;
+  check(VecGetArray(y, &own), "setting Omega");
+  if (layout.owns_omega()) own[layout.own_coefficients()] = w;
+  check(VecRestoreArray(y, &own), "setting Omega");
+}
+
+double Curve::plane(Vec normal, Vec y) { return norm.product(normal, y); }
+
+void turn(Station &s) {
+  check(VecScale(s.t, -1), "turning a tangent");
+  s.sign = -s.sign;
+}
+
+double angle(const ArcNorm &norm, Vec t, Vec u) { return std::acos(std::clamp(norm.product(t, u), -1.0, 1.0)); }
+
+} // namespace dovetail

@@ -1,0 +1,54 @@
+#pragma once
+// The solution curve of one harmonic system: points on it, found by Newton, with oriented tangents.
+#include "continuation/arc_norm.hpp"
+#include "continuation/branch_state.hpp"
+#include "continuation/corrector.hpp"
+
+namespace dovetail {
+
+/// A point of the curve and its tangent. Members are right only after a solve that converged.
+struct Station {
+  UniqueVec y, t;                 ///< [X; Omega]; tangent of weighted length 1, towards growing arc length
+  int sign = 0;                   ///< of det [d residual / d y; t]: it stays the same along a curve; 0: unknown
+  double omega = 0;               ///< last entry of y
+  Corrector::Outcome newton;      ///< of the solve that led here
+  std::vector<Activity> activity; ///< of the own contact points
+};
+
+class Curve {
+public:
+  /// `omega_unit`: what counts as much as the largest motion in the norm. `counts`: where iterations are added.
+  Curve(HarmonicSystem &system, const NewtonSettings &newton, double omega_unit, bool weighted, Counts &counts);
+
+  Station station() const; ///< with room for y and t
+
+  /// Newton from the guess in s.y on the plane through it whose normal is `normal` (weighted). The tangent of s looks
+  /// to the same side as `normal`. If it fails s.newton.why says so, and s.y is what it was. Collective.
+  bool solve_across(Vec normal, Station &s, bool line_search = false);
+  /// Newton from the guess in s.y at the frequency w, plainly, then with a line search. The tangent looks to growing
+  /// frequencies. Collective.
+  bool solve_at(double w, Station &s);
+
+  /// Tangent and sign by the Jacobian at any y, to the side of `normal`. Collective.
+  bool tangent_at(Vec y, Vec normal, Vec t, int &sign);
+
+  void set_omega(Vec y, double w) const;
+  double plane(Vec normal, Vec y); ///< weighted product; differences of it are arc lengths along `normal`
+
+  HarmonicSystem &system;
+  ArcNorm norm;
+
+private:
+  bool finish(Station &s);
+
+  Corrector corrector_;
+  Counts &counts_;
+  UniqueVec row_, e_omega_;
+};
+
+/// Other way round: the same point, the tangent turned.
+void turn(Station &s);
+/// Angle between two tangents of weighted length 1 [rad].
+double angle(const ArcNorm &norm, Vec t, Vec u);
+
+} // namespace dovetail

@@ -1,0 +1,97 @@
+#pragma once
+// The continuation at work. branch.cpp: steps along the curve; places.cpp: what lies within a step; ladder.cpp: what is
+// tried when no step converges; first_point.cpp: where to begin.
+#include <memory>
+#include <optional>
+
+#include "continuation/amplitude.hpp"
+#include "continuation/branch.hpp"
+#include "continuation/curve.hpp"
+#include "continuation/step_rules.hpp"
+#include "continuation/trail.hpp"
+
+namespace dovetail {
+
+class Follower {
+public:
+  Follower(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings,
+           const BranchObserver &observer);
+
+  /// From the solution near y at settings.from; `why_there`: words for the first point, if they are wanted.
+  BranchSummary run(Vec y, const std::string &why_there);
+  BranchSummary go_on(const BranchState &state);
+
+private:
+  enum class Go { on, refused, ended };
+  using End = BranchSummary::End;
+
+  // branch.cpp
+  BranchSummary follow();
+  void begin(Station first);
+  Go advance();
+  Go try_step(double step);
+  Go accept_step(Vec normal, double step);
+  void choose_step(double step, double turned, int newton);
+  void limit_step();
+  Go after_step();
+  void report(const Station &s, double arclength, const Stability *stability);
+  void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
+  BranchState state();
+  void restore(const BranchState &state);
+  Go end(End how, const std::string &why = "");
+  double plain_length(Vec t) const;
+
+  // places.cpp
+  struct Place {  // something worth a point of its own within a step
+    double along; // arc length from the last point
+    enum class Kind { wanted, fold, peak, branch, stability, limit, last } kind;
+    Station at;
+    double amplitude = 0;
+  };
+  using Measured = std::function<double(Station &)>;
+  std::optional<Place> locate(Place::Kind kind, Vec normal, double step, double from, double to, const Measured &f);
+  std::optional<Place> locate_branch_point(double step);
+  bool find_places(Vec normal, double step, const Amplitude &next, std::vector<Place> &found);
+  bool find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found);
+  void find_stability_change(Vec normal, double step, std::vector<Place> &found);
+  Go report_places(std::vector<Place> &found, double plain);
+  std::optional<Stability> judge(const Station &s);
+
+  // ladder.cpp
+  bool round_corner(double step, Go &outcome);
+  Go climb();
+  void take_system(HarmonicSystem &system);
+  bool rebuild(int harmonics, int samples);
+  bool better_sampling();
+  bool more_harmonics();
+  bool leap(bool integrate);
+  std::string difference() const;
+
+  // first_point.cpp
+  bool first_point(Vec y, Station &first, std::string &how);
+
+  HarmonicSystem *system_;
+  const NewtonSettings &newton_;
+  const BranchSettings &settings_;
+  const BranchObserver &observer_;
+  BranchSummary summary_;
+  double omega_unit_;
+  std::unique_ptr<HarmonicSystem> changed_; // with other harmonics or samples, in place of the one given
+  std::unique_ptr<Curve> curve_;
+  std::unique_ptr<AmplitudeMeter> meter_;
+  std::unique_ptr<StabilityTest> stability_;
+  Station here_, trial_; // last accepted point; the one being tried
+  UniqueVec predicted_;
+  Amplitude amplitude_; // at here_
+  Trail trail_;
+  std::optional<Stability> verdict_; // at here_
+  Halvings halvings_;
+  std::string refusal_;
+  std::optional<Place> branch_point_; // within the step being tried
+  bool ended_ = false;
+  double step_ = 0, arclength_ = 0;
+  int direction_ = 1;
+  int last_verdict_ = -1; // the last that was certain: 1 stable, 0 unstable; -1: none yet
+};
+
+} // namespace dovetail

@@ -1,0 +1,209 @@
+// What is tried when no step along the tangent converges, cheapest first. Every rung that helps is counted and told.
+#include <algorithm>
+#include <cmath>
+
+#include "continuation/follower.hpp"
+#include "continuation/needed_harmonics.hpp"
+#include "transient/steady_state.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr int most_leaps = 20, most_integrations = 20;
+constexpr double leaps[] = {1e-4, 1e-3, 1e-2}, integrations[] = {1e-3, 1e-2, 5e-2}; // of the sweep
+constexpr double step_after = 1e-3;                                                 // of a rung
+constexpr double most_unknowns = 4000; // of a system whose harmonics are raised
+constexpr PetscInt most_dofs = 300;    // of a model that is integrated in time
+
+// The same coefficients with other harmonics: dropped, or zero.
+void pad(const Layout &from, Vec y, const Layout &to, Vec z) {
+  const double *old;
+  double *values;
+  check(VecGetArrayRead(y, &old), "changing harmonics");
+  check(VecGetArray(z, &values), "changing harmonics");
+  for (PetscInt d = 0; d < from.own_dofs(); ++d) {
+    std::fill_n(values + d * to.width, to.width, 0.0);
+    std::copy_n(old + d * from.width, std::min(from.width, to.width), values + d * to.width);
+  }
+  if (from.owns_omega()) values[to.own_coefficients()] = old[from.own_coefficients()];
+  check(VecRestoreArray(z, &values), "changing harmonics");
+  check(VecRestoreArrayRead(y, &old), "changing harmonics");
+}
+
+} // namespace
+
+// At a corner the leg beyond may make more than a right angle with this one: then no plane across the old tangent
+// meets it, however near. The Jacobian beyond the corner knows its tangent, and the sign of the determinant, which
+// stays the same along the curve, on which side of the corner it lies.
+bool Follower::round_corner(double step, Go &outcome) {
+  if (here_.sign == 0) return false;
+  UniqueVec beyond = system_->unknowns(), t = system_->unknowns();
+  for (const double ahead : {1.0, 4.0, 0.25, 16.0, 64.0, 0.02}) {
+    int sign;
+    check(VecWAXPY(beyond, ahead * step, here_.t, here_.y), "looking round a corner");
+    if (!curve_->tangent_at(beyond, here_.t, t, sign)) continue;
+    if (sign != here_.sign) check(VecScale(t, -1), "looking round a corner");
+    if (curve_->norm.product(t, here_.t) > 0.9) continue;
+    for (const double part : {1.0, 0.1, 8.0}) {
+      const double along = part * step;
+      check(VecWAXPY(trial_.y, along, t, here_.y), "looking round a corner");
+      check(VecCopy(trial_.y, predicted_), "looking round a corner");
+      if (!(system_->omega(trial_.y) > 0) || !curve_->solve_across(t, trial_)) continue;
+      check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
+      if (trial_.sign != here_.sign || curve_->norm.length(predicted_) > most_correction * along ||
+          angle(curve_->norm, t, trial_.t) > most_angle)
+        continue;
+      branch_point_.reset();
+      const double cosine = curve_->norm.product(t, here_.t), from = here_.omega;
+      outcome = accept_step(t, along);
+      if (outcome == Go::refused) continue;
+      ++summary_.counts.corners;
+      notify(BranchEvent::Kind::corner,
+             "corner of the curve, turning by " +
+                 std::to_string(std::lround(std::acos(std::max(-1.0, cosine)) * 180 / M_PI)) + " degrees",
+             from);
+      if (outcome == Go::on) step_ = along, limit_step();
+      return true;
+    }
+  }
+  return false;
+}
+
+// The next rung that leads anywhere.
+Follower::Go Follower::climb() {
+  const std::string reason = refusal_, where = difference();
+  if (better_sampling() || more_harmonics() || leap(false) || leap(true)) return ended_ ? Go::ended : Go::on;
+  return end(End::stalled, reason + where);
+}
+
+void Follower::take_system(HarmonicSystem &system) {
+  const double motion = curve_->norm.largest_motion();
+  system_ = &system;
+  curve_ = std::make_unique<Curve>(system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
+  curve_->norm.set_largest_motion(motion);
+  meter_ = std::make_unique<AmplitudeMeter>(system.layout(), settings_.watched);
+  here_ = curve_->station(), trial_ = curve_->station();
+  predicted_ = system.unknowns();
+}
+
+// The same point and direction with other harmonics or samples; everything stays as it is if there is none.
+bool Follower::rebuild(int harmonics, int samples) {
+  auto system = std::make_unique<HarmonicSystem>(*system_, harmonics, samples);
+  Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
+  curve.norm.set_largest_motion(curve_->norm.largest_motion());
+  Station there = curve.station();
+  UniqueVec t = system->unknowns();
+  pad(system_->layout(), here_.y, system->layout(), there.y);
+  pad(system_->layout(), here_.t, system->layout(), t);
+  if (!curve.solve_across(t, there) && !curve.solve_across(t, there, true)) return false;
+  take_system(*system);
+  std::swap(changed_, system); // the old one goes last
+  here_ = std::move(there);
+  amplitude_ = (*meter_)(here_.y, here_.t);
+  step_ = step_after;
+  limit_step();
+  return true;
+}
+
+bool Follower::better_sampling() {
+  if (system_->samples() == exactly) return false;
+  const std::string reason = refusal_;
+  if (!rebuild(system_->harmonics(), exactly)) return false;
+  ++summary_.counts.samplings;
+  notify(BranchEvent::Kind::sampling,
+         "no step converges (" + reason + "): contact forces exactly, without samples, from here on", here_.omega);
+  return true;
+}
+
+bool Follower::more_harmonics() {
+  const Layout &layout = system_->layout();
+  if (layout.dofs() > most_dofs) return false;
+  const double closed = closed_contact_frequency(dense_model(*system_));
+  const int most = static_cast<int>((most_unknowns / layout.dofs() - 1) / 2), H = system_->harmonics();
+  const int needed = std::min(static_cast<int>(std::ceil(2 * closed / here_.omega)), most);
+  const std::string reason = refusal_;
+  for (const int more : {2 * H, needed}) {
+    if (more <= H || more > std::max(needed, 1) || !rebuild(more, system_->samples())) continue;
+    ++summary_.counts.harmonics;
+    notify(BranchEvent::Kind::harmonics,
+           "no step converges (" + reason + "): " + std::to_string(more) +
+               " harmonics from here on; the closed contact at " + "this frequency wants " + std::to_string(needed),
+           here_.omega);
+    return true;
+  }
+  return false;
+}
+
+// On to the solution at a next frequency of the sweep, which arc length does not lead to, and say so.
+bool Follower::leap(bool integrate) {
+  const Layout &layout = system_->layout();
+  int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
+  if (count >= (integrate ? most_integrations : most_leaps) || (integrate && layout.dofs() > most_dofs)) return false;
+  const std::string reason = refusal_;
+  DenseModel model;
+  if (integrate) model = dense_model(*system_);
+  for (const double part : integrate ? integrations : leaps) {
+    double next = here_.omega + direction_ * part * omega_unit_;
+    if ((next - settings_.to) * direction_ > 0) next = settings_.to;
+    for (const double w : settings_.at)
+      if ((w - here_.omega) * (w - next) < 0) next = w;
+    check(VecCopy(here_.y, trial_.y), "predicting");
+    if (integrate) {
+      const SteadyState steady = steady_state(model, next, all_coefficients(layout, here_.y), {system_->harmonics()});
+      if (!steady.settled) continue;
+      set_coefficients(layout, steady.coefficients, trial_.y);
+    }
+    if (!curve_->solve_at(next, trial_)) continue;
+    if (direction_ < 0) turn(trial_);
+    ++count;
+    std::swap(here_, trial_);
+    notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
+           "the curve could not be followed here (" + reason + "): went on from the " +
+               (integrate ? "steady state that time integration finds" : "solution") +
+               " at the next frequency; the branch may have changed",
+           here_.omega);
+    amplitude_ = (*meter_)(here_.y, here_.t);
+    verdict_ = judge(here_);
+    report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
+    if (next == settings_.to) {
+      end(End::arrived);
+      return true;
+    }
+    curve_->norm.see(here_.y);
+    check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
+    trail_.interrupt();
+    trail_.add(layout, here_.y, here_.t, curve_->norm.largest_motion());
+    step_ = step_after;
+    limit_step();
+    return true;
+  }
+  refusal_ = reason;
+  return false;
+}
+
+// Which contact point did something else at the last iterate than at the last point, in words.
+std::string Follower::difference() const {
+  const std::vector<Activity> &then = here_.activity, &now = system_->activity();
+  struct {
+    double size;
+    int rank;
+  } most{0, system_->layout().rank};
+  std::size_t which = 0;
+  for (std::size_t p = 0; p < now.size() && p < then.size(); ++p) {
+    const double size = std::abs(now[p].open - then[p].open) + std::abs(now[p].slip - then[p].slip);
+    if (size > most.size) most.size = size, which = p;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, system_->layout().comm);
+  if (most.size == 0) return "";
+  char words[200] = "";
+  if (most.rank == system_->layout().rank)
+    std::snprintf(words, sizeof words,
+                  "; contact point %d is open for %.3g %% of the period at the last point and for %.3g %% where Newton "
+                  "stopped, slips for %.3g %% and %.3g %%",
+                  static_cast<int>(system_->layout().own_points.begin + which) + 1, 100 * then[which].open,
+                  100 * now[which].open, 100 * then[which].slip, 100 * now[which].slip);
+  MPI_Bcast(words, sizeof words, MPI_CHAR, most.rank, system_->layout().comm);
+  return words;
+}
+
+} // namespace dovetail

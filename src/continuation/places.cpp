@@ -1,0 +1,242 @@
+// What lies within a step: frequencies wanted exactly, turning points, maxima, changes of stability, the end.
+#include <algorithm>
+#include <cmath>
+
+#include "continuation/follower.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr double place_tolerance = 1e-9; // of the step, and of the measured quantity
+
+std::string in_words(Stability::Kind kind) {
+  switch (kind) {
+  case Stability::Kind::jump:
+    return "a multiplier passes +1: the motion jumps";
+  case Stability::Kind::period_doubling:
+    return "a multiplier passes -1: the period doubles";
+  case Stability::Kind::second_frequency:
+    return "a pair of multipliers leaves the unit circle: a second frequency appears";
+  default:
+    return "";
+  }
+}
+
+} // namespace
+
+// Where f passes zero between here_ (f = from) and trial_ (f = to): regula falsi on planes across `normal`, halving the
+// interval where that is slow, for f may jump at a corner of the curve. Nothing if Newton fails in between.
+std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, double step, double from, double to,
+                                                const Measured &f) {
+  const double scale = std::max(std::abs(from), std::abs(to));
+  double a = 0, b = step, fa = from, fb = to;
+  UniqueVec ya = system_->unknowns(), yb = system_->unknowns();
+  check(VecCopy(here_.y, ya), "locating a place");
+  check(VecCopy(trial_.y, yb), "locating a place");
+  Place place{0, kind, curve_->station()};
+  double before = b - a;
+  int last_side = 0;
+  for (int i = 0; i < 80; ++i) {
+    double part = fa / (fa - fb);
+    if (!std::isfinite(part) || (i % 3 == 2 && b - a > before / 2)) part = 0.5;
+    if (i % 3 == 2) before = b - a;
+    part = std::clamp(part, 0.01, 0.99);
+    check(VecWAXPY(place.at.y, -1, ya, yb), "locating a place");
+    check(VecAYPX(place.at.y, part, ya), "locating a place");
+    if (!curve_->solve_across(normal, place.at)) return std::nullopt;
+    const double x = a + part * (b - a), fx = f(place.at);
+    place.along = x;
+    if (std::abs(fx) <= place_tolerance * scale || b - a <= place_tolerance * step) return place;
+    const int side = (fx > 0) == (fa > 0) ? -1 : 1;
+    if (side < 0) {
+      a = x, fa = fx;
+      check(VecCopy(place.at.y, ya), "locating a place");
+      if (last_side == side) fb /= 2; // Illinois
+    } else {
+      b = x, fb = fx;
+      check(VecCopy(place.at.y, yb), "locating a place");
+      if (last_side == side) fa /= 2;
+    }
+    last_side = side;
+  }
+  return place;
+}
+
+// Between here_ and trial_ the determinant changes its sign. Where the curve itself runs on, another branch crosses it
+// there; where two legs of a hairpin face each other across the planes, the solutions on the two sides stay apart.
+std::optional<Follower::Place> Follower::locate_branch_point(double step) {
+  UniqueVec ya = system_->unknowns(), yb = system_->unknowns(), tb = system_->unknowns();
+  check(VecCopy(here_.y, ya), "locating a branch point");
+  check(VecCopy(trial_.y, yb), "locating a branch point");
+  check(VecCopy(trial_.t, tb), "locating a branch point");
+  Place place{0, Place::Kind::branch, curve_->station()};
+  double a = 0, b = step;
+  while (b - a > 1e-4 * step) {
+    const double middle = (a + b) / 2;
+    check(VecWAXPY(place.at.y, -1, ya, yb), "locating a branch point");
+    check(VecAYPX(place.at.y, 0.5, ya), "locating a branch point");
+    if (!curve_->solve_across(here_.t, place.at)) return std::nullopt;
+    if (place.at.sign == here_.sign) {
+      a = middle;
+      check(VecCopy(place.at.y, ya), "locating a branch point");
+    } else {
+      b = middle;
+      check(VecCopy(place.at.y, yb), "locating a branch point");
+      check(VecCopy(place.at.t, tb), "locating a branch point");
+    }
+  }
+  check(VecAXPY(ya, -1, yb), "locating a branch point");
+  if (curve_->norm.length(ya) > 2 * (b - a) || angle(curve_->norm, here_.t, tb) > straight) return std::nullopt;
+  place.along = a;
+  return place;
+}
+
+// False if the step ends the sweep, but no solution is found exactly there.
+bool Follower::find_places(Vec normal, double step, const Amplitude &next, std::vector<Place> &found) {
+  using Kind = Place::Kind;
+  const auto keep = [&](std::optional<Place> place) {
+    if (!place) return false;
+    place->amplitude = (*meter_)(place->at.y, place->at.t).value;
+    found.push_back(std::move(*place));
+    return true;
+  };
+  const double rate = system_->omega(here_.t), next_rate = system_->omega(trial_.t);
+  const double low = 1e-12 / omega_unit_; // a sweep at one frequency has no folds
+  if (rate * next_rate < 0 && std::max(std::abs(rate), std::abs(next_rate)) > low &&
+      !keep(locate(Kind::fold, normal, step, rate, next_rate, [&](Station &s) { return system_->omega(s.t); })))
+    ++summary_.counts.folds, notify(BranchEvent::Kind::fold, "turning point, not located", here_.omega);
+  if (amplitude_.slope > 0 && next.slope < 0 &&
+      !keep(locate(Kind::peak, normal, step, amplitude_.slope, next.slope,
+                   [&](Station &s) { return (*meter_)(s.y, s.t).slope; })))
+    ++summary_.counts.peaks, notify(BranchEvent::Kind::peak, "maximum, not located", here_.omega, amplitude_.value);
+  if (const double limit = settings_.stop_at_amplitude; limit > 0 && amplitude_.value < limit && next.value >= limit)
+    keep(locate(Kind::limit, normal, step, amplitude_.value - limit, next.value - limit,
+                [&](Station &s) { return (*meter_)(s.y, s.t).value - limit; }));
+  if (branch_point_) keep(std::move(branch_point_));
+  if (stability_) find_stability_change(normal, step, found);
+
+  // Within each piece between turning points the frequency is monotone.
+  const auto in_order = [](const Place &a, const Place &b) { return a.along < b.along; };
+  std::sort(found.begin(), found.end(), in_order);
+  std::vector<const Station *> pieces{&here_};
+  for (const Place &place : found)
+    if (place.kind == Kind::fold) pieces.push_back(&place.at);
+  pieces.push_back(&trial_);
+  std::vector<Place> wanted;
+  for (std::size_t i = 1; i < pieces.size(); ++i) {
+    if (!find_wanted(normal, *pieces[i - 1], *pieces[i], wanted)) return false;
+    if (!wanted.empty() && wanted.back().kind == Kind::last) break;
+  }
+  for (Place &place : wanted) found.push_back(std::move(place));
+  std::sort(found.begin(), found.end(), in_order);
+  return true;
+}
+
+// Solutions exactly at the frequencies of `at`, and at the end of the sweep, between two stations.
+bool Follower::find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found) {
+  using Kind = Place::Kind;
+  const auto between = [&](double w) { return (w - a.omega) * (w - b.omega) < 0; };
+  const bool ends = (settings_.to - a.omega) * (settings_.to - b.omega) <= 0 && a.omega != b.omega;
+  std::vector<double> passed;
+  for (const double w : settings_.at)
+    if (between(w) && (!ends || (w - settings_.to) * (a.omega - settings_.to) > 0)) passed.push_back(w);
+  std::sort(passed.begin(), passed.end());
+  if (b.omega < a.omega) std::reverse(passed.begin(), passed.end());
+  if (ends) passed.push_back(settings_.to);
+  const double here = curve_->plane(normal, here_.y);
+  for (const double w : passed) {
+    Place place{0, ends && w == settings_.to ? Kind::last : Kind::wanted, curve_->station()};
+    check(VecWAXPY(place.at.y, -1, a.y, b.y), "interpolating");
+    check(VecAYPX(place.at.y, (w - a.omega) / (b.omega - a.omega), a.y), "interpolating");
+    if (curve_->solve_at(w, place.at)) {
+      if (curve_->norm.product(place.at.t, normal) < 0) turn(place.at);
+      place.along = curve_->plane(normal, place.at.y) - here;
+      place.amplitude = (*meter_)(place.at.y, place.at.t).value;
+      found.push_back(std::move(place));
+    } else if (place.kind == Kind::last) {
+      refusal_ = "no solution exactly at the end of the sweep: " + place.at.newton.why;
+      return false;
+    } else {
+      ++summary_.counts.missed;
+      notify(BranchEvent::Kind::missed, "no solution at this frequency of continuation.at: " + place.at.newton.why, w);
+    }
+  }
+  return true;
+}
+
+std::optional<Stability> Follower::judge(const Station &s) {
+  if (!stability_) return std::nullopt;
+  return stability_->judge(all_coefficients(system_->layout(), s.y), s.omega);
+}
+
+// Judges trial_. Where it differs from the last point that was certain, by bisection where it changes; a turning point
+// within the step is that place.
+void Follower::find_stability_change(Vec normal, double step, std::vector<Place> &found) {
+  using Verdict = Stability::Verdict;
+  const auto before = verdict_;
+  verdict_ = judge(trial_);
+  if (verdict_->verdict == Verdict::uncertain) return;
+  const int now = verdict_->verdict == Verdict::stable, then = last_verdict_;
+  last_verdict_ = now;
+  if (then < 0 || then == now) return;
+  for (const Place &place : found)
+    if (place.kind == Place::Kind::fold) return;
+  if (!before || before->verdict == Verdict::uncertain) { // somewhere in the uncertain points behind
+    ++summary_.counts.stability_changes;
+    notify(BranchEvent::Kind::stability,
+           now ? "stable again, from somewhere between" : "unstable, from somewhere between", here_.omega);
+    return;
+  }
+  auto place = locate(Place::Kind::stability, normal, step, before->growth, verdict_->growth,
+                      [&](Station &s) { return judge(s)->growth; });
+  if (place) found.push_back(std::move(*place));
+}
+
+// One row of the results for each place, and the words that go with it.
+Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
+  using Kind = Place::Kind;
+  for (Place &place : found) {
+    const Station &s = place.at;
+    const std::optional<Stability> stability = judge(s);
+    const bool higher = system_->omega(trial_.t) > 0;
+    report(s, arclength_ + place.along * plain, stability ? &*stability : nullptr);
+    switch (place.kind) {
+    case Kind::fold:
+      ++summary_.counts.folds;
+      notify(BranchEvent::Kind::fold,
+             std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") + " frequencies",
+             s.omega, place.amplitude);
+      break;
+    case Kind::peak:
+      ++summary_.counts.peaks;
+      notify(BranchEvent::Kind::peak, "peak", s.omega, place.amplitude);
+      if (summary_.counts.peaks == settings_.stop_after_peaks) {
+        here_.omega = s.omega;
+        return end(End::peaks, "stopped after peak " + std::to_string(summary_.counts.peaks));
+      }
+      break;
+    case Kind::branch:
+      ++summary_.counts.branch_points;
+      notify(BranchEvent::Kind::branch, "another branch of solutions crosses here", s.omega, place.amplitude);
+      break;
+    case Kind::stability:
+      ++summary_.counts.stability_changes;
+      notify(BranchEvent::Kind::stability,
+             (last_verdict_ == 1 ? "stable from here on" : "unstable from here on: " + in_words(verdict_->kind)),
+             s.omega, place.amplitude);
+      break;
+    case Kind::limit:
+      here_.omega = s.omega;
+      return end(End::amplitude, "stopped at continuation.stop_at_amplitude");
+    case Kind::last:
+      here_.omega = s.omega;
+      return end(End::arrived);
+    case Kind::wanted:
+      break;
+    }
+    if (summary_.counts.points >= settings_.max_points) return Go::on;
+  }
+  return Go::on;
+}
+
+} // namespace dovetail

@@ -1,0 +1,43 @@
+#pragma once
+// Numbers that rule the steps of the continuation. Lengths are in the weighted norm, where 1 is the largest motion so
+// far or the whole sweep.
+namespace dovetail {
+
+constexpr double longest_step = 0.1;
+constexpr double longest_omega_step = 0.01;   // of the sweep: a resonance narrower than this could be stepped over
+constexpr double longest_motion_step = 0.25;  // of the motion at hand, which after a resonance is far below the largest
+constexpr double shortest_motion_step = 1e-3; // that limit does not hold a curve up where the motion passes zero
+constexpr double shortest_step = 1e-7;
+constexpr double most_angle = 0.64;   // between the tangents before and after a step [rad]
+constexpr double most_correction = 2; // distance from predicted to converged point, in steps
+constexpr double aimed_angle = 0.25;  // between tangents [rad]
+constexpr int aimed_newton = 4, most_newton = 8;
+constexpr double least_newton_step = 1e-4; // shorter steps may take newton.max_iterations
+constexpr double corner_step = 2e-3;       // shorter steps that fail may be at a corner of the curve
+constexpr double straight = 0.3;           // angle [rad] and correction [steps] up to which a curve runs on smoothly
+
+/// What successive halvings of a step tell. Halving makes angle and correction of a smooth curve 1/2 and 1/4 as large;
+/// at a corner the angle stays and the correction halves, at a jump to another branch both stay.
+class Halvings {
+public:
+  struct Measure { // how far the curve turned within a trial step, and how far the solution lay from the prediction
+    double angle = 0, correction = 0; // [rad], [steps]
+    bool refused() const { return angle > most_angle || correction > most_correction; }
+  };
+
+  /// True if this step and the one before it show a corner that may be taken as it is.
+  bool add(const Measure &now) {
+    const bool alike =
+        last_.refused() && now.angle > ratio * last_.angle && now.correction < 2 * ratio * last_.correction;
+    alike_ = alike ? alike_ + 1 : 0;
+    last_ = now;
+    return alike_ >= 2;
+  }
+
+private:
+  static constexpr double ratio = 0.75;
+  Measure last_;
+  int alike_ = 0;
+};
+
+} // namespace dovetail

@@ -1,0 +1,70 @@
+#include "continuation/trail.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+// The same number in (-1, 1) for the same place, however the unknowns are shared out and whatever the harmonics.
+double direction(std::uint64_t dof, std::uint64_t place, std::uint64_t which) {
+  std::uint64_t x = (dof * 4096 + place) * 8 + which + 0x9e3779b97f4a7c15u; // splitmix64
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return static_cast<double>(static_cast<std::int64_t>((x ^ (x >> 31)) >> 11)) / (1ll << 52) - 1;
+}
+
+} // namespace
+
+Trail::Sense Trail::add(const Layout &layout, Vec y, Vec t, double motion) {
+  std::array<double, 2 * size> mark{};
+  const Vec vectors[] = {y, t};
+  for (int v = 0; v < 2; ++v) {
+    const double *own;
+    check(VecGetArrayRead(vectors[v], &own), "marking the way");
+    double *p = &mark[v * size];
+    for (PetscInt d = 0; d < layout.own_dofs(); ++d)
+      for (int i = 0; i < layout.width; ++i)
+        for (int k = 1; k < size; ++k) p[k] += direction(layout.number(d), i, k) * own[d * layout.width + i];
+    if (layout.owns_omega()) p[0] = own[layout.own_coefficients()];
+    check(VecRestoreArrayRead(vectors[v], &own), "marking the way");
+  }
+  MPI_Allreduce(MPI_IN_PLACE, mark.data(), 2 * size, MPI_DOUBLE, MPI_SUM, layout.comm);
+  marks_.insert(marks_.end(), mark.begin(), mark.end());
+  const int sense = older(motion);
+  found_ = sense == 0 ? 0 : sense == sense_ ? found_ + 1 : 1;
+  sense_ = sense;
+  return found_ < enough ? Sense::fresh : sense > 0 ? Sense::same : Sense::opposite;
+}
+
+int Trail::older(double motion) const {
+  const int last = static_cast<int>(marks_.size()) / (2 * size) - 1;
+  const double unit[] = {1 / omega_unit_, motion > 0 ? 1 / motion : 1};
+  const double *here = &marks_[2 * size * last];
+  const auto weighted = [&](const double *a, const double *b) { // scalar product
+    double sum = 0;
+    for (int k = 0; k < size; ++k) sum += a[k] * b[k] * unit[k > 0] * unit[k > 0];
+    return sum;
+  };
+  for (int i = 0; i + 4 < last; ++i) { // the piece from mark i to the next: a cubic over its chord
+    const double *a = &marks_[2 * size * i], *b = a + 2 * size;
+    std::array<double, size> chord, to;
+    for (int k = 0; k < size; ++k) chord[k] = b[k] - a[k], to[k] = here[k] - a[k];
+    const double length2 = weighted(chord.data(), chord.data()), s = weighted(chord.data(), to.data()) / length2;
+    const double rise_a = weighted(a + size, chord.data()) / length2,
+                 rise_b = weighted(b + size, chord.data()) / length2;
+    if (!(s >= 0 && s <= 1 && rise_a > 0 && rise_b > 0)) continue;
+    std::array<double, size> away;
+    for (int k = 0; k < size; ++k)
+      away[k] = to[k] - (3 - 2 * s) * s * s * chord[k] -
+                s * (1 - s) * ((1 - s) * a[size + k] / rise_a - s * b[size + k] / rise_b);
+    if (weighted(away.data(), away.data()) > 1e-6 * length2) continue;
+    return weighted(here + size, chord.data()) > 0 ? 1 : -1;
+  }
+  return 0;
+}
+
+} // namespace dovetail

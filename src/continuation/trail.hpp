@@ -1,0 +1,31 @@
+#pragma once
+// The way behind: by it a curve is known that runs back over itself, or closes.
+#include "continuation/arc_norm.hpp"
+
+namespace dovetail {
+
+class Trail {
+public:
+  explicit Trail(double omega_unit) : omega_unit_(omega_unit) {}
+
+  enum class Sense { fresh, same, opposite };
+  /// Takes note of a point and its tangent. `motion`: the largest met so far, plain norm. Returns whether this point
+  /// and the `enough` before it all lie on older pieces of the way, and which way round those were run. Collective.
+  Sense add(const Layout &layout, Vec y, Vec t, double motion);
+
+  /// All marks, and what restores them.
+  const std::vector<double> &marks() const { return marks_; }
+  void restore(std::vector<double> marks) { marks_ = std::move(marks); }
+  /// The curve was left: what comes next does not hang together with the point before.
+  void interrupt() { found_ = 0; }
+
+private:
+  static constexpr int size = 6, enough = 6;
+  int older(double motion) const; // +1 or -1 if the last mark lies on an older piece run in that sense; else 0
+
+  double omega_unit_;
+  std::vector<double> marks_; // (points, 2, size): Omega and projections of the motion, then the same of the tangent
+  int found_ = 0, sense_ = 0; // points in succession on older pieces
+};
+
+} // namespace dovetail
