@@ -54,8 +54,11 @@ BranchSummary Follower::go_on(const BranchState &state) {
 BranchSummary Follower::follow() {
   if (settings_.to == settings_.from) end(End::arrived);
   if (!ended_ && summary_.counts.points >= settings_.max_points) after_step();
-  while (!ended_)
+  while (!ended_) {
     if (advance() == Go::on) after_step();
+    const bool lost = summary_.end == End::retraced || summary_.end == End::turned_back || summary_.end == End::stalled;
+    if (ended_ && lost && leave_from_farthest()) after_step();
+  }
   summary_.omega = here_.omega;
   return summary_;
 }
@@ -118,30 +121,37 @@ Follower::Go Follower::try_step(double step) {
   }
   if (trial_.sign * here_.sign < 0) { // a hairpin was jumped over, or another branch crosses within the step
     refusal_ = "the curve turns round within one step";
-    if (step > corner_step || measure.angle > straight || measure.correction > straight ||
-        !(branch_point_ = locate_branch_point(step)))
+    const bool smooth = measure.angle < straight && measure.correction < straight;
+    if (smooth && leads_back(step, measure.correction * step))
+      branch_point_ = locate_branch_point(step);
+    else if (!(corner && step <= close_to_corner))
       return Go::refused;
   }
-  const double turned = measure.angle;
   const int newton = trial_.newton.newton;
   const Go go = accept_step(here_.t, step);
-  if (go == Go::on) choose_step(step, turned, newton);
+  if (go != Go::on) return go;
+  if (!corner) curvature_ = measure.angle / step;
+  choose_step(step, measure.angle, newton);
   return go;
 }
 
 // The step to trial_, on planes across `normal`, with all that lies within.
 Follower::Go Follower::accept_step(Vec normal, double step) {
   const Amplitude next = (*meter_)(trial_.y, trial_.t);
-  std::vector<Place> found;
-  if (!find_places(normal, step, next, found)) return Go::refused;
+  const bool outside = beyond_start(here_.omega) > 0 && beyond_start(trial_.omega) > 0;
   const double plain = plain_length(normal);
-  if (report_places(found, plain) == Go::ended) return Go::ended;
+  if (!outside) {
+    std::vector<Place> found;
+    if (!find_places(normal, step, next, found)) return Go::refused;
+    if (report_places(found, plain) == Go::ended) return Go::ended;
+  }
   arclength_ += step * plain;
   std::swap(here_, trial_);
   amplitude_ = next;
-  report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-  if ((here_.omega - settings_.from) * direction_ < 0)
-    return end(End::turned_back, "the branch turned back and left the sweep at its beginning");
+  if (beyond_start(here_.omega) <= 0)
+    report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
+  else if (beyond_start(here_.omega) > most_beyond * omega_unit_)
+    return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");
   curve_->norm.see(here_.y);
   const auto sense = trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
   if (sense == Trail::Sense::opposite) return end(End::retraced, "the branch runs back over itself");
@@ -168,12 +178,25 @@ void Follower::limit_step() {
   step_ = std::max(step_, 10 * shortest_step);
 }
 
+// A curve that bends over may leave the sweep at its beginning and come back: it is followed there, but not reported.
+double Follower::beyond_start(double omega) const { return (settings_.from - omega) * direction_; }
+
+// Many bends within a small part of the sweep are no physics, but too few harmonics for contacts that open and close.
+void Follower::note_bend(double omega) {
+  bends_.push_back(omega);
+  if (bends_.size() < many_bends) return;
+  const auto [low, high] = std::minmax_element(bends_.end() - many_bends, bends_.end());
+  crowded_ = *high - *low < crowded_part * omega_unit_;
+  if (crowded_) bends_.clear();
+}
+
 // Between two steps: may it go on, and where does it stand.
 Follower::Go Follower::after_step() {
   if (summary_.counts.points >= settings_.max_points)
     end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
   else if (observer_.interrupted && observer_.interrupted())
     end(End::interrupted, "interrupted");
+  if (!ended_ && std::exchange(crowded_, false)) refusal_ = "the curve bends again and again", more_harmonics();
   if (observer_.state) observer_.state(state());
   return ended_ ? Go::ended : Go::on;
 }
@@ -223,7 +246,7 @@ void Follower::restore(const BranchState &state) {
   step_ = n.at(0), arclength_ = n.at(1);
   curve_->norm.set_largest_motion(n.at(2));
   here_.sign = static_cast<int>(n.at(3)), amplitude_ = {n.at(4), n.at(5)};
-  last_verdict_ = static_cast<int>(n.at(6));
+  last_verdict_ = static_cast<int>(n.at(6)), curvature_ = n.at(7);
   trail_.restore(state.trail);
 }
 

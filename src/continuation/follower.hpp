@@ -31,6 +31,8 @@ private:
   Go advance();
   Go try_step(double step);
   Go accept_step(Vec normal, double step);
+  double beyond_start(double omega) const;
+  void note_bend(double omega);
   void choose_step(double step, double turned, int newton);
   void limit_step();
   Go after_step();
@@ -50,7 +52,8 @@ private:
   };
   using Measured = std::function<double(Station &)>;
   std::optional<Place> locate(Place::Kind kind, Vec normal, double step, double from, double to, const Measured &f);
-  std::optional<Place> locate_branch_point(double step);
+  bool leads_back(double step, double missed);
+  Place locate_branch_point(double step);
   bool find_places(Vec normal, double step, const Amplitude &next, std::vector<Place> &found);
   bool find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found);
   void find_stability_change(Vec normal, double step, std::vector<Place> &found);
@@ -59,7 +62,9 @@ private:
 
   // ladder.cpp
   bool round_corner(double step, Go &outcome);
+  bool go_round(Vec t, double step, bool by_sign, Go &outcome);
   Go climb();
+  bool leave_from_farthest();
   void take_system(HarmonicSystem &system);
   bool rebuild(int harmonics, int samples);
   bool better_sampling();
@@ -80,7 +85,9 @@ private:
   std::unique_ptr<Curve> curve_;
   std::unique_ptr<AmplitudeMeter> meter_;
   std::unique_ptr<StabilityTest> stability_;
-  Station here_, trial_; // last accepted point; the one being tried
+  Station here_, trial_;            // last accepted point; the one being tried
+  std::optional<Station> farthest_; // turning point nearest to the end of the sweep
+  std::vector<double> bends_;       // frequencies of turning points and corners, as they came
   UniqueVec predicted_;
   Amplitude amplitude_; // at here_
   Trail trail_;
@@ -88,8 +95,9 @@ private:
   Halvings halvings_;
   std::string refusal_;
   std::optional<Place> branch_point_; // within the step being tried
-  bool ended_ = false;
+  bool ended_ = false, crowded_ = false;
   double step_ = 0, arclength_ = 0;
+  double curvature_ = 0; // at the last smooth step: angle per arc length
   int direction_ = 1;
   int last_verdict_ = -1; // the last that was certain: 1 stable, 0 unstable; -1: none yet
 };

@@ -62,32 +62,36 @@ std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, do
   return place;
 }
 
-// Between here_ and trial_ the determinant changes its sign. Where the curve itself runs on, another branch crosses it
-// there; where two legs of a hairpin face each other across the planes, the solutions on the two sides stay apart.
-std::optional<Follower::Place> Follower::locate_branch_point(double step) {
-  UniqueVec ya = system_->unknowns(), yb = system_->unknowns(), tb = system_->unknowns();
+// Between here_ and trial_ the determinant changes its sign. Either another branch crosses the curve there, or two legs
+// of a hairpin face each other and the step went across: then the way back from trial_ misses here_ by as much.
+bool Follower::leads_back(double step, double missed) {
+  Station back = curve_->station();
+  check(VecWAXPY(back.y, -step, trial_.t, trial_.y), "looking back");
+  if (!curve_->solve_across(trial_.t, back)) return false;
+  check(VecAXPY(back.y, -1, here_.y), "looking back");
+  const double distance = curve_->norm.length(back.y), along = curve_->norm.product(back.y, here_.t);
+  return std::sqrt(std::max(0.0, distance * distance - along * along)) < 0.1 * std::max(missed, 1e-3 * step);
+}
+
+// Close to a branch point Newton may land on the other branch: the place is as good as bisection gets.
+Follower::Place Follower::locate_branch_point(double step) {
+  UniqueVec ya = system_->unknowns(), yb = system_->unknowns();
   check(VecCopy(here_.y, ya), "locating a branch point");
   check(VecCopy(trial_.y, yb), "locating a branch point");
-  check(VecCopy(trial_.t, tb), "locating a branch point");
-  Place place{0, Place::Kind::branch, curve_->station()};
+  Place place{step, Place::Kind::branch, curve_->station()}, middle{step, Place::Kind::branch, curve_->station()};
+  check(VecCopy(trial_.y, place.at.y), "locating a branch point");
+  check(VecCopy(trial_.t, place.at.t), "locating a branch point");
+  place.at.omega = trial_.omega, place.at.newton = trial_.newton, place.at.activity = trial_.activity;
   double a = 0, b = step;
-  while (b - a > 1e-4 * step) {
-    const double middle = (a + b) / 2;
-    check(VecWAXPY(place.at.y, -1, ya, yb), "locating a branch point");
-    check(VecAYPX(place.at.y, 0.5, ya), "locating a branch point");
-    if (!curve_->solve_across(here_.t, place.at)) return std::nullopt;
-    if (place.at.sign == here_.sign) {
-      a = middle;
-      check(VecCopy(place.at.y, ya), "locating a branch point");
-    } else {
-      b = middle;
-      check(VecCopy(place.at.y, yb), "locating a branch point");
-      check(VecCopy(place.at.t, tb), "locating a branch point");
-    }
+  while (b - a > 1e-5 * step) {
+    check(VecWAXPY(middle.at.y, -1, ya, yb), "locating a branch point");
+    check(VecAYPX(middle.at.y, 0.5, ya), "locating a branch point");
+    if (!curve_->solve_across(here_.t, middle.at) || angle(curve_->norm, here_.t, middle.at.t) > straight) break;
+    middle.along = (a + b) / 2;
+    (middle.at.sign == here_.sign ? a : b) = middle.along;
+    check(VecCopy(middle.at.y, middle.along == a ? ya : yb), "locating a branch point");
+    std::swap(place, middle);
   }
-  check(VecAXPY(ya, -1, yb), "locating a branch point");
-  if (curve_->norm.length(ya) > 2 * (b - a) || angle(curve_->norm, here_.t, tb) > straight) return std::nullopt;
-  place.along = a;
   return place;
 }
 
@@ -104,7 +108,8 @@ bool Follower::find_places(Vec normal, double step, const Amplitude &next, std::
   const double low = 1e-12 / omega_unit_; // a sweep at one frequency has no folds
   if (rate * next_rate < 0 && std::max(std::abs(rate), std::abs(next_rate)) > low &&
       !keep(locate(Kind::fold, normal, step, rate, next_rate, [&](Station &s) { return system_->omega(s.t); })))
-    ++summary_.counts.folds, notify(BranchEvent::Kind::fold, "turning point, not located", here_.omega);
+    ++summary_.counts.folds, note_bend(here_.omega),
+        notify(BranchEvent::Kind::fold, "turning point, not located", here_.omega);
   if (amplitude_.slope > 0 && next.slope < 0 &&
       !keep(locate(Kind::peak, normal, step, amplitude_.slope, next.slope,
                    [&](Station &s) { return (*meter_)(s.y, s.t).slope; })))
@@ -206,6 +211,8 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
       notify(BranchEvent::Kind::fold,
              std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") + " frequencies",
              s.omega, place.amplitude);
+      note_bend(s.omega);
+      if (!farthest_ || (s.omega - farthest_->omega) * direction_ > 0) farthest_ = std::move(place.at);
       break;
     case Kind::peak:
       ++summary_.counts.peaks;

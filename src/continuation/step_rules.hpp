@@ -14,6 +14,10 @@ constexpr double aimed_angle = 0.25;  // between tangents [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
 constexpr double least_newton_step = 1e-4; // shorter steps may take newton.max_iterations
 constexpr double corner_step = 2e-3;       // shorter steps that fail may be at a corner of the curve
+constexpr double close_to_corner = 1e-4;   // so near, both sides of a corner are tried
+constexpr int many_bends = 12;             // turning points and corners
+constexpr double crowded_part = 0.01;      // of the sweep
+constexpr double most_beyond = 0.5;        // of the sweep: so far a curve is followed beyond its beginning
 constexpr double straight = 0.3;           // angle [rad] and correction [steps] up to which a curve runs on smoothly
 
 /// What successive halvings of a step tell. Halving makes angle and correction of a smooth curve 1/2 and 1/4 as large;
