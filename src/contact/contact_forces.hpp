@@ -1,6 +1,7 @@
 #pragma once
 // Forces of many contact points over one period, and their derivatives. The only door to the contact laws for
 // everything that moves; no MPI, no PETSc. One object per rank, for the points it owns.
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -29,6 +30,10 @@ public:
   /// points times V (points, 3, 2H+1).
   void write(int point, double *blocks) const { linear_[point].write(points_[point], blocks); }
   void multiply(const double *V, double *out) const;
+
+  /// By how much the mean forces of a point, t1, t2, n, follow its mean displacements at the last evaluated motion
+  /// [N/m]: 0 where it is open, or slips, all round.
+  std::array<double, 3> mean_stiffness(int point) const { return linear_[point].mean_stiffness(points_[point]); }
 
   const std::vector<Activity> &activity() const { return activity_; } ///< at the last evaluated motion
 

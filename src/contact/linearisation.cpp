@@ -211,6 +211,23 @@ void Linearisation::write(const ContactPoint &point, double *blocks) const {
   write_normal(n, closed, point.kn, blocks + 4 * size);
 }
 
+std::array<double, 3> Linearisation::mean_stiffness(const ContactPoint &point) const {
+  const bool rubs = has_friction(point.law);
+  std::array<double, 3> stiffness{rubs ? point.kt[0] : 0, rubs ? point.kt[1] : 0, point.kn};
+  if (springs_only) return stiffness;
+  if (!dense.empty()) {
+    const std::size_t size = static_cast<std::size_t>(coefficient_count(harmonics_)) * coefficient_count(harmonics_);
+    const auto &places = block_places(point.law);
+    for (std::size_t b = 0; b < places.size(); ++b)
+      if (places[b].row == places[b].column) stiffness[places[b].row] = dense[b * size];
+    return stiffness;
+  }
+  for (int d = 0; d < 2; ++d) stiffness[d] *= stick[d].cosine[0];
+  for (const Run &run : *this) stiffness[run.direction] += run.share[0] * run.by_t[0];
+  stiffness[2] *= closed.cosine[0];
+  return stiffness;
+}
+
 void Linearisation::multiply(const ContactPoint &point, const double *v, double *out) const {
   const int n = coefficient_count(harmonics_);
   std::fill_n(out, 3 * n, 0.0);

@@ -51,6 +51,8 @@ public:
 
   /// Writes the blocks, one after the other in the order of block_places, each row-major.
   void write(const ContactPoint &point, double *blocks) const;
+  /// The diagonal of the constant parts: d (mean of G_d) / d (mean of X_d), in order t1, t2, n [N/m].
+  std::array<double, 3> mean_stiffness(const ContactPoint &point) const;
   /// out (3, 2H+1) = (d G / d X) v, without any block.
   void multiply(const ContactPoint &point, const double *v, double *out) const;
 

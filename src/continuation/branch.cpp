@@ -23,6 +23,11 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
   Station first = curve_->station();
   std::string how = why_there;
   summary_.omega = settings_.from;
+  if (const int motions = system_->loose_body().motions(); motions > 0)
+    notify(BranchEvent::Kind::start,
+           "the structure is held by its joint alone in " + std::to_string(motions) +
+               (motions == 1 ? " rigid motion" : " rigid motions"),
+           settings_.from);
   if (!first_point(y, first, how)) {
     summary_.end = End::no_start;
     return summary_;

@@ -25,7 +25,7 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   const double w = settings_.from;
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
-  summary_.why = "no solution was found at the first frequency: " + first.newton.why;
+  summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
   const std::string alas = "Newton does not converge from rest; ";
 
   const auto through = [&](HarmonicSystem &easier, std::vector<double> &q) { // q becomes the solution of `easier`

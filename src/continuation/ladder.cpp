@@ -200,6 +200,9 @@ bool Follower::leap(bool integrate) {
 
 // Which contact point did something else at the last iterate than at the last point, in words.
 std::string Follower::difference() const {
+  if (system_->adrift())
+    return "; the body is held by its joint alone, and its contacts are open, or slip, all through the period: nothing "
+           "holds its mean position, it walks or flies off, unless it is pressed on harder or something else holds it";
   const std::vector<Activity> &then = here_.activity, &now = system_->activity();
   struct {
     double size;

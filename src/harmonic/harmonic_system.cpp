@@ -1,6 +1,7 @@
 #include "harmonic/harmonic_system.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "support/error.hpp"
 
@@ -53,7 +54,8 @@ ScaledModel with_softer_contacts(ScaledModel scaled, double stiffness) {
 
 HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier)
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
-      fourier_(std::move(fourier)), forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
+      fourier_(std::move(fourier)), loose_(scaled_.model.reduced, layout_),
+      forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       couplings_(list_couplings(scaled_.model.reduced, layout_)) {
   build();
 }
@@ -198,11 +200,13 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
     }
   }
   evaluate_contact(q);
+  const std::size_t blocks = values_.size();
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const std::size_t at = values_.size();
     values_.resize(at + block_places(forces_.points()[p].law).size() * n * n);
     forces_.write(p, &values_[at]);
   }
+  if (loose_.motions() > 0) hold_adrift(blocks);
   check(VecGetArrayRead(stiffness_force_, &u), "evaluating the Jacobian");
   check(VecGetArrayRead(inertia_force_, &v), "evaluating the Jacobian");
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
@@ -218,6 +222,29 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   check(VecRestoreArrayRead(stiffness_force_, &u), "evaluating the Jacobian");
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
   check(MatSetValuesCOO(J, values_.data(), INSERT_VALUES), "evaluating the Jacobian");
+}
+
+// Part of each spring on the diagonal of the constant parts, where contact itself gives none.
+void HarmonicSystem::hold_adrift(std::size_t block) {
+  constexpr double part = 0.25; // separation of bodies tried by experiment: 1/4 comes back from several gaps' distance
+  const PetscInt points = layout_.own_points.size();
+  const std::size_t size = static_cast<std::size_t>(layout_.width) * layout_.width;
+  std::vector<double> stiffness, springs;
+  for (PetscInt p = 0; p < points; ++p) {
+    const ContactPoint &point = forces_.points()[p];
+    const auto mean = forces_.mean_stiffness(p);
+    stiffness.insert(stiffness.end(), mean.begin(), mean.end());
+    for (int d = 0; d < 3; ++d) springs.push_back(d == 2 ? point.kn : has_friction(point.law) ? point.kt[d] : 0);
+  }
+  adrift_ = loose_.adrift(stiffness, springs);
+  if (!adrift_) return;
+  for (PetscInt p = 0; p < points; ++p)
+    for (const BlockPlace place : block_places(forces_.points()[p].law)) {
+      const std::size_t dof = 3 * p + place.row;
+      if (place.row == place.column && std::abs(stiffness[dof]) < 1e-6 * springs[dof])
+        values_[block] += part * springs[dof];
+      block += size;
+    }
 }
 
 } // namespace dovetail

@@ -4,6 +4,7 @@
 
 #include "contact/contact_forces.hpp"
 #include "harmonic/layout.hpp"
+#include "harmonic/loose_body.hpp"
 #include "scaling/scaled_model.hpp"
 
 namespace dovetail {
@@ -40,6 +41,11 @@ public:
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);
 
+  /// Rigid motions that only the joint holds. While contacts leave one of them adrift, jacobian() holds the points'
+  /// means by a part of their springs: Newton then finds the way back to contact, or the mean it started from.
+  const LooseBody &loose_body() const { return loose_; }
+  bool adrift() const { return adrift_; } ///< so it was when the Jacobian was evaluated last
+
   /// What the own contact points did over the period at the motion evaluated last, in scaled units.
   const std::vector<Activity> &activity() const { return forces_.activity(); }
 
@@ -47,12 +53,15 @@ private:
   void build();
   void evaluate_contact(const double *q); // unless done at this motion
   void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, harmonic by harmonic
+  void hold_adrift(std::size_t first_block);
   double shared_omega(const double *own) const;
 
   ScaledModel scaled_;
   Layout layout_;
   int harmonics_, samples_;
   std::vector<double> fourier_;
+  LooseBody loose_;
+  bool adrift_ = false;
   ContactForces forces_;
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
   std::vector<Coupling> couplings_;
