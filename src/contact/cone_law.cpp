@@ -40,32 +40,50 @@ void ConeLaw::evaluate(const ContactPoint &point, const Standstill &standstill, 
   write_blocks(linear->dense);
 }
 
+// Two sliders on their own have closed their loop after one round: whatever a period does to the memory is a clamp,
+// which changes nothing the second time. In the plane the memory may creep up to its loop round by round.
+int ConeLaw::rounds_to_close(const ContactPoint &point, const Standstill &standstill) {
+  const int N = fourier_.samples();
+  const double *normal = &force_[2 * N];
+  const double close = 1e-10 * point.mu[0] * *std::max_element(normal, normal + N);
+  std::array<double, 2> before{};
+  for (int round = 0; round < most_rounds; ++round) {
+    bool eventless = true; // stuck on w_p all round: the second round would repeat the first
+    for (int j = 0; j < N; ++j) eventless = step(point, standstill, round, j, false) == State::stick && eventless;
+    if (round == 0 && eventless) return 1;
+    if (round > 0 && std::hypot(T_[0] - before[0], T_[1] - before[1]) <= close) return round + 1;
+    before = T_;
+  }
+  return most_rounds;
+}
+
 void ConeLaw::march(const ContactPoint &point, const Standstill &standstill, bool differentiate) {
-  const int n = fourier_.size(), N = fourier_.samples();
-  bool eventless = true; // stuck on w_p all round: the second round would repeat the first
-  for (int round = 0; round < 2; ++round) {
-    const bool last = round == 1;
-    if (last && eventless) break;
-    std::fill(sums_.begin(), sums_.end(), 0.0);
-    std::fill(pressures_.begin(), pressures_.end(), 0.0);
+  const int n = fourier_.size(), N = fourier_.samples(), rounds = rounds_to_close(point, standstill);
+  if (!differentiate) return; // the forces of the last round stand
+  std::fill(sums_.begin(), sums_.end(), 0.0);
+  std::fill(pressures_.begin(), pressures_.end(), 0.0);
+  for (int round = 0; round < rounds; ++round)
     for (int j = 0; j < N; ++j) {
-      if (round == 0 && j == 0) { // from the memory of the preload
-        std::fill(slopes_.begin(), slopes_.end(), 0.0);
-        for (int d = 0; d < 2; ++d) {
-          T_[d] = point.kt[d] * (motion_[d * N] - standstill.w[d]);
-          for (int i = 0; i < n; ++i) slopes_[(3 * d + d) * n + i] = point.kt[d] * fourier_.row(0)[i];
-        }
-      } else if (motion_[2 * N + j] > 0) {
-        lead_in(point, j, differentiate);
-      }
-      states_[j] = rub(point, j, differentiate);
-      eventless = eventless && states_[j] == State::stick;
-      if (!differentiate || states_[j] == State::open || (!last && !eventless)) continue;
+      if (step(point, standstill, round, j, true) == State::open || round + 1 < rounds) continue;
       for (int d = 0; d < 2; ++d) add_product(n, 3 * n, fourier_.row(j), &slopes_[3 * d * n], &sums_[3 * d * n * n]);
       add_product(n, n, fourier_.row(j), fourier_.row(j), pressures_.data());
     }
-  }
   for (double &value : pressures_) value *= point.kn;
+}
+
+ConeLaw::State ConeLaw::step(const ContactPoint &point, const Standstill &standstill, int round, int sample,
+                             bool differentiate) {
+  const int n = fourier_.size(), N = fourier_.samples();
+  if (round == 0 && sample == 0) { // from the memory of the preload
+    std::fill(slopes_.begin(), slopes_.end(), 0.0);
+    for (int d = 0; d < 2; ++d) {
+      T_[d] = point.kt[d] * (motion_[d * N] - standstill.w[d]);
+      for (int i = 0; i < n; ++i) slopes_[(3 * d + d) * n + i] = point.kt[d] * fourier_.row(0)[i];
+    }
+  } else if (motion_[2 * N + sample] > 0) {
+    lead_in(point, sample, differentiate);
+  }
+  return states_[sample] = rub(point, sample, differentiate);
 }
 
 // Trial force at a sample in contact: the force before plus k_t times the increment, or its part after the landing.

@@ -11,8 +11,8 @@
 
 namespace dovetail {
 
-/// Law cone for one point, marched twice round the period from w_p, the second round kept. Holds scratch memory: one
-/// object per thread.
+/// Law cone for one point, marched round the period from w_p until the memory closes its loop, the last round kept.
+/// Holds scratch memory: one object per thread.
 class ConeLaw {
 public:
   ConeLaw(int harmonics, int samples);
@@ -24,6 +24,9 @@ public:
 private:
   enum class State { open, stick, slip };
 
+  static constexpr int most_rounds = 100;
+  int rounds_to_close(const ContactPoint &point, const Standstill &standstill); // leaves the forces of the last round
+  State step(const ContactPoint &point, const Standstill &standstill, int round, int sample, bool differentiate);
   void march(const ContactPoint &point, const Standstill &standstill, bool differentiate);
   State rub(const ContactPoint &point, int sample, bool differentiate);
   void lead_in(const ContactPoint &point, int sample, bool differentiate);

@@ -164,3 +164,16 @@ TEST(ConeLaw, products_with_the_derivative_agree_with_its_blocks) {
     EXPECT_LT(law.product_error(x, random_motion(random, 3, 1)), 1e-13);
   }
 }
+
+// Slip in a circle a little wider than the slip limit: the slider creeps up to its loop for many rounds, and has
+// forgotten where it began only then.
+TEST(ConeLaw, marches_on_until_the_memory_closes_its_loop) {
+  const double limit = 0.4 * 0.5 * 100 / 40;
+  Standstill here = standstill(isotropic, {0, 0, 0.6}), elsewhere = here;
+  elsewhere.w = {0.3 * limit, -0.2 * limit};
+  OnePoint law(isotropic, here, 1, 64), moved(isotropic, elsewhere, 1, 64);
+  for (const double wider : {1.01, 1.1, 2.0}) {
+    const std::vector<double> G = law.force(circle(wider * limit)), other = moved.force(circle(wider * limit));
+    for (int i = 0; i < 9; ++i) EXPECT_NEAR(other[i], G[i], 1e-7);
+  }
+}
