@@ -221,6 +221,14 @@ BranchState Follower::state() {
   BranchState state;
   state.harmonics = system_->harmonics(), state.samples = system_->samples();
   state.y = all_coefficients(system_->layout(), here_.y), state.tangent = all_coefficients(system_->layout(), here_.t);
+  UniqueVec largest = system_->unknowns(); // in the place of each dof's first coefficient
+  double *own;
+  check(VecGetArray(largest, &own), "saving a state");
+  for (PetscInt d = 0; d < system_->layout().own_dofs(); ++d)
+    own[d * system_->layout().width] = curve_->norm.largest_of_dofs()[d];
+  check(VecRestoreArray(largest, &own), "saving a state");
+  const std::vector<double> all = all_coefficients(system_->layout(), largest);
+  for (std::size_t i = 0; i < all.size(); i += system_->layout().width) state.largest.push_back(all[i]);
   state.y.push_back(here_.omega), state.tangent.push_back(system_->omega(here_.t));
   state.numbers = {step_,
                    arclength_,
@@ -249,7 +257,10 @@ void Follower::restore(const BranchState &state) {
   here_.omega = state.y.back();
   const std::vector<double> &n = state.numbers;
   step_ = n.at(0), arclength_ = n.at(1);
-  curve_->norm.set_largest_motion(n.at(2));
+  std::vector<double> largest;
+  for (PetscInt d = 0; d < system_->layout().own_dofs(); ++d)
+    largest.push_back(state.largest.at(system_->layout().number(d)));
+  curve_->norm.restore(n.at(2), std::move(largest));
   here_.sign = static_cast<int>(n.at(3)), amplitude_ = {n.at(4), n.at(5)};
   last_verdict_ = static_cast<int>(n.at(6)), curvature_ = n.at(7);
   trail_.restore(state.trail);

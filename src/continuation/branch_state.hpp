@@ -17,6 +17,7 @@ struct Counts {
 struct BranchState {
   int harmonics = 0, samples = 0; ///< in force here; more than the case asks for if the ladder raised them
   std::vector<double> y, tangent;
+  std::vector<double> largest; ///< (n) motion of each dof met so far
   std::vector<double> numbers; ///< step lengths, norms, signs: the continuation's own, in its own order
   std::vector<double> trail;   ///< marks of the points behind, by which a curve that runs back over itself is known
   Counts counts;

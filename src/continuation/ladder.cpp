@@ -93,10 +93,10 @@ bool Follower::leave_from_farthest() {
 }
 
 void Follower::take_system(HarmonicSystem &system) {
-  const double motion = curve_->norm.largest_motion();
+  const ArcNorm seen = curve_->norm;
   system_ = &system;
   curve_ = std::make_unique<Curve>(system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
-  curve_->norm.set_largest_motion(motion);
+  curve_->norm.restore(seen.largest_motion(), seen.largest_of_dofs());
   meter_ = std::make_unique<AmplitudeMeter>(system.layout(), settings_.watched);
   here_ = curve_->station(), trial_ = curve_->station();
   predicted_ = system.unknowns();
@@ -107,7 +107,7 @@ void Follower::take_system(HarmonicSystem &system) {
 bool Follower::rebuild(int harmonics, int samples) {
   auto system = std::make_unique<HarmonicSystem>(*system_, harmonics, samples);
   Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
-  curve.norm.set_largest_motion(curve_->norm.largest_motion());
+  curve.norm.restore(curve_->norm.largest_motion(), curve_->norm.largest_of_dofs());
   Station there = curve.station();
   UniqueVec t = system->unknowns();
   pad(system_->layout(), here_.y, system->layout(), there.y);

@@ -7,7 +7,7 @@
 namespace dovetail {
 namespace {
 
-constexpr double place_tolerance = 1e-9; // of the step, and of the measured quantity
+constexpr double place_tolerance = 1e-8; // of the step, and of the measured quantity
 
 std::string in_words(Stability::Kind kind) {
   switch (kind) {
