@@ -155,7 +155,7 @@ Follower::Go Follower::accept_step(Vec normal, double step) {
   amplitude_ = next;
   if (beyond_start(here_.omega) <= 0)
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-  else if (beyond_start(here_.omega) > most_beyond * omega_unit_)
+  else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
     return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");
   curve_->norm.see(here_.y);
   const auto sense = trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());

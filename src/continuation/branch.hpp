@@ -21,6 +21,7 @@ struct BranchSettings {
                           ///< contact) that moves most
   int stop_after_peaks = 0;     ///< 0: never
   double stop_at_amplitude = 0; ///< of the watched dof; 0: never
+  bool steps_only = false;      ///< nothing is tried but steps along the curve
   bool stability = false;       ///< judge every point
 };
 

@@ -8,6 +8,8 @@ namespace dovetail {
 namespace {
 
 constexpr PetscInt most_dofs = 300; // of a model that is integrated in time
+constexpr double least_load = 1e-3; // part of the load that the way to the first point begins with
+constexpr int most_load_steps = 200;
 
 // The coefficients as far as both have them, the rest zero.
 std::vector<double> resized(const std::vector<double> &q, int dofs, int width) {
@@ -20,12 +22,33 @@ std::vector<double> resized(const std::vector<double> &q, int dofs, int width) {
 
 } // namespace
 
+// The solution at the first frequency, followed by arc length from where a small load leads: on that curve folds and
+// corners are no obstacle.
+bool Follower::grow_load(std::vector<double> &q) {
+  HarmonicSystem loaded(*system_, system_->harmonics(), system_->samples());
+  loaded.vary_load(settings_.from);
+  BranchSettings settings;
+  settings.from = least_load, settings.to = 1;
+  settings.step = settings_.step, settings.max_points = most_load_steps, settings.steps_only = true;
+  UniqueVec y = loaded.unknowns();
+  bool arrived = false;
+  const auto keep_last = [&](const BranchPoint &point) {
+    arrived = point.omega == 1;
+    if (arrived) q = all_coefficients(loaded.layout(), point.y);
+  };
+  const BranchObserver observer{keep_last, [](const BranchEvent &) {}, {}, {}};
+  const BranchSummary summary = Follower(loaded, newton_, settings, observer).run(y, "");
+  summary_.counts.newton += summary.counts.newton, summary_.counts.linear += summary.counts.linear;
+  return arrived;
+}
+
 bool Follower::first_point(Vec y, Station &first, std::string &how) {
   const Layout &layout = system_->layout();
   const double w = settings_.from;
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
   summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
+  if (settings_.steps_only) return false;
   const std::string alas = "Newton does not converge from rest; ";
 
   const auto through = [&](HarmonicSystem &easier, std::vector<double> &q) { // q becomes the solution of `easier`
@@ -45,6 +68,9 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   const std::vector<double> begin = all_coefficients(layout, y);
 
   std::vector<double> q = begin;
+  if (grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing")) return true;
+
+  q = begin;
   bool good = true;
   for (int H = 1; good && H < system_->harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
     HarmonicSystem easier(*system_, H, system_->samples());
@@ -60,8 +86,20 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   if (good && arrive(q, "the first point comes from softer contacts")) return true;
 
   if (layout.dofs() > most_dofs) return false;
-  const SteadyState steady = steady_state(dense_model(*system_), w, {}, {system_->harmonics()});
-  return steady.settled && arrive(steady.coefficients, "the first point comes from time integration");
+  const int H = system_->harmonics(), needed = needed_harmonics(w);
+  const SteadyState steady = steady_state(dense_model(*system_), w, {}, {std::max(H, needed)});
+  if (!steady.settled) return false;
+  if (arrive(steady.coefficients, "the first point comes from time integration")) return true;
+  if (needed <= H) return false;
+  changed_ = std::make_unique<HarmonicSystem>(*system_, needed, system_->samples());
+  take_system(*changed_);
+  first = curve_->station();
+  set_coefficients(system_->layout(), steady.coefficients, first.y);
+  if (!curve_->solve_at(w, first)) return false;
+  ++summary_.counts.harmonics;
+  how += (how.empty() ? "" : "; ") + alas + "the first point comes from time integration, with " +
+         std::to_string(needed) + " harmonics, as many as the closed contact wants";
+  return true;
 }
 
 } // namespace dovetail

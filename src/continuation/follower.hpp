@@ -68,11 +68,13 @@ private:
   void take_system(HarmonicSystem &system);
   bool rebuild(int harmonics, int samples);
   bool better_sampling();
+  int needed_harmonics(double omega) const;
   bool more_harmonics();
   bool leap(bool integrate);
   std::string difference() const;
 
   // first_point.cpp
+  bool grow_load(std::vector<double> &q);
   bool first_point(Vec y, Station &first, std::string &how);
 
   HarmonicSystem *system_;

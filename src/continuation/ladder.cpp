@@ -78,13 +78,15 @@ bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
 // The next rung that leads anywhere.
 Follower::Go Follower::climb() {
   const std::string reason = refusal_, where = difference();
+  if (settings_.steps_only) return end(End::stalled, reason + where);
   if (better_sampling() || more_harmonics() || leap(false) || leap(true)) return ended_ ? Go::ended : Go::on;
   return end(End::stalled, reason + where);
 }
 
 // A branch that runs back or in a circle is left at its farthest point, for the next one of the sweep's sense.
 bool Follower::leave_from_farthest() {
-  if (!farthest_ || summary_.counts.leaps + summary_.counts.integrations >= most_leaps) return false;
+  if (settings_.steps_only || !farthest_ || summary_.counts.leaps + summary_.counts.integrations >= most_leaps)
+    return false;
   std::swap(here_, *farthest_);
   farthest_.reset();
   refusal_ = summary_.why;
@@ -132,12 +134,17 @@ bool Follower::better_sampling() {
   return true;
 }
 
+// By the rule that H Omega should reach twice the frequency of the closed contact; as far as size allows.
+int Follower::needed_harmonics(double omega) const {
+  const PetscInt dofs = system_->layout().dofs();
+  if (dofs > most_dofs) return 0;
+  const double wanted = std::ceil(2 * closed_contact_frequency(dense_model(*system_)) / omega);
+  return static_cast<int>(std::min(wanted, (most_unknowns / dofs - 1) / 2));
+}
+
 bool Follower::more_harmonics() {
-  const Layout &layout = system_->layout();
-  if (layout.dofs() > most_dofs) return false;
-  const double closed = closed_contact_frequency(dense_model(*system_));
-  const int most = static_cast<int>((most_unknowns / layout.dofs() - 1) / 2), H = system_->harmonics();
-  const int needed = std::min(static_cast<int>(std::ceil(2 * closed / here_.omega)), most);
+  if (settings_.steps_only) return false;
+  const int H = system_->harmonics(), needed = needed_harmonics(here_.omega);
   const std::string reason = refusal_;
   for (const int more : {2 * H, needed}) {
     if (more <= H || more > std::max(needed, 1) || !rebuild(more, system_->samples())) continue;

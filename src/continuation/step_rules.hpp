@@ -17,8 +17,8 @@ constexpr double corner_step = 2e-3;       // shorter steps that fail may be at 
 constexpr double close_to_corner = 1e-4;   // so near, both sides of a corner are tried
 constexpr int many_bends = 12;             // turning points and corners
 constexpr double crowded_part = 0.01;      // of the sweep
-constexpr double most_beyond = 0.5;        // of the sweep: so far a curve is followed beyond its beginning
-constexpr double straight = 0.3;           // angle [rad] and correction [steps] up to which a curve runs on smoothly
+constexpr double most_beyond = 0.5; // of the sweep, and of its first frequency: so far a curve is followed before it
+constexpr double straight = 0.3;    // angle [rad] and correction [steps] up to which a curve runs on smoothly
 
 /// What successive halvings of a step tell. Halving makes angle and correction of a smooth curve 1/2 and 1/4 as large;
 /// at a corner the angle stays and the correction halves, at a jump to another branch both stay.

@@ -154,26 +154,32 @@ void HarmonicSystem::evaluate_contact(const double *q) {
   contact_.assign(contact, contact + count);
 }
 
-void HarmonicSystem::residual(Vec y, Vec f) {
+double HarmonicSystem::load(PetscInt dof) const {
   const ReducedModel &model = scaled_.model.reduced;
+  const PetscInt contact = dof - layout_.own_modes.size();
+  return contact < 0 ? model.fa[layout_.own_modes.begin + dof] : model.fx[contact];
+}
+
+void HarmonicSystem::residual(Vec y, Vec f) {
   const int n = layout_.width;
   const double *q, *u, *v;
   double *out;
   check(VecGetArrayRead(y, &q), "evaluating the residual");
-  const double omega = shared_omega(q);
+  const double last = shared_omega(q), omega = fixed_omega_ > 0 ? fixed_omega_ : last,
+               factor = fixed_omega_ > 0 ? last : 1;
   products(q);
   check(VecGetArrayRead(stiffness_force_, &u), "evaluating the residual");
   check(VecGetArrayRead(inertia_force_, &v), "evaluating the residual");
   check(VecGetArray(f, &out), "evaluating the residual");
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
-    const PetscInt at = d * n, contact = d - layout_.own_modes.size();
-    const double load = contact < 0 ? model.fa[layout_.own_modes.begin + d] : model.fx[contact];
-    out[at] = u[at] - load * fourier_[0];
+    const PetscInt at = d * n;
+    const double force = factor * load(d);
+    out[at] = u[at] - force * fourier_[0];
     for (int k = 1; k <= harmonics_; ++k) {
       const PetscInt c = at + cosine(k), s = at + sine(k);
       const double inertia = k * omega * k * omega, damping = k * omega * scaled_.damping;
-      out[c] = u[c] - inertia * v[c] + damping * u[s] - load * fourier_[cosine(k)];
-      out[s] = u[s] - inertia * v[s] - damping * u[c] - load * fourier_[sine(k)];
+      out[c] = u[c] - inertia * v[c] + damping * u[s] - force * fourier_[cosine(k)];
+      out[s] = u[s] - inertia * v[s] - damping * u[c] - force * fourier_[sine(k)];
     }
   }
   evaluate_contact(q);
@@ -188,7 +194,7 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   const int n = layout_.width;
   const double *q, *u, *v, *last;
   check(VecGetArrayRead(y, &q), "evaluating the Jacobian");
-  const double omega = shared_omega(q), xi = scaled_.damping;
+  const double omega = fixed_omega_ > 0 ? fixed_omega_ : shared_omega(q), xi = scaled_.damping;
   products(q);
   values_.clear();
   for (const Coupling &c : couplings_) {
@@ -213,7 +219,7 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   for (PetscInt i = 0; i < layout_.own_coefficients(); ++i) { // eq (13), and the border's row
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
     const double cross = place == 0 ? 0 : place % 2 ? u[i + 1] : -u[i - 1];
-    values_.push_back(-2 * k * k * omega * v[i] + k * xi * cross);
+    values_.push_back(fixed_omega_ > 0 ? -load(i / n) * fourier_[place] : -2 * k * k * omega * v[i] + k * xi * cross);
     values_.push_back(last[i]);
   }
   if (layout_.owns_omega()) values_.push_back(last[layout_.own_coefficients()]);

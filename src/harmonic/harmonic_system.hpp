@@ -24,6 +24,9 @@ public:
   /// The same equations with other harmonics or samples, and k_n times `stiffness`. Collective.
   HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness = 1);
 
+  /// From here on the last unknown is a factor on the load, at this frequency, in place of Omega.
+  void vary_load(double omega) { fixed_omega_ = omega; }
+
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }
   int harmonics() const { return harmonics_; }
@@ -54,6 +57,7 @@ private:
   void evaluate_contact(const double *q); // unless done at this motion
   void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, harmonic by harmonic
   void hold_adrift(std::size_t first_block);
+  double load(PetscInt own_dof) const;
   double shared_omega(const double *own) const;
 
   ScaledModel scaled_;
@@ -62,6 +66,7 @@ private:
   std::vector<double> fourier_;
   LooseBody loose_;
   bool adrift_ = false;
+  double fixed_omega_ = 0; // when the load is varied; else 0
   ContactForces forces_;
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
   std::vector<Coupling> couplings_;
