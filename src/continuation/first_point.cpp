@@ -68,15 +68,15 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   const std::vector<double> begin = all_coefficients(layout, y);
 
   std::vector<double> q = begin;
-  if (grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing")) return true;
-
-  q = begin;
   bool good = true;
   for (int H = 1; good && H < system_->harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
     HarmonicSystem easier(*system_, H, system_->samples());
     good = through(easier, q);
   }
   if (good && arrive(q, "the first point comes from fewer harmonics")) return true;
+
+  q = begin;
+  if (grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing")) return true;
 
   q = begin, good = true;
   for (double part = 1.0 / 1024; good && part < 1; part *= 2) {
