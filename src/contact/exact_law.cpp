@@ -76,6 +76,8 @@ void ExactLaw::evaluate(const ContactPoint &point, const Standstill &standstill,
   std::fill_n(G, 3 * n, 0.0);
   activity = {};
   linear.reset(harmonics_);
+  spans_.clear();
+  for (std::vector<Stretch> &run : run_) run.clear();
   if (!std::all_of(X, X + 3 * n, [](double x) { return std::isfinite(x); })) return;
   instants_.clear();
   std::copy_n(X + 2 * n, n, p_.begin());
@@ -104,7 +106,6 @@ void ExactLaw::evaluate(const ContactPoint &point, const Standstill &standstill,
   normal(point, G, linear);
   activity.events = always_closed_ ? 0 : 2 * static_cast<int>(spans_.size());
   for (int d = 0; d < 2; ++d) {
-    run_[d].clear();
     if (!has_friction(point.law) || point.mu[d] == 0) continue; // slips without force
     grid_.sample(X + d * n, &values_[d * ends], &slopes_[d * ends]);
     sliders_[d].on_grid(&values_[d * ends], &slopes_[d * ends], &values_[2 * ends], &slopes_[2 * ends]);
@@ -134,7 +135,6 @@ bool ExactLaw::rests(int direction) const {
 
 // When the contact is closed, from the zeros of p.
 void ExactLaw::find_spans() {
-  spans_.clear();
   const double *p = &values_[2 * grid_.ends];
   const double above = grid_.width * grid_.width / 8 * approach_.bound(2);
   const bool closed_at_first = p[0] > 0;

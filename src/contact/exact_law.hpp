@@ -19,11 +19,20 @@ public:
   void evaluate(const ContactPoint &point, const Standstill &standstill, const double *X, double *G, Activity &activity,
                 Linearisation &linear);
 
-private:
-  struct Span { // closed from begin to end, numbers of these instants; end may lie in the next period
+  struct Span { ///< closed from begin to end, numbers of these instants; end may lie in the next period
     double begin, end;
     int from, to;
   };
+  /// Of the motion evaluated last, for those who follow what becomes of small changes: when the point is closed, and
+  /// what a direction with friction does in these spans, in the order of time. Both are empty where bounds alone showed
+  /// that the point is always open or always stuck on w_p.
+  const std::vector<Span> &spans() const { return spans_; }
+  const std::vector<Stretch> &run(int direction) const { return run_[direction]; }
+  double instant(int number) const { return instants_[number].theta; }
+  /// k_t x_t' / x_n' at a landing: by it v falls when the landing comes early.
+  double landing_slope(int direction, int instant) const { return sliders_[direction].landing_slope(instant); }
+
+private:
   bool surely_stuck(const ContactPoint &point, const std::array<double, 2> &v) const;
   bool rests(int direction) const;
   void find_spans();

@@ -1,0 +1,49 @@
+#pragma once
+// Hill's method: a small change of the periodic motion is sought as exp(lambda t) p(t), p a sum of waves, in the
+// linearised equations of harmonic balance,
+//   lambda^2 M p + lambda (C + 2 Omega M d/dtheta) p + J p = 0.
+// On whole waves J is the Jacobian of harmonic balance, so that lambda passes zero exactly where that is singular. What
+// a slider remembers is taken to be of the same instant, exp(lambda (t - t_set)) = 1: right where lambda is small.
+#include <complex>
+
+#include "harmonic/dense_model.hpp"
+#include "stability/dense.hpp"
+#include "stability/waves.hpp"
+
+namespace dovetail {
+
+/// The exponents of whole waves appear again and again, i Omega apart, and those of half waves in the middle between
+/// them. In either case those near zero, |Im| <= Omega / 4, are the ones found best: together they are all.
+class Hill {
+public:
+  explicit Hill(const DenseModel &model) : model_(model) {}
+
+  /// `blocks`: of all contact points one after the other, as write_waves gives them.
+  void assemble(Waves waves, int harmonics, double omega, const std::vector<double> &blocks);
+
+  int size() const { return model_.dofs() * width_; }  ///< of p: (n, coefficients of the waves)
+  const Dense &jacobian() const { return J_; }         ///< J
+  void rate_times(const double *p, double *out) const; ///< (C + 2 Omega M d/dtheta) p
+  void mass_times(const double *p, double *out) const; ///< M p
+
+  struct Exponents {
+    bool found = false;                       ///< false: the iteration did not converge
+    std::vector<std::complex<double>> values; ///< over Omega, |Im| <= strip, of those not far from zero
+    int steps = 0;                            ///< of Arnoldi's iteration
+  };
+  /// strip: at least 1/4; 1/2 makes whole waves find all exponents, with more effort.
+  Exponents near_zero(double strip = 0.25);
+
+private:
+  Dense shifted(double a, double b) const;
+  void look_at_ritz_values(int steps, double strip, Exponents &out);
+
+  const DenseModel &model_;
+  Waves waves_ = Waves::whole;
+  int width_ = 0;
+  double omega_ = 1;
+  Dense J_, basis_, hessenberg_;
+  Factors factors_;
+};
+
+} // namespace dovetail
