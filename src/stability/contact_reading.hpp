@@ -11,7 +11,7 @@ namespace dovetail {
 
 class ContactReading {
 public:
-  ContactReading(const DenseModel &model, int harmonics);
+  ContactReading(const DenseModel &model, int harmonics); ///< `model` must outlive it
 
   int harmonics() const { return harmonics_; }
   /// coefficients (n, 2H+1) of the whole motion.

@@ -16,7 +16,7 @@ namespace dovetail {
 /// them. In either case those near zero, |Im| <= Omega / 4, are the ones found best: together they are all.
 class Hill {
 public:
-  explicit Hill(const DenseModel &model) : model_(model) {}
+  explicit Hill(const DenseModel &model) : model_(model) {} ///< `model` must outlive it
 
   /// `blocks`: of all contact points one after the other, as write_waves gives them.
   void assemble(Waves waves, int harmonics, double omega, const std::vector<double> &blocks);

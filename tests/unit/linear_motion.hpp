@@ -1,0 +1,47 @@
+#pragma once
+// Small models and histories of contact made up for tests of stability.
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "one_point.hpp"
+#include "small_model.hpp"
+#include "stability/monodromy.hpp"
+
+namespace dovetail::testing {
+
+/// n dofs, all of them of contact points: K, M full if `coupled`, else multiples of 1.
+inline DenseModel dense_scene(std::vector<ContactPoint> contact, double k, double m, double damping, double coupled) {
+  DenseModel model;
+  model.points = static_cast<int>(contact.size());
+  const int n = model.dofs();
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      model.K.push_back((i == j ? k : 0) + coupled * k * (wave(i, j) + wave(j, i)));
+      model.M.push_back((i == j ? m : 0) + coupled * m * 0.3 * (wave(i, j + 9) + wave(j, i + 9)));
+    }
+  model.force.assign(n, 0.0), model.fourier = {0, 1, 0};
+  model.damping = damping;
+  model.contact = std::move(contact);
+  for (const ContactPoint &point : model.contact) model.standstill.push_back(standstill(point, {0, 0, point.gap + 0.5}));
+  return model;
+}
+
+/// Largest distance from a value of `some` to the nearest of `all`.
+inline double farthest(const std::vector<std::complex<double>> &some, const std::vector<std::complex<double>> &all) {
+  double most = 0;
+  for (const auto a : some) {
+    double least = 1e300;
+    for (const auto b : all) least = std::min(least, std::abs(a - b));
+    most = std::max(most, least);
+  }
+  return most;
+}
+
+inline double largest_modulus(const std::vector<std::complex<double>> &values) {
+  double most = 0;
+  for (const auto value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+} // namespace dovetail::testing
