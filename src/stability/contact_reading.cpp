@@ -26,7 +26,6 @@ void ContactReading::read(const std::vector<double> &coefficients) {
       if (!cone_) cone_.emplace(harmonics_, enough_samples(harmonics_));
       cone_->evaluate(point, model_.standstill[p], X, G, activity, &linear_[p]);
       linear_[p].springs_only = activity.open == 0 && activity.slip == 0;
-      if (linear_[p].springs_only) linear_[p].dense.clear();
       sampled_ = sampled_ || !(linear_[p].springs_only || activity.open == 1);
       writer_.add_steady(point, linear_[p].springs_only);
     } else {
@@ -38,6 +37,21 @@ void ContactReading::read(const std::vector<double> &coefficients) {
     }
   }
   writer_.finish();
+}
+
+std::vector<double> ContactReading::answers(Waves waves, int harmonics) const {
+  const int w = wave_coefficients(waves, harmonics);
+  std::vector<double> blocks;
+  for (int p = 0; p < model_.points; ++p) {
+    const ContactPoint &point = model_.contact[p];
+    const std::size_t at = blocks.size();
+    blocks.resize(at + block_places(point.law).size() * w * w);
+    if (sampled_)
+      linear_[p].write(point, &blocks[at]);
+    else
+      write_waves(waves, harmonics, point, linear_[p], history(), p, &blocks[at]);
+  }
+  return blocks;
 }
 
 } // namespace dovetail

@@ -5,7 +5,7 @@
 
 #include "contact/cone_law.hpp"
 #include "harmonic/dense_model.hpp"
-#include "stability/contact_history.hpp"
+#include "stability/waves.hpp"
 
 namespace dovetail {
 
@@ -21,6 +21,9 @@ public:
   const ContactHistory &history() const { return writer_.history(); }
   const Linearisation &linear(int point) const { return linear_[point]; }
   const std::vector<double> &force() const { return force_; } ///< (points, 3, 2H+1)
+  /// What Hill's method takes: blocks of all points one after the other, by write_waves for waves up to `harmonics` (at
+  /// most those read). If sampled(), whole waves and the harmonics read only.
+  std::vector<double> answers(Waves waves, int harmonics) const;
   /// Some point of law cone slips or opens: it is sampled, its linearisation dense, and `history` does not know it.
   bool sampled() const { return sampled_; }
 

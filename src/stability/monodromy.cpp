@@ -18,7 +18,8 @@ Monodromy::Monodromy(const DenseModel &model)
     throw ComputeError("while preparing stability: the reduced mass matrix is not positive definite");
   for (int c = 0; c < 3 * points_; ++c)
     for (int j = 0; j < n_; ++j) shape_(j, c) = modes(model.modes + c, j);
-  while (rigid_ < n_ && stiffness_[rigid_] < 1e-10 * stiffness_.back()) ++rigid_;
+  const double largest = std::max(std::abs(stiffness_.front()), std::abs(stiffness_.back()));
+  while (rigid_ < n_ && std::abs(stiffness_[rigid_]) <= 1e-10 * largest) ++rigid_;
 }
 
 std::vector<std::complex<double>> Monodromy::multipliers(const ContactHistory &history, double omega) {
@@ -156,9 +157,11 @@ Dense Monodromy::unfelt(const ContactHistory &history, bool held_too) const {
 
 void Monodromy::find_indifferent(const ContactHistory &history) {
   indifferent_.clear();
+  loose_ = 0;
   if (rigid_ == 0) return;
   std::vector<std::vector<double>> states;
   const Dense places = unfelt(history, false), drifts = unfelt(history, true);
+  loose_ = places.columns;
   for (int j = 0; j < places.columns; ++j) {
     std::vector<double> &state = states.emplace_back(map_.rows);
     std::copy_n(places.column(j), rigid_, state.begin());

@@ -63,6 +63,14 @@ void write_waves(Waves waves, int harmonics, const ContactPoint &point, const Li
                  const ContactHistory &history, int number, double *blocks) {
   const int n = wave_coefficients(waves, harmonics), size = n * n;
   const bool springs = linear.springs_only || point.law == Law::bilateral, friction = point.law == Law::coulomb;
+  if (point.law == Law::cone) { // always stuck, or always open
+    for (const BlockPlace place : block_places(point.law)) {
+      Block block(waves, harmonics, blocks);
+      if (springs && place.row == place.column) block.add_spring(place.row == 2 ? point.kn : point.kt[place.row]);
+      blocks += size;
+    }
+    return;
+  }
   std::vector<double> share(n), value(n);
   Block normal(waves, harmonics, blocks + (friction ? 4 * size : 0));
   if (springs)

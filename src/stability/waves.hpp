@@ -21,7 +21,7 @@ constexpr bool is_sine(Waves waves, int i) { return waves == Waves::whole ? i > 
 /// d G / d X of contact point `number` by such coefficients, in the blocks of block_places, row-major as
 /// Linearisation::write gives them for whole waves. There is one difference: a slider that only came to rest where the
 /// motion just does not move it (shakedown) answers as if it never moved. The masks of `linear` must have means up to
-/// m = 2H at least. Not for points whose linearisation is dense.
+/// m = 2H at least. Points of law cone: only if always stuck or always open.
 void write_waves(Waves waves, int harmonics, const ContactPoint &point, const Linearisation &linear,
                  const ContactHistory &history, int number, double *blocks);
 

@@ -23,7 +23,8 @@ inline DenseModel dense_scene(std::vector<ContactPoint> contact, double k, doubl
   model.force.assign(n, 0.0), model.fourier = {0, 1, 0};
   model.damping = damping;
   model.contact = std::move(contact);
-  for (const ContactPoint &point : model.contact) model.standstill.push_back(standstill(point, {0, 0, point.gap + 0.5}));
+  for (const ContactPoint &point : model.contact)
+    model.standstill.push_back(standstill(point, {0, 0, point.gap + 0.5}));
   return model;
 }
 

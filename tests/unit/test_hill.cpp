@@ -19,13 +19,6 @@ DenseModel model_of(const Scene &s) {
   return model;
 }
 
-std::vector<double> waves_of(Waves waves, int harmonics, const Scene &s, const ContactReading &reading) {
-  const int n = wave_coefficients(waves, harmonics);
-  std::vector<double> blocks(block_places(s.point.law).size() * n * n, 7.0);
-  write_waves(waves, harmonics, s.point, reading.linear(0), reading.history(), 0, blocks.data());
-  return blocks;
-}
-
 // Some slider came to rest where the motion just does not move it, which the linearisation knows and the history does
 // not. Then nothing moves it all round.
 bool shakes_down(const ContactReading &reading) {
@@ -35,8 +28,7 @@ bool shakes_down(const ContactReading &reading) {
   for (int d = 0; d < 2; ++d) {
     if (runs[d] == holds[d]) continue;
     EXPECT_EQ(holds[d], 0);
-    for (int i = 0; i < reading.history().intervals(); ++i)
-      EXPECT_EQ(reading.history().interval(i)[d], Answer::spring);
+    for (int i = 0; i < reading.history().intervals(); ++i) EXPECT_EQ(reading.history().interval(i)[d], Answer::spring);
     return true;
   }
   return false;
@@ -63,7 +55,7 @@ TEST(Waves, whole_ones_give_the_derivative_of_harmonic_balance) {
     std::vector<double> expected(block_places(s.point.law).size() * n * n);
     reading.linear(0).write(s.point, expected.data());
     ++compared, held += !reading.history().holds.empty();
-    ASSERT_LT(worst(waves_of(Waves::whole, s.harmonics, s, reading), expected), 1e-9) << "scene " << number;
+    ASSERT_LT(worst(reading.answers(Waves::whole, s.harmonics), expected), 1e-9) << "scene " << number;
   }
   EXPECT_GT(compared, 0.8 * scenes);
   EXPECT_GT(held, 400);
@@ -97,7 +89,7 @@ TEST(Waves, half_ones_give_that_of_twice_the_period) {
       for (int i = 0; i < 2 * H; ++i)
         for (int j = 0; j < 2 * H; ++j) // odd harmonic 2k - 1 is wave k - 1/2
           expected.push_back(full[b * twice * twice + (i / 2 * 4 + 1 + i % 2) * twice + j / 2 * 4 + 1 + j % 2]);
-    ASSERT_LT(worst(waves_of(Waves::half, H, s, reading), expected), 1e-8) << "scene " << number;
+    ASSERT_LT(worst(reading.answers(Waves::half, H), expected), 1e-8) << "scene " << number;
   }
   EXPECT_GT(held, 200);
 }
@@ -108,8 +100,9 @@ namespace {
 class HillScene {
 public:
   HillScene(Law law, int harmonics, double amplitude, int seed)
-      : model_(dense_scene({{law, 5, {3, 4}, {0.4, 0.3}, 0}, {law, 4, {2, 2}, {0.5, 0.4}, -0.1}, {law, 6, {3, 3}, {0.2, 0.2}, 0}},
-                           2, 1, 0.05, 0.05)),
+      : model_(dense_scene(
+            {{law, 5, {3, 4}, {0.4, 0.3}, 0}, {law, 4, {2, 2}, {0.5, 0.4}, -0.1}, {law, 6, {3, 3}, {0.2, 0.2}, 0}}, 2,
+            1, 0.05, 0.05)),
         hill_(model_), harmonics_(harmonics), reading_(model_, harmonics) {
     std::mt19937 random(seed);
     const int few = 3, n = coefficient_count(few), w = coefficient_count(harmonics);
@@ -122,14 +115,7 @@ public:
   }
 
   Hill &hill(Waves waves, double omega) {
-    std::vector<double> blocks;
-    const int w = wave_coefficients(waves, harmonics_);
-    for (int p = 0; p < 3; ++p) {
-      const std::size_t at = blocks.size();
-      blocks.resize(at + block_places(model_.contact[p].law).size() * w * w);
-      write_waves(waves, harmonics_, model_.contact[p], reading_.linear(p), reading_.history(), p, &blocks[at]);
-    }
-    hill_.assemble(waves, harmonics_, omega, blocks);
+    hill_.assemble(waves, harmonics_, omega, reading_.answers(waves, harmonics_));
     return hill_;
   }
   const ContactReading &reading() const { return reading_; }
@@ -156,8 +142,7 @@ std::vector<Complex> all_exponents(const Hill &hill, double omega) {
     std::copy_n(hill.jacobian().column(c), N, stiffness.begin());
     factors.solve(rate.data()), factors.solve(stiffness.data());
     A(c, N + c) = 1;
-    for (int r = 0; r < N; ++r)
-      A(N + r, c) = -stiffness[r] / (omega * omega), A(N + r, N + c) = -rate[r] / omega;
+    for (int r = 0; r < N; ++r) A(N + r, c) = -stiffness[r] / (omega * omega), A(N + r, N + c) = -rate[r] / omega;
   }
   return eigenvalues(A);
 }

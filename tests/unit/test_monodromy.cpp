@@ -67,8 +67,8 @@ TEST(Monodromy, of_a_mass_and_a_stop) {
 // pattern, one slider held over the end of the period; against Runge and Kutta's method for the original equations.
 TEST(Monodromy, of_points_that_stick_slip_and_open) {
   const double omega = 0.8;
-  const DenseModel model =
-      dense_scene({{Law::coulomb, 5, {3, 4}, {0.4, 0.3}, 0}, {Law::coulomb, 4, {2, 2}, {0.5, 0.4}, 0}}, 3, 1, 0.04, 0.1);
+  const DenseModel model = dense_scene(
+      {{Law::coulomb, 5, {3, 4}, {0.4, 0.3}, 0}, {Law::coulomb, 4, {2, 2}, {0.5, 0.4}, 0}}, 3, 1, 0.04, 0.1);
   const int n = 6;
   ContactHistory h = history(2, {0, 0.7, 1.5, 2.2, 3.0, 4.1, 5.0, 2 * M_PI});
   using A = Answer;
@@ -80,8 +80,11 @@ TEST(Monodromy, of_points_that_stick_slip_and_open) {
                          {A::back, A::held, A::spring, A::spring, A::held, A::spring},
                          {A::held, A::forth, A::spring, A::free, A::free, A::free}};
   for (int i = 0; i < 7; ++i) std::copy_n(table[i], 6, &h.answers[6 * i]);
-  h.holds = {{1, 2, 1.5, 5.0, 4, -1.1}, {2, 2, 1.5, 3.0, 2, 0.6},  {0, 3, 2.2, 4.1, 3, -2.0},
-             {3, 4, 3.0, 5.0, 2, 1.6},  {0, 6, 5.0, 2 * M_PI + 0.7, 3, 2.0}};
+  h.holds = {{1, 2, 1.5, 5.0, 4, -1.1},
+             {2, 2, 1.5, 3.0, 2, 0.6},
+             {0, 3, 2.2, 4.1, 3, -2.0},
+             {3, 4, 3.0, 5.0, 2, 1.6},
+             {0, 6, 5.0, 2 * M_PI + 0.7, 3, 2.0}};
   Dense inverse(n, n); // of M
   Factors factors;
   Dense mass(n, n);
@@ -116,7 +119,7 @@ TEST(Monodromy, of_points_that_stick_slip_and_open) {
     for (int i = 0; i < 16; ++i) out[i] += step * r[i];
     return out;
   };
-  constexpr int steps = 1500; // per interval
+  constexpr int steps = 1500;         // per interval
   constexpr int begin = 0, size = 13; // slider 0 of the first point is held over
   Dense map(size, size);
   for (int c = 0; c < size; ++c) {
@@ -125,7 +128,9 @@ TEST(Monodromy, of_points_that_stick_slip_and_open) {
     for (int k = 0; k < 7; ++k) {
       const int i = (begin + k) % 7;
       for (const ContactHistory::Hold &hold : h.holds)
-        if (hold.interval == i) s[12 + hold.slider] = hold.by_t * s[hold.slider / 2 * 3 + hold.slider % 2] + hold.by_n * s[hold.slider / 2 * 3 + 2];
+        if (hold.interval == i)
+          s[12 + hold.slider] =
+              hold.by_t * s[hold.slider / 2 * 3 + hold.slider % 2] + hold.by_n * s[hold.slider / 2 * 3 + 2];
       const double step = (h.ends[i + 1] - h.ends[i]) / steps;
       for (int j = 0; j < steps; ++j) {
         const State a = rate(s, i), b = rate(along(s, a, step / 2), i), e = rate(along(s, b, step / 2), i),
@@ -161,6 +166,7 @@ TEST(Monodromy, leaves_out_motions_that_nothing_resists) {
   for (const double omega : {0.5, 1.0, 2.0}) {
     const auto found = free.multipliers(h, omega), with_ones = weakly_held.multipliers(h, omega);
     EXPECT_EQ(free.indifferent(), 3); // a place and a drift in t2, a place in t1
+    EXPECT_EQ(free.loose(), 2);
     EXPECT_EQ(weakly_held.indifferent(), 0);
     EXPECT_LT(largest_modulus(found), 0.9);
     EXPECT_NEAR(largest_modulus(with_ones), 1, 1e-4);

@@ -1,0 +1,46 @@
+#include "stability/large_stability.hpp"
+
+#include "stability/growth.hpp"
+#include "stability/wave_system.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr double accuracy = 1e-7; // of the exponents over Omega
+
+DenseModel own_points(const HarmonicSystem &system) {
+  DenseModel out;
+  out.contact = system.scaled().model.contact, out.standstill = system.scaled().model.standstill;
+  out.points = static_cast<int>(out.contact.size());
+  return out;
+}
+
+Growth by_hill(const HarmonicSystem &system, Waves waves, double omega, const std::vector<double> &blocks,
+               double strip = 0.25) {
+  const WaveSystem::Exponents exponents = WaveSystem(system, waves, omega, blocks).near_zero(strip);
+  return exponents.found ? largest_of(exponents.values, waves) : Growth{};
+}
+
+} // namespace
+
+LargeStabilityTest::LargeStabilityTest(const HarmonicSystem &system)
+    : system_(system), own_(own_points(system)), reading_(own_, system.harmonics()) {}
+
+Stability LargeStabilityTest::judge(Vec y) {
+  const Layout &layout = system_.layout();
+  const int harmonics = system_.harmonics();
+  const double omega = system_.omega(y);
+  const double *values;
+  check(VecGetArrayRead(y, &values), "judging stability");
+  reading_.read({values + layout.own_point_offset(0), values + layout.own_coefficients()});
+  check(VecRestoreArrayRead(y, &values), "judging stability");
+  int sampled = reading_.sampled(); // on any rank
+  MPI_Allreduce(MPI_IN_PLACE, &sampled, 1, MPI_INT, MPI_MAX, layout.comm);
+  const std::vector<double> whole = reading_.answers(Waves::whole, harmonics);
+  if (sampled) return conclude_sampled(by_hill(system_, Waves::whole, omega, whole, 0.5));
+  return conclude_alone(larger(by_hill(system_, Waves::whole, omega, whole),
+                               by_hill(system_, Waves::half, omega, reading_.answers(Waves::half, harmonics))),
+                        accuracy);
+}
+
+} // namespace dovetail
