@@ -16,7 +16,7 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
       meter_(std::make_unique<AmplitudeMeter>(system.layout(), settings.watched)), here_(curve_->station()),
       trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_),
       direction_(settings.to < settings.from ? -1 : 1) {
-  if (settings.stability) stability_ = std::make_unique<StabilityTest>(dense_model(system));
+  if (settings.stability) begin_stability();
 }
 
 BranchSummary Follower::run(Vec y, const std::string &why_there) {
@@ -264,6 +264,7 @@ void Follower::restore(const BranchState &state) {
   here_.sign = static_cast<int>(n.at(3)), amplitude_ = {n.at(4), n.at(5)};
   last_verdict_ = static_cast<int>(n.at(6)), curvature_ = n.at(7);
   trail_.restore(state.trail);
+  verdict_ = judge(here_);
 }
 
 BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings, Vec y,

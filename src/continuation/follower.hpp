@@ -9,6 +9,7 @@
 #include "continuation/curve.hpp"
 #include "continuation/step_rules.hpp"
 #include "continuation/trail.hpp"
+#include "stability/large_stability.hpp"
 
 namespace dovetail {
 
@@ -56,6 +57,8 @@ private:
   Place locate_branch_point(double step);
   bool find_places(Vec normal, double step, const Amplitude &next, std::vector<Place> &found);
   bool find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found);
+  void begin_stability();
+  void tell_stability(double omega, double amplitude);
   void find_stability_change(Vec normal, double step, std::vector<Place> &found);
   Go report_places(std::vector<Place> &found, double plain);
   std::optional<Stability> judge(const Station &s);
@@ -86,10 +89,11 @@ private:
   std::unique_ptr<HarmonicSystem> changed_; // with other harmonics or samples, in place of the one given
   std::unique_ptr<Curve> curve_;
   std::unique_ptr<AmplitudeMeter> meter_;
-  std::unique_ptr<StabilityTest> stability_;
-  Station here_, trial_;            // last accepted point; the one being tried
-  std::optional<Station> farthest_; // turning point nearest to the end of the sweep
-  std::vector<double> bends_;       // frequencies of turning points and corners, as they came
+  std::unique_ptr<StabilityTest> stability_;            // of a small model, or
+  std::unique_ptr<LargeStabilityTest> large_stability_; // of any
+  Station here_, trial_;                                // last accepted point; the one being tried
+  std::optional<Station> farthest_;                     // turning point nearest to the end of the sweep
+  std::vector<double> bends_;                           // frequencies of turning points and corners, as they came
   UniqueVec predicted_;
   Amplitude amplitude_; // at here_
   Trail trail_;
@@ -102,6 +106,10 @@ private:
   double curvature_ = 0; // at the last smooth step: angle per arc length
   int direction_ = 1;
   int last_verdict_ = -1; // the last that was certain: 1 stable, 0 unstable; -1: none yet
+  struct Fold {
+    double omega, amplitude;
+  };
+  std::optional<Fold> fold_since_; // the last turning point since that verdict: where stability may have changed
 };
 
 } // namespace dovetail

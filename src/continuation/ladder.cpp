@@ -103,6 +103,7 @@ void Follower::take_system(HarmonicSystem &system) {
   here_ = curve_->station(), trial_ = curve_->station();
   predicted_ = system.unknowns();
   farthest_.reset();
+  if (large_stability_) begin_stability();
 }
 
 // The same point and direction with other harmonics or samples; everything stays as it is if there is none.

@@ -1,6 +1,7 @@
 // What lies within a step: frequencies wanted exactly, turning points, maxima, changes of stability, the end.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "continuation/follower.hpp"
 
@@ -118,7 +119,7 @@ bool Follower::find_places(Vec normal, double step, const Amplitude &next, std::
     keep(locate(Kind::limit, normal, step, amplitude_.value - limit, next.value - limit,
                 [&](Station &s) { return (*meter_)(s.y, s.t).value - limit; }));
   if (branch_point_) keep(std::move(branch_point_));
-  if (stability_) find_stability_change(normal, step, found);
+  if (settings_.stability) find_stability_change(normal, step, found);
 
   // Within each piece between turning points the frequency is monotone.
   const auto in_order = [](const Place &a, const Place &b) { return a.along < b.along; };
@@ -169,32 +170,47 @@ bool Follower::find_wanted(Vec normal, const Station &a, const Station &b, std::
   return true;
 }
 
-std::optional<Stability> Follower::judge(const Station &s) {
-  if (!stability_) return std::nullopt;
-  return stability_->judge(all_coefficients(system_->layout(), s.y), s.omega);
+void Follower::begin_stability() {
+  constexpr PetscInt most = 2000; // coefficients of a model that is judged densely, on every rank
+  if (system_->layout().dofs() * system_->layout().width > most)
+    large_stability_ = std::make_unique<LargeStabilityTest>(*system_);
+  else
+    stability_ = std::make_unique<StabilityTest>(dense_model(*system_));
 }
 
-// Judges trial_. Where it differs from the last point that was certain, by bisection where it changes; a turning point
-// within the step is that place.
+std::optional<Stability> Follower::judge(const Station &s) {
+  if (stability_) return stability_->judge(all_coefficients(system_->layout(), s.y), s.omega);
+  if (large_stability_) return large_stability_->judge(s.y);
+  return std::nullopt;
+}
+
+void Follower::tell_stability(double omega, double amplitude) {
+  ++summary_.counts.stability_changes;
+  notify(BranchEvent::Kind::stability,
+         last_verdict_ == 1 ? "stable from here on" : "unstable from here on: " + in_words(verdict_->kind), omega,
+         amplitude);
+}
+
+// Judges trial_. Where it differs from the last point that was certain: at a turning point, if there is one between
+// them, else by bisection where the largest exponent passes zero, unless uncertain points lie between.
 void Follower::find_stability_change(Vec normal, double step, std::vector<Place> &found) {
   using Verdict = Stability::Verdict;
   const auto before = verdict_;
   verdict_ = judge(trial_);
-  if (verdict_->verdict == Verdict::uncertain) return;
-  const int now = verdict_->verdict == Verdict::stable, then = last_verdict_;
-  last_verdict_ = now;
-  if (then < 0 || then == now) return;
   for (const Place &place : found)
-    if (place.kind == Place::Kind::fold) return;
-  if (!before || before->verdict == Verdict::uncertain) { // somewhere in the uncertain points behind
-    ++summary_.counts.stability_changes;
-    notify(BranchEvent::Kind::stability,
-           now ? "stable again, from somewhere between" : "unstable, from somewhere between", here_.omega);
-    return;
-  }
-  auto place = locate(Place::Kind::stability, normal, step, before->growth, verdict_->growth,
-                      [&](Station &s) { return judge(s)->growth; });
-  if (place) found.push_back(std::move(*place));
+    if (place.kind == Place::Kind::fold) fold_since_ = {place.at.omega, place.amplitude};
+  if (verdict_->verdict == Verdict::uncertain) return;
+  const int now = verdict_->verdict == Verdict::stable, then = std::exchange(last_verdict_, now);
+  const auto fold = std::exchange(fold_since_, std::nullopt);
+  if (then < 0 || then == now) return;
+  std::optional<Place> place;
+  if (!fold && before && before->verdict != Verdict::uncertain)
+    place = locate(Place::Kind::stability, normal, step, before->growth, verdict_->growth,
+                   [&](Station &s) { return judge(s)->growth; });
+  if (place)
+    found.push_back(std::move(*place));
+  else
+    tell_stability(fold ? fold->omega : here_.omega, fold ? fold->amplitude : amplitude_.value);
 }
 
 // One row of the results for each place, and the words that go with it.
@@ -227,10 +243,7 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
       notify(BranchEvent::Kind::branch, "another branch of solutions crosses here", s.omega, place.amplitude);
       break;
     case Kind::stability:
-      ++summary_.counts.stability_changes;
-      notify(BranchEvent::Kind::stability,
-             (last_verdict_ == 1 ? "stable from here on" : "unstable from here on: " + in_words(verdict_->kind)),
-             s.omega, place.amplitude);
+      tell_stability(s.omega, place.amplitude);
       break;
     case Kind::limit:
       here_.omega = s.omega;
