@@ -78,7 +78,7 @@ inline void rub_part(int samples, Part<const V> stiffness, Part<const V> frictio
         back[(2 * round + d) * words + w] = down[d] & ~up[d] & closed[w];
       }
       differs |= first[d] != T[d][end - 1] ? ~B{} : B{};
-      events[d] |= up[d] | down[d] | (closed[w] ^ ~0ull >> (word_size - end + begin));
+      events[d] |= up[d] | down[d] | (closed[w] ^ ~std::uint64_t{0} >> (word_size - end + begin));
       if (step == words - 1) trial[d] = events[d] != 0 ? trial[d] : start[d];
     }
     if (again && !any(differs)) return;
