@@ -1,5 +1,6 @@
 #include "app/forecast.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <ostream>
 
@@ -14,7 +15,8 @@ void harmonic_balance(Forecast &sizes, const Case &study) {
   const double h = study.harmonics, n = 2 * h + 1, na = sizes.modes, nc = 3.0 * sizes.points;
   double blocks = 0; // of the contact laws; the pattern of K_xx has 1 + 4H entries of each already
   const auto &laws = study.contact.law.values;
-  for (PetscInt p = 0; p < sizes.points; ++p) blocks += block_places(laws.size() == 1 ? laws[0] : laws.at(p)).size();
+  for (PetscInt p = 0; p < sizes.points; ++p) // their number is checked after this
+    blocks += block_places(laws[std::min<std::size_t>(p, laws.size() - 1)]).size();
   sizes.unknowns = (na + nc) * n + 1;
   const double pairs = nc * nc + na; // of the reduced matrices with stiffness; modes and contact meet in the mass only
   sizes.jacobian_entries =

@@ -4,6 +4,7 @@
 #include <limits>
 #include <sstream>
 
+#include "case/screening.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -33,6 +34,7 @@ std::string condense(const std::string &drawing) {
 }
 
 toml::value parse(const std::string &file, const std::string &text) {
+  screen(file, text);
   std::istringstream stream(text);
   try {
     return toml::parse(stream, file);

@@ -10,6 +10,7 @@
 #include <functional>
 #include <sstream>
 
+#include "app/forecast.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -514,6 +515,40 @@ TEST_F(CaseFile, DescriptionOfTheLaws) {
   EXPECT_NE(text.find(" unilateral "), std::string::npos) << text;
   for (const char *key : {"contact.friction", "contact.tangential_stiffness"})
     EXPECT_EQ(text.find(key), std::string::npos) << text;
+}
+
+TEST_F(CaseFile, TextThatTheParserWouldNotSurvive) {
+  refused(1, "title = 'no\xD2'", {"0xD2", "UTF-8"});
+  refused(9, "fourier = [0, 1] # \xC0\xAF", {"0xC0", "UTF-8"});
+  refused(9, "fourier = " + std::string(90000, '['), {"levels"});
+  refused(9, "fourier = " + std::string(33, '[') + std::string(33, ']'), {"more than 32 levels"});
+  refused(1, "title = {a" + std::string(40, '{'), {"levels"});
+  std::string dotted = "a", keys, numbers = "0";
+  for (int i = 0; i < 45000; ++i) dotted += ".a", keys += "k" + std::to_string(i) + " = 1\n", numbers += ", 0";
+  refused(1, dotted + " = 1", {"levels"});
+  refused(1, "[" + dotted + "]", {"levels"});
+  expect_words(message_of([&] { read({{1, keys}}); }), {"case.toml:1001: ", "more than 1000 keys"});
+  refused(9, "fourier = [" + numbers + "]", {"100000 characters", "several lines"});
+}
+
+TEST_F(CaseFile, ScreeningPassesOverStringsAndComments) {
+  const std::string brackets(40, '['), dots(40, '.');
+  const auto title = [&](const std::string &text) { return read({{1, "title = " + text}}).title; };
+  EXPECT_EQ(title("\"" + brackets + "\\\" " + dots + "\" # " + brackets), brackets + "\" " + dots);
+  EXPECT_EQ(title("'" + brackets + "\\'"), brackets + "\\");
+  EXPECT_EQ(title("\"\"\"\n\"\" " + brackets + "\n\"\"\"\"\" # '"), "\"\" " + brackets + "\n\"\"");
+  EXPECT_EQ(title("\'\'\'" + brackets + "\n\'\'\'\'"), brackets + "\n'");
+  EXPECT_EQ(title("\"\u00e9\u20ac\U0001F600\""), "\u00e9\u20ac\U0001F600");
+  std::string pairs = "[0.5, 0.25]", gaps = "-3.5";
+  for (int i = 1; i < 5000; ++i) pairs += ", [0.5, 0.25]", gaps += ", -3.5";
+  const Case study = read({{13, "friction = [" + pairs + "]"}, {14, "gap = [" + gaps + "]"}});
+  EXPECT_EQ(contact_points(study.contact, {}, 5000)[4999].mu[1], 0.25);
+}
+
+TEST_F(CaseFile, FewerLawsThanPointsAreNoMatterOfTheForecast) {
+  const Case study = read({{14, "law = [\"coulomb\", \"bilateral\"]"}});
+  EXPECT_GT(forecast(ReducedHeader{2, 3}, study).unknowns, 0);
+  expect_words(message_of([&] { contact_points(study.contact, {}, 3); }), {"case.toml:14", "2 words", "N_x = 3"});
 }
 
 TEST_F(CaseFile, OutputFolderIsMadeAndTried) {
