@@ -15,7 +15,9 @@ std::vector<PetscInt> motion_dofs(const std::filesystem::path &path, const Motio
                      " has no mesh (/mesh/dof_node), so that nodes cannot be named; "
                      "write \"all\" or []");
   const auto dof_node = file.integers("/mesh/dof_node");
-  const long nodes = static_cast<long>(file.extent("/mesh/nodes")[0]);
+  const auto places = file.extent("/mesh/nodes");
+  if (places.size() != 2) throw InputError(file.place("/mesh/nodes") + ": one row of x, y, z per node is wanted");
+  const long nodes = static_cast<long>(places[0]);
   std::set<long> wanted;
   for (const long node : wish.nodes) {
     if (node >= nodes)

@@ -35,6 +35,8 @@ PetscInt matrix_size(const h5::Reader &file, const std::string &name) {
   const Extent jc = file.extent(name + "/jc");
   if (jc.size() != 1 || jc[0] < 2)
     throw InputError(file.place(name + "/jc") + ": one number per column and one more are wanted");
+  if (jc[0] > hsize_t(std::numeric_limits<PetscInt>::max()))
+    throw InputError(file.place(name + "/jc") + ": more columns than 32-bit numbers can count");
   const PetscInt n = static_cast<PetscInt>(jc[0] - 1);
   if (const long rows = file.integer_attribute("MATLAB_sparse", n, name); rows != n)
     throw InputError(file.place(name) + ": " + std::to_string(rows) + " rows (attribute MATLAB_sparse) but " +
@@ -48,12 +50,12 @@ Rows read_rows(const h5::Reader &file, const std::string &name, PetscInt n, Rang
   constexpr hsize_t most_at_once = 1 << 22;
   Rows rows;
   const auto jc = file.integers(name + "/jc", {hsize_t(own.begin)}, {hsize_t(own.size() + 1)});
-  const hsize_t first = jc.front(), count = jc.back() - jc.front();
   if (jc[0] < 0 || (own.begin == 0 && jc[0] != 0))
     throw InputError(file.place(name + "/jc") + ": begins with " + std::to_string(jc[0]) + " where 0 is wanted");
   for (std::size_t i = 1; i < jc.size(); ++i)
     if (jc[i] < jc[i - 1])
       throw InputError(file.place(name + "/jc") + ": decreases at column " + std::to_string(own.begin + i));
+  const hsize_t first = jc.front(), count = jc.back() - jc.front();
   for (const char *part : {"/ir", "/data"})
     if (const Extent length = file.extent(name + part);
         length.size() != 1 || length[0] < first + count || (own.end == n && length[0] != first + count))
@@ -243,7 +245,9 @@ ModelHeader read_model_header(const std::filesystem::path &path) {
   check_format(file, path);
   ModelHeader header;
   header.dofs = matrix_size(file, "/K");
-  header.nonzeros = static_cast<double>(file.extent("/K/data")[0]);
+  const Extent entries = file.extent("/K/data");
+  if (entries.size() != 1) throw InputError(file.place("/K/data") + ": one list of values is wanted");
+  header.nonzeros = static_cast<double>(entries[0]);
   header.points = static_cast<PetscInt>(read_contact_dofs(file, header.dofs).size());
   header.contact = read_contact(file);
   return header;

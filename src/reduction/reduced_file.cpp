@@ -1,6 +1,7 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "reduction/reduced_model.hpp"
 #include "support/error.hpp"
@@ -94,6 +95,8 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
     throw InputError(file.place("/Kxx") + ": a square matrix with three rows (t1, t2, n) per contact point is wanted");
   const hsize_t na = kaa[0], nc = kxx[0];
   if (na + nc == 0) throw InputError(path.string() + ": holds no mode and no contact point");
+  if (std::max(na, nc) > hsize_t(std::numeric_limits<PetscInt>::max()))
+    throw InputError(path.string() + ": more unknowns than 32-bit numbers can count");
   const std::string modes = "(" + std::to_string(na) + "", contact = std::to_string(nc) + ")";
   want("/Max", {na, nc}, "(N_a, 3 N_x) = " + modes + ", " + contact);
   want("/Mxx", {nc, nc}, "(3 N_x, 3 N_x) = (" + std::to_string(nc) + ", " + contact);

@@ -43,7 +43,8 @@ void check_start(const std::filesystem::path &results, PetscInt dofs) {
   if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(dofs))
     throw InputError(file.place(name) + ": does not belong to this model, which has " + std::to_string(dofs) +
                      " reduced dofs (N_a + 3 N_x); continuation.start wants results of the same reduction");
-  if (shape[0] == 0 || file.extent("/points/omega") == h5::Extent{0})
+  const auto frequencies = file.extent("/points/omega");
+  if (shape[0] == 0 || frequencies.size() != 1 || frequencies[0] == 0)
     throw InputError(file.place("/points/omega") + ": holds no point to start from");
 }
 
@@ -64,6 +65,10 @@ void start_from(const std::filesystem::path &results, double omega, const Layout
     const hsize_t first_contact = layout.modes + 3 * layout.own_points.begin, contacts = 3 * layout.own_points.size();
     modal = file.doubles(name, {point, first_mode, 0}, {1, modes, width});
     contact = file.doubles(name, {point, first_contact, 0}, {1, contacts, width});
+    for (const auto *own : {&modal, &contact})
+      if (!std::all_of(own->begin(), own->end(), [](double value) { return std::isfinite(value); }))
+        throw InputError(file.place(name) + ": the point to start from, number " + std::to_string(point) +
+                         " (of 0..), is not finite");
   });
   double *values;
   check(VecGetArray(y, &values), "starting from results");

@@ -32,6 +32,25 @@ Id open_to_read(const std::filesystem::path &path) {
   return Id(file, H5Fclose);
 }
 
+// A damaged header may promise more values than its file can hold. Compression makes up for some (deflate packs 1032 to
+// 1 at best), as do values never written; the file is the one the dataset lives in, which a link may lead to.
+bool fits_its_file(hid_t set, const Extent &extent) {
+  constexpr double densest = 4096;
+  Id properties(H5Dget_create_plist(set), H5Pclose);
+  if (H5Pget_layout(properties) == H5D_VIRTUAL || H5Pget_external_count(properties) > 0) return true; // in other files
+  Id type(H5Dget_type(set), H5Tclose), file(H5Iget_file_id(set), H5Fclose);
+  hsize_t size = 0;
+  if (H5Fget_filesize(file, &size) < 0) return false;
+  double bytes = static_cast<double>(H5Tget_size(type));
+  for (const hsize_t n : extent) bytes *= static_cast<double>(n);
+  return bytes <= densest * static_cast<double>(size);
+}
+
+bool is_single(hid_t attribute) {
+  Id space(H5Aget_space(attribute), H5Sclose);
+  return H5Sget_simple_extent_npoints(space) == 1;
+}
+
 Id create(const std::filesystem::path &path, MPI_Comm comm) {
   silence();
   Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -59,8 +78,13 @@ Extent Reader::extent(const std::string &dataset) const {
   Id set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   if (set < 0) throw InputError(place(dataset) + ": a group was found where a dataset is wanted");
   Id space(H5Dget_space(set), H5Sclose);
-  Extent extent(H5Sget_simple_extent_ndims(space));
+  const int axes = H5Sget_simple_extent_ndims(space);
+  if (axes < 0 || H5Sget_simple_extent_type(space) == H5S_NULL) throw InputError(place(dataset) + ": holds nothing");
+  Extent extent(axes);
   H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+  if (!fits_its_file(set, extent))
+    throw InputError(place(dataset) + ": has shape " + shown(extent) +
+                     ", more than the file can hold: it is damaged, or this was never written");
   return extent;
 }
 
@@ -84,7 +108,8 @@ std::vector<T> Reader::read(const std::string &dataset, hid_t type, H5T_class_t 
   if (!count.empty() && H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr) < 0)
     throw InputError(place(dataset) + ": has shape " + shown(whole) + ", too small");
   if (H5Dread(set, type, memory, space, H5P_DEFAULT, values.data()) < 0)
-    throw InputError(place(dataset) + ": cannot be read: the file is truncated or damaged");
+    throw InputError(place(dataset) +
+                     ": cannot be read: the file is truncated or damaged, or uses a filter that is not installed");
   return values;
 }
 
@@ -100,7 +125,7 @@ std::string Reader::text_attribute(const std::string &name) const {
   if (H5Aexists(file_, name.c_str()) <= 0) return "";
   Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
   Id stored(H5Aget_type(attribute), H5Tclose);
-  if (H5Tget_class(stored) != H5T_STRING) return "";
+  if (H5Tget_class(stored) != H5T_STRING || !is_single(attribute)) return "";
   Id type(H5Tcopy(stored), H5Tclose);
   if (H5Tis_variable_str(stored) > 0) {
     char *text = nullptr;
@@ -118,7 +143,9 @@ long Reader::integer_attribute(const std::string &name, long otherwise, const st
   if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return otherwise;
   Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   long value = otherwise;
-  return H5Aread(attribute, H5T_NATIVE_LONG, &value) < 0 ? otherwise : value;
+  if (attribute < 0 || !is_single(attribute) || H5Aread(attribute, H5T_NATIVE_LONG, &value) < 0)
+    throw InputError(place(object) + ": attribute " + name + " must be one whole number");
+  return value;
 }
 
 Writer::Writer(const std::filesystem::path &path)
