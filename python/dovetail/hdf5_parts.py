@@ -100,10 +100,3 @@ def _fill(file, parts):
     for part in parts:
         if part.values.size:
             file[part.name][part.start:part.start + len(part.values)] = part.values
-
-
-def text(value):
-    """An HDF5 string attribute as str, however it was stored (fixed or variable length, h5py or C)."""
-    if isinstance(value, np.ndarray):
-        value = value.reshape(-1)[0] if value.size else ""
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

@@ -6,8 +6,9 @@ import time
 import h5py
 import numpy as np
 
-from .hdf5_parts import text
+from .hdf5_read import dataset, members, numbers, opened, words
 from .model_mesh import read_joint, read_mesh
+from .parameters import CONTACT_WIDTH
 from .plot import default_dofs
 from .reference import LAWS
 from .results import READ_ATTEMPTS, READ_PAUSE, Results
@@ -22,7 +23,7 @@ def format_of(path):
     for attempt in range(READ_ATTEMPTS):  # a run may be writing
         try:
             with h5py.File(path, "r", locking=False) as file:
-                kind = text(file.attrs.get("format", "unnamed"))
+                kind = words(file, "format", "unnamed")
             break
         except OSError as error:
             if attempt == READ_ATTEMPTS - 1:
@@ -39,23 +40,21 @@ def describe(path):
     if kind == "dovetail-results":
         lines = _results(Results(path))
     else:
-        try:
-            with h5py.File(path, "r", locking=False) as file:
-                lines = {"dovetail-model": _model, "dovetail-reduced": _reduced}[kind](file)
-        except (OSError, KeyError) as error:
-            raise ValueError(f"{path}: not a readable file of Dovetail: {error}") from error
+        with opened(path) as file:
+            lines = {"dovetail-model": _model, "dovetail-reduced": _reduced}[kind](file)
     width = max(len(label) for label, _ in lines)
     return "\n".join([f"{path}: {kind}"] + [f"  {label:<{width}}  {value}" for label, value in lines])
 
 
 def _range(values):
+    if not np.size(values):
+        return "none"
     low, high = np.min(values), np.max(values)
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
-def _contact_lines(group):
-    return [(name.replace("_", " "), _range(group[name][()]))
-            for name in ("normal_stiffness", "tangential_stiffness", "friction", "gap") if name in group]
+def _contact_lines(values):
+    return [(name.replace("_", " "), _range(values[name])) for name in CONTACT_WIDTH if name in values]
 
 
 def _laws(numbers):
@@ -67,14 +66,15 @@ def _laws(numbers):
 
 
 def _model(file):
-    n, points = file["force"].size if "force" in file else file["K/jc"].size - 1, len(file["contact/dofs"])
-    lines = [("units", text(file.attrs.get("units", "not given"))), ("degrees of freedom", f"{n} ({n - 3 * points} elastic)"),
-             ("contact points", points), ("entries of K, M", f"{file['K/data'].size}, {file['M/data'].size}")]
+    n, points = dataset(file, "K/jc", (None,), "i").size - 1, len(dataset(file, "contact/dofs", (None, 3), "i"))
+    entries = [dataset(file, f"{name}/data", (None,)).size for name in ("K", "M")]
+    lines = [("units", words(file, "units", "not given")), ("degrees of freedom", f"{n} ({n - 3 * points} elastic)"),
+             ("contact points", points), ("entries of K, M", f"{entries[0]}, {entries[1]}")]
     for name in ("force", "preload"):
         if name in file:
-            values = file[name][()]
-            lines.append((name, f"{np.count_nonzero(values)} entries, largest {np.abs(values).max():g}"))
-    lines += _contact_lines(file["contact"])
+            values = numbers(file, name)
+            lines.append((name, f"{np.count_nonzero(values)} entries, largest {np.abs(values).max(initial=0):g}"))
+    lines += _contact_lines({name: numbers(file, f"contact/{name}") for name in CONTACT_WIDTH if f"contact/{name}" in file})
     joint = read_joint(file)
     if joint:
         lines += [("joint", f"{name}: {np.count_nonzero(joint['joint'] == i)} contact points, "
@@ -89,13 +89,13 @@ def _model(file):
 
 
 def _reduced(file):
-    squares = file["Kaa"][()]
+    squares, preload = numbers(file, "Kaa", (None,)), numbers(file, "R", (None,))
     frequencies = np.sqrt(np.maximum(squares, 0))
     lines = [("modes", f"{squares.size}, {_range(frequencies)} rad/s ({_range(frequencies / (2 * np.pi))} Hz), contact points held"),
-             ("contact points", file["R"].size // 3), ("largest contact preload", f"{np.abs(file['R'][()]).max():g}")]
+             ("contact points", preload.size // 3), ("largest contact preload", f"{np.abs(preload).max(initial=0):g}")]
     if "recovery" in file:
-        group = file["recovery"]
-        lines.append(("recovery", f"{', '.join(sorted(group))}" + (f"; {len(group['Phi'])} elastic dofs" if "Phi" in group else "")))
+        kept = f"; {len(dataset(file, 'recovery/Phi', (None, None)))} elastic dofs" if "recovery/Phi" in file else ""
+        lines.append(("recovery", ", ".join(sorted(members(file, "recovery"))) + kept))
     else:
         lines.append(("recovery", "none: displacements of the full model cannot be computed"))
     return lines

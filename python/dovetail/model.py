@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from . import hdf5_parts, model_mesh
 from .hdf5_parts import Part
+from .hdf5_read import numbers, opened, whole, words
 from .parameters import CONTACT_WIDTH, contact_parameters
 from .sparse_rows import even_range, fault, is_petsc, rows_of
 
@@ -132,16 +133,15 @@ class Model:
         """The model in a file, as SciPy matrices in this process (serial)."""
         if not h5py.is_hdf5(path):
             raise ValueError(f"{path}: no such HDF5 file")
-        with h5py.File(path, "r") as file:
-            kind = hdf5_parts.text(file.attrs.get("format", "unnamed"))
+        with opened(path) as file:
+            kind = words(file, "format", "unnamed")
             if kind != "dovetail-model":
                 raise ValueError(f"{path}: format must be dovetail-model, found {kind}")
-            contact = {name: file["contact"][name][()] for name in CONTACT_WIDTH if name in file["contact"]}
+            contact = {name: numbers(file, f"contact/{name}") for name in CONTACT_WIDTH if f"contact/{name}" in file}
             mesh, joint = model_mesh.read_mesh(file), model_mesh.read_joint(file)
-            loads = {name: file[name][()] for name in ("force", "preload") if name in file}
-            return cls(_read_sparse(file["K"]), _read_sparse(file["M"]), file["contact/dofs"][()], **loads,
-                       contact=contact, mesh=mesh, joint=joint, units=hdf5_parts.text(file.attrs.get("units", "SI")),
-                       comm=hdf5_parts.Alone())
+            loads = {name: numbers(file, name) for name in ("force", "preload") if name in file}
+            return cls(read_sparse(file, "K"), read_sparse(file, "M"), numbers(file, "contact/dofs", (None, 3), "i"), **loads,
+                       contact=contact, mesh=mesh, joint=joint, units=words(file, "units", "SI"), comm=hdf5_parts.Alone())
 
     def _load(self, load, name):
         if load is None:
@@ -173,10 +173,14 @@ def _sparse_parts(name, rows, comm):
             Part(f"{name}/jc", (rows.n + 1,), rows.start, jc)]
 
 
-def _read_sparse(group):
-    n = int(group.attrs["MATLAB_sparse"])
-    return sp.csc_matrix((group["data"][()], group["ir"][()].astype(np.int64), group["jc"][()].astype(np.int64)),
-                         shape=(n, group["jc"].size - 1)).tocsr()
+def read_sparse(file, name):
+    """The sparse matrix that MATLAB's v7.3 layout keeps under a name of an open file."""
+    data, ir, jc = (numbers(file, f"{name}/{part}", (None,), kind) for part, kind in (("data", "f"), ("ir", "i"), ("jc", "i")))
+    rows, columns = whole(file[name], "MATLAB_sparse"), jc.size - 1
+    fits = rows == columns and jc[0] == 0 and jc[-1] == ir.size == data.size and np.all(np.diff(jc) >= 0)
+    if not fits or ir.size and not 0 <= ir.min() <= ir.max() < rows:
+        raise ValueError(f"/{name}: data, ir and jc do not fit together as a square sparse matrix of {rows} rows")
+    return sp.csc_matrix((data, ir, jc), shape=(rows, columns)).tocsr()
 
 
 def _stack(elastic, contact, n_e, n_c, name):

@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 
-from .hdf5_parts import text
+from .hdf5_read import attribute, numbers, text
 
 MESH = ("nodes", "cells", "dof_node", "dof_direction")
 CHANGED = ("dof", "begin", "column", "value")
@@ -78,23 +78,25 @@ def datasets(mesh, joint):
 
 
 def read_mesh(file):
-    """The `mesh` of Model from an open model file, or None."""
+    """The `mesh` of Model from an open model file, checked, or None."""
     if "mesh" not in file:
         return None
-    group = file["mesh"]
-    mesh = {key: group[key][()] for key in ("nodes", "dof_node", "dof_direction")}
-    for key in ("cells", "sets"):
-        mesh[key] = {}
-        if key in group:  # names may hold a slash, which makes groups within groups
-            group[key].visititems(lambda name, item: mesh[key].update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    if "changed" in group:
-        mesh["changed"] = {key: group["changed"][key][()] for key in CHANGED}
-    return mesh
+    mesh = {"nodes": numbers(file, "mesh/nodes", (None, 3))}
+    mesh |= {key: numbers(file, f"mesh/{key}", (None,), "i") for key in ("dof_node", "dof_direction")}
+    for key, axes in (("cells", 2), ("sets", 1)):
+        names = []
+        if isinstance(file.get(f"mesh/{key}"), h5py.Group):  # names may hold a slash, which makes groups within groups
+            file[f"mesh/{key}"].visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        mesh[key] = {text(name): numbers(file, f"mesh/{key}/{name}", (None,) * axes, "i") for name in names}
+    if "changed" in file["mesh"]:
+        mesh["changed"] = {key: numbers(file, f"mesh/changed/{key}", (None,), "f" if key == "value" else "i") for key in CHANGED}
+    return checked_mesh(mesh, len(mesh["dof_node"]))
 
 
 def read_joint(file):
-    """The `joint` of Model from an open model file, or None."""
+    """The `joint` of Model from an open model file, checked, or None."""
     if "contact/position" not in file:
         return None
-    group = file["contact"]
-    return {**{key: group[key][()] for key in JOINT}, "names": [text(name) for name in group.attrs["joints"]]}
+    joint = {key: numbers(file, f"contact/{key}", (None, *shape), "i" if key == "joint" else "f") for key, shape in JOINT.items()}
+    names = [text(name) for name in np.ravel(attribute(file["contact"], "joints", []))]
+    return checked_joint({**joint, "names": names}, len(joint["position"]))

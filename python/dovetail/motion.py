@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from . import model_mesh
-from .hdf5_parts import text
+from .hdf5_read import opened, words
 
 
 def find_model(results, given=None):
@@ -31,8 +31,8 @@ def _model_named(results):
     if results.reduced is None or not results.reduced.is_file():
         raise ValueError(f"{results.path}: the reduced file it was computed from is not there ({results.reduced}), so the model file is "
                          "not known; name it with --model")
-    with h5py.File(results.reduced, "r") as file:
-        name = text(file.attrs.get("model", ""))
+    with opened(results.reduced) as file:
+        name = words(file, "model")
     if not name:
         raise ValueError(f"{results.reduced}: does not say which model it was made from; name the model file with --model")
     return name
@@ -40,8 +40,8 @@ def _model_named(results):
 
 def read_model_parts(path):
     """(mesh, joint) of a model file, as in `Model`, without its matrices; None where there is none."""
-    with h5py.File(path, "r", locking=False) as file:
-        kind = text(file.attrs.get("format", "unnamed"))
+    with opened(path) as file:
+        kind = words(file, "format", "unnamed")
         if kind != "dovetail-model":
             raise ValueError(f"{path}: format must be dovetail-model, found {kind}")
         return model_mesh.read_mesh(file), model_mesh.read_joint(file)

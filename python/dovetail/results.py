@@ -10,9 +10,12 @@ import h5py
 import numpy as np
 
 from . import fourier
-from .hdf5_parts import text
+from .hdf5_read import dataset, members, numbers, opened, whole, words
+from .parameters import CONTACT_WIDTH
+from .reference import LAWS
 
 DIRECTIONS = ("t1", "t2", "n")
+NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
 READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
 
 
@@ -60,29 +63,40 @@ class Results:
         self._read(self._load_header)
 
     def _load_header(self, file):
-        kind = text(file.attrs.get("format", "unnamed"))
+        kind = words(file, "format", "unnamed")
         if kind != "dovetail-results":
-            raise ValueError(f"{self.path}: format must be dovetail-results, found {kind}")
-        self.title, self.case = text(file.attrs.get("title", "")), text(file.attrs.get("case", ""))
-        self.units = text(file.attrs.get("units", "SI"))
+            raise ValueError(f"format must be dovetail-results, found {kind}")
+        self.title, self.case, self.units = words(file, "title"), words(file, "case"), words(file, "units", "SI")
         self.harmonics, self.samples, self.modes, self.contact_points = (
-            int(file.attrs[key]) for key in ("harmonics", "samples", "modes", "contact_points"))
-        reduced = text(file.attrs.get("reduced", ""))
+            whole(file, key) for key in ("harmonics", "samples", "modes", "contact_points"))
+        reduced = words(file, "reduced")
         self.reduced = self.path.parent / reduced if reduced else None
         self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics - 1).bit_length())
-        self.contact = {name: values[()] for name, values in file["contact"].items()}
-        self.contact.setdefault("law", np.zeros(self.contact_points, int))  # older files know one law
-        self.xp, self.g, self.w = (file["preload"][name][()] for name in ("xp", "g", "w"))
-        points, contact = dict(file["points"]), dict(file.get("points/contact", {}))
-        points.pop("contact", None)
-        self._n = min(len(values) for values in (*points.values(), *contact.values()))
-        coefficients = points.pop("coefficients")
-        self._points = {name: values[:self._n] for name, values in points.items()}
+        self._load_contact(file)
+        dataset(file, "points/coefficients", (None, self.modes + 3 * self.contact_points, 2 * self.harmonics + 1))
+        for name in NEEDED:
+            dataset(file, f"points/{name}", (None,))
+        points = {name: dataset(file, f"points/{name}", (None, ...)) for name in file["points"] if name != "contact"}
+        activity = [dataset(file, f"points/contact/{name}", (None, self.contact_points)) for name in members(file, "points/contact")]
+        self._n = min(len(values) for values in (*points.values(), *activity))
+        self._points = {name: values[:self._n] for name, values in points.items() if values.ndim == 1}
+        for name in ("omega", "arclength"):
+            self._points[name] = self._points[name].astype(np.float64)
+            if not np.all(np.isfinite(self._points[name])):
+                raise ValueError(f"/points/{name} is not finite everywhere")
         self.omega = self._points["omega"]
-        self._has_activity = bool(contact)
-        shape, wanted = coefficients.shape[1:], (self.modes + 3 * self.contact_points, 2 * self.harmonics + 1)
-        if shape != wanted:
-            raise ValueError(f"{self.path}: coefficients of a point must have shape {wanted}, found {shape}")
+        self._has_activity = bool(activity)
+
+    def _load_contact(self, file):
+        n, self.contact = self.contact_points, {"law": np.zeros(self.contact_points, int)}  # older files know one law
+        if "contact/law" in file:
+            self.contact["law"] = numbers(file, "contact/law", (n,), "i")
+            if np.any((self.contact["law"] < 0) | (self.contact["law"] >= len(LAWS))):
+                raise ValueError(f"/contact/law must hold numbers from 0 to {len(LAWS) - 1}")
+        for name, width in CONTACT_WIDTH.items():
+            self.contact[name] = numbers(file, f"contact/{name}", (n,) if width == 1 else (n, width))
+        self.xp, self.g = (numbers(file, f"preload/{name}", (3 * n,)) for name in ("xp", "g"))
+        self.w = numbers(file, "preload/w", (n, 2))
 
     def _read(self, function):
         """function(open file). The file is closed at once, so that a run that is still writing is never kept waiting."""
@@ -94,8 +108,10 @@ class Results:
                     return function(file)
             except (OSError, KeyError, RuntimeError) as error:
                 if attempt == READ_ATTEMPTS - 1:
-                    raise ValueError(f"{self.path}: not a readable results file: {error}") from error
+                    raise ValueError(f"{self.path}: not a readable results file: {error.args[0] if error.args else error}") from error
                 time.sleep(READ_PAUSE)
+            except ValueError as error:  # of the checks
+                raise ValueError(f"{self.path}: {error}") from None
 
     def __len__(self):
         return self._n
@@ -108,7 +124,7 @@ class Results:
     @cached_property
     def coefficients(self):
         """All coefficients, (n, N_a + 3 N_x, 2H+1); modal unknowns first, then t1, t2, n of each contact point."""
-        return self._read(lambda file: file["points/coefficients"][:self._n])
+        return self._coefficients(slice(self._n))
 
     def points(self, name):
         """A quantity stored per point, (n,): arclength, newton_iterations, residual, seconds, stick, slip, open, ..."""
@@ -258,10 +274,7 @@ class Results:
         """Some unknowns of the full model, (N, k), total values; dofs (k,) are their numbers there, other arguments as `elastic`."""
         recovery, dofs = self._recovery(("elastic_dofs", "contact_dofs")), np.asarray(dofs, dtype=np.int64)
         elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
-        size = 1 + max(elastic.max(initial=-1), contact.max(initial=-1), dofs.max(initial=-1))
-        row, column = np.full((2, size), -1)
-        row[elastic], column[contact] = np.arange(elastic.size), np.arange(contact.size)
-        row, column = row[dofs], column[dofs]
+        row, column = _places(elastic, dofs), _places(contact, dofs)
         missing = dofs[(row < 0) & (column < 0)]
         if missing.size:
             raise ValueError(f"{self.reduced}: keeps {elastic.size} elastic degrees of freedom, and {missing.size} of the ones wanted "
@@ -291,7 +304,7 @@ class Results:
         recovery = self._recovery(("elastic_dofs", "contact_dofs"))
         elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
         size = elastic.size + contact.size
-        if max(elastic.max(initial=-1), contact.max(initial=-1)) + 1 != size:
+        if not np.array_equal(np.sort(np.concatenate([elastic, contact])), np.arange(size)):
             raise ValueError(f"{self.reduced}: keeps {elastic.size} elastic degrees of freedom only, not the full model; use elastic()")
         e = self.elastic(point, n, times)
         field = np.empty((len(e), size))
@@ -305,7 +318,7 @@ class Results:
 
     def _of_dof(self, dof):
         index = self.dof_index(dof)
-        return self._read(lambda file: file["points/coefficients"][:self._n, index, :])
+        return self._coefficients(slice(self._n), index)
 
     def _check_point(self, point):
         if not -self._n <= point < self._n:
@@ -313,7 +326,10 @@ class Results:
 
     def _of_point(self, point):
         self._check_point(point)
-        return self._read(lambda file: file["points/coefficients"][point % self._n])
+        return self._coefficients(point % self._n)
+
+    def _coefficients(self, *which):
+        return self._read(lambda file: np.asarray(file["points/coefficients"][which], dtype=np.float64))
 
     def _contact_index(self, contact):
         if not 1 <= contact <= self.contact_points:
@@ -332,8 +348,23 @@ class Results:
     def _recovery(self, names, rows=slice(None)):
         if self.reduced is None or not self.reduced.is_file():
             raise ValueError(f"{self.path}: the reduced file it was computed from is not there ({self.reduced})")
-        with h5py.File(self.reduced, "r") as file:
+        shapes = {"elastic_dofs": (None,), "contact_dofs": (self.contact_points, 3), "xe0": (None,), "Phi": (None, self.modes),
+                  "Psi": (None, 3 * self.contact_points)}
+        with opened(self.reduced) as file:
             missing = [name for name in names if f"recovery/{name}" not in file]
             if missing:
                 raise ValueError(f"{self.reduced}: no recovery data ({', '.join(missing)}); the run must start from a model file")
-            return {name: file["recovery"][name][rows] for name in names}
+            found = {name: dataset(file, f"recovery/{name}", shapes[name], "i" if name.endswith("dofs") else "f") for name in names}
+            lengths = {len(values) for name, values in found.items() if name != "contact_dofs"}
+            if len(lengths) > 1:
+                raise ValueError(f"{self.reduced}: recovery data of different lengths, {', '.join(map(str, sorted(lengths)))}")
+            return {name: values[rows].astype(np.int64 if name.endswith("dofs") else np.float64) for name, values in found.items()}
+
+
+def _places(known, wanted):
+    """The row of each wanted number among the known ones (in any order), -1 where it is not there."""
+    if not known.size:
+        return np.full(wanted.shape, -1)
+    order = np.argsort(known, kind="stable")
+    place = order[np.searchsorted(known, wanted, sorter=order).clip(max=known.size - 1)]
+    return np.where(known[place] == wanted, place, -1)
