@@ -1,4 +1,5 @@
-// What is said of the stability of a motion: closed forms, and the same from a distributed model on any number of ranks.
+// What is said of the stability of a motion: closed forms, and the same from a distributed model on any number of
+// ranks.
 #include <gtest/gtest.h>
 
 #include "linear_motion.hpp"
