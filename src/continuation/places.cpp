@@ -8,7 +8,7 @@
 namespace dovetail {
 namespace {
 
-constexpr double place_tolerance = 1e-8; // of the step, and of the measured quantity
+constexpr double place_tolerance = 1e-8; // of the step, and of the measured quantity, unless Newton's is larger
 
 std::string in_words(Stability::Kind kind) {
   switch (kind) {
@@ -29,7 +29,8 @@ std::string in_words(Stability::Kind kind) {
 // interval where that is slow, for f may jump at a corner of the curve. Nothing if Newton fails in between.
 std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, double step, double from, double to,
                                                 const Measured &f) {
-  const double scale = std::max(std::abs(from), std::abs(to));
+  const double scale = std::max(std::abs(from), std::abs(to)),
+               tolerance = std::max(place_tolerance, newton_.step_tolerance);
   double a = 0, b = step, fa = from, fb = to;
   UniqueVec ya = system_->unknowns(), yb = system_->unknowns();
   check(VecCopy(here_.y, ya), "locating a place");
@@ -47,7 +48,7 @@ std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, do
     if (!curve_->solve_across(normal, place.at)) return std::nullopt;
     const double x = a + part * (b - a), fx = f(place.at);
     place.along = x;
-    if (std::abs(fx) <= place_tolerance * scale || b - a <= place_tolerance * step) return place;
+    if (std::abs(fx) <= tolerance * scale || b - a <= tolerance * step) return place;
     const int side = (fx > 0) == (fa > 0) ? -1 : 1;
     if (side < 0) {
       a = x, fa = fx;
