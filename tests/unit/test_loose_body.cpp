@@ -1,0 +1,158 @@
+// Bodies held by their joint alone: found, held while contacts are open or slip all round, carried through.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "continuation/branch.hpp"
+#include "small_model.hpp"
+
+using namespace dovetail;
+using namespace dovetail::testing;
+
+namespace {
+
+constexpr NewtonSettings tight{1e-10, 1e-11, 30};
+
+// One mass of 1 on one contact point, pressed on by `load`; `held` springs in each direction.
+HarmonicSystem one_mass(std::array<double, 3> held, double load, std::array<double, 3> force, double mu = 0.3) {
+  ReducedModel model;
+  model.comm = PETSC_COMM_WORLD;
+  model.points = 1;
+  model.own_points = own_share(model.comm, 1), model.own_modes = own_share(model.comm, 0);
+  std::vector<ContactPoint> contact;
+  std::vector<double> initial;
+  if (model.own_points.size() == 1) {
+    model.kxx = {held[0], 0, 0, 0, held[1], 0, 0, 0, held[2]}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    model.r = {0, 0, -load}, model.fx = {force[0], force[1], force[2]};
+    contact = {{Law::coulomb, 20, {10, 10}, {mu, mu}, 0}}, initial = {0, 0, 0};
+  }
+  std::string note;
+  return HarmonicSystem(scaled(contact_preload(std::move(model), std::move(contact), initial, note), 0.05, {}), 7,
+                        exactly, {0, 1});
+}
+
+double entry(Mat J, PetscInt i) { // on the diagonal, on every rank
+  PetscInt first, last;
+  double value = 0;
+  check(MatGetOwnershipRange(J, &first, &last), "");
+  if (first <= i && i < last) check(MatGetValues(J, 1, &i, 1, &i, &value), "");
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  return value;
+}
+
+} // namespace
+
+TEST(LooseBody, mean_stiffness_is_the_constant_part_of_the_derivative) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  const std::vector<ContactPoint> points{{Law::coulomb, 5, {3, 4}, {0.2, 0.3}, 0},
+                                         {Law::cone, 4, {2, 2}, {0.5, 0.5}, -0.1},
+                                         {Law::unilateral, 6, {0, 0}, {0, 0}, 0.1},
+                                         {Law::bilateral, 6, {0, 0}, {0, 0}, 0.1}};
+  const std::vector<Standstill> rest(points.size());
+  constexpr int H = 4, n = 2 * H + 1;
+  for (const int samples : {exactly, 128}) {
+    ContactForces forces(points, rest, H, samples);
+    std::vector<double> X(points.size() * 3 * n), G(X.size()), blocks(9 * n * n);
+    for (int motion = 0; motion < 30; ++motion) {
+      for (double &x : X) x = 0.2 * normal(random);
+      for (std::size_t p = 0; p < points.size(); ++p) X[(3 * p + 2) * n] = 0.6; // pressed, and it opens now and then
+      forces.evaluate(X.data(), G.data());
+      for (int p = 0; p < static_cast<int>(points.size()); ++p) {
+        forces.write(p, blocks.data());
+        const auto mean = forces.mean_stiffness(p);
+        const auto &places = block_places(points[p].law);
+        for (std::size_t b = 0; b < places.size(); ++b)
+          if (places[b].row == places[b].column) EXPECT_NEAR(mean[places[b].row], blocks[b * n * n], 1e-12);
+      }
+    }
+  }
+}
+
+TEST(LooseBody, finds_the_motions_that_only_the_joint_holds) {
+  EXPECT_EQ(one_mass({1, 1, 1}, 5, {0, 0, 1}).loose_body().motions(), 0);
+  EXPECT_EQ(one_mass({1, 1, 0}, 5, {0, 0, 1}).loose_body().motions(), 1);
+  EXPECT_EQ(one_mass({0, 1, 0}, 5, {0, 0, 1}).loose_body().motions(), 2);
+  EXPECT_EQ(small_preloaded(PETSC_COMM_WORLD).reduced.contact_dofs(), 9);
+  EXPECT_EQ(
+      HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, exactly, {0, 1}).loose_body().motions(),
+      0);
+}
+
+TEST(LooseBody, holds_the_mean_only_while_nothing_else_does) {
+  for (const double held : {0.0, 1.0}) {
+    HarmonicSystem system = one_mass({1, 1, held}, 5, {0, 0, 1});
+    const Layout &layout = system.layout();
+    UniqueVec y = system.unknowns(), border = system.unknowns();
+    UniqueMat J = system.matrix();
+    const PetscInt mean = layout.contact_row(2) * layout.width;
+    system.jacobian(y, border, J); // closed and stuck
+    EXPECT_FALSE(system.adrift());
+    EXPECT_DOUBLE_EQ(entry(J, mean), held + 20);
+    if (layout.own_points.size() == 1) check(VecSetValue(y, mean, -10, INSERT_VALUES), "");
+    check(VecAssemblyBegin(y), ""), check(VecAssemblyEnd(y), "");
+    system.jacobian(y, border, J); // open all round
+    EXPECT_EQ(system.adrift(), held == 0);
+    EXPECT_DOUBLE_EQ(entry(J, mean), held == 0 ? 5 : 1);
+  }
+}
+
+// It bounces: the mass leaves the joint for a part of every period.
+TEST(LooseBody, is_followed_through_lift_off) {
+  HarmonicSystem system = one_mass({1, 1, 0}, 5, {0, 0, 4});
+  UniqueVec y = system.unknowns();
+  double open = 0;
+  const BranchObserver observer{[&](const BranchPoint &point) {
+                                  for (const Activity &did : point.activity) open = std::max(open, did.open);
+                                },
+                                [](const BranchEvent &) {},
+                                {},
+                                {}};
+  BranchSettings settings;
+  settings.from = 8, settings.to = 1, settings.step = 0.05, settings.max_points = 2000;
+  const auto summary = follow_branch(system, tight, settings, y, observer);
+  MPI_Allreduce(MPI_IN_PLACE, &open, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+  EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;
+  EXPECT_EQ(summary.counts.leaps, 0);
+  EXPECT_GT(open, 0.3);
+}
+
+// Gross slip all round: nothing holds the mean, but no mean force pushes either.
+TEST(LooseBody, is_followed_through_gross_slip) {
+  HarmonicSystem system = one_mass({0, 1, 1}, 5, {3, 0, 0}, 0.1);
+  UniqueVec y = system.unknowns();
+  BranchSettings settings;
+  settings.from = 0.5, settings.to = 3, settings.step = 0.05, settings.max_points = 2000;
+  const auto summary =
+      follow_branch(system, tight, settings, y, {[](const BranchPoint &) {}, [](const BranchEvent &) {}, {}, {}});
+  EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;
+}
+
+// A steady push beyond what friction holds while it slips: it walks, there is no periodic motion, and that is said.
+TEST(LooseBody, that_walks_is_explained) {
+  HarmonicSystem system(scaled(
+                            [] {
+                              ReducedModel model;
+                              model.comm = PETSC_COMM_WORLD;
+                              model.points = 1;
+                              model.own_points = own_share(model.comm, 1), model.own_modes = own_share(model.comm, 0);
+                              std::vector<ContactPoint> contact;
+                              std::vector<double> initial;
+                              if (model.own_points.size() == 1) {
+                                model.kxx = {0, 0, 0, 0, 1, 0, 0, 0, 1}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+                                model.r = {-0.3, 0, -5}, model.fx = {8, 0, 0};
+                                contact = {{Law::coulomb, 20, {10, 10}, {0.1, 0.1}, 0}}, initial = {0, 0, 0};
+                              }
+                              std::string note;
+                              return contact_preload(std::move(model), std::move(contact), initial, note);
+                            }(),
+                            0.05, {}),
+                        7, exactly, {0, 1});
+  UniqueVec y = system.unknowns();
+  BranchSettings settings;
+  settings.from = settings.to = 0.6, settings.max_points = 1;
+  const auto summary =
+      follow_branch(system, tight, settings, y, {[](const BranchPoint &) {}, [](const BranchEvent &) {}, {}, {}});
+  EXPECT_EQ(summary.end, BranchSummary::End::no_start);
+  EXPECT_NE(summary.why.find("walks"), std::string::npos) << summary.why;
+}
