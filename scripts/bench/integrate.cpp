@@ -1,0 +1,142 @@
+// Steady states of a case by time integration, the truth that harmonic balance is measured against.
+//
+//   build/integrate CASE.toml omega [omega ...] [--from results.h5] [--amplitude] [--periods 2000] [--tolerance 1e-6]
+//                                               [--work 5e10]
+//
+// On one rank. Reads the case, reduces the model or reads the reduced one, finds the preload state and integrates at
+// each frequency [rad/s]: from rest there, or with --from from the point of that file nearest to it, so that it stays
+// on that branch. --periods and --work (multiplications) bound what one frequency may take. Prints one line of JSON for
+// each: omega, settled, periods, change (between the last two, relative), multiplier (null unless shooting found the
+// motion; beyond 1 it is unstable), seconds, and in user units, modes first, then t1, t2, n of each contact point,
+// `coefficients` (n, 2H+1), or with --amplitude the largest |q - mean| over the cycle (n), from its course in time.
+// Both are null where the numbers ran away or the work was used up.
+#include <slepc.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/reduce.hpp"
+#include "results/gather.hpp"
+#include "support/error.hpp"
+#include "transient/steady_state.hpp"
+
+namespace dovetail {
+namespace {
+
+struct Wish {
+  std::filesystem::path file, from;
+  std::vector<double> omegas;
+  bool amplitude = false;
+  IntegrationSettings settings;
+};
+
+Wish parse(const std::vector<std::string> &words) {
+  Wish wish;
+  wish.settings.periods = 2000;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const auto next = [&] {
+      if (++i == words.size()) throw InputError(words[i - 1] + " wants a value behind it");
+      return words[i];
+    };
+    if (words[i] == "--from")
+      wish.from = next();
+    else if (words[i] == "--amplitude")
+      wish.amplitude = true;
+    else if (words[i] == "--periods")
+      wish.settings.periods = std::stoi(next());
+    else if (words[i] == "--tolerance")
+      wish.settings.tolerance = std::stod(next());
+    else if (words[i] == "--work")
+      wish.settings.work = std::stod(next());
+    else if (wish.file.empty())
+      wish.file = words[i];
+    else
+      wish.omegas.push_back(std::stod(words[i]));
+  }
+  if (wish.omegas.empty()) throw InputError("wanted: CASE.toml and frequencies; see the head of integrate.cpp");
+  return wish;
+}
+
+HarmonicSystem harmonic_system(const Case &study) {
+  const MPI_Comm comm = PETSC_COMM_WORLD;
+  Stages stages;
+  std::optional<ReductionFigures> figures;
+  ReducedModel reduced = reduced_model(comm, study, study.directory / "reduced.h5", stages, Voice(comm), figures);
+  const ContactSettings from_model = study.reduced.empty() ? read_model_header(study.model).contact : ContactSettings{};
+  const int points = static_cast<int>(reduced.points);
+  std::string note;
+  PreloadedModel preloaded = contact_preload(std::move(reduced), contact_points(study.contact, from_model, points),
+                                             initial_preload(study, points), note);
+  const Scales scales = choose_scales(study, preloaded);
+  return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
+                        study.fourier);
+}
+
+void print_numbers(const char *name, const std::vector<double> &values, int width) {
+  std::printf(", \"%s\": ", name);
+  if (values.empty()) std::printf("null");
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const char *open = i == 0 ? (width > 1 ? "[[" : "[") : width > 1 && i % width == 0 ? "], [" : ", ";
+    std::printf("%s%.17g", open, values[i]);
+  }
+  if (!values.empty()) std::printf(width > 1 ? "]]" : "]");
+}
+
+void integrate(const Wish &wish) {
+  const Case study = read_case(wish.file, {});
+  HarmonicSystem system = harmonic_system(study);
+  const DenseModel model = dense_model(system);
+  const Scales &scales = system.scales();
+  IntegrationSettings settings = wish.settings;
+  settings.harmonics = study.harmonics;
+  if (!wish.from.empty()) check_start(wish.from, model.dofs());
+  for (const double omega : wish.omegas) {
+    std::vector<double> start;
+    if (!wish.from.empty()) {
+      const UniqueVec y = system.unknowns();
+      start_from(wish.from, omega, system.layout(), scales, y);
+      start = all_coefficients(system.layout(), y);
+    }
+    const auto began = std::chrono::steady_clock::now();
+    SteadyState steady = steady_state(model, omega / scales.frequency, start, settings);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - began;
+    std::printf("{\"omega\": %.17g, \"settled\": %s, \"periods\": %d", omega, steady.settled ? "true" : "false",
+                steady.periods);
+    std::printf(std::isfinite(steady.change) ? ", \"change\": %.3g" : ", \"change\": null", steady.change);
+    std::printf(steady.multiplier > 0 ? ", \"multiplier\": %.9g" : ", \"multiplier\": null", steady.multiplier);
+    std::printf(", \"seconds\": %.4g", seconds.count());
+    std::vector<double> &values = wish.amplitude ? steady.amplitude : steady.coefficients;
+    const int width = static_cast<int>(values.size()) / model.dofs();
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] *= static_cast<int>(i) < model.modes * width ? scales.modal : scales.contact;
+    print_numbers(wish.amplitude ? "amplitude" : "coefficients", values, width);
+    std::printf("}\n");
+    std::fflush(stdout);
+  }
+}
+
+} // namespace
+} // namespace dovetail
+
+int main(int argc, char **argv) {
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  int petsc_argc = 1;
+  if (SlepcInitialize(&petsc_argc, &argv, nullptr, nullptr)) return 3;
+  dovetail::install_error_handler();
+  int status = 0;
+  try {
+    dovetail::integrate(dovetail::parse(words));
+  } catch (const dovetail::InputError &error) {
+    status = 2, std::fprintf(stderr, "integrate: %s\n", error.what());
+  } catch (const std::exception &error) {
+    status = 3, std::fprintf(stderr, "integrate: %s\n", error.what());
+  }
+  SlepcFinalize();
+  return status;
+}

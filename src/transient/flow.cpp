@@ -1,0 +1,222 @@
+#include "transient/flow.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/fourier.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr int p = series_order;
+constexpr double two_pi = 6.283185307179586476925287;
+
+} // namespace
+
+Flow::Flow(const DenseModel &model, double omega, double tolerance)
+    : model_(model), modes_(free_modes(model)), omega_(omega), tolerance_(tolerance) {
+  const int n = modes_.count, m = 3 * model.points;
+  for (int point = 0; point < model.points; ++point) {
+    std::array<double, 3> mobility{};
+    for (int i = 0; i < n; ++i)
+      for (int d = 0; d < 3; ++d) mobility[d] += std::pow(modes_.contact[i * m + 3 * point + d], 2);
+    touches_.emplace_back(model.contact[point], model.standstill[point], mobility, 1 / omega);
+  }
+  double most = 0;
+  for (const double a : model.fourier) most += std::abs(a);
+  for (int i = 0; i < n; ++i)
+    size_ = std::max(size_, most * std::abs(modes_.force[i]) / std::max(modes_.w2[i], omega * omega));
+  eta_.resize(static_cast<std::size_t>(p + 1) * n), x_.resize(m), g_.resize(m), pull_.resize(n), now_.resize(2 * n);
+  work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 40.0 * model.points);
+  for (const ContactPoint &point : model.contact)
+    if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
+}
+
+double Flow::contact_rate() const {
+  double rate = 0;
+  for (const Touch &touch : touches_) rate = std::max(rate, touch.rate());
+  return rate;
+}
+
+Flow::State Flow::modal_state(std::vector<double> eta, std::vector<double> rate, const std::vector<Memory> &w,
+                              const std::vector<std::array<bool, 2>> &held) const {
+  const int n = modes_.count, m = 3 * model_.points;
+  State state{std::move(eta), std::move(rate), {}};
+  std::vector<double> x(m), v(m);
+  combine(n, m, state.eta.data(), modes_.contact.data(), x.data());
+  combine(n, m, state.rate.data(), modes_.contact.data(), v.data());
+  for (int point = 0; point < model_.points; ++point) {
+    for (int d = 0; d < 3; ++d) x[3 * point + d] += touches_[point].origin()[d];
+    state.touch.push_back(
+        touches_[point].at(&x[3 * point], &v[3 * point], w[point], held.empty() ? std::array<bool, 2>{} : held[point]));
+  }
+  return state;
+}
+
+Flow::State Flow::state(const std::vector<double> &q, const std::vector<double> &v,
+                        const std::vector<Memory> &w) const {
+  const int n = modes_.count;
+  std::vector<double> eta(n), rate(n);
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      eta[i] += modes_.momentum[i * n + j] * q[j], rate[i] += modes_.momentum[i * n + j] * v[j];
+  return modal_state(std::move(eta), std::move(rate), w);
+}
+
+Flow::State Flow::rest() const {
+  std::vector<Memory> w;
+  for (const Standstill &at_rest : model_.standstill) w.push_back(at_rest.w);
+  return modal_state(std::vector<double>(modes_.count), std::vector<double>(modes_.count), w);
+}
+
+void Flow::dofs_of(const State &state, std::vector<double> &q, std::vector<double> &v, std::vector<Memory> &w) const {
+  const int n = modes_.count;
+  q.resize(n), v.resize(n);
+  combine(n, n, state.eta.data(), modes_.shapes.data(), q.data());
+  combine(n, n, state.rate.data(), modes_.shapes.data(), v.data());
+  w = sliders(state);
+}
+
+std::vector<Memory> Flow::sliders(const State &state) const {
+  const int n = modes_.count, m = 3 * model_.points;
+  std::vector<double> x(m);
+  combine(n, m, state.eta.data(), modes_.contact.data(), x.data());
+  std::vector<Memory> w;
+  for (int point = 0; point < model_.points; ++point) {
+    for (int d = 0; d < 3; ++d) x[3 * point + d] += touches_[point].origin()[d];
+    w.push_back(touches_[point].sliders(state.touch[point], &x[3 * point]));
+  }
+  return w;
+}
+
+// Terms of the motion from time on, of the displacements and forces at the contact points along with them.
+void Flow::expand(const State &state, double time) {
+  const int n = modes_.count, m = 3 * model_.points;
+  std::copy(state.eta.begin(), state.eta.end(), term(0));
+  std::copy(state.rate.begin(), state.rate.end(), term(1));
+  Series force{}; // f(t)
+  force[0] = model_.fourier.empty() ? 0 : model_.fourier[0] / 2;
+  for (int h = 1; sine(h) < static_cast<int>(model_.fourier.size()); ++h) {
+    const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
+    const double a = model_.fourier[cosine(h)], b = model_.fourier[sine(h)];
+    double now = a * c + b * s, quarter_on = b * c - a * s; // derivatives: in turn, with alternating signs
+    for (int k = 0; k <= p; ++k) {
+      force[k] += now;
+      const double next = w / (k + 1) * quarter_on;
+      quarter_on = -w / (k + 1) * now, now = next;
+    }
+  }
+  for (int k = 0; k <= p; ++k) {
+    combine(n, m, term(k), modes_.contact.data(), x_.data());
+    for (int point = 0; point < model_.points; ++point) {
+      for (int d = 0; d < 3 && k == 0; ++d) x_[3 * point + d] += touches_[point].origin()[d];
+      touches_[point].expand(state.touch[point], k, &x_[3 * point], &g_[3 * point]);
+    }
+    if (k + 2 > p) continue;
+    combine(m, n, g_.data(), modes_.participation.data(), pull_.data());
+    const double *now = term(k), *then = term(k + 1), share = 1.0 / ((k + 1) * (k + 2)),
+                 damping = model_.damping * (k + 1);
+    double *out = term(k + 2);
+    for (int i = 0; i < n; ++i)
+      out[i] = share * (modes_.force[i] * force[k] - pull_[i] - modes_.w2[i] * (now[i] + damping * then[i]));
+  }
+}
+
+// Step after which the last two terms have grown to the tolerance.
+double Flow::length(const State &state, double left) const {
+  const double allowed = tolerance_ * size_;
+  double step = left;
+  for (const int k : {p - 1, p}) {
+    double most = 0;
+    for (int i = 0; i < modes_.count; ++i) most = std::max(most, std::abs(term(k)[i]));
+    if (most != most) return most;
+    if (most > 0) step = std::min(step, std::pow(allowed / most, 1.0 / k));
+  }
+  for (int point = 0; point < model_.points; ++point)
+    step = std::min(step, touches_[point].longest(state.touch[point]));
+  return step;
+}
+
+// Coordinates of the free modes at time t of the step, and d/dt.
+void Flow::evaluate(double t, double *eta, double *rate) const {
+  const int n = modes_.count;
+  for (int i = 0; i < n; ++i) eta[i] = term(p)[i], rate[i] = p * term(p)[i];
+  for (int k = p - 1; k >= 1; --k)
+    for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(k)[i], rate[i] = rate[i] * t + k * term(k)[i];
+  for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(0)[i];
+}
+
+void Flow::advance(State &state, double t, int touched, const TouchEvent &event) {
+  const int n = modes_.count, m = 3 * model_.points;
+  evaluate(t, state.eta.data(), state.rate.data());
+  for (int point = 0; point < model_.points; ++point) {
+    const bool here = point == touched;
+    std::array<double, 3> v{};
+    for (int i = 0; i < n && here; ++i)
+      for (int d = 0; d < 3; ++d) v[d] += state.rate[i] * modes_.contact[i * m + 3 * point + d];
+    touches_[point].advance(state.touch[point], t, here ? event : TouchEvent{}, v.data());
+  }
+}
+
+void Flow::record(double t, int instant, Motion &motion) {
+  const int n = modes_.count;
+  evaluate(t, now_.data(), now_.data() + n);
+  combine(n, n, now_.data(), modes_.shapes.data(), &motion.q[static_cast<std::size_t>(instant) * n]);
+  combine(n, n, now_.data() + n, modes_.shapes.data(), &motion.v[static_cast<std::size_t>(instant) * n]);
+}
+
+void Flow::note_size(const State &state) {
+  const int n = modes_.count, m = 3 * model_.points;
+  for (int i = 0; i < n; ++i)
+    size_ =
+        std::max({size_, std::abs(state.eta[i]), std::abs(state.rate[i]) / std::max(std::sqrt(modes_.w2[i]), omega_)});
+  for (int point = 0; point < model_.points; ++point) {
+    double reach = 0;
+    for (int d = 0; d < 3; ++d) {
+      double square = 0;
+      for (int i = 0; i < n; ++i) square += std::pow(modes_.contact[i * m + 3 * point + d], 2);
+      reach = std::max(reach, std::sqrt(square) * size_);
+    }
+    touches_[point].reach(reach);
+    reach_ = std::max(reach_, reach);
+  }
+}
+
+bool Flow::period(State &state, int instants, Motion &motion) {
+  const double period = two_pi / omega_;
+  motion.instants = instants, motion.dofs = modes_.count;
+  motion.q.resize(static_cast<std::size_t>(instants) * modes_.count), motion.v.resize(motion.q.size());
+  double time = 0;
+  int instant = 0;
+  note_size(state);
+  while (period - time > 1e-14 * period) {
+    if ((work -= work_of_step_) < 0) return false;
+    ++steps_;
+    expand(state, time);
+    double step = length(state, period - time);
+    if (!(step > 0)) return false;
+    Series powers;
+    powers[0] = 1;
+    for (int k = 1; k <= p; ++k) powers[k] = powers[k - 1] * step;
+    TouchEvent first;
+    int touched = -1;
+    for (int point = 0; point < model_.points; ++point)
+      if (const TouchEvent event = touches_[point].next(state.touch[point], powers); event.at < first.at)
+        first = event, touched = point;
+    if (touched >= 0) step *= first.at;
+    for (; instant < instants && instant * period / instants < time + step; ++instant)
+      record(instant * period / instants - time, instant, motion);
+    advance(state, step, touched, first);
+    for (const double eta : state.eta) {
+      if (!std::isfinite(eta)) return false;
+      size_ = std::max(size_, std::abs(eta));
+    }
+    time += step;
+  }
+  for (TouchState &touch : state.touch)
+    for (int d = 0; d < 2; ++d)
+      if (!touch.closed || touch.slides || touch.side[d] != 0) touch.moved[d] = HUGE_VAL; // still on its way
+  return true;
+}
+
+} // namespace dovetail

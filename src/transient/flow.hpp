@@ -1,0 +1,61 @@
+#pragma once
+// The motion of the model through time. Between two contact events it is expanded into power series, long enough for
+// the step to be exact to round-off, and every event is located as the zero of such a series: there is no step size on
+// which the result depends, and stiff contacts only make the steps short while they are closed.
+#include "transient/free_modes.hpp"
+#include "transient/motion.hpp"
+#include "transient/touch.hpp"
+
+namespace dovetail {
+
+class Flow {
+public:
+  struct State {
+    std::vector<double> eta, rate; ///< (n) coordinates of the free modes, and d/dt
+    std::vector<TouchState> touch; ///< (points)
+  };
+
+  /// The error of one step stays below `tolerance` times the largest motion so far.
+  Flow(const DenseModel &model, double omega, double tolerance = 1e-12);
+
+  State rest() const; ///< the preload state
+  /// (n) each; sliders (points), in total displacements as Standstill::w.
+  State state(const std::vector<double> &q, const std::vector<double> &v, const std::vector<Memory> &w) const;
+  void dofs_of(const State &state, std::vector<double> &q, std::vector<double> &v, std::vector<Memory> &w) const;
+  /// The same for coordinates of the free modes; held: TouchState::held of each point, or empty.
+  State modal_state(std::vector<double> eta, std::vector<double> rate, const std::vector<Memory> &w,
+                    const std::vector<std::array<bool, 2>> &held = {}) const;
+  std::vector<Memory> sliders(const State &state) const;
+
+  /// One period from theta = 0. False if the numbers are no longer finite or `work` is used up.
+  bool period(State &state, int instants, Motion &motion);
+
+  const DenseModel &model() const { return model_; }
+  const FreeModes &modes() const { return modes_; }
+  double omega() const { return omega_; }
+  double reach() const { return reach_; } ///< largest contact displacement so far, at most
+  double contact_rate() const;            ///< highest frequency of a contact on its springs
+  long steps() const { return steps_; }   ///< so far
+  double work = 1e300;                    ///< multiplications left, roughly
+
+private:
+  void expand(const State &state, double time);
+  double length(const State &state, double left) const;
+  void advance(State &state, double t, int touched, const TouchEvent &event);
+  void note_size(const State &state);
+  void evaluate(double t, double *eta, double *rate) const;
+  void record(double t, int instant, Motion &motion);
+  double *term(int k) { return &eta_[static_cast<std::size_t>(k) * modes_.count]; }
+  const double *term(int k) const { return &eta_[static_cast<std::size_t>(k) * modes_.count]; }
+
+  const DenseModel &model_;
+  FreeModes modes_;
+  std::vector<Touch> touches_;
+  double omega_, tolerance_;
+  double size_ = 0, reach_ = 0; // largest |eta| so far, or what the force alone would make; in displacements
+  double work_of_step_;
+  long steps_ = 0;
+  std::vector<double> eta_, x_, g_, pull_, now_; // (order+1, n), (3 points), (3 points), (n), (2 n)
+};
+
+} // namespace dovetail
