@@ -1,0 +1,55 @@
+#include "support/signals.hpp"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <ctime>
+#include <initializer_list>
+
+namespace dovetail {
+namespace {
+
+volatile std::sig_atomic_t noted = 0, patient = 0;
+volatile std::time_t since = 0; // noted
+int rank = 0;                   // set before the handler is
+
+void say(const char *text) { // one of the few things that a handler may do
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
+}
+
+void on_signal(int signal) {
+  if (noted && std::time(nullptr) - since < 2) return; // launcher and batch system may both pass it on
+  if (patient && !noted) {
+    noted = signal, since = std::time(nullptr);
+    if (rank == 0) say("dovetail: noted "), say(signal_name(signal)), say("; a second one ends the run at once\n");
+    return;
+  }
+  if (rank > 0) sleep(1); // the launcher ends all ranks as soon as one is gone: rank 0 has the word
+  say("dovetail: ended by "), say(signal_name(signal));
+  say(noted ? ", the second signal; the results file holds every point that was computed\n"
+            : " before the first point was computed\n");
+  _exit(3);
+}
+
+} // namespace
+
+void catch_signals() {
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART;
+  for (const int signal : {SIGTERM, SIGUSR1}) sigaction(signal, &action, nullptr);
+}
+
+void only_note_signals() { patient = 1; }
+
+int noted_signal(MPI_Comm comm) {
+  int signal = noted;
+  MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, comm);
+  return signal;
+}
+
+const char *signal_name(int signal) { return signal == SIGTERM ? "SIGTERM" : "SIGUSR1"; }
+
+} // namespace dovetail
