@@ -88,7 +88,7 @@ def test_index_of_a_long_table_is_good_after_every_single_write(shim, tmp_path):
     complete = splits = 0
     for kind, offset, size, data in write_log.notes(log):
         splits += kind == "W" and data[:4] == b"TREE" and data[5] == 1
-    assert splits > 80  # an index of two levels was written so often
+    assert splits >= 40  # so often an upper node of the index was written
     for _ in write_log.moments(log, copy):
         with h5py.File(copy, "r") as file:
             values, count = file["points/coefficients"][()], len(file["points/omega"])

@@ -21,9 +21,7 @@ protected:
     folder = name;
     path = folder / "results.h5";
   }
-  void TearDown() override {
-    if (std::getenv("DOVETAIL_KEEP_FILES") == nullptr) fs::remove_all(folder);
-  }
+  void TearDown() override { fs::remove_all(folder); }
   std::vector<double> row(int number, int size) const {
     std::vector<double> values(size);
     std::iota(values.begin(), values.end(), 1000.0 * number + 1);
@@ -36,10 +34,11 @@ protected:
 // room for.
 TEST_F(GrowingFile, IndexGrowsOverItsNodes) {
   constexpr int rows = 150;
-  h5::Writer file = h5::Writer::that_survives(path);
+  h5::Writer file = h5::Writer::that_survives(folder / "results.h5.partial");
   h5::Table block(file, "/points/coefficients", {2, 3}, H5T_NATIVE_DOUBLE, 1);
   h5::Table number(file, "/points/omega", {}, H5T_NATIVE_DOUBLE, 4);
   file.flush();
+  fs::rename(folder / "results.h5.partial", path);
   for (int i = 0; i < rows; ++i) {
     block.append(row(i, 6).data());
     number.append(row(i, 1).data());
