@@ -13,6 +13,7 @@
 #endif
 
 #include "app/run.hpp"
+#include "support/blas_buffer.hpp"
 #include "support/error.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
@@ -126,6 +127,7 @@ int main(int argc, char **argv) {
   std::string failure;
   bool in_order = true; // PETSc, MPI and HDF5 can be shut down
   try {
+    dovetail::take_blas_buffer();
     dovetail::run_case(PETSC_COMM_WORLD, parse(words));
     if (rank == 0) tell_unused_options();
   } catch (const dovetail::InputError &error) {
@@ -133,7 +135,7 @@ int main(int argc, char **argv) {
   } catch (const dovetail::WriteError &error) {
     status = 3, failure = error.what(), in_order = false;
   } catch (const std::exception &error) {
-    status = 3, failure = error.what();
+    status = 3, failure = dovetail::text_of(error);
   }
   if (!failure.empty()) {
     const bool together = all_arrive(roll_call);

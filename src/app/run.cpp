@@ -135,7 +135,7 @@ void run_case(MPI_Comm comm, const Request &request) {
   try {
     work(comm, checked, request.reduce_only, stages, voice);
   } catch (const std::exception &error) {
-    if (voice.speaks()) note_failure(study.directory, error.what());
+    if (voice.speaks()) note_failure(study.directory, text_of(error));
     throw;
   }
 }

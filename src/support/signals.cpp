@@ -22,7 +22,6 @@ void on_signal(int signal) {
   if (noted && std::time(nullptr) - since < 2) return; // launcher and batch system may both pass it on
   if (patient && !noted) {
     noted = signal, since = std::time(nullptr);
-    if (rank == 0) say("dovetail: noted "), say(signal_name(signal)), say("; a second one ends the run at once\n");
     return;
   }
   if (rank > 0) sleep(1); // the launcher ends all ranks as soon as one is gone: rank 0 has the word
@@ -30,6 +29,18 @@ void on_signal(int signal) {
   say(noted ? ", the second signal; the results file holds every point that was computed\n"
             : " before the first point was computed\n");
   _exit(3);
+}
+
+void on_crash(int signal) {
+  say("dovetail: crashed (");
+  say(signal == SIGSEGV  ? "SIGSEGV"
+      : signal == SIGBUS ? "SIGBUS"
+      : signal == SIGILL ? "SIGILL"
+                         : "SIGFPE");
+  say("), in the program or one of its libraries; some of them do where memory runs out. Every point that was computed "
+      "is in the results file, and --restart goes on from there\n");
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
 }
 
 } // namespace
@@ -40,6 +51,8 @@ void catch_signals() {
   action.sa_handler = on_signal;
   action.sa_flags = SA_RESTART;
   for (const int signal : {SIGTERM, SIGUSR1}) sigaction(signal, &action, nullptr);
+  action.sa_handler = on_crash;
+  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE}) sigaction(signal, &action, nullptr);
 }
 
 void only_note_signals() { patient = 1; }
