@@ -13,21 +13,25 @@
 #endif
 
 #include "app/run.hpp"
+#include "support/blas_buffer.hpp"
 #include "support/error.hpp"
+#include "support/signals.hpp"
 #include "support/version.hpp"
 
 namespace {
 
 constexpr const char *usage =
     "dovetail: forced response of structures with frictional joints\n\n"
-    "  dovetail run CASE.toml [--out DIR] [--dry-run] [-petsc_options ...]\n"
+    "  dovetail run CASE.toml [--out DIR] [--restart] [--dry-run] [-petsc_options ...]\n"
     "  dovetail reduce CASE.toml [--out DIR] [--dry-run] [-petsc_options ...]\n"
     "  dovetail --help | --version\n\n"
     "run does the whole job, reduce stops after the reduction; both work under mpirun -n RANKS.\n"
     "  --out DIR    write there instead of output.directory\n"
+    "  --restart    continue the run in the output directory where it was cut off or stopped\n"
     "  --dry-run    check the case, print every value in force with its unit and the forecast sizes, stop\n"
     "PETSc options reach the solvers by prefix: kee_ (factorisation of K_ee), preload_, hb_ (Newton); -log_view "
     "shows the time.\n"
+    "SIGTERM and SIGUSR1 finish the point at hand and end the run with status 3, ready for --restart.\n"
     "Exit status: 0 done; 2 the input is wrong; 3 the computation could not go on, what was computed is saved.\n";
 
 // Coefficients that vanish by symmetry come down to 1e-310 in Newton's method, where arithmetic is a hundred times
@@ -51,11 +55,13 @@ dovetail::Request parse(std::vector<std::string> words) {
     petsc = petsc || (words[i].rfind("-", 0) == 0 && words[i].rfind("--", 0) != 0);
     if (words[i] == "--dry-run")
       request.dry_run = true;
+    else if (words[i] == "--restart" && !request.reduce_only)
+      request.restart = true;
     else if (words[i] == "--out") {
       if (++i == words.size()) throw InputError("--out wants a folder behind it");
       request.out = words[i];
     } else if (words[i].rfind("--", 0) == 0)
-      throw InputError(words[i] + " is not an option; --out DIR and --dry-run are");
+      throw InputError(words[i] + " is not an option here; --out DIR, --dry-run and, for run, --restart are");
     else if (petsc)
       continue;
     else if (request.file.empty())
@@ -111,6 +117,7 @@ int main(int argc, char **argv) {
   char **petsc_argv = petsc.data();
   if (SlepcInitialize(&petsc_argc, &petsc_argv, nullptr, nullptr)) return 3;
   dovetail::install_error_handler();
+  dovetail::catch_signals();
   take_tiny_for_zero();
 
   MPI_Comm roll_call;
@@ -120,6 +127,7 @@ int main(int argc, char **argv) {
   std::string failure;
   bool in_order = true; // PETSc, MPI and HDF5 can be shut down
   try {
+    dovetail::take_blas_buffer();
     dovetail::run_case(PETSC_COMM_WORLD, parse(words));
     if (rank == 0) tell_unused_options();
   } catch (const dovetail::InputError &error) {
@@ -127,7 +135,7 @@ int main(int argc, char **argv) {
   } catch (const dovetail::WriteError &error) {
     status = 3, failure = error.what(), in_order = false;
   } catch (const std::exception &error) {
-    status = 3, failure = error.what();
+    status = 3, failure = dovetail::text_of(error);
   }
   if (!failure.empty()) {
     const bool together = all_arrive(roll_call);

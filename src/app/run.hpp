@@ -11,6 +11,7 @@ struct Request {
   std::filesystem::path out;  ///< --out, or empty
   bool dry_run = false;       ///< check, print what is in force, stop
   bool reduce_only = false;   ///< stop after the reduction
+  bool restart = false;       ///< continue the run in the output directory
 };
 
 /// Throws InputError (exit status 2) and ComputeError (3). Collective.

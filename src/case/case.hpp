@@ -45,6 +45,14 @@ struct MotionWish {
   std::string where;               ///< place in the case file, for messages
 };
 
+/// The unknown whose amplitude is followed, as written: [continuation] watch.
+struct Watch {
+  std::string name;   ///< "a1", "x3.n"; empty: the contact dof that moves most
+  int number = 0;     ///< of the mode or contact point, from 1
+  int direction = -1; ///< 0, 1, 2 for t1, t2, n; -1: a mode
+  std::string where;  ///< place in the case file, for messages
+};
+
 enum class ScalingKind { automatic, none, manual };
 
 struct Case {
@@ -79,6 +87,11 @@ struct Case {
   int max_points = 20000;
   std::vector<double> at;      ///< frequencies wanted exactly [rad/s], in order of the sweep
   std::filesystem::path start; ///< results file to begin from, or empty
+  Watch watch;
+  int stop_after_peaks = 0;     ///< 0: never
+  double stop_at_amplitude = 0; ///< of the watched unknown [m]; 0: never
+
+  std::optional<bool> stability; ///< judge every point; not given: settle_stability() decides
 
   std::filesystem::path directory; ///< output directory, absolute or relative to the working directory
   MotionWish motion;
@@ -97,6 +110,13 @@ std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const
 
 /// Checks x_p0 against the number of contact points and returns 3 N_x values [m].
 std::vector<double> initial_preload(const Case &study, int n);
+
+/// Row of the watched unknown among the reduced dofs (modes first, then t1, t2, n of each contact point), or -1 where
+/// none is named. Throws InputError when the model has no such one.
+int watched_dof(const Case &study, int modes, int points);
+
+/// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
+void settle_stability(Case &study, int dofs);
 
 /// Every value in force, one per line: key, value, unit, and whether it was given or is the default.
 void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points);

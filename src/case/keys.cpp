@@ -87,6 +87,15 @@ const std::vector<Key> &keys() {
       {"continuation.max_points", "-", [](C c) { return std::to_string(c.max_points); }},
       {"continuation.at", "rad/s", [](C c) { return numbers_text(c.at); }},
       {"continuation.start", "", [](C c) { return c.start.empty() ? "zero" : c.start.string(); }},
+      {"continuation.watch", "", [](C c) { return c.watch.name.empty() ? "what moves most" : c.watch.name; }},
+      {"continuation.stop_after_peaks", "-",
+       [](C c) { return c.stop_after_peaks ? std::to_string(c.stop_after_peaks) : std::string("never"); }},
+      {"continuation.stop_at_amplitude", "m",
+       [](C c) { return c.stop_at_amplitude > 0 ? number_text(c.stop_at_amplitude) : std::string("never"); }},
+      {"stability.enabled", "",
+       [](C c) {
+         return std::string(!c.stability ? "true for small models" : *c.stability ? "true" : "false");
+       }},
       {"output.directory", "", [](C c) { return c.directory.string(); }},
       {"output.motion", "", [](C c) { return c.model.empty() ? "" : motion_text(c.motion); }},
   };

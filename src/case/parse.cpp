@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <regex>
 #include <sstream>
 
 #include "case/case.hpp"
@@ -203,6 +204,27 @@ void read_continuation(const Document &document, Case &study) {
   }
 }
 
+// Names as in python/dovetail/results.py.
+void read_watch(const Entry &entry, Watch &watch) {
+  if (!entry) return;
+  watch.name = entry.words(), watch.where = entry.where();
+  static const std::regex mode("a([1-9][0-9]{0,8})"), contact("x([1-9][0-9]{0,8})\\.(t1|t2|n)");
+  std::smatch found;
+  if (std::regex_match(watch.name, found, contact))
+    watch.direction = found[2] == "n" ? 2 : found[2] == "t2" ? 1 : 0;
+  else if (!std::regex_match(watch.name, found, mode))
+    entry.refuse("must be the name of an unknown: \"x1.t1\", \"x1.t2\" or \"x1.n\" of contact point 1, or \"a1\", the "
+                 "first mode");
+  watch.number = std::stoi(found[1]);
+}
+
+void read_stops(const Document &document, Case &study) {
+  read_watch(document["continuation.watch"], study.watch);
+  read_whole(document["continuation.stop_after_peaks"], study.stop_after_peaks, 1, most);
+  read_positive(document["continuation.stop_at_amplitude"], study.stop_at_amplitude);
+  if (const Entry enabled = document["stability.enabled"]) study.stability = enabled.truth();
+}
+
 } // namespace
 
 Case read_case(const fs::path &file, const fs::path &out) {
@@ -235,6 +257,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_whole(document["newton.max_iterations"], study.max_iterations, 1, most);
   read_scaling(document, study);
   read_continuation(document, study);
+  read_stops(document, study);
   return study;
 }
 

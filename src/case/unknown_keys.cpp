@@ -89,9 +89,7 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
   };
 
   for (const auto &[word, value] : root_.as_table()) {
-    if (word == "stability") {
-      complain(value, "[stability]: stability is not available in this version; delete the section");
-    } else if (is_section(word)) {
+    if (is_section(word)) {
       if (!value.is_table())
         complain(value, word + " is a section: write [" + word + "] on a line of its own, once");
       else

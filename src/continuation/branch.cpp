@@ -236,7 +236,8 @@ BranchState Follower::state() {
                    double(here_.sign),
                    amplitude_.value,
                    amplitude_.slope,
-                   double(last_verdict_)};
+                   double(last_verdict_),
+                   curvature_};
   state.trail = trail_.marks();
   state.counts = summary_.counts;
   return state;

@@ -12,6 +12,7 @@ namespace {
 constexpr int most_leaps = 20, most_integrations = 20;
 constexpr double leaps[] = {1e-4, 1e-3, 1e-2}, integrations[] = {1e-3, 1e-2, 5e-2}; // of the sweep
 constexpr double step_after = 1e-3;                                                 // of a rung
+constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
 constexpr double most_unknowns = 4000; // of a system whose harmonics are raised
 constexpr PetscInt most_dofs = 300;    // of a model that is integrated in time
 
@@ -112,10 +113,13 @@ bool Follower::rebuild(int harmonics, int samples) {
   Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
   curve.norm.restore(curve_->norm.largest_motion(), curve_->norm.largest_of_dofs());
   Station there = curve.station();
-  UniqueVec t = system->unknowns();
+  UniqueVec t = system->unknowns(), padded = system->unknowns();
   pad(system_->layout(), here_.y, system->layout(), there.y);
   pad(system_->layout(), here_.t, system->layout(), t);
+  check(VecCopy(there.y, padded), "changing harmonics");
   if (!curve.solve_across(t, there) && !curve.solve_across(t, there, true)) return false;
+  check(VecAXPY(padded, -1, there.y), "changing harmonics");
+  if (curve.norm.length(padded) > most_change) return false; // that is another branch
   take_system(*system);
   std::swap(changed_, system); // the old one goes last
   here_ = std::move(there);

@@ -30,7 +30,8 @@ bool on_terminal() {
 }
 
 // Largest motion of any contact dof (any mode, without contact), by the root of the sum of squared harmonics.
-double largest_motion(const PointRecord &record, PetscInt modes, int width) {
+double largest_motion(const PointRecord &record, PetscInt modes) {
+  const int width = 2 * record.harmonics + 1;
   const PetscInt dofs = static_cast<PetscInt>(record.coefficients.size()) / width;
   double largest = 0;
   for (PetscInt d = modes < dofs ? modes : 0; d < dofs; ++d) {
@@ -43,10 +44,9 @@ double largest_motion(const PointRecord &record, PetscInt modes, int width) {
 
 } // namespace
 
-Progress::Progress(bool speaks, const Layout &layout, std::string length_unit)
-    : speaks_(speaks), terminal_(on_terminal()), modes_(layout.modes), width_(layout.width),
-      length_unit_(std::move(length_unit)), begin_(std::chrono::steady_clock::now()),
-      last_line_(begin_ - std::chrono::hours(1)) {}
+Progress::Progress(bool speaks, const Layout &layout, std::string length_unit, int points)
+    : speaks_(speaks), terminal_(on_terminal()), modes_(layout.modes), length_unit_(std::move(length_unit)),
+      begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)), points_(points) {}
 
 double Progress::elapsed() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
@@ -61,16 +61,17 @@ void Progress::heading() const {
 void Progress::point(const PointRecord &record) {
   ++points_;
   if (!speaks_) return;
+  if (before_ < 0) before_ = record.progress;
   const auto now = std::chrono::steady_clock::now();
   const bool last = record.progress >= 1;
   if (!terminal_ && !last && now - last_line_ < std::chrono::duration<double>(quiet_seconds)) return;
   last_line_ = now;
+  const double made = record.progress - before_; // since this run was begun or continued
   char left[32] = "";
-  if (record.progress > 0.01 && !last)
-    std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 / record.progress - 1));
+  if (made > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 - record.progress) / made);
   std::printf("%6d %15.8g %12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", points_, record.omega,
-              largest_motion(record, modes_, width_), record.newton, 100 * record.stick, 100 * record.slip,
-              100 * record.open, 100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
+              largest_motion(record, modes_), record.newton, 100 * record.stick, 100 * record.slip, 100 * record.open,
+              100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
   std::fflush(stdout);
 }
 

@@ -4,14 +4,14 @@
 #include <chrono>
 #include <string>
 
-#include "results/results_file.hpp"
+#include "results/point_record.hpp"
 
 namespace dovetail {
 
 class Progress {
 public:
-  /// `speaks`: rank 0 only. `units`: shown behind the amplitude.
-  Progress(bool speaks, const Layout &layout, std::string length_unit);
+  /// `speaks`: rank 0 only. `length_unit`: shown behind the amplitude. `points`: already there, of earlier parts.
+  Progress(bool speaks, const Layout &layout, std::string length_unit, int points);
 
   void heading() const;
   void point(const PointRecord &record);
@@ -21,10 +21,10 @@ private:
   double elapsed() const;
   bool speaks_, terminal_;
   PetscInt modes_;
-  int width_;
   std::string length_unit_;
   std::chrono::steady_clock::time_point begin_, last_line_;
-  int points_ = 0;
+  int points_;
+  double before_ = -1; // progress at the first point seen
 };
 
 } // namespace dovetail

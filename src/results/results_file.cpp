@@ -1,7 +1,7 @@
 #include "results/results_file.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <string>
 
 #include "support/version.hpp"
 
@@ -38,72 +38,51 @@ void write_laws(MPI_Comm comm, h5::Writer *file, const std::vector<ContactPoint>
   if (file) file->rows("/contact/law", {numbers.size()}, 0, numbers.size(), numbers.data());
 }
 
-// Energies come in scaled units, force times displacement (theory.md, section 7), and leave in the user's.
-ContactRecord collect_contact(const Layout &layout, const Scales &scales, const std::vector<Activity> &activity) {
-  const double energy = std::pow(scales.modal * scales.frequency, 2);
-  std::vector<double> own;
-  for (const Activity &did : activity)
-    own.insert(own.end(), {did.stick(), did.slip, did.open, energy * did.dissipation, double(did.events)});
-  const std::vector<double> all = gather(layout.comm, own); // (N_x, 5) on rank 0
-  ContactRecord record;
-  for (std::size_t i = 0; i < all.size(); i += 5) {
-    record.stick.push_back(all[i]);
-    record.slip.push_back(all[i + 1]);
-    record.open.push_back(all[i + 2]);
-    record.dissipation.push_back(all[i + 3]);
-    record.events.push_back(static_cast<int>(all[i + 4]));
-  }
-  return record;
-}
-
 } // namespace
 
-PointRecord collect(const HarmonicSystem &system, const BranchPoint &point, double seconds) {
-  const Layout &layout = system.layout();
-  PointRecord record;
-  record.omega = point.omega * system.scales().frequency;
-  record.arclength = point.arclength;
-  record.newton = point.newton.newton, record.linear = point.newton.linear;
-  record.residual = point.newton.residual;
-  record.seconds = seconds;
-  record.progress = point.progress;
-  record.contact = collect_contact(layout, system.scales(), point.activity);
-  for (std::size_t p = 0; p < record.contact.open.size(); ++p)
-    ++(record.contact.open[p] > 0 ? record.open : record.contact.slip[p] > 0 ? record.slip : record.stick);
-  for (double *share : {&record.stick, &record.slip, &record.open}) *share /= std::max<double>(1, layout.points);
-  record.coefficients = physical_coefficients(layout, system.scales(), point.y);
-  return record;
-}
-
 ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, const std::filesystem::path &reduced,
-                         const PreloadedModel &preloaded)
+                         const PreloadedModel &preloaded, const Kept &kept)
     : comm_(preloaded.reduced.comm) {
-  const ReducedModel &model = preloaded.reduced;
   std::filesystem::path partial = path;
   partial += ".partial"; // takes its name once it can be opened
   on_all_ranks(comm_, [&] {
     if (rank_of(comm_) != 0) return;
-    file_ = std::make_unique<h5::Writer>(partial);
-    file_->attribute("format", "dovetail-results");
-    file_->attribute("version", 1);
-    file_->attribute("program", std::string("dovetail ") + version + " " + git_revision);
-    char library[256];
-    check(PetscGetVersion(library, sizeof library), "asking PETSc its version");
-    file_->attribute("petsc", library);
-    check(SlepcGetVersion(library, sizeof library), "asking SLEPc its version");
-    file_->attribute("slepc", library);
-    int size;
-    MPI_Comm_size(comm_, &size);
-    file_->attribute("ranks", size);
-    file_->attribute("title", study.title);
-    file_->attribute("case", study.text);
-    file_->attribute("units", model.units);
-    file_->attribute("reduced", reduced.string());
-    file_->attribute("harmonics", study.harmonics);
-    file_->attribute("samples", study.samples);
-    file_->attribute("modes", model.modes);
-    file_->attribute("contact_points", model.points);
+    file_ = std::make_unique<h5::Writer>(h5::Writer::that_survives(partial));
+    describe_run(study, reduced, preloaded.reduced);
   });
+  write_model(preloaded);
+  on_all_ranks(comm_, [&] {
+    if (!file_) return;
+    make_columns(study, preloaded.reduced);
+    if (kept.points > 0) take_over(path, kept);
+    file_->flush();
+    std::filesystem::rename(partial, path);
+  });
+}
+
+void ResultsFile::describe_run(const Case &study, const std::filesystem::path &reduced, const ReducedModel &model) {
+  file_->attribute("format", "dovetail-results");
+  file_->attribute("version", 1);
+  file_->attribute("program", std::string("dovetail ") + version + " " + git_revision);
+  char library[256];
+  check(PetscGetVersion(library, sizeof library), "asking PETSc its version");
+  file_->attribute("petsc", library);
+  check(SlepcGetVersion(library, sizeof library), "asking SLEPc its version");
+  file_->attribute("slepc", library);
+  int size;
+  MPI_Comm_size(comm_, &size);
+  file_->attribute("ranks", size);
+  file_->attribute("title", study.title);
+  file_->attribute("case", study.text);
+  file_->attribute("units", model.units);
+  file_->attribute("reduced", reduced.string());
+  file_->attribute("harmonics", study.harmonics);
+  file_->attribute("samples", study.samples);
+  file_->attribute("modes", model.modes);
+  file_->attribute("contact_points", model.points);
+}
+
+void ResultsFile::write_model(const PreloadedModel &preloaded) {
   h5::Writer *file = file_.get();
   const auto &contact = preloaded.contact;
   const auto &rest = preloaded.standstill;
@@ -116,51 +95,117 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
   write_points(comm_, file, "/preload/xp", 3 * own, 1, [&](auto i, int) { return rest[i / 3].x[i % 3]; });
   write_points(comm_, file, "/preload/g", 3 * own, 1, [&](auto i, int) { return rest[i / 3].force[i % 3]; });
   write_points(comm_, file, "/preload/w", own, 2, [&](auto p, int d) { return rest[p].w[d]; });
-  on_all_ranks(comm_, [&] {
-    if (!file) return;
-    const hsize_t dofs = model.modes + model.contact_dofs(), width = coefficient_count(study.harmonics);
-    const hsize_t points = model.points;
-    chunk_rows_ = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, 256); // coefficients: chunks of about 256 KiB
-    chunk_bytes_ = chunk_rows_ * (8 * dofs * width + (4 * 8 + sizeof(int)) * points);
-    const auto table = [&](const std::string &name, const h5::Extent &row, hid_t type, hsize_t chunk) {
-      tables_.emplace_back(*file, "/points/" + name, row, type, chunk);
-    };
-    table("coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, chunk_rows_); // the order of append() below
-    for (const char *name : {"omega", "arclength", "residual", "seconds", "stick", "slip", "open"})
-      table(name, {}, H5T_NATIVE_DOUBLE, 256);
-    for (const char *name : {"newton_iterations", "linear_iterations"}) table(name, {}, H5T_NATIVE_INT, 256);
-    if (points > 0) { // HDF5 has no chunks of nothing
-      for (const char *name : {"stick", "slip", "open", "dissipation"})
-        table(std::string("contact/") + name, {points}, H5T_NATIVE_DOUBLE, chunk_rows_);
-      table("contact/events", {points}, H5T_NATIVE_INT, chunk_rows_);
+}
+
+void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
+  constexpr hsize_t short_rows = 256;
+  const hsize_t dofs = model.modes + model.contact_dofs(), points = model.points;
+  const hsize_t width = coefficient_count(study.harmonics);
+  const hsize_t chunk = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, short_rows); // about 256 KiB
+  const auto real = [&](const std::string &name, double PointRecord::*value) {
+    columns_.push_back({{*file_, "/points/" + name, {}, H5T_NATIVE_DOUBLE, short_rows},
+                        [=](const PointRecord &point) -> const void * { return &(point.*value); }});
+  };
+  const auto whole = [&](const std::string &name, int PointRecord::*value) {
+    columns_.push_back({{*file_, "/points/" + name, {}, H5T_NATIVE_INT, short_rows},
+                        [=](const PointRecord &point) -> const void * { return &(point.*value); }});
+  };
+  const auto per_contact = [&](const std::string &name, hid_t type, auto ContactRecord::*values) {
+    columns_.push_back({{*file_, "/points/contact/" + name, {points}, type, chunk},
+                        [=](const PointRecord &point) -> const void * { return (point.contact.*values).data(); }});
+  };
+  columns_.push_back({{*file_, "/points/coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, chunk, true},
+                      [](const PointRecord &point) -> const void * { return point.coefficients.data(); }});
+  if (points > 0) { // HDF5 has no chunks of nothing
+    per_contact("stick", H5T_NATIVE_DOUBLE, &ContactRecord::stick);
+    per_contact("slip", H5T_NATIVE_DOUBLE, &ContactRecord::slip);
+    per_contact("open", H5T_NATIVE_DOUBLE, &ContactRecord::open);
+    per_contact("dissipation", H5T_NATIVE_DOUBLE, &ContactRecord::dissipation);
+    per_contact("events", H5T_NATIVE_INT, &ContactRecord::events);
+  }
+  if (study.stability.value_or(false)) {
+    whole("stable", &PointRecord::stable);
+    whole("instability", &PointRecord::instability);
+    real("multiplier", &PointRecord::multiplier);
+  }
+  whole("harmonics", &PointRecord::harmonics);
+  whole("newton_iterations", &PointRecord::newton);
+  whole("linear_iterations", &PointRecord::linear);
+  real("arclength", &PointRecord::arclength);
+  real("residual", &PointRecord::residual);
+  real("seconds", &PointRecord::seconds);
+  real("stick", &PointRecord::stick);
+  real("slip", &PointRecord::slip);
+  real("open", &PointRecord::open);
+  real("omega", &PointRecord::omega); // grows last: who sees a frequency finds all that belongs to it
+
+  const auto event = [&](const std::string &name, hid_t type, auto EventRecord::*value) {
+    event_columns_.push_back({{*file_, "/events/" + name, {}, type, short_rows},
+                              [=](const EventRecord &record) -> const void * { return &(record.*value); }});
+  };
+  event("kind", H5T_NATIVE_INT, &EventRecord::kind);
+  event("point", H5T_NATIVE_INT, &EventRecord::point);
+  event("amplitude", H5T_NATIVE_DOUBLE, &EventRecord::amplitude);
+  event("omega", H5T_NATIVE_DOUBLE, &EventRecord::omega);
+  std::string names;
+  for (const char *name : event_names()) names += (names.empty() ? "" : " ") + std::string(name);
+  file_->attribute("names", names, "/events/kind");
+}
+
+void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept) {
+  const h5::Reader old(path);
+  const auto copy = [&](h5::Table &table, hsize_t rows) {
+    h5::Extent extent = old.extent(table.name());
+    hsize_t row = 1, block = 1;
+    for (std::size_t i = 1; i < extent.size(); ++i) row *= extent[i];
+    block = std::max<hsize_t>(1, (1 << 20) / row);
+    if (extent.size() == 3 && extent.back() > table.width()) widen(extent.back());
+    for (hsize_t done = 0; done < rows; done += block) {
+      h5::Extent offset(extent.size(), 0), count = extent;
+      offset[0] = done, count[0] = std::min(block, rows - done);
+      const hsize_t width = extent.size() == 3 ? extent.back() : 0;
+      if (table.type() == H5T_NATIVE_INT) {
+        const auto values = old.integers(table.name(), offset, count);
+        const std::vector<int> numbers(values.begin(), values.end());
+        table.append(numbers.data(), count[0], width);
+      } else {
+        table.append(old.doubles(table.name(), offset, count).data(), count[0], width);
+      }
+      file_->flush(); // what is not flushed is in memory
     }
-    file->flush();
-    std::filesystem::rename(partial, path);
-  });
+  };
+  for (auto &column : columns_) copy(column.table, kept.points);
+  for (auto &column : event_columns_) copy(column.table, kept.events);
+  const auto kinds = old.integers("/events/kind", {0}, {kept.events}), at = old.integers("/events/point");
+  const auto omegas = old.doubles("/events/omega"), amplitudes = old.doubles("/events/amplitude");
+  for (hsize_t i = 0; i < kept.events; ++i)
+    events_.push_back({static_cast<int>(kinds[i]), static_cast<int>(at[i]), omegas[i], amplitudes[i]});
+}
+
+void ResultsFile::widen(hsize_t width) {
+  columns_.front().table.widen(width);
+  file_->flush(); // the attribute is never ahead of the table
+  file_->attribute("harmonics", static_cast<long>(width / 2));
 }
 
 void ResultsFile::append(const PointRecord &point) {
   on_all_ranks(comm_, [&] {
     if (!file_) return;
-    constexpr hsize_t rest = 1 << 16; // chunks of the other tables, and what HDF5 needs to find them again
-    if (points_++ % chunk_rows_ == 0) file_->reserve(chunk_bytes_ + rest);
-    const void *rows[] = {point.coefficients.data(),
-                          &point.omega,
-                          &point.arclength,
-                          &point.residual,
-                          &point.seconds,
-                          &point.stick,
-                          &point.slip,
-                          &point.open,
-                          &point.newton,
-                          &point.linear,
-                          point.contact.stick.data(),
-                          point.contact.slip.data(),
-                          point.contact.open.data(),
-                          point.contact.dissipation.data(),
-                          point.contact.events.data()};
-    for (std::size_t i = 0; i < tables_.size(); ++i) tables_[i].append(rows[i]);
+    const hsize_t width = coefficient_count(point.harmonics);
+    h5::Table &coefficients = columns_.front().table;
+    if (width > coefficients.width()) widen(width);
+    coefficients.append(point.coefficients.data(), 1, width);
+    for (std::size_t i = 1; i < columns_.size(); ++i) columns_[i].table.append(columns_[i].value(point));
     file_->flush();
+  });
+}
+
+void ResultsFile::append(const EventRecord &event) {
+  on_all_ranks(comm_, [&] {
+    if (!file_) return;
+    for (auto &column : event_columns_) column.table.append(column.value(event));
+    file_->flush();
+    events_.push_back(event);
   });
 }
 

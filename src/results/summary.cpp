@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "results/gather.hpp"
+#include "results/counts.hpp"
 #include "support/version.hpp"
 
 namespace dovetail {
@@ -34,6 +34,77 @@ std::string list(const double *values, int count, int stride) {
   return out + "]";
 }
 
+std::string number(const char *format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+using Kind = BranchEvent::Kind;
+
+// The places of one kind as a JSON list.
+std::string places(const std::vector<EventRecord> &events, Kind kind, bool amplitude) {
+  std::string out = "[";
+  for (const EventRecord &event : events) {
+    if (event.kind != static_cast<int>(kind)) continue;
+    out += (out.size() > 1 ? ", " : "") + std::string("{\"point\": ") + std::to_string(event.point) +
+           ", \"omega\": " + number("%.17g", event.omega);
+    if (amplitude) out += ", \"amplitude\": " + number("%.17g", event.amplitude);
+    out += "}";
+  }
+  return out + "]";
+}
+
+std::string in_json(const BranchStory &story) {
+  const BranchSummary &branch = story.summary;
+  std::string out = "  \"end\": " + quoted(name_of(branch.end)) + ",\n  \"why\": " + quoted(branch.why) +
+                    ",\n  \"failures\": " + (branch.good() ? "0" : "1") + ",\n";
+  for_each_count(branch.counts, [&](const char *name, long count) {
+    out += "  " + quoted(name) + ": " + std::to_string(count) + ",\n";
+  });
+  out += "  \"last_omega\": " + number("%.17g", branch.omega * story.frequency_scale) +
+         ",\n  \"parts\": " + std::to_string(story.parts) +
+         ",\n  \"branch_seconds\": " + number("%.6g", story.seconds_all_parts) + ",\n  \"located\": {\n";
+  out += "    \"peaks\": " + places(story.events, Kind::peak, true) +
+         ",\n    \"folds\": " + places(story.events, Kind::fold, true) +
+         ",\n    \"branch_points\": " + places(story.events, Kind::branch, false) +
+         ",\n    \"stability_changes\": " + places(story.events, Kind::stability, false) + "\n  },\n";
+  return out;
+}
+
+std::string many(long count, const char *one, const char *more) {
+  return std::to_string(count) + " " + (count == 1 ? one : more);
+}
+
+// The same in words.
+void tell(const BranchStory &story) {
+  const Counts &counts = story.summary.counts;
+  std::printf("  %d points, %ld Newton iterations, %s, %s\n", counts.points, counts.newton,
+              many(counts.cuts, "step cut", "step cuts").c_str(),
+              many(counts.folds, "turning point", "turning points").c_str());
+  const std::pair<int, std::string> rungs[] = {
+      {counts.corners, many(counts.corners, "corner", "corners")},
+      {counts.samplings, many(counts.samplings, "finer sampling", "finer samplings")},
+      {counts.harmonics, "harmonics added " + many(counts.harmonics, "time", "times")},
+      {counts.leaps, many(counts.leaps, "leap", "leaps")},
+      {counts.integrations, many(counts.integrations, "time integration", "time integrations")}};
+  std::string used;
+  for (const auto &[count, words] : rungs)
+    if (count > 0) used += (used.empty() ? "" : ", ") + words;
+  if (!used.empty()) std::printf("  where plain steps did not lead on: %s\n", used.c_str());
+  if (counts.leaps + counts.integrations > 0)
+    std::printf("  after a leap the branch may be another one: look at the curve there\n");
+  for (const EventRecord &event : story.events)
+    if (event.kind == static_cast<int>(Kind::peak))
+      std::printf("  peak %.7g %s at %.9g rad/s\n", event.amplitude, story.length_unit.c_str(), event.omega);
+  for (const EventRecord &event : story.events)
+    if (event.kind == static_cast<int>(Kind::stability))
+      std::printf("  stability changes at %.9g rad/s\n", event.omega);
+  if (counts.missed > 0) std::printf("  %d frequencies of continuation.at without solution\n", counts.missed);
+}
+
+} // namespace
+
 const char *name_of(BranchSummary::End end) {
   switch (end) {
   case BranchSummary::End::arrived:
@@ -58,10 +129,8 @@ const char *name_of(BranchSummary::End end) {
   return "?";
 }
 
-} // namespace
-
-void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch,
-                   double frequency_scale, const Stages &stages, const ReductionFigures *reduction) {
+void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchStory *branch,
+                   const Stages &stages, const ReductionFigures *reduction) {
   int rank, ranks;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &ranks);
@@ -76,17 +145,7 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
     std::ofstream file(directory / "summary.json");
     file << "{\n  \"program\": " << quoted(std::string("dovetail ") + version + " " + git_revision)
          << ",\n  \"ranks\": " << ranks << ",\n";
-    if (branch) {
-      char omega[32];
-      std::snprintf(omega, sizeof omega, "%.17g", branch->omega * frequency_scale);
-      file << "  \"end\": " << quoted(name_of(branch->end)) << ",\n  \"why\": " << quoted(branch->why)
-           << ",\n  \"points\": " << branch->counts.points << ",\n  \"failures\": " << (branch->good() ? 0 : 1)
-           << ",\n  \"step_cuts\": " << branch->counts.cuts << ",\n  \"folds\": " << branch->counts.folds
-           << ",\n  \"corners\": " << branch->counts.corners << ",\n  \"harmonics\": " << branch->counts.harmonics
-           << ",\n  \"integrations\": " << branch->counts.integrations << ",\n  \"leaps\": " << branch->counts.leaps
-           << ",\n  \"missed\": " << branch->counts.missed << ",\n  \"newton_iterations\": " << branch->counts.newton
-           << ",\n  \"linear_iterations\": " << branch->counts.linear << ",\n  \"last_omega\": " << omega << ",\n";
-    }
+    if (branch) file << in_json(*branch);
     if (reduction) {
       char numbers[128];
       std::snprintf(numbers, sizeof numbers, "\"flops\": %.6g, \"backward_error\": %.3g, \"kept_psi\": %s",
@@ -111,15 +170,7 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
         for (int i = 0; i < 3; ++i) most[i] = std::max(most[i], all[3 * (r * count + s) + i]);
       std::printf("  %-20s %9.3f %9.3f %12.0f MiB\n", stages.records()[s].name.c_str(), most[0], most[1], most[2]);
     }
-    if (!branch) return;
-    std::printf("  %d points, %ld Newton iterations, %d step cut%s, %d turning point%s\n", branch->counts.points,
-                branch->counts.newton, branch->counts.cuts, branch->counts.cuts == 1 ? "" : "s", branch->counts.folds,
-                branch->counts.folds == 1 ? "" : "s");
-    if (branch->counts.leaps > 0)
-      std::printf("  %d leap%s where the curve could not be followed: the branch may have changed there\n",
-                  branch->counts.leaps, branch->counts.leaps == 1 ? "" : "s");
-    if (branch->counts.missed > 0)
-      std::printf("  %d frequencies of continuation.at without solution\n", branch->counts.missed);
+    if (branch) tell(*branch);
   });
 }
 

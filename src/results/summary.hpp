@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "continuation/branch.hpp"
+#include "results/point_record.hpp"
 #include "support/stage.hpp"
 
 namespace dovetail {
@@ -16,10 +16,23 @@ struct ReductionFigures {
   bool kept_psi = true;      ///< false: Psi was computed a block at a time
 };
 
+/// What became of the branch.
+struct BranchStory {
+  BranchSummary summary;
+  double frequency_scale = 1;
+  std::vector<EventRecord> events; ///< on rank 0, as the rest of it
+  std::string length_unit = "m";
+  int parts = 1; ///< how often the run was begun or continued
+  double seconds_all_parts = 0;
+};
+
+/// How a branch ended, as it stands in summary.json.
+const char *name_of(BranchSummary::End end);
+
 /// What a run amounts to; `branch` is null when only the reduction was wanted, `reduction` when none was made.
 /// Collective: stages are collected from all ranks; rank 0 writes and prints.
-void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchSummary *branch,
-                   double frequency_scale, const Stages &stages, const ReductionFigures *reduction);
+void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchStory *branch,
+                   const Stages &stages, const ReductionFigures *reduction);
 
 /// summary.json of a run that ended by an exception, unless it has been written. For one rank alone.
 void note_failure(const std::filesystem::path &directory, const std::string &failure) noexcept;

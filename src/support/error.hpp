@@ -30,6 +30,9 @@ struct WriteError : ComputeError {
 /// Throws ComputeError when a PETSc, SLEPc or MPI call failed; `doing` completes "while ...".
 void check(PetscErrorCode code, const char *doing);
 
+/// What an exception says; where memory ran out, what to do about it.
+std::string text_of(const std::exception &error);
+
 /// Replaces PETSc's traceback printer: the first message is kept for the exception that check() throws.
 void install_error_handler();
 

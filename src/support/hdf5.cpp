@@ -1,11 +1,9 @@
 #include "support/hdf5.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-
 #include <algorithm>
 
 #include "support/error.hpp"
+#include "support/ordered_file.hpp"
 
 namespace dovetail::h5 {
 namespace {
@@ -51,11 +49,14 @@ bool is_single(hid_t attribute) {
   return H5Sget_simple_extent_npoints(space) == 1;
 }
 
-Id create(const std::filesystem::path &path, MPI_Comm comm) {
+enum class Manner { plain, ordered };
+
+Id create(const std::filesystem::path &path, Manner manner, MPI_Comm comm = MPI_COMM_NULL) {
   silence();
   Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access, false, true);
   H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18); // attributes above 64 KiB: the text of a long case
+  if (manner == Manner::ordered) use_ordered_driver(access);
   if (comm != MPI_COMM_NULL) H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL);
   const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
   if (file < 0) throw WriteError(path.string() + ": cannot be created");
@@ -148,26 +149,35 @@ long Reader::integer_attribute(const std::string &name, long otherwise, const st
   return value;
 }
 
-Writer::Writer(const std::filesystem::path &path)
-    : path_(path), collective_(false), file_(create(path, MPI_COMM_NULL)) {}
+Writer::Writer(const std::filesystem::path &path, bool collective, Id file)
+    : path_(path), collective_(collective), file_(std::move(file)) {}
+Writer::Writer(const std::filesystem::path &path) : Writer(path, false, create(path, Manner::plain)) {}
 Writer::Writer(MPI_Comm comm, const std::filesystem::path &path)
-    : path_(path), collective_(true), file_(create(path, comm)) {}
+    : Writer(path, true, create(path, Manner::plain, comm)) {}
+Writer Writer::that_survives(const std::filesystem::path &path) {
+  return Writer(path, false, create(path, Manner::ordered));
+}
 
-void Writer::attribute(const std::string &name, const std::string &text) {
-  Id type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, text.size() + 1);
-  H5Tset_cset(type, H5T_CSET_UTF8);
+void Writer::set_attribute(const std::string &name, const std::string &object, hid_t type, const void *value) {
   Id space(H5Screate(H5S_SCALAR), H5Sclose);
-  Id attribute(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  if (attribute < 0 || H5Awrite(attribute, type, text.c_str()) < 0)
+  const bool there = H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+  Id attribute(there ? H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT)
+                     : H5Acreate_by_name(file_, object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT,
+                                         H5P_DEFAULT),
+               H5Aclose);
+  if (attribute < 0 || H5Awrite(attribute, type, value) < 0)
     throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
 }
 
-void Writer::attribute(const std::string &name, long number) {
-  Id space(H5Screate(H5S_SCALAR), H5Sclose);
-  Id attribute(H5Acreate2(file_, name.c_str(), H5T_NATIVE_LONG, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  if (attribute < 0 || H5Awrite(attribute, H5T_NATIVE_LONG, &number) < 0)
-    throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
+void Writer::attribute(const std::string &name, const std::string &text, const std::string &object) {
+  Id type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, text.size() + 1);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  set_attribute(name, object, type, text.c_str());
+}
+
+void Writer::attribute(const std::string &name, long number, const std::string &object) {
+  set_attribute(name, object, H5T_NATIVE_LONG, &number);
 }
 
 void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
@@ -209,38 +219,46 @@ void Writer::flush() {
     throw WriteError(path_.string() + ": cannot be written (is the disk full?)");
 }
 
-void Writer::reserve(hsize_t bytes) {
-  void *handle = nullptr;
-  struct stat now {};
-  const bool known =
-      H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle) >= 0 && fstat(*static_cast<int *>(handle), &now) == 0;
-  if (!known || posix_fallocate(*static_cast<int *>(handle), now.st_size, static_cast<off_t>(bytes)) != 0)
-    throw WriteError(path_.string() + ": cannot be written (is the disk full?)");
-}
-
-Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows)
+Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows, bool wider)
     : name_(name), row_(row), type_(type), dataset_(-1, H5Dclose) {
   Extent extent{0}, largest{H5S_UNLIMITED}, chunk{chunk_rows};
   for (const hsize_t n : row_) extent.push_back(n), largest.push_back(n), chunk.push_back(n);
+  if (wider) largest.back() = H5S_UNLIMITED;
   Id space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), largest.data()), H5Sclose);
   Id properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data());
   Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);
-  dataset_ = Id(H5Dcreate2(file, name.c_str(), type, space, links, properties, H5P_DEFAULT), H5Dclose);
+  Id access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+  H5Pset_chunk_cache(access, 0, 0, 0); // else every flush would write the whole chunk again
+  dataset_ = Id(H5Dcreate2(file, name.c_str(), type, space, links, properties, access), H5Dclose);
   if (dataset_ < 0) throw WriteError("results: " + name + " cannot be created");
 }
 
-void Table::append(const void *row) {
-  Extent extent{rows_ + 1}, offset{rows_}, count{1};
-  for (const hsize_t n : row_) extent.push_back(n), offset.push_back(0), count.push_back(n);
-  bool good = H5Dset_extent(dataset_, extent.data()) >= 0;
+void Table::resize(hsize_t rows) {
+  Extent extent{rows};
+  extent.insert(extent.end(), row_.begin(), row_.end());
+  if (H5Dset_extent(dataset_, extent.data()) < 0)
+    throw WriteError("results: " + name_ + " cannot grow (is the disk full?)");
+  rows_ = rows;
+}
+
+void Table::append(const void *rows, hsize_t count, hsize_t width) {
+  if (count == 0) return;
+  Extent offset{rows_}, extent{count};
+  for (const hsize_t n : row_) offset.push_back(0), extent.push_back(n);
+  if (width > 0) extent.back() = width;
+  resize(rows_ + count);
   Id space(H5Dget_space(dataset_), H5Sclose);
-  Id memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
-  good = good && H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr) >= 0;
-  if (!good || H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, row) < 0)
+  Id memory(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
+  if (H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, extent.data(), nullptr) < 0 ||
+      H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, rows) < 0)
     throw WriteError("results: " + name_ + " cannot be written (is the disk full?)");
-  ++rows_;
+}
+
+void Table::widen(hsize_t width) {
+  row_.back() = width;
+  resize(rows_);
 }
 
 } // namespace dovetail::h5

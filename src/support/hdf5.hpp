@@ -60,13 +60,17 @@ private:
 /// A file being written. Failures (disk full, no permission) throw WriteError.
 class Writer {
 public:
-  /// Opened by the calling process alone; other processes may read it meanwhile (no lock is taken).
+  /// Opened by the calling process alone.
   explicit Writer(const std::filesystem::path &path);
+  /// Likewise, and opens at any moment from the first flush on, while it is written as well as after a SIGKILL, with
+  /// all that was flushed (ordered_file.hpp). No lock is taken.
+  static Writer that_survives(const std::filesystem::path &path);
   /// Opened by all ranks of `comm` together (collective, as is every write of a slab).
   Writer(MPI_Comm comm, const std::filesystem::path &path);
 
-  void attribute(const std::string &name, const std::string &text);
-  void attribute(const std::string &name, long number);
+  /// Of the root group, or of another object; one that is there already gets a new value.
+  void attribute(const std::string &name, const std::string &text, const std::string &object = "/");
+  void attribute(const std::string &name, long number, const std::string &object = "/");
   /// This rank's slab [offset, offset + count) of a dataset of `extent`, row-major; groups on the way are made.
   /// Collective when the file is; a rank with nothing to write gives a zero in `count`.
   void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
@@ -81,12 +85,11 @@ public:
     slab(dataset, extent, offset, count, values);
   }
   void flush();
-  /// Makes sure that the file can grow by so much, before HDF5 writes anything that relies on it: a full disk met
-  /// halfway through would leave a file that does not open.
-  void reserve(hsize_t bytes);
   operator hid_t() const { return file_; }
 
 private:
+  Writer(const std::filesystem::path &path, bool collective, Id file);
+  void set_attribute(const std::string &name, const std::string &object, hid_t type, const void *value);
   void write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count,
              const void *values);
   std::filesystem::path path_;
@@ -94,13 +97,23 @@ private:
   Id file_;
 };
 
-/// A dataset that grows along its first axis, one row at a time.
+/// A dataset that grows along its first axis, and, where asked for, along its last one.
 class Table {
 public:
-  Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows);
-  void append(const void *row);
+  /// `row`: the other axes; `wider`: the last of them may grow.
+  Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows, bool wider = false);
+
+  /// Appends `count` rows. They may be shorter than the table along the last axis, `width` then says how long: the
+  /// rest of them reads as zeros.
+  void append(const void *rows, hsize_t count = 1, hsize_t width = 0);
+  /// Lets the last axis grow; what was there reads as zeros beyond.
+  void widen(hsize_t width);
+  const std::string &name() const { return name_; }
+  hid_t type() const { return type_; }
+  hsize_t width() const { return row_.empty() ? 1 : row_.back(); }
 
 private:
+  void resize(hsize_t rows);
   std::string name_;
   Extent row_;
   hid_t type_;

@@ -69,7 +69,7 @@ def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
             time.sleep(0.01 * i)
         points = read_points(folder)
         lengths = [len(values) for values in points.values()]
-        assert len(lengths) == 15 and max(lengths) - min(lengths) <= 1
+        assert len(lengths) == 19 and max(lengths) - min(lengths) <= 1
         left.append((min(lengths), points))
     edit(case, "max_points = 1000000", f"max_points = {max(length for length, _ in left)}")
     whole = run(case, out="whole").points

@@ -1,0 +1,39 @@
+#include "app/ending.hpp"
+
+#include <cstdio>
+
+#include "app/earlier_run.hpp"
+#include "support/signals.hpp"
+
+namespace dovetail {
+
+std::string in_words(const BranchSummary &summary, const Case &study, double frequency_scale, int signal) {
+  using End = BranchSummary::End;
+  char where[64];
+  std::snprintf(where, sizeof where, "%.8g rad/s", summary.omega * frequency_scale);
+  const std::string so_far =
+      "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();
+  switch (summary.end) {
+  case End::arrived:
+    return "";
+  case End::max_points:
+  case End::peaks:
+  case End::amplitude:
+    return summary.why + ", at " + where;
+  case End::interrupted:
+    return "stopped by " + std::string(signal_name(signal)) + " at " + where + ". " + so_far +
+           "; the same command with --restart goes on from there.";
+  case End::no_start:
+    return summary.why + " (" + where +
+           "). Try the other end of the sweep, a start from other results (continuation.start), fewer harmonics, or a "
+           "smaller load first.";
+  default:
+    return "the sweep could not go on beyond " + std::string(where) + ": " + summary.why + ". " + so_far +
+           (study.samples == exactly
+                ? ". Where contacts open, more harmonics help"
+                : ". Where contacts open, harmonic_balance.samples = \"exact\" and more harmonics help") +
+           "; or sweep from the other end.";
+  }
+}
+
+} // namespace dovetail

@@ -1,0 +1,13 @@
+#pragma once
+// How a sweep ended, in words for the user.
+#include <string>
+
+#include "case/case.hpp"
+#include "continuation/branch.hpp"
+
+namespace dovetail {
+
+/// Empty when it arrived. `signal`: the one that interrupted it, or 0.
+std::string in_words(const BranchSummary &summary, const Case &study, double frequency_scale, int signal);
+
+} // namespace dovetail

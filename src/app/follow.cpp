@@ -1,0 +1,97 @@
+#include "app/follow.hpp"
+
+#include "app/earlier_run.hpp"
+#include "results/progress.hpp"
+#include "support/signals.hpp"
+
+namespace dovetail {
+namespace {
+
+// Unit of the watched unknown's amplitude.
+double watched_scale(const Case &study, const Layout &layout, const Scales &scales) {
+  const PetscInt dof = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
+  const bool modal = dof < 0 ? layout.points == 0 : dof < layout.modes;
+  return modal ? scales.modal : scales.contact;
+}
+
+BranchSettings settings_of(const Case &study, const Layout &layout, const Scales &scales) {
+  BranchSettings settings;
+  settings.from = study.omega_from / scales.frequency;
+  settings.to = study.omega_to / scales.frequency;
+  settings.step = study.step;
+  settings.adaptive = study.adaptive;
+  settings.max_points = study.max_points;
+  for (const double omega : study.at) settings.at.push_back(omega / scales.frequency);
+  settings.watched = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
+  settings.stop_after_peaks = study.stop_after_peaks;
+  settings.stop_at_amplitude = study.stop_at_amplitude / watched_scale(study, layout, scales);
+  settings.stability = study.stability.value_or(false);
+  return settings;
+}
+
+} // namespace
+
+Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, const SavedRun *earlier,
+                SavedRun begin, Stages &stages, const Voice &voice) {
+  const MPI_Comm comm = preloaded.reduced.comm;
+  const std::string unit = preloaded.reduced.units == "SI" ? "m" : "length";
+  HarmonicSystem system = stages.run("4 scaling", [&] {
+    const Scales scales = earlier ? earlier->scales : choose_scales(study, preloaded);
+    return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
+                          study.fourier);
+  });
+  const Scales &scales = system.scales();
+  const double w0 = scales.frequency, amplitude_unit = watched_scale(study, system.layout(), scales);
+  const BranchSettings settings = settings_of(study, system.layout(), scales);
+  UniqueVec y = system.unknowns();
+  if (earlier)
+    check_place(system, study, earlier->branch);
+  else if (!study.start.empty())
+    start_from(study.start, study.omega_from, system.layout(), scales, y);
+
+  std::vector<double> named{study.omega_from, study.omega_to}; // come out as the user wrote them, to the last bit
+  named.insert(named.end(), study.at.begin(), study.at.end());
+  const auto user_omega = [&](double omega) {
+    for (const double wanted : named)
+      if (omega == wanted / w0) return wanted;
+    return omega * w0;
+  };
+  int points = earlier ? earlier->branch.counts.points : 0;
+  Progress progress(voice.speaks(), system.layout(), unit, points);
+  progress.heading();
+  begin.scales = scales;
+  StateKeeper keeper(comm, state_of(study), std::move(begin));
+  Followed followed;
+  double clock = MPI_Wtime();
+  BranchObserver observer;
+  observer.point = [&](const BranchPoint &point) {
+    const double now = MPI_Wtime();
+    PointRecord record = collect(point, now - clock);
+    record.omega = user_omega(point.omega);
+    results.append(record);
+    progress.point(record);
+    ++points, clock = now;
+  };
+  observer.event = [&](const BranchEvent &event) {
+    results.append(EventRecord{static_cast<int>(event.kind), points - 1, user_omega(event.omega),
+                               event.amplitude * amplitude_unit});
+    progress.event(event, w0);
+  };
+  observer.state = [&](const BranchState &state) { keeper.take(state, results); };
+  observer.interrupted = [&] { return (followed.signal = noted_signal(comm)) != 0; };
+  BranchStory &story = followed.story;
+  story.summary = stages.run("5 branch", [&] {
+    return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
+                         observer, earlier ? &earlier->branch : nullptr);
+  });
+  const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
+  keeper.finish(cut_off ? "" : name_of(story.summary.end));
+  story.frequency_scale = w0;
+  story.events = results.events();
+  story.length_unit = unit;
+  story.parts = keeper.parts();
+  story.seconds_all_parts = keeper.seconds();
+  return followed;
+}
+
+} // namespace dovetail

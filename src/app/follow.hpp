@@ -1,0 +1,22 @@
+#pragma once
+// Steps 4 and 5: scaling (theory.md, section 7), then the response curve, point by point into the file and on the
+// screen.
+#include "app/voice.hpp"
+#include "case/case.hpp"
+#include "preload/contact_preload.hpp"
+#include "results/state_file.hpp"
+#include "results/summary.hpp"
+
+namespace dovetail {
+
+struct Followed {
+  BranchStory story;
+  int signal = 0; ///< that interrupted it
+};
+
+/// `earlier`: where to go on from, or null; `begin`: what the state file says of this run before its first step.
+/// Collective.
+Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, const SavedRun *earlier,
+                SavedRun begin, Stages &stages, const Voice &voice);
+
+} // namespace dovetail

@@ -1,0 +1,60 @@
+#include "results/point_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dovetail {
+namespace {
+
+// Energies come in scaled units, force times displacement (theory.md, section 7), and leave in the user's.
+ContactRecord collect_contact(const Layout &layout, const Scales &scales, const std::vector<Activity> &activity) {
+  const double energy = std::pow(scales.modal * scales.frequency, 2);
+  std::vector<double> own;
+  for (const Activity &did : activity)
+    own.insert(own.end(), {did.stick(), did.slip, did.open, energy * did.dissipation, double(did.events)});
+  const std::vector<double> all = gather(layout.comm, own); // (N_x, 5) on rank 0
+  ContactRecord record;
+  for (std::size_t i = 0; i < all.size(); i += 5) {
+    record.stick.push_back(all[i]);
+    record.slip.push_back(all[i + 1]);
+    record.open.push_back(all[i + 2]);
+    record.dissipation.push_back(all[i + 3]);
+    record.events.push_back(static_cast<int>(all[i + 4]));
+  }
+  return record;
+}
+
+} // namespace
+
+const std::vector<const char *> &event_names() {
+  static const std::vector<const char *> names = {"fold",      "peak", "branch",      "stability",
+                                                  "start",     "cut",  "corner",      "sampling",
+                                                  "harmonics", "leap", "integration", "missed"};
+  return names;
+}
+
+PointRecord collect(const BranchPoint &point, double seconds) {
+  const HarmonicSystem &system = point.system;
+  const Layout &layout = system.layout();
+  PointRecord record;
+  record.omega = point.omega * system.scales().frequency;
+  record.arclength = point.arclength;
+  record.harmonics = system.harmonics();
+  record.newton = point.newton.newton, record.linear = point.newton.linear;
+  record.residual = point.newton.residual;
+  record.seconds = seconds;
+  record.progress = point.progress;
+  if (point.stability) {
+    record.stable = static_cast<int>(point.stability->verdict);
+    record.instability = static_cast<int>(point.stability->kind);
+    record.multiplier = point.stability->multiplier;
+  }
+  record.contact = collect_contact(layout, system.scales(), point.activity);
+  for (std::size_t p = 0; p < record.contact.open.size(); ++p)
+    ++(record.contact.open[p] > 0 ? record.open : record.contact.slip[p] > 0 ? record.slip : record.stick);
+  for (double *share : {&record.stick, &record.slip, &record.open}) *share /= std::max<double>(1, layout.points);
+  record.coefficients = physical_coefficients(layout, system.scales(), point.y);
+  return record;
+}
+
+} // namespace dovetail

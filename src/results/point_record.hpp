@@ -1,0 +1,48 @@
+#pragma once
+// A point of the branch and what happened there, in user units: what one line on the screen and one row of the file
+// need.
+#include <vector>
+
+#include "continuation/branch.hpp"
+#include "results/gather.hpp"
+
+namespace dovetail {
+
+/// What every contact point did over the period; (N_x,) each.
+struct ContactRecord {
+  std::vector<double> stick, slip, open; ///< shares of the period
+  std::vector<double> dissipation;       ///< energy per period [J]
+  std::vector<int> events;
+};
+
+/// Complete on rank 0 only.
+struct PointRecord {
+  double omega = 0;     ///< [rad/s]
+  double arclength = 0; ///< scaled
+  int harmonics = 0;
+  int newton = 0, linear = 0;
+  double residual = 0;                  ///< scaled
+  double seconds = 0;                   ///< since the point before
+  double stick = 0, slip = 0, open = 0; ///< shares of the contact points
+  double progress = 0;
+  int stable = 0, instability = 0; ///< numbers of Stability's Verdict and Kind, where points are judged
+  double multiplier = 0;
+  ContactRecord contact;
+  std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
+};
+
+/// Something on the way along the branch.
+struct EventRecord {
+  int kind = 0;         ///< number of a BranchEvent::Kind
+  int point = 0;        ///< the last point before it, or the point that it is
+  double omega = 0;     ///< [rad/s]
+  double amplitude = 0; ///< of the watched unknown [user units]; 0 unless it is a place on the curve
+};
+
+/// The names of BranchEvent::Kind, by their numbers.
+const std::vector<const char *> &event_names();
+
+/// Collects a point from all ranks. Collective.
+PointRecord collect(const BranchPoint &point, double seconds);
+
+} // namespace dovetail

@@ -1,0 +1,110 @@
+#include "results/state_file.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "results/counts.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr double pause = 0.5;           // between two states [s]
+constexpr const char *count = "count_"; // names of the counts begin like that
+constexpr double share = 50;            // and at least so many times what writing one takes
+
+void list(h5::Writer &file, const std::string &name, const std::vector<double> &values) {
+  file.rows(name, {values.size()}, 0, values.size(), values.data());
+}
+
+} // namespace
+
+void write_state(const std::filesystem::path &path, const SavedRun &run) {
+  std::filesystem::path partial = path;
+  partial += ".partial";
+  {
+    h5::Writer file(partial);
+    file.attribute("format", "dovetail-state");
+    file.attribute("version", 1);
+    file.attribute("problem", run.problem);
+    file.attribute("limits", run.limits);
+    file.attribute("end", run.end);
+    file.attribute("parts", run.parts);
+    file.attribute("events", run.events);
+    file.attribute("harmonics", run.branch.harmonics);
+    file.attribute("samples", run.branch.samples);
+    for_each_count(run.branch.counts,
+                   [&](const char *name, long number) { file.attribute(std::string(count) + name, number); });
+    list(file, "/y", run.branch.y);
+    list(file, "/tangent", run.branch.tangent);
+    list(file, "/numbers", run.branch.numbers);
+    list(file, "/trail", run.branch.trail);
+    list(file, "/scales", {run.scales.frequency, run.scales.modal, run.scales.contact});
+    list(file, "/seconds", {run.seconds});
+    file.flush();
+  }
+  std::filesystem::rename(partial, path);
+}
+
+SavedRun read_state(const std::filesystem::path &path) {
+  const h5::Reader file(path);
+  if (file.text_attribute("format") != "dovetail-state" || file.integer_attribute("version", 0) != 1)
+    throw InputError(path.string() + ": not the state of a run of this version; begin anew without --restart");
+  SavedRun run;
+  run.problem = file.text_attribute("problem");
+  run.limits = file.text_attribute("limits");
+  run.end = file.text_attribute("end");
+  run.parts = static_cast<int>(file.integer_attribute("parts", 1));
+  run.events = file.integer_attribute("events", 0);
+  run.branch.harmonics = static_cast<int>(file.integer_attribute("harmonics", 0));
+  run.branch.samples = static_cast<int>(file.integer_attribute("samples", 0));
+  for_each_count(run.branch.counts, [&](const char *name, auto &number) {
+    number = static_cast<std::decay_t<decltype(number)>>(file.integer_attribute(std::string(count) + name, 0));
+  });
+  run.branch.y = file.doubles("/y");
+  run.branch.tangent = file.doubles("/tangent");
+  run.branch.numbers = file.doubles("/numbers");
+  run.branch.trail = file.doubles("/trail");
+  const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds");
+  if (scales.size() != 3 || seconds.size() != 1 || run.branch.y.empty())
+    throw InputError(path.string() + ": damaged; begin anew without --restart");
+  run.scales = {scales[0], scales[1], scales[2]};
+  run.seconds = seconds[0];
+  return run;
+}
+
+StateKeeper::StateKeeper(MPI_Comm comm, std::filesystem::path path, SavedRun begin)
+    : comm_(comm), path_(std::move(path)), run_(std::move(begin)), before_(run_.seconds), begin_(MPI_Wtime()) {
+  int rank;
+  MPI_Comm_rank(comm_, &rank);
+  speaks_ = rank == 0;
+  noted_ = !run_.branch.y.empty();
+}
+
+double StateKeeper::seconds() const { return before_ + MPI_Wtime() - begin_; }
+
+void StateKeeper::write() {
+  const double begin = MPI_Wtime();
+  run_.seconds = seconds();
+  write_state(path_, run_);
+  written_ = MPI_Wtime(), took_ = written_ - begin;
+}
+
+void StateKeeper::take(const BranchState &state, const ResultsFile &results) {
+  on_all_ranks(comm_, [&] {
+    if (!speaks_) return;
+    run_.branch = state;
+    run_.events = static_cast<long>(results.events().size());
+    noted_ = true;
+    if (MPI_Wtime() - written_ > std::max(pause, share * took_)) write();
+  });
+}
+
+void StateKeeper::finish(const std::string &end) {
+  on_all_ranks(comm_, [&] {
+    if (!speaks_ || !noted_) return;
+    run_.end = end;
+    write();
+  });
+}
+
+} // namespace dovetail

@@ -1,0 +1,68 @@
+#include "support/signals.hpp"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstring>
+#include <ctime>
+#include <initializer_list>
+
+namespace dovetail {
+namespace {
+
+volatile std::sig_atomic_t noted = 0, patient = 0;
+volatile std::time_t since = 0; // noted
+int rank = 0;                   // set before the handler is
+
+void say(const char *text) { // one of the few things that a handler may do
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
+}
+
+const char *name_of(int signal) { return signal == SIGTERM ? "SIGTERM" : "SIGUSR1"; }
+
+void on_signal(int signal) {
+  if (noted && std::time(nullptr) - since < 2) return; // launcher and batch system may both pass it on
+  if (patient && !noted) {
+    noted = signal, since = std::time(nullptr);
+    if (rank == 0) say("dovetail: noted "), say(name_of(signal)), say(": the point under way is finished first\n");
+    return;
+  }
+  if (rank > 0) sleep(1); // the launcher ends all ranks as soon as one is gone: rank 0 has the word
+  say("dovetail: ended by "), say(name_of(signal));
+  say(noted ? ", the second signal; the results file holds every point that was computed\n"
+            : " before the first point was computed\n");
+  _exit(3);
+}
+
+void on_crash(int signal) {
+  say("dovetail: crashed (");
+  say(signal == SIGSEGV ? "SIGSEGV" : signal == SIGBUS ? "SIGBUS" : signal == SIGILL ? "SIGILL" : "SIGFPE");
+  say("), in the program or one of its libraries; some of them do where memory runs out. Every point that was computed "
+      "is in the results file, and --restart goes on from there\n");
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+} // namespace
+
+void catch_signals() {
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART;
+  for (const int signal : {SIGTERM, SIGUSR1}) sigaction(signal, &action, nullptr);
+  action.sa_handler = on_crash;
+  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE}) sigaction(signal, &action, nullptr);
+}
+
+void only_note_signals() { patient = 1; }
+
+int noted_signal(MPI_Comm comm) {
+  int signal = noted;
+  MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, comm);
+  return signal;
+}
+
+const char *signal_name(int signal) { return name_of(signal); }
+
+} // namespace dovetail

@@ -1,0 +1,290 @@
+"""--restart and the signals that make it needed; what stops a run on purpose."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+import cases
+from launch import BINARY, SECONDS, SURROUNDINGS, children, kill, line, read_points, run, wait_for, words_of
+from on_terminal import Watched
+
+cases.SECTION_OF |= {"watch": "continuation", "stop_after_peaks": "continuation", "stop_at_amplitude": "continuation",
+                     "start": "continuation", "enabled": "stability"}
+SMALL = {"harmonics": 3, "samples": 32}
+
+
+def edit(case, old, new):
+    text = case.path.read_text()
+    assert old in text
+    case.path.write_text(text.replace(old, new))
+
+
+def same(found, wanted, rows=slice(None)):
+    assert found.keys() == wanted.keys()
+    for name in wanted.keys() - {"seconds", "residual"}:
+        scale = np.abs(wanted[name]).max(initial=1e-300)
+        np.testing.assert_allclose(found[name], wanted[name][rows], rtol=0, atol=1e-8 * scale, err_msg=name)
+
+
+def stopped(case, points, out="out", ranks=None, number=signal.SIGTERM, whom=None):
+    """Runs a case until it has shown so many points, and ends it by a signal; returns what it said.
+
+    `whom`: picks from the process and those of its ranks the ones that get the signal; default: the process."""
+    command, folder = line(case, out=out, ranks=ranks)
+    with Watched(command) as watched:
+        watched.wait_for_point(points)
+        for pid in whom(watched.process.pid, children(watched.process.pid)) if whom else [watched.process.pid]:
+            os.kill(pid, number)
+        watched.process.wait(SECONDS)
+        assert watched.process.returncode == 3, watched.said
+    return watched.said, folder
+
+
+# ------------------------------------------------------------------------------------------------------------- signals
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
+def test_signal_finishes_the_point_and_restart_goes_on(tmp_path, number):
+    case = cases.several_points(tmp_path, omega=[0.8, 1.1])
+    whole = run(case, out="whole")
+    said, folder = stopped(case, 10, number=number)
+    name = signal.Signals(number).name
+    assert f"noted {name}" in said and f"stopped by {name} at" in said and "--restart goes on" in said
+    first = run(case, "--dry-run", "--restart", out="out").out
+    before = read_points(folder)
+    count = len(before["omega"])
+    assert 10 <= count < len(whole.points["omega"]) and f"after {count} points" in first
+    assert len({len(values) for values in before.values()}) == 1
+    done = run(case, "--restart", out="out")
+    assert f"after {count} points" in done.out
+    same(done.points, whole.points)
+    np.testing.assert_array_equal(done.points["coefficients"][:count], before["coefficients"])
+    assert done.summary["parts"] == 2 and done.summary["end"] == "arrived"
+    assert done.summary["newton_iterations"] == whole.summary["newton_iterations"]
+
+
+def of_rank(which):
+    return lambda mpirun, ranks: [sorted(ranks)[which]]
+
+
+@pytest.mark.parametrize("whom, number", [(None, signal.SIGUSR1), (of_rank(0), signal.SIGTERM), (of_rank(1), signal.SIGTERM)],
+                         ids=["mpirun", "rank 0", "rank 1"])
+def test_signal_to_any_rank_stops_all(tmp_path, whom, number):
+    """mpirun passes SIGUSR1 on; a batch system may reach one rank alone. Afterwards on another number of ranks."""
+    case = cases.several_points(tmp_path, omega=[0.8, 1.1])
+    whole = run(case, out="whole", ranks=2)
+    said, folder = stopped(case, 10, ranks=2, number=number, whom=whom)
+    assert said.count("dovetail: stopped by") == 1
+    count = len(read_points(folder)["omega"])
+    done = run(case, "--restart", out="out", ranks=3 if whom is None else None)
+    assert count < len(done.points["omega"]) and done.summary["parts"] == 2
+    same(done.points, whole.points)
+
+
+def test_second_signal_ends_the_run_at_once(tmp_path):
+    """The first one is noted, but the point never ends: the process is stopped meanwhile by the test."""
+    case = cases.dof5(tmp_path, harmonics=40, samples=2**18)  # a point takes long
+    command, folder = line(case, out="out")
+    with Watched(command) as watched:
+        watched.wait_for_point(1)
+        watched.process.send_signal(signal.SIGTERM)
+        wait_for(lambda: "noted SIGTERM" in watched.said or watched.process.poll() is not None, "the first signal")
+        if watched.process.poll() is None:
+            time.sleep(2.5)
+            watched.process.send_signal(signal.SIGTERM)
+        watched.process.wait(SECONDS)
+        assert watched.process.returncode == 3
+        assert "the second signal" in watched.said or "stopped by SIGTERM" in watched.said
+    assert len(read_points(folder)["omega"]) >= 1
+
+
+def catches(pid):
+    """Whether a process has set its handler for SIGUSR1."""
+    mask = re.search(r"^SigCgt:\s*(\w+)", open(f"/proc/{pid}/status").read(), re.MULTILINE)
+    return int(mask[1], 16) >> (signal.SIGUSR1 - 1) & 1
+
+
+def test_signal_before_the_first_point(tmp_path):
+    case = cases.full(tmp_path, "large", cases.random_structure(elastic=900, points=30), {}, modes=300, stiffness=0.02, fourier=[0, 1],
+                      normal_stiffness=3.0, tangential_stiffness=1.0, friction=0.3, gap=0.0, initial=0.0, harmonics=3, omega=[0.8, 1.6])
+    command, folder = line(case, out="out")
+    process = subprocess.Popen(command, env=SURROUNDINGS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        wait_for(lambda: catches(process.pid), "the handler")
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate(timeout=SECONDS)
+    finally:
+        process.kill()
+    assert process.returncode == 3 and err == "dovetail: ended by SIGTERM before the first point was computed\n"
+    assert not (folder / "results.h5").exists()
+
+
+# ------------------------------------------------------------------------------------------------------------- restart
+@pytest.fixture(scope="module")
+def halted(tmp_path_factory):
+    """A run stopped at max_points; its folder is to be copied by a test that changes it."""
+    case = cases.dof5(tmp_path_factory.mktemp("halted"), max_points=20, **SMALL)
+    run(case, out="out")
+    return case
+
+
+@pytest.fixture
+def copy(halted, tmp_path):
+    shutil.copytree(halted.path.parent, tmp_path / "copy")
+    return cases.Case(tmp_path / "copy" / "case.toml", halted.structure, halted.reduced, halted.settings)
+
+
+def test_restart_with_more_points_and_a_farther_end(copy, tmp_path):
+    whole = run(cases.dof5(tmp_path, **SMALL), out="whole").points
+    edit(copy, "max_points = 20", "max_points = 30")
+    assert len(run(copy, "--restart", out="out").points["omega"]) == 30
+    edit(copy, "max_points = 30", "max_points = 2000")
+    done = run(copy, "--restart", out="out")
+    same(done.points, whole)
+    assert done.summary["parts"] == 3
+    done = run(copy, "--restart", out="out")
+    assert "nothing to do" in done.out and "arrived" in done.out
+    edit(copy, "omega = [0.9, 1.3]", "omega = [0.9, 1.35]")
+    done = run(copy, "--restart", out="out")
+    before = whole["omega"] < 1.29
+    np.testing.assert_array_equal(done.points["coefficients"][:before.sum()], whole["coefficients"][before])
+    assert done.points["omega"][-1] == 1.35 and 1.3 not in done.points["omega"]
+
+
+def test_nothing_to_do(halted):
+    """Said, with status 0, and nothing is touched."""
+    folder = halted.path.parent / "out"
+    before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+    done = run(halted, "--restart", out="out")
+    assert "nothing to do" in done.out and "max_points" in done.out
+    assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
+
+
+OTHER = {
+    "harmonics = 3": ("harmonics = 4", ["harmonic_balance.harmonics = 4", "this run began with 3"]),
+    "friction = [1.0, 1.0]": ("friction = [1.0, 1.1]", ["[contact]"]),
+    "fourier = [0, 0, 1, 0, 0]": ("fourier = [0, 0, 1.5]", ["excitation.fourier = [0, 0, 1.5]", "[0, 0, 1]"]),
+    "omega = [0.9, 1.3]": ("omega = [0.8, 1.3]", ["continuation.omega, from = 0.8", "0.9"]),
+    "max_points = 20": ("max_points = 20\nwatch = \"a1\"", ["continuation.watch = a1", "what moves most"]),
+    "[continuation]": ("[stability]\nenabled = false\n[continuation]", ["stability.enabled = false", "true"]),
+}
+
+
+@pytest.mark.parametrize("old", OTHER)
+def test_another_problem_is_refused(copy, old):
+    new, words = OTHER[old]
+    edit(copy, old, new)
+    before = (copy.path.parent / "out" / "results.h5").read_bytes()
+    err = run(copy, "--restart", out="out", status=2).err
+    assert all(word in err for word in ["case.toml:", "without --restart", *words]) and err.count("\n") == 1
+    assert (copy.path.parent / "out" / "results.h5").read_bytes() == before
+
+
+def test_end_that_lies_behind_is_refused(copy):
+    edit(copy, "omega = [0.9, 1.3]", "omega = [0.9, 0.901]")
+    err = run(copy, "--restart", out="out", status=2).err
+    assert "case.toml:" in err and "ends at 0.901" in err and "stands at" in err
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_another_model_is_refused(copy, ranks):
+    """By the equations themselves: where the run stood must be a solution."""
+    with h5py.File(copy.path.parent / "model.h5", "r+") as file:
+        file["force"][0] = 1.01
+    edit(copy, "max_points = 20", "max_points = 30")
+    err = run(copy, "--restart", out="out", ranks=ranks, status=2).err
+    assert "the model, or its reduction, is not what it was" in err and err.count("dovetail:") == 1
+    assert len(read_points(copy.path.parent / "out")["omega"]) == 20
+
+
+def without_state(folder):
+    (folder / "state.h5").unlink()
+
+
+def damaged_state(folder):
+    path = folder / "state.h5"
+    path.write_bytes(path.read_bytes()[:700])
+
+
+def fewer_points(folder):
+    with h5py.File(folder / "results.h5", "r+") as file:
+        file["points/omega"].resize((5,))
+
+
+def without_results(folder):
+    (folder / "results.h5").unlink()
+
+
+@pytest.mark.parametrize("damage, words", [(without_state, ["state.h5: no such file", "no run to continue"]),
+                                           (damaged_state, ["state.h5"]), (fewer_points, ["results.h5", "fewer points"]),
+                                           (without_results, ["results.h5", "no such file"])])
+def test_nothing_to_go_on_from(copy, damage, words):
+    damage(copy.path.parent / "out")
+    edit(copy, "max_points = 20", "max_points = 30")
+    err = run(copy, "--restart", out="out", status=2).err
+    assert all(word in err for word in words) and err.count("dovetail:") == 1
+
+
+def test_restart_is_for_run_only(halted):
+    assert "--restart is not an option here" in words_of([BINARY, "reduce", halted.path, "--restart"], 2)[1]
+
+
+def test_forgotten_flag_costs_nothing(tmp_path):
+    """Results of a run that was cut off step aside, and the longer ones stay."""
+    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=10**6, **SMALL)
+    command, folder = line(case, out="out")
+    counts = []
+    for points in (40, 10):
+        with Watched(command) as watched:
+            watched.wait_for_point(points)
+            kill(watched.process)
+        counts.append(len(read_points(folder)["omega"]))
+    assert counts[0] > counts[1]
+    edit(case, "max_points = 1000000", "max_points = 20")
+    out = run(case, out="out").out
+    assert "results.old.h5" not in out  # those of the second attempt are the shorter ones
+    with h5py.File(folder / "results.old.h5") as file:
+        assert len(file["points/omega"]) == counts[0]
+    assert "was cut off" not in run(case, out="out").out  # a run that came to its end is replaced, as ever
+    for name in ("results", "state"):
+        (folder / f"{name}.old.h5").rename(folder / f"{name}.h5")
+    edit(case, "max_points = 20", f"max_points = {counts[0] + 5}")
+    assert len(run(case, "--restart", out="out").points["omega"]) == counts[0] + 5
+
+
+# --------------------------------------------------------------------------------------------------------------- stops
+def test_stop_after_peaks(tmp_path):
+    whole = run(cases.several_points(tmp_path), out="whole")
+    case = cases.several_points(tmp_path, stop_after_peaks=2)
+    done = run(case, out="out")
+    assert done.summary["end"] == "peaks" and done.summary["peaks"] == 2 and "stopped after peak 2" in done.out
+    assert done.summary["located"]["peaks"] == whole.summary["located"]["peaks"][:2]
+    assert done.points["omega"][-1] == done.summary["located"]["peaks"][1]["omega"]
+    assert "nothing to do" in run(case, "--restart", out="out").out
+    edit(case, "stop_after_peaks = 2", "stop_after_peaks = 3")
+    again = run(case, "--restart", out="out")
+    assert again.summary["located"]["peaks"] == whole.summary["located"]["peaks"][:3]
+
+
+def test_stop_at_amplitude_of_the_watched_unknown(tmp_path):
+    """In user units, whatever the scales."""
+    from dovetail import Results
+
+    for kind in ("none", "auto"):
+        case = cases.dof5(tmp_path, kind=kind, watch="x1.t2", stop_at_amplitude=2.0, **SMALL)
+        done = run(case, out=kind)
+        assert done.summary["end"] == "amplitude" and "stop_at_amplitude" in done.out
+        amplitude = Results(done.folder / "results.h5").amplitude("x1.t2", mean=False)
+        assert amplitude[-1] == pytest.approx(2.0, rel=1e-6) and amplitude[:-1].max() < 2.0
+
+
+@pytest.mark.parametrize("name, words", [("x2.n", ["the model has 1 contact points"]), ("a3", ["the model has 2 modes"]),
+                                         ("x1.t3", ["must be the name of an unknown"])])
+def test_watched_unknown_must_exist(tmp_path, name, words):
+    err = run(cases.dof5(tmp_path, watch=name), status=2).err
+    assert "case.toml:" in err and f'continuation.watch = "{name}"' in err and all(word in err for word in words)
