@@ -11,7 +11,7 @@ from .model_mesh import read_joint, read_mesh
 from .parameters import CONTACT_WIDTH
 from .plot import default_dofs
 from .reference import LAWS
-from .results import READ_ATTEMPTS, READ_PAUSE, Results
+from .results import INSTABILITIES, READ_ATTEMPTS, READ_PAUSE, Results, STABLE, UNCERTAIN, UNSTABLE
 
 
 def format_of(path):
@@ -101,6 +101,29 @@ def _reduced(file):
     return lines
 
 
+def _events(results):
+    places = results.events.of("peak")
+    lines = [("located peak", f"{amplitude:.9g} at {omega:.9g} rad/s, without its mean")
+             for omega, amplitude in zip(places.omega, places.amplitude)]
+    lines += [("turning point", f"{omega:.9g} rad/s") for omega in results.events.of("fold").omega]
+    lines += [("crossing branch", f"{omega:.9g} rad/s") for omega in results.events.of("branch").omega]
+    helped = [(kind, len(results.events.of(kind))) for kind in ("corner", "sampling", "harmonics", "leap", "integration", "missed")]
+    said = ", ".join(f"{kind} ({count})" for kind, count in helped if count)
+    return lines + ([("where it was hard", said)] if said else [])
+
+
+def _stability(results):
+    if results.stable is None:
+        return []
+    counts = [(words, np.count_nonzero(results.stable == verdict))
+              for words, verdict in (("stable", STABLE), ("unstable", UNSTABLE), ("uncertain", UNCERTAIN))]
+    kinds = np.unique(results.instability[results.stable == UNSTABLE])
+    said = ", ".join(f"{count} points {words}" for words, count in counts if count)
+    named = ", ".join(INSTABILITIES[kind] for kind in kinds if 0 < kind < len(INSTABILITIES))
+    lines = [("stability", said + (f" ({named})" if named else ""))]
+    return lines + [("changes", f"{omega:.9g} rad/s") for omega in results.events.of("stability").omega]
+
+
 def _results(results):
     n = len(results)
     lines = [("title", results.title or "none"), ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, "
@@ -111,6 +134,7 @@ def _results(results):
         for dof in default_dofs(results):
             omega, amplitude = results.peak(dof)
             lines.append((f"peak of {dof}", f"{amplitude:.7g} at {omega:.7g} rad/s"))
+        lines += _events(results) + _stability(results)
         lines += [(f"points that {verb}", f"at most {100 * results.points(name).max():.4g} %, in {np.count_nonzero(results.points(name))}"
                    f" of {n} responses") for name, verb in (("slip", "slip"), ("open", "open"))]
         lines.append(("effort", f"{results.points('newton_iterations').sum():.0f} Newton iterations, "

@@ -9,13 +9,16 @@ import numpy as np  # noqa: E402
 from matplotlib.ticker import EngFormatter, MaxNLocator  # noqa: E402
 
 from .reference import LAWS  # noqa: E402
-from .results import DIRECTIONS  # noqa: E402
+from .results import DIRECTIONS, STABLE, UNCERTAIN, UNSTABLE  # noqa: E402
 
 LINES = [("#000000", "-"), ("#c1440e", "--"), ("#1f6f9f", "-."), ("#6a9a1f", ":"), ("#8a4f9e", (0, (6, 1, 1, 1, 1, 1))),
          ("#7f7f7f", (0, (1, 1)))]  # colours of falling darkness, each with its own dash pattern
 STYLE = {"font.size": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e3e3e3",
          "grid.linewidth": 0.7, "lines.linewidth": 1.5, "legend.frameon": False, "figure.dpi": 160, "axes.axisbelow": True}
 LOOP_SAMPLES = 1024  # per period, so that corners of a friction loop look like corners
+MARKERS = "s^Dvo"  # tell degrees of freedom apart where dashes are taken up by stability
+DASHES = {STABLE: "-", UNSTABLE: (0, (5, 2.5)), UNCERTAIN: (0, (1, 1.5))}
+MOST_LABELS = 5  # of each kind of place
 NEGLIGIBLE = 0.01  # a direction that moves less than this part of the largest one is left out of the default picture
 
 
@@ -29,6 +32,9 @@ def default_dofs(results):
 
 def response(results, dofs=None, at=None, hz=False):
     """Amplitude over excitation frequency; beneath, the share of contact points that slip or are open at some time.
+
+    Where some points are not stable, unstable parts are dashed and uncertain ones dotted. Circles are peaks, triangles turning
+    points (they point to where the curve goes on).
 
     Parameters
     ----------
@@ -46,6 +52,7 @@ def response(results, dofs=None, at=None, hz=False):
         kinds["modal" if results.dof_index(dof) < results.modes else "contact"].append(dof)
     panels = [names for names in kinds.values() if names]
     scale, unit = (1 / (2 * np.pi), "Hz") if hz else (1.0, "rad/s")
+    mixed = results.stable is not None and np.any(results.stable != STABLE)
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(len(panels) + 1, 1, sharex=True, figsize=(7.5, 2.0 + 3.2 * len(panels)),
                                     gridspec_kw={"height_ratios": [3.2] * len(panels) + [1]}, layout="constrained")
@@ -53,10 +60,18 @@ def response(results, dofs=None, at=None, hz=False):
             for i, dof in enumerate(names):
                 omega, top = results.peak(dof)
                 label = f"{dof}   peak {_value(results, dof, top)} at {scale * omega:.5g} {unit}"
-                axis.plot(scale * results.omega, results.amplitude(dof), **_line(i), label=label,
-                          marker="o" if len(results) == 1 else None)
+                amplitude = results.amplitude(dof)
+                if mixed:
+                    _curve_by_stability(axis, results, scale * results.omega, amplitude, i, label)
+                else:
+                    axis.plot(scale * results.omega, amplitude, **_line(i), label=label, marker="o" if len(results) == 1 else None)
                 axis.plot(scale * omega, top, "o", color=_line(i)["color"], markersize=4, markerfacecolor="white")
+                _places(axis, results, dof, scale * results.omega, amplitude, i)
             axis.set_ylim(bottom=0)
+            if mixed:
+                for verdict, words in ((UNSTABLE, "unstable"), (UNCERTAIN, "stability uncertain")):
+                    if np.any(results.stable == verdict):
+                        axis.plot([], [], color="black", linestyle=DASHES[verdict], label=words)
             axis.set_ylabel("amplitude" + _unit(results, names[0]))
             _ticks_in_metres(axis.yaxis, results, names[0])
             axis.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.85, edgecolor="none")
@@ -69,6 +84,48 @@ def response(results, dofs=None, at=None, hz=False):
                 axis.axvline(scale * at, color="#9a9a9a", linewidth=0.8)
         figure.suptitle(results.title or results.path.name)
     return figure
+
+
+def verdicts_between(results):
+    """Verdict on the piece of curve behind each point but the last, (n-1,).
+
+    At a turning point, or where stability changes, a verdict is a toss-up: there the other end of the piece decides.
+    """
+    here, there = results.stable[:-1].copy(), results.stable[1:].copy()
+    limits = np.isin(np.arange(len(results)), results.events.of("fold", "stability", "branch").point)
+    here[limits[:-1]], there[limits[1:]] = there[limits[:-1]], here[limits[1:]]
+    return np.where(here == there, here, np.where((here == UNCERTAIN) | (there == UNCERTAIN), UNCERTAIN, UNSTABLE))
+
+
+def _curve_by_stability(axis, results, omega, amplitude, i, label):
+    verdicts = verdicts_between(results)
+    style = {"color": _line(i)["color"], "marker": MARKERS[i % len(MARKERS)], "markersize": 4}
+    for verdict, dashes in DASHES.items():
+        drawn = np.zeros(len(results), bool)
+        drawn[:-1] = verdicts == verdict
+        drawn[1:] |= verdicts == verdict
+        if not drawn.any():
+            continue
+        gaps = 1 + np.flatnonzero(verdicts != verdict)  # pieces left out
+        x, y = (np.insert(np.where(drawn, values, np.nan), gaps, np.nan) for values in (omega, amplitude))
+        axis.plot(x, y, color=style["color"], linestyle=dashes)
+    axis.plot(omega, amplitude, linestyle="none", markevery=0.15, **style)
+    axis.plot([], [], **style, label=label)
+
+
+def _places(axis, results, dof, omega, amplitude, i):
+    """Marks located peaks and turning points, the largest with their values."""
+    peaks, folds = results.located_peaks(dof), results.events.of("fold").point
+    style = {"color": _line(i)["color"], "markerfacecolor": "white", "linestyle": "none"}
+    axis.plot(omega[peaks], amplitude[peaks], "o", markersize=4, **style)
+    rising = omega[np.minimum(folds + 1, len(omega) - 1)] > omega[folds]
+    for to, marker in ((True, ">"), (False, "<")):
+        axis.plot(omega[folds[rising == to]], amplitude[folds[rising == to]], marker, markersize=5, **style)
+    if i > 0:  # numbers of several curves would cover each other
+        return
+    for places, value in ((peaks, lambda j: _value(results, dof, amplitude[j])), (folds, lambda j: f"{omega[j]:.5g}")):
+        for j in places[np.argsort(-amplitude[places])][:MOST_LABELS]:
+            axis.annotate(value(j), (omega[j], amplitude[j]), xytext=(4, 4), textcoords="offset points", fontsize=7)
 
 
 def history(results, point, dofs=None, hz=False):

@@ -16,6 +16,7 @@ from .reference import LAWS
 
 DIRECTIONS = ("t1", "t2", "n")
 NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
+EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f"}
 READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
 
 
@@ -35,6 +36,38 @@ class ContactActivity:
     dissipation: np.ndarray
 
 
+@dataclass(frozen=True)
+class Events:
+    """What happened along the branch, in the order in which it did; (k,) arrays.
+
+    kind : str
+        Places, located: "fold" (turning point), "peak" (maximum of the watched amplitude), "branch" (another branch crosses),
+        "stability" (lost or regained). How the run helped itself: "start", "cut", "corner", "sampling", "harmonics", "leap",
+        "integration". "missed": a frequency of continuation.at without solution.
+    point : int
+        The point that is this place, or the last point before; -1 before the first.
+    omega : rad/s
+    amplitude : of the watched unknown, without its mean; 0 where it is no place on the curve
+    """
+
+    kind: np.ndarray
+    point: np.ndarray
+    omega: np.ndarray
+    amplitude: np.ndarray
+
+    def __len__(self):
+        return len(self.kind)
+
+    def of(self, *kinds):
+        """Those of some kinds."""
+        chosen = np.isin(self.kind, kinds)
+        return Events(self.kind[chosen], self.point[chosen], self.omega[chosen], self.amplitude[chosen])
+
+
+STABLE, UNSTABLE, UNCERTAIN = 1, 0, -1
+INSTABILITIES = ("none", "jump", "period doubling", "second frequency")
+
+
 class Results:
     """A response branch, finished or still being computed.
 
@@ -47,7 +80,12 @@ class Results:
     omega : (n,) array
         Excitation frequency [rad/s]; `frequency` is the same in Hz.
     harmonics, samples, modes, contact_points : int
-        H, N, N_a, N_x; N is 0 where contact forces were evaluated exactly, without samples.
+        H, N, N_a, N_x; N is 0 where contact forces were evaluated exactly, without samples. H is the largest of any point: a run
+        may add harmonics on its way; `points("harmonics")` holds those of each, the rest of its coefficients is zero.
+    stable : (n,) int array or None
+        STABLE, UNSTABLE or UNCERTAIN; None where the run did not ask. `multiplier` is the largest modulus of a Floquet multiplier,
+        `instability` the number of a name in INSTABILITIES.
+    events : Events
     drawing_samples : int
         Instants per period at which contact forces are evaluated here unless another number is asked for.
     contact : dict
@@ -71,9 +109,13 @@ class Results:
             whole(file, key) for key in ("harmonics", "samples", "modes", "contact_points"))
         reduced = words(file, "reduced")
         self.reduced = self.path.parent / reduced if reduced else None
-        self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics - 1).bit_length())
         self._load_contact(file)
-        dataset(file, "points/coefficients", (None, self.modes + 3 * self.contact_points, 2 * self.harmonics + 1))
+        dofs, width = self.modes + 3 * self.contact_points, 2 * self.harmonics + 1
+        found = dataset(file, "points/coefficients", (None, dofs, None)).shape[2]
+        if found < width or found % 2 == 0:
+            dataset(file, "points/coefficients", (None, dofs, width))
+        self.harmonics = found // 2  # a run that adds harmonics widens the table before it sets the attribute
+        self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics - 1).bit_length())
         for name in NEEDED:
             dataset(file, f"points/{name}", (None,))
         points = {name: dataset(file, f"points/{name}", (None, ...)) for name in file["points"] if name != "contact"}
@@ -85,7 +127,9 @@ class Results:
             if not np.all(np.isfinite(self._points[name])):
                 raise ValueError(f"/points/{name} is not finite everywhere")
         self.omega = self._points["omega"]
+        self.stable, self.multiplier, self.instability = map(self._points.get, ("stable", "multiplier", "instability"))
         self._has_activity = bool(activity)
+        self.events = self._load_events(file)
 
     def _load_contact(self, file):
         n, self.contact = self.contact_points, {"law": np.zeros(self.contact_points, int)}  # older files know one law
@@ -97,6 +141,17 @@ class Results:
             self.contact[name] = numbers(file, f"contact/{name}", (n,) if width == 1 else (n, width))
         self.xp, self.g = (numbers(file, f"preload/{name}", (3 * n,)) for name in ("xp", "g"))
         self.w = numbers(file, "preload/w", (n, 2))
+
+    def _load_events(self, file):
+        if "events" not in file:  # older files
+            return Events(*(np.zeros(0, kind) for kind in (str, int, float, float)))
+        columns = [numbers(file, f"events/{name}", (None,), kind) for name, kind in EVENT_COLUMNS.items()]
+        kind, point, omega, amplitude = (column[:min(map(len, columns))] for column in columns)
+        names = np.array(words(file["events/kind"], "names").split())
+        if np.any((kind < 0) | (kind >= len(names))):
+            raise ValueError("/events/kind must hold numbers of the attribute names")
+        known = point < self._n
+        return Events(names[kind[known]], point[known], omega[known], amplitude[known])
 
     def _read(self, function):
         """function(open file). The file is closed at once, so that a run that is still writing is never kept waiting."""
@@ -180,11 +235,12 @@ class Results:
     def peak(self, dof, mean=True):
         """(omega, amplitude) at the top of the response curve.
 
-        The largest point and its two neighbours give one parabola for the amplitude and one for omega, both as functions of
-        arc length, so that a curve that leans over is no trouble. At an end of the branch it is the point itself.
+        Where the run has located it, it is that point. Else the largest point and its two neighbours give one parabola for the
+        amplitude and one for omega, both as functions of arc length, so that a curve that leans over is no trouble. At an end
+        of the branch it is the point itself.
         """
         amplitude, i = self.amplitude(dof, mean), self.peak_point(dof, mean)
-        if not 0 < i < self._n - 1:
+        if not 0 < i < self._n - 1 or (i in self.located_peaks(dof) and np.isclose(amplitude[i], self.amplitude(dof, False)[i])):
             return float(self.omega[i]), float(amplitude[i])
         near = slice(i - 1, i + 2)
         s = self.points("arclength")[near] - self.points("arclength")[i]
@@ -193,6 +249,13 @@ class Results:
         curve, frequency = np.polyfit(s, amplitude[near], 2), np.polyfit(s, self.omega[near], 2)
         top = np.clip(-curve[1] / (2 * curve[0]), s[0], s[2]) if curve[0] < 0 else 0.0
         return float(np.polyval(frequency, top)), float(np.polyval(curve, top))
+
+    def located_peaks(self, dof):
+        """Points that the run has located as maxima of this degree of freedom: all of them if it was the one watched, else none."""
+        peaks = self.events.of("peak")
+        if len(peaks) == 0:
+            return peaks.point
+        return peaks.point[np.isclose(peaks.amplitude, self.amplitude(dof, mean=False)[peaks.point], rtol=1e-7, atol=0)]
 
     def time_history(self, point, dof, n=256):
         """One period of a degree of freedom: time [s] and value, both (n,), without the end point."""
@@ -329,7 +392,8 @@ class Results:
         return self._coefficients(point % self._n)
 
     def _coefficients(self, *which):
-        return self._read(lambda file: np.asarray(file["points/coefficients"][which], dtype=np.float64))
+        width = 2 * self.harmonics + 1  # as it was when the file was opened
+        return self._read(lambda file: np.asarray(file["points/coefficients"][which][..., :width], dtype=np.float64))
 
     def _contact_index(self, contact):
         if not 1 <= contact <= self.contact_points:

@@ -237,7 +237,19 @@ BranchState Follower::state() {
                    amplitude_.value,
                    amplitude_.slope,
                    double(last_verdict_),
-                   curvature_};
+                   curvature_,
+                   double(direction_)};
+  trail_.save_count(state.numbers);
+  state.numbers.push_back(static_cast<double>(bends_.size()));
+  state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
+  if (farthest_) { // a turning point: its sign, motion and tangent
+    state.numbers.push_back(farthest_->sign);
+    for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
+      const std::vector<double> coefficients = all_coefficients(system_->layout(), v);
+      state.numbers.insert(state.numbers.end(), coefficients.begin(), coefficients.end());
+      state.numbers.push_back(system_->omega(v));
+    }
+  }
   state.trail = trail_.marks();
   state.counts = summary_.counts;
   return state;
@@ -264,17 +276,33 @@ void Follower::restore(const BranchState &state) {
   curve_->norm.restore(n.at(2), std::move(largest));
   here_.sign = static_cast<int>(n.at(3)), amplitude_ = {n.at(4), n.at(5)};
   last_verdict_ = static_cast<int>(n.at(6)), curvature_ = n.at(7);
-  trail_.restore(state.trail);
+  trail_.restore(state.trail, n.at(9), n.at(10));
+  const auto bends = n.begin() + 12;
+  bends_.assign(bends, bends + static_cast<int>(n.at(11)));
+  if (auto next = bends + static_cast<int>(n.at(11)); next != n.end()) {
+    farthest_ = curve_->station();
+    farthest_->sign = static_cast<int>(*next++);
+    for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
+      const auto end = next + system_->layout().dofs() * system_->layout().width;
+      set_coefficients(system_->layout(), {next, end}, v);
+      curve_->set_omega(v, *end);
+      next = end + 1;
+    }
+    farthest_->omega = system_->omega(farthest_->y);
+  }
   verdict_ = judge(here_);
 }
 
 BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings, Vec y,
                             const BranchObserver &observer, const BranchState *state) {
-  if (state) return Follower(system, newton, settings, observer).go_on(*state);
-  BranchSummary summary = Follower(system, newton, settings, observer).run(y, "");
-  if (summary.end != BranchSummary::End::no_start || settings.from == settings.to) return summary;
   BranchSettings other = settings;
   std::swap(other.from, other.to);
+  if (state) {
+    const bool reversed = state->numbers.at(8) * (settings.to - settings.from) < 0; // begun at the other end
+    return Follower(system, newton, reversed ? other : settings, observer).go_on(*state);
+  }
+  BranchSummary summary = Follower(system, newton, settings, observer).run(y, "");
+  if (summary.end != BranchSummary::End::no_start || settings.from == settings.to) return summary;
   check(VecSet(y, 0), "starting at the other end");
   Follower follower(system, newton, other, observer);
   const BranchSummary from_there =

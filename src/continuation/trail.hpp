@@ -15,7 +15,12 @@ public:
 
   /// All marks, and what restores them.
   const std::vector<double> &marks() const { return marks_; }
-  void restore(std::vector<double> marks) { marks_ = std::move(marks); }
+  void save_count(std::vector<double> &numbers) const {
+    numbers.insert(numbers.end(), {double(found_), double(sense_)});
+  }
+  void restore(std::vector<double> marks, double found, double sense) {
+    marks_ = std::move(marks), found_ = static_cast<int>(found), sense_ = static_cast<int>(sense);
+  }
   /// The curve was left: what comes next does not hang together with the point before.
   void interrupt() { found_ = 0; }
 

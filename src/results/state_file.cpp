@@ -36,6 +36,7 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
                    [&](const char *name, long number) { file.attribute(std::string(count) + name, number); });
     list(file, "/y", run.branch.y);
     list(file, "/tangent", run.branch.tangent);
+    list(file, "/largest", run.branch.largest);
     list(file, "/numbers", run.branch.numbers);
     list(file, "/trail", run.branch.trail);
     list(file, "/scales", {run.scales.frequency, run.scales.modal, run.scales.contact});
@@ -62,6 +63,7 @@ SavedRun read_state(const std::filesystem::path &path) {
   });
   run.branch.y = file.doubles("/y");
   run.branch.tangent = file.doubles("/tangent");
+  run.branch.largest = file.doubles("/largest");
   run.branch.numbers = file.doubles("/numbers");
   run.branch.trail = file.doubles("/trail");
   const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds");

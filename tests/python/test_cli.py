@@ -69,14 +69,14 @@ def test_template_model_says_how_to_find_the_package(tmp_path):
 def test_template_case_explains_every_key():
     tomllib = pytest.importorskip("tomllib")
     text = (ROOT / "python/dovetail/template/case.toml").read_text()
-    assert "stability" not in tomllib.loads(text)
     case = tomllib.loads(re.sub(r"^# (\w+ = )", r"\1", text, flags=re.MULTILINE))
     assert {section: set(keys) for section, keys in case.items() if isinstance(keys, dict)} == {
         "reduction": {"modes", "check_modes", "memory"}, "damping": {"stiffness"}, "excitation": {"fourier"},
         "contact": {"law", "normal_stiffness", "tangential_stiffness", "friction", "gap"}, "preload": {"initial"},
         "harmonic_balance": {"harmonics", "samples"}, "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
         "scaling": {"kind", "frequency", "modal", "contact"},
-        "continuation": {"omega", "step", "adaptive", "max_points", "at", "start"}, "output": {"directory", "motion"}}
+        "continuation": {"omega", "step", "adaptive", "max_points", "at", "start", "watch", "stop_after_peaks", "stop_at_amplitude"},
+        "stability": {"enabled"}, "output": {"directory", "motion"}}
     assert {"title", "model", "reduced"} <= set(case)
 
 

@@ -103,7 +103,7 @@ def test_results_open_from_the_moment_they_exist(tmp_path):
                 pass
             for look in range(20):
                 with h5py.File(folder / "results.h5", "r") as file:
-                    assert len(file["points"]) == 11 and len(file["points/contact"]) == 5
+                    assert len(file["points"]) == 15 and len(file["points/contact"]) == 5 and len(file["events"]) == 4
 
 
 # ----------------------------------------------------------------------------------------------------------- giving up

@@ -19,6 +19,7 @@ from on_terminal import Watched
 
 KILLS = int(os.environ.get("DOVETAIL_KILLS", 0))
 
+
 def load(path):
     """Tables of points and of events, by name, as any user would read them."""
     with h5py.File(path, "r") as file:

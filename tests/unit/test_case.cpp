@@ -1,6 +1,7 @@
 // Reading case files: every complaint names the file, the line, the key and the value; good ones arrive
 // complete.
 #include "case/case.hpp"
+#include "case/restart.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -216,7 +217,8 @@ TEST_F(CaseFile, UnknownKeysAndSections) {
   refused(5, "mode = 2", {"unknown key reduction.mode = 2", "did you mean modes in [reduction]?"});
   refused({{3, "newton = 5"}, {20, ""}, {21, ""}, {22, ""}, {23, ""}}, 3, {"newton is a section", "[newton]"});
   refused(20, "[[newton]]", {"newton is a section"});
-  refused(33, "[stability]\nenabled = true\n[output]", {"[stability]", "not available in this version"});
+  refused({{33, "[stability]\nenable = true\n[output]"}}, 34,
+          {"unknown key stability.enable", "did you mean enabled in [stability]?"});
   refused({{1, ""}, {33, "[title]"}, {34, ""}}, 33, {"title = [title]", "must be text in quotes"});
 }
 
@@ -308,6 +310,95 @@ TEST_F(CaseFile, Sweep) {
   refused(31, "at = [1.1, 1.1]", {"entry 2 of continuation.at", "each once"});
   refused({{31, "at = [\n1.0,\n2.0]"}}, 33, {"entry 2 of continuation.at = 2.0"});
   refused({{27, "omega = [1.3, 0.9]"}}, 31, {"entry 2 of continuation.at = 1.1", "order of the sweep"});
+}
+
+TEST_F(CaseFile, WatchAndStops) {
+  const Case plain = read();
+  EXPECT_EQ(watched_dof(plain, 2, 3), -1);
+  EXPECT_EQ(plain.stop_after_peaks, 0);
+  EXPECT_EQ(plain.stop_at_amplitude, 0);
+  const auto watching = [&](const std::string &name) {
+    return read({{30, "watch = \"" + name + "\"\nstop_after_peaks = 2\nstop_at_amplitude = 1e-3"}});
+  };
+  EXPECT_EQ(watched_dof(watching("a2"), 2, 3), 1);
+  EXPECT_EQ(watched_dof(watching("x1.t1"), 2, 3), 2);
+  EXPECT_EQ(watched_dof(watching("x3.n"), 2, 3), 10);
+  EXPECT_EQ(watched_dof(watching("x3.t2"), 0, 3), 7);
+  EXPECT_EQ(watching("a2").stop_after_peaks, 2);
+  EXPECT_EQ(watching("a2").stop_at_amplitude, 1e-3);
+  expect_words(message_of([&] { watched_dof(watching("a3"), 2, 3); }),
+               {"case.toml:30: continuation.watch = \"a3\"", "has 2 modes"});
+  expect_words(message_of([&] { watched_dof(watching("x4.n"), 2, 3); }), {"watch = \"x4.n\"", "has 3 contact points"});
+  for (const char *name : {"x1", "x1.t3", "x0.n", "a0", "a", "tip", "x1.n ", "a1x1.n", "x99999999999.n"})
+    refused(30, std::string("watch = \"") + name + "\"",
+            {std::string("continuation.watch = \"") + name, "\"x1.t1\"", "\"a1\""});
+  refused(30, "watch = 1", {"continuation.watch = 1", "text in quotes"});
+  refused(30, "stop_after_peaks = 0", {"continuation.stop_after_peaks = 0", "at least 1"});
+  refused(30, "stop_after_peaks = 1.5", {"continuation.stop_after_peaks = 1.5", "whole number"});
+  refused(30, "stop_at_amplitude = 0", {"continuation.stop_at_amplitude = 0", "greater than 0"});
+  refused(30, "stop_at_amplitude = \"big\"", {"continuation.stop_at_amplitude", "must be a number"});
+}
+
+TEST_F(CaseFile, StabilityIsForSmallModels) {
+  const auto settled = [&](const std::string &lines, int dofs) { // 5 harmonics
+    Case study = read({{33, lines + "[output]"}});
+    settle_stability(study, dofs);
+    return study.stability.value();
+  };
+  EXPECT_TRUE(settled("", 27));
+  EXPECT_FALSE(settled("", 28));
+  EXPECT_FALSE(settled("[stability]\nenabled = false\n", 3));
+  EXPECT_TRUE(settled("[stability]\nenabled = true\n", 3000));
+  refused({{33, "[stability]\nenabled = \"yes\"\n[output]"}}, 34, {"stability.enabled = \"yes\"", "true or false"});
+}
+
+TEST_F(CaseFile, RestartKnowsAnotherProblem) {
+  const auto points = [](const Case &study) { return contact_points(study.contact, {}, 2); };
+  const auto problem = [&](Case study) {
+    settle_stability(study, 8);
+    return problem_of(study, points(study));
+  };
+  const std::string before = problem(read());
+  const auto same = [&](const Changes &changes) { return problem(read(changes)) == before; };
+  EXPECT_TRUE(same({{1, "title = \"another\""}, {3, "# words"}, {7, "stiffness = 5e-2"}})); // only written differently
+  EXPECT_TRUE(same({{9, "fourier = [0, 0, 1.0, 0]"}, {12, "tangential_stiffness = [[1, 2], [1, 2]]"}}));
+  EXPECT_TRUE(same({{27, "omega = [0.9, 1.5]"}, {30, "max_points = 9"}, {23, "max_iterations = 7"}, {34, ""}}));
+  EXPECT_TRUE(same({{30, "stop_after_peaks = 1\nstop_at_amplitude = 2"}, {31, ""}, {32, ""}}));
+  const Changes others = {{7, "stiffness = 0.06"},
+                          {9, "fourier = [0, 0, 2]"},
+                          {11, "normal_stiffness = 1.1"},
+                          {13, "friction = 0.3"},
+                          {14, "gap = -3.4"},
+                          {18, "harmonics = 6"},
+                          {19, "samples = 65"},
+                          {21, "step_tolerance = 1e-6"},
+                          {25, "kind = \"auto\""},
+                          {27, "omega = [0.8, 1.3]"},
+                          {28, "step = 0.06"},
+                          {29, "adaptive = true"},
+                          {30, "watch = \"a1\""},
+                          {5, "modes = 3"},
+                          {33, "[stability]\nenabled = false\n[output]"}};
+  for (const auto &change : others) EXPECT_FALSE(same({change})) << change.second;
+  EXPECT_FALSE(same({{27, "omega = [1.3, 0.9]"}, {31, ""}}));
+
+  Case study = read({{18, "harmonics = 7"}});
+  settle_stability(study, 8);
+  expect_words(message_of([&] { refuse_other_problem(study, points(study), before); }),
+               {"case.toml:18: harmonic_balance.harmonics = 7: this run began with 5", "without --restart"});
+  expect_words(message_of([&] { refuse_other_problem(study, points(study), "written by another version"); }),
+               {"case.toml", "this run began with another version"});
+}
+
+TEST_F(CaseFile, RestartKnowsHowFarARunGoes) {
+  const std::string before = limits_of(read());
+  for (const auto &change : Changes{{27, "omega = [0.9, 1.4]"},
+                                    {30, "max_points = 301"},
+                                    {30, "stop_after_peaks = 1"},
+                                    {30, "stop_at_amplitude = 1"},
+                                    {23, "max_iterations = 51"}})
+    EXPECT_NE(limits_of(read({change})), before) << change.second;
+  EXPECT_EQ(limits_of(read({{7, "stiffness = 0.06"}, {1, ""}})), before);
 }
 
 TEST_F(CaseFile, Scaling) {
@@ -489,6 +580,10 @@ TEST_F(CaseFile, DescriptionNamesValueUnitAndOrigin) {
   expect_words(line_of("newton.step_tolerance"), {"1e-08", "[-]", "default"});
   expect_words(line_of("continuation.omega"), {"[0.9, 1.3]", "[rad/s]", "given"});
   expect_words(line_of(" "), {"[0.143239, 0.206901]", "[Hz]"});
+  expect_words(line_of("continuation.watch"), {"what moves most", "default"});
+  expect_words(line_of("continuation.stop_after_peaks"), {"never", "default"});
+  expect_words(line_of("continuation.stop_at_amplitude"), {"never", "[m]", "default"});
+  expect_words(line_of("stability.enabled"), {"true for small models", "default"});
   expect_words(line_of("output.directory"), {"out", "given"});
   EXPECT_EQ(out.str().find("scaling.modal"), std::string::npos); // no meaning here
   EXPECT_EQ(out.str().find("reduced"), std::string::npos);
