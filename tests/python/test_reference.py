@@ -211,3 +211,71 @@ def test_continuation_ends_exactly_and_passes_the_resonance(ends):
     amplitude = np.hypot(q[:, 1, 1], q[:, 1, 2])
     np.testing.assert_allclose(amplitude, 1 / np.hypot(4 - omega ** 2, 0.1 * omega), rtol=1e-9)
     assert amplitude.max() > 4.9
+
+
+@pytest.fixture
+def original():
+    """The original's algorithm on two points with different parameters that slip and lift off; a full matrix couples them."""
+    rng = np.random.default_rng(5)
+    kxx = 4 * np.eye(6) + (lambda a: a + a.T)(0.2 * rng.normal(size=(6, 6)))
+    reduced = reference.Reduced(np.array([2.0]), 0.1 * rng.normal(size=(1, 6)), np.eye(6), kxx, np.ones(1), rng.normal(size=6),
+                                np.array([0, 0, -2.0, 0, 0, -1.0]))
+    contact = reference.Contact.uniform(2, [2.0, 3.0], [[1.0, 2.0], [0.5, 1.5]], [[0.3, 0.2], [0.4, 0.0]], [-0.1, 0.05])
+    arguments = reduced, contact, reference.contact_preload(reduced, contact), 0.02, [0, 1, 0.5], 3, 32
+    system = reference.Original(*arguments)
+    system.arguments = arguments
+    return system
+
+
+def pressed(scale, seed=2):
+    """Coefficients (2, 3, 7) of a motion during which both points stay closed."""
+    X = scale * np.random.default_rng(seed).normal(size=(2, 3, 7))
+    X[:, 2] *= 0.1
+    X[:, 2, 0] += 1
+    return X
+
+
+def test_original_law_of_closed_contacts_is_the_law(original):
+    """The clamped form gives the same force, and the foot at the end of the second period that `law` leaves behind."""
+    c, p = original.contact, original.preload
+    G, foot = original.march(pressed(0.3))
+    np.testing.assert_allclose(G, reference.contact_coefficients(pressed(0.3), c, p, 32), atol=1e-14)
+    x = np.swapaxes(reference.synthesis(pressed(0.3), 32), 1, 2)
+    force, state = reference.law(x, p.xp, p.w, c.kn, c.kt, c.mu, c.gap)
+    assert {1, -1, 0} == set(state.ravel())
+    np.testing.assert_allclose(foot, x[:, -1, :2] + p.xp[:, :2] - force[:, -1, :2] / c.kt, atol=1e-14)
+
+
+def test_original_foot_lands_early(original):
+    """Touch at a quarter of the step, as above: the foot stays where the surface was at the sample before, at 1 instead of 1.25."""
+    samples = np.array([[1.0, 2, 2], [0, 0, 0], [-1, 3, 3]])
+    original.N, original.H = 3, 1
+    original.contact = reference.Contact.uniform(1, 1.0, 1.0, 10.0)
+    original.preload = reference.Preload(*np.zeros((2, 1, 3)), np.zeros((1, 2)))
+    original.foot = original.preload.w
+    G, foot = original.march(reference.analysis(samples, 1)[None])
+    np.testing.assert_allclose(reference.synthesis(G[0], 3), [[0, 1, 1], [0, 0, 0], [0, 3, 3]], atol=1e-14)
+    np.testing.assert_allclose(foot, [[1, 0]], atol=1e-14)
+
+
+def test_original_remembers(original):
+    """Slip moves the feet, so a stuck motion evaluated before and after it has two different residuals; `HarmonicBalance` has one."""
+    def residual(system, X):
+        return system.residual(np.vstack([np.zeros(7), X.reshape(6, 7)]), 1.0)
+
+    plain = reference.HarmonicBalance(*original.arguments)
+    for system, forgets in ((plain, True), (original, False)):
+        before = residual(system, pressed(1e-3))
+        residual(system, pressed(0.3))
+        assert np.array_equal(residual(system, pressed(1e-3)), before) == forgets
+
+
+def test_original_jacobian(original):
+    """Forward differences of all coefficients at once, against complex step with the same feet; evaluating it moves no foot."""
+    q = np.vstack([np.ones(7), pressed(0.3).reshape(6, 7)])
+    original.foot = original.march(pressed(0.3))[1]
+    foot = original.foot.copy()
+    plain = reference.HarmonicBalance(*original.arguments)
+    plain.preload = reference.Preload(original.preload.xp, original.preload.g, foot)
+    np.testing.assert_allclose(original.jacobian(q, 1.0), plain.jacobian(q, 1.0), atol=2e-7)
+    np.testing.assert_array_equal(original.foot, foot)
