@@ -1,0 +1,97 @@
+"""Silent jumps: steps of a curve that lead to another branch without a word.
+
+A curve is looked at in coordinates without units: modal and contact coefficients over their largest norm on the curve, the frequency over
+the width of the sweep. A step from one point to the next is suspect if
+
+- it is `LONG` times as long as both its neighbours, or
+- it points away, by more than `AWAY`, from both the step before and the step after: a corner of the curve turns off from one of them only.
+
+A suspect step is put to the test: the curve through its first point is followed again with steps some `FINER` times as short. If that comes
+by the second point, within `NEAR` of the step's length, there was no jump. If it comes by the first point and goes on, not back, for `BEYOND`
+steps as long as the neighbours without coming by the second, there was one. If it does neither, the step stays in doubt. Steps a method has
+announced as leaps are no jumps.
+"""
+
+import numpy as np
+
+LONG = 3.0
+AWAY = np.radians(50)
+FINER = 20
+NEAR = 0.25
+BEYOND = 5
+MOST_SUSPECTS = 5  # put to the test, the worst first
+SHORTEST = 1e-6  # of a sweep: shorter steps than that jump nowhere
+
+
+def coordinates(omega, coefficients, modes, width):
+    """(points, unknowns + 1) without units."""
+    parts = [coefficients[:, :modes].reshape(len(omega), -1), coefficients[:, modes:].reshape(len(omega), -1)]
+    largest = [np.linalg.norm(part, axis=1).max(initial=0) or 1 for part in parts]
+    return np.column_stack([part / size for part, size in zip(parts, largest)] + [omega / width])
+
+
+def suspects(z, announced=()):
+    """Steps (index of the point they start from) that may be jumps, the worst first."""
+    steps = np.diff(z, axis=0)
+    length = np.linalg.norm(steps, axis=1)
+    said = {point - 1 for point in announced}
+    found = {}
+    for i in range(1, len(steps) - 1):
+        if i in said or length[i] < SHORTEST:
+            continue
+        ratio = length[i] / max(length[i - 1], length[i + 1], 1e-300)
+        cosine = [steps[i] @ steps[j] / (length[i] * max(length[j], 1e-300)) for j in (i - 1, i + 1)]
+        if ratio > LONG and not {i - 1, i + 1} & said or max(cosine) < np.cos(AWAY):
+            found[i] = length[i]
+    return sorted(found, key=found.get, reverse=True)
+
+
+def nearest(curve, place):
+    """Distance of a polyline (points, n) from a place, and the length along it to where it is nearest."""
+    along = np.diff(curve, axis=0)
+    lengths = np.linalg.norm(along, axis=1)
+    part = np.clip(np.sum((place - curve[:-1]) * along, axis=1) / np.maximum(lengths ** 2, 1e-300), 0, 1)
+    distance = np.linalg.norm(curve[:-1] + part[:, None] * along - place, axis=1)
+    i = np.argmin(distance)
+    return distance[i], lengths[:i].sum() + part[i] * lengths[i]
+
+
+def verdict(curve, before, first, second, beyond):
+    """What a curve that was followed again says about the step from `first` to `second`: "no jump", "jump", or None.
+
+    before : the point before the first;  beyond : how far it has to go on from `first`
+    """
+    step = np.linalg.norm(second - first)
+    if len(curve) < 2:
+        return None
+    if nearest(curve, second)[0] < NEAR * step:
+        return "no jump"
+    off, begins = nearest(curve, first)
+    length = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
+    back, where = nearest(curve, before)
+    goes_back = where > begins and back < NEAR * np.linalg.norm(first - before)
+    return "jump" if off < NEAR * step and length - begins > min(beyond, 1.5 * step) and not goes_back else None
+
+
+def silent_jumps(omega, coefficients, modes, width, announced, follow):
+    """Steps proved to be silent jumps, and those that stay in doubt.
+
+    follow(i) : iterates over attempts, each a list of curves (omega, coefficients) that may lead through point i and on, with fine steps
+    """
+    if len(omega) < 4:
+        return [], []
+    z = coordinates(omega, coefficients, modes, width)
+    length = np.linalg.norm(np.diff(z, axis=0), axis=1)
+    jumps, doubts = [], []
+    for i in suspects(z, announced)[:MOST_SUSPECTS]:
+        said = set()
+        for attempt in follow(i):
+            for again in attempt:
+                if len(again[0]):
+                    both = coordinates(np.r_[omega, again[0]], np.concatenate([coefficients, again[1]]), modes, width)
+                    said.add(verdict(both[len(omega):], *both[i - 1:i + 2], BEYOND * max(length[i - 1], length[i + 1])))
+            if said & {"jump", "no jump"}:
+                break
+        if "no jump" not in said:
+            (jumps if "jump" in said else doubts).append(int(i))
+    return jumps, doubts

@@ -1,0 +1,159 @@
+"""One scene by all methods: each part kept as JSON (and its curve as npz) beside the case, under a key of what it was made with."""
+
+import hashlib
+import json
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+
+import atlas_jumps
+import atlas_methods
+import atlas_scenes
+import atlas_truth
+import h5py
+import numpy as np
+from atlas_methods import DOVETAIL, ORIGINAL, PLAIN, Run
+from measure import BINARY, ROOT
+
+HERE = Path(__file__).resolve().parent
+LIMITS = {ORIGINAL: 4, PLAIN: 4, DOVETAIL: 10, "truth": 10, "again": 3}  # seconds of the processor; truth: for all three places
+MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
+FACTOR = 2
+
+
+def digest(*paths):
+    """Short hash of files."""
+    made = hashlib.sha256()
+    for path in paths:
+        made.update(Path(path).read_bytes())
+    return made.hexdigest()[:16]
+
+
+def programs():
+    """Hash of what makes each part, apart from the scene itself."""
+    python = digest(ROOT / "python/dovetail/reference.py", HERE / "atlas_methods.py")
+    core = digest(BINARY)
+    judge = digest(atlas_truth.PROGRAM) if atlas_truth.PROGRAM.exists() else "none"
+    return {ORIGINAL: python, PLAIN: python, DOVETAIL: core, "truth": f"{core} {judge}"}
+
+
+def kept(path, key):
+    """A part from the run before, if it was made with the same things."""
+    if path.exists():
+        part = json.loads(path.read_text())
+        if part.get("key") == key:
+            return part
+    return None
+
+
+def keep(path, key, part):
+    path.write_text(json.dumps({"key": key, **part}, indent=1, allow_nan=True) + "\n")
+    return part
+
+
+def run_scene(scene, folder, program, parts):
+    """Every part in `parts` of a scene that is not there yet; a dict with all parts there are. program : as `programs` has it"""
+    folder.mkdir(parents=True, exist_ok=True)
+    longer = FACTOR if scene.points > MANY or scene.family == "evidence" else 1
+    limits = {name: limit * longer for name, limit in LIMITS.items()}
+    built = atlas_scenes.build(scene)
+    key = {part: f"{built.fingerprint()} {program}" for part, program in program.items()}
+    made = {}
+    for part in (ORIGINAL, PLAIN, DOVETAIL, "truth"):
+        path = folder / f"{part}.json"
+        made[part] = kept(path, key[part])
+        if made[part] is not None or part not in parts:
+            continue
+        case = folder / "case.toml"
+        if part == "truth":
+            if not atlas_truth.PROGRAM.exists() or made[DOVETAIL] is None:
+                continue
+            run = curve(folder, made[DOVETAIL], DOVETAIL, built)
+            made[part] = keep(path, key[part], {"places": atlas_truth.judge(case, folder, run, built.modes, limits["truth"])})
+            continue
+        if part == DOVETAIL:
+            atlas_scenes.write(built, folder)
+            run, about = atlas_methods.dovetail(case, built.omega, folder, limits[part])
+            more = {name: about[name] for name in ("folds", "corners", "harmonics", "integrations", "leaps", "step_cuts") if name in about}
+        else:
+            run, more = getattr(atlas_methods, part)(built, limits[part]), {}
+        np.savez(folder / f"{part}.npz", omega=run.omega, coefficients=run.coefficients, announced=np.array(run.announced, int))
+        follow = follower(part, built, folder, run, limits["again"])
+        jumps, doubts = atlas_jumps.silent_jumps(run.omega, run.coefficients, built.modes, abs(built.omega[1] - built.omega[0]),
+                                                 run.announced, follow)
+        made[part] = keep(path, key[part], {**run.figures(), **more, "jumps": jumps, "doubts": doubts})
+    if made["truth"] is not None:
+        made["errors"] = errors_of_the_others(folder, made, built)
+    return made
+
+
+def errors_of_the_others(folder, made, built):
+    """Error of original and plain at the places where Dovetail's curve was judged; None where they have no point at that frequency."""
+    errors = {}
+    for method in (ORIGINAL, PLAIN):
+        if made[method] is None:
+            continue
+        run, errors[method] = curve(folder, made[method], method, built), []
+        for place in made["truth"]["places"]:
+            if place.get("stays"):
+                found = atlas_truth.at(place["omega"], run, built.modes, np.array(place["true"])) if run.points > 1 else None
+                errors[method].append(None if found is None else atlas_truth.error(found, np.array(place["true"]), built.modes))
+    return errors
+
+
+def curve(folder, part, method, built):
+    """The curve of a part from the run before, as a Run."""
+    stored = np.load(folder / f"{method}.npz")
+    return Run(part["end"], built.omega, part["newton"], part["seconds"], part["said"], stored["omega"], stored["coefficients"],
+               tuple(stored["announced"]))
+
+
+def only(results, point, path):
+    """A results file with a single point of another, to start from: by its frequency alone a point is not known where the curve folds."""
+    with h5py.File(results) as old, h5py.File(path, "w") as new:
+        new.attrs.update(old.attrs)
+
+        def copy(name, item):
+            if isinstance(item, h5py.Dataset):
+                new[name] = item[point:point + 1] if name.startswith("points/") else item[()]
+
+        old.visititems(copy)
+
+
+def follower(method, built, folder, run, limit):
+    """The function that `atlas_jumps.silent_jumps` wants: by Dovetail itself for its own curve, by plain continuation for the others."""
+    def again_plain(i):
+        system = atlas_methods.Plain(*atlas_methods.arguments(built))
+        whole = np.append(run.coefficients[i + 1] - run.coefficients[i], run.omega[i + 1] - run.omega[i])
+        try:
+            q = system.solve(run.omega[i], run.coefficients[i])
+            up = system.tangent(np.append(q, run.omega[i]), np.eye(len(whole))[-1])
+        except (RuntimeError, np.linalg.LinAlgError):
+            return
+        step, sense = np.linalg.norm(whole) / atlas_jumps.FINER, 1 if up @ whole >= 0 else -1
+        beyond = run.omega[i], run.omega[i] * (1 + 100 * sense)
+        points = (lambda: ((*point, 0) for point in islice(system.branch(*beyond, step, step, step / 1e3, q), 4 * atlas_jumps.FINER)))
+        done = atlas_methods.collect(points, replace(built, omega=beyond), limit)
+        yield [(done.omega, done.coefficients)]
+
+    def again_dovetail(i):
+        """Short sweeps from the point or one before it, as a turning point is no place to begin at a frequency; its steps are a hundredth
+        of the sweep at most."""
+        fine = folder / "again"
+        fine.mkdir(exist_ok=True)
+        for j in [j for j in (i, i - 1, i - 3) if j >= 0]:
+            curves = []
+            span = max(3 * np.abs(run.omega[j:i + 2] - run.omega[j]).max(), 1e-3 * abs(built.omega[1] - built.omega[0]))
+            for sense in (1, -1):
+                narrow = replace(built, omega=(float(run.omega[j]), float(run.omega[j] + sense * span)), step=1e-4,
+                                 harmonics=run.coefficients.shape[2] // 2)
+                case = atlas_scenes.write(narrow, fine)
+                only(folder / "results.h5", j, fine / "start.h5")
+                case.write_text(case.read_text() + 'start = "start.h5"\nmax_points = 500\n')
+                done, _ = atlas_methods.dovetail(case, narrow.omega, fine, limit)
+                end = done.announced[0] if done.announced else done.points
+                if end and abs(done.omega[0] - run.omega[j]) <= 1e-12 * run.omega[j]:
+                    curves.append((done.omega[:end], done.coefficients[:end]))
+            yield curves
+
+    return again_dovetail if method == DOVETAIL else again_plain
