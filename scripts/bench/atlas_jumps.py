@@ -7,7 +7,7 @@ the width of the sweep. A step from one point to the next is suspect if
 - it points away, by more than `AWAY`, from both the step before and the step after: a corner of the curve turns off from one of them only.
 
 A suspect step is put to the test: the curve through its first point is followed again with steps some `FINER` times as short. If that comes
-by the second point, within `NEAR` of the step's length, there was no jump. If it comes by the first point and goes on, not back, for `BEYOND`
+by the second point, within `NEAR` of the step's length, there was none. If it comes by the first point and goes on, not back, for `BEYOND`
 steps as long as the neighbours without coming by the second, there was one. If it does neither, the step stays in doubt. Steps a method has
 announced as leaps are no jumps.
 """

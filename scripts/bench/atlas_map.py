@@ -1,4 +1,4 @@
-"""The map of the atlas: every scene as a mark in the plane of contact stiffness and load, by method, and shares over the other dimensions."""
+"""The map of the atlas: each scene a mark in the plane of contact stiffness and load, by method, and shares over the other dimensions."""
 
 import matplotlib
 
@@ -94,7 +94,8 @@ def draw(rows, path):
                           markeredgewidth=1.2 if shape in "+x" else 0.5, label=name)
                for outcome, (shape, colour, _, name) in MARKS.items()
                if any(atlas_table.outcome(row, method) == outcome for row in rows for method in METHODS)]
-    figure.legend(handles=handles, loc="center", bbox_to_anchor=(0.525, 0.508), ncol=len(handles), frameon=False, fontsize=8, handletextpad=0.1)
+    figure.legend(handles=handles, loc="center", bbox_to_anchor=(0.525, 0.508), ncol=len(handles), frameon=False, fontsize=8,
+                  handletextpad=0.1)
     below = figure.add_subplot(grid[1, :])
     bars(below, rows)
     below.legend(loc="lower left", fontsize=7, ncol=3)

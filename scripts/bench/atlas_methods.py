@@ -123,7 +123,7 @@ def with_count(branch):
 
 
 def plain(built, limit):
-    """`reference.HarmonicBalance.continuation`: adaptive arc length, exact Jacobian, line search, the same equations at every evaluation."""
+    """`reference.HarmonicBalance.continuation`: adaptive arc length, exact Jacobian, line search, the same equations each time."""
     def counted():
         system = Plain(*arguments(built))
         for tangents, (omega, q) in enumerate(system.branch(*built.omega, built.arc)):

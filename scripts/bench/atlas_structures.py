@@ -142,7 +142,7 @@ def dense(points, rng):
 
 
 def one_to_three(points, rng, springs):
-    """The chain with one node more, tuned so that with `springs` (3,) at each contact the second bending is three times as fast as the first.
+    """The chain with one node more, tuned so that with `springs` (3,) at each contact the second bending is thrice as fast as the first.
 
     Frequencies come in threes, as directions do: the fourth is three times the first. Tuned by the stiffness of the last link; if none
     gives 3, the one that comes closest.

@@ -78,7 +78,8 @@ def figures(rows):
     for method in METHODS:
         done = [row[method] for row in rows if row[method] is not None]
         made[method] = {"scenes": len(done), "ends": dict(Counter(part["end"] for part in done)),
-                        "silent_jumps": sum(len(part["jumps"]) for part in done), "with_silent_jumps": sum(bool(part["jumps"]) for part in done),
+                        "silent_jumps": sum(len(part["jumps"]) for part in done),
+                        "with_silent_jumps": sum(bool(part["jumps"]) for part in done),
                         "points": sum(part["points"] for part in done), "newton": sum(part["newton"] for part in done),
                         "seconds": sum(part["seconds"] for part in done)}
     counted = [row for row in rows if periodic(row)]
@@ -99,7 +100,8 @@ def lines(rows):
     out = [f"{len(rows)} scenes", "", f"{'':22}" + "".join(f"{method:>12}" for method in METHODS)]
     for end in ENDS:
         out.append(f"{end:22}" + "".join(f"{made[method]['ends'].get(end, 0):12}" for method in METHODS))
-    for label, key, form in (("with silent jumps", "with_silent_jumps", "12"), ("points", "points", "12"), ("Newton iterations", "newton", "12"),
+    for label, key, form in (("with silent jumps", "with_silent_jumps", "12"), ("points", "points", "12"),
+                             ("Newton iterations", "newton", "12"),
                              ("seconds", "seconds", "12.0f")):
         out.append(f"{label:22}" + "".join(f"{made[method][key]:{form}}" for method in METHODS))
     out += ["", f"scenes with a periodic motion, by integration: {made[ORIGINAL]['counted']}; of these finished without a silent jump:",
