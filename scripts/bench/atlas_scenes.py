@@ -235,4 +235,3 @@ def write(built, folder):
                        law="unilateral" if frictionless else "coulomb", normal_stiffness=c.kn.tolist(), **friction,
                        gap=c.gap.tolist(), initial=built.initial, harmonics=built.harmonics, omega=list(built.omega),
                        step=built.step).path
-
