@@ -90,4 +90,3 @@ def scenes(scene_type):
 
 def build(scene, built_type):
     return built_type(name=scene.name, **SETTINGS[scene.name.replace("_", " ")][0]())
-
