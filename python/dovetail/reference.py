@@ -115,7 +115,8 @@ def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
     surface was at the instant p = 0, interpolated linearly between the two samples.
     cone: the same, but the length of the two tangential forces together is bounded by mu N, and the foot is dragged in their
     direction. unilateral: N alone, no friction. bilateral: N = kn p of either sign, never open.
-    The period is marched twice, starting with the foot at w, and the second time round is kept: by then the force is periodic.
+    The period is marched twice, starting with the foot at w, and the second time round is kept: by then the force is periodic,
+    but for the cone, which goes round until it is (to 1e-10 of the largest bound mu N), a hundred times at most.
 
     Parameters
     ----------
@@ -140,23 +141,29 @@ def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
     force = np.zeros_like(total)
     state = np.zeros(surface.shape, int)
     was_open = False  # nothing precedes the first sample of the first pass
-    for j in 2 * list(range(total.shape[-2])):
-        here, p = surface[..., j, :], approach[..., j, :]
-        before, p_before = surface[..., j - 1, :], approach[..., j - 1, :]
-        is_open = (p.real <= 0) & (kind != BILATERAL)
-        landing = was_open & ~is_open
-        instant = p_before / np.where(landing, p_before - p, 1)
-        w = np.where(landing, before + instant * (here - before), w)
+    close = 1e-10 * mu * kn * np.maximum(approach.real.max(axis=-2), 0)
+    end = np.inf  # forces at the end of the round before
+    for _ in range(100):
+        for j in range(total.shape[-2]):
+            here, p = surface[..., j, :], approach[..., j, :]
+            before, p_before = surface[..., j - 1, :], approach[..., j - 1, :]
+            is_open = (p.real <= 0) & (kind != BILATERAL)
+            landing = was_open & ~is_open
+            instant = p_before / np.where(landing, p_before - p, 1)
+            w = np.where(landing, before + instant * (here - before), w)
 
-        normal = np.where(is_open, 0, kn * p)
-        trial = kt * (here - w)
-        tangential, sign = rubbed(trial, mu * normal, cone)
-        w = np.where(sign == 0, w, here - tangential / kt)
+            normal = np.where(is_open, 0, kn * p)
+            trial = kt * (here - w)
+            tangential, sign = rubbed(trial, mu * normal, cone)
+            w = np.where(sign == 0, w, here - tangential / kt)
 
-        force[..., j, :2] = np.where(is_open | ~rubs, 0, tangential)
-        force[..., j, 2:] = normal
-        state[..., j, :] = np.where(is_open, OPEN, np.where(rubs, sign, 0))
-        was_open = is_open
+            force[..., j, :2] = np.where(is_open | ~rubs, 0, tangential)
+            force[..., j, 2:] = normal
+            state[..., j, :] = np.where(is_open, OPEN, np.where(rubs, sign, 0))
+            was_open = is_open
+        moved, end = np.abs(tangential - end), tangential
+        if np.isfinite(moved).all() and not (cone & (moved > close)).any():
+            break
     return force, state
 
 

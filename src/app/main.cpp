@@ -138,6 +138,7 @@ int main(int argc, char **argv) {
     status = 3, failure = dovetail::text_of(error);
   }
   if (!failure.empty()) {
+    dovetail::ignore_signals(); // by which the launcher ends what is left when the first rank has gone
     const bool together = all_arrive(roll_call);
     if (rank == 0 || !together) std::fprintf(stderr, "dovetail: %s\n", failure.c_str());
     if (!together) MPI_Abort(PETSC_COMM_WORLD, status);

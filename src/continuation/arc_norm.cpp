@@ -64,6 +64,18 @@ void ArcNorm::weigh(Vec t, Vec row) const {
   check(VecRestoreArray(row, &own), "measuring arc length");
 }
 
+double ArcNorm::swing(Vec t) const {
+  const double *own;
+  check(VecGetArrayRead(t, &own), "measuring arc length");
+  double sum = 0;
+  for (PetscInt i = 0; i < own_coefficients_; ++i)
+    if (i % width_ > 0) sum += weights_[i / width_] * own[i] * own[i];
+  if (owns_omega_) sum += own[own_coefficients_] * own[own_coefficients_] / (weighted_ ? omega_ * omega_ : 1);
+  check(VecRestoreArrayRead(t, &own), "measuring arc length");
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm_);
+  return std::sqrt(sum);
+}
+
 double ArcNorm::product(Vec a, Vec b) const {
   const double *x, *y;
   check(VecGetArrayRead(a, &x), "measuring arc length");

@@ -19,6 +19,8 @@ public:
   void weigh(Vec t, Vec row) const;
   double product(Vec a, Vec b) const;
   double length(Vec t) const;
+  /// Its length without the mean values of the motion.
+  double swing(Vec t) const;
   /// Plain norm of the motion alone, without Omega.
   double motion(Vec y) const;
 

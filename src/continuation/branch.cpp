@@ -60,7 +60,8 @@ BranchSummary Follower::follow() {
   if (settings_.to == settings_.from) end(End::arrived);
   if (!ended_ && summary_.counts.points >= settings_.max_points) after_step();
   while (!ended_) {
-    if (advance() == Go::on) after_step();
+    advance();
+    if (!ended_) after_step();
     const bool lost = summary_.end == End::retraced || summary_.end == End::turned_back || summary_.end == End::stalled;
     if (ended_ && lost && leave_from_farthest()) after_step();
   }
@@ -157,6 +158,8 @@ Follower::Go Follower::accept_step(Vec normal, double step) {
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
   else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
     return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");
+  check(VecWAXPY(predicted_, -1, trial_.y, here_.y), "measuring a step");
+  still_ = curve_->norm.swing(predicted_) < nothing * curve_->norm.length(predicted_) ? still_ + 1 : 0;
   curve_->norm.see(here_.y);
   const auto sense = trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
   if (sense == Trail::Sense::opposite) return end(End::retraced, "the branch runs back over itself");
@@ -202,6 +205,12 @@ Follower::Go Follower::after_step() {
   else if (observer_.interrupted && observer_.interrupted())
     end(End::interrupted, "interrupted");
   if (!ended_ && std::exchange(crowded_, false)) refusal_ = "the curve bends again and again", more_harmonics();
+  if (!ended_ && still_ == enough_still) {
+    still_ = 0;
+    refusal_ = "from here on the curve is a straight line at one frequency, along which mean positions change and nothing "
+               "else: any of them is a solution, and beyond the body walks away";
+    if (!leap(false) && !leap(true)) end(End::stalled, refusal_);
+  }
   if (observer_.state) observer_.state(state());
   return ended_ ? Go::ended : Go::on;
 }

@@ -104,6 +104,7 @@ private:
   bool ended_ = false, crowded_ = false;
   double step_ = 0, arclength_ = 0;
   double curvature_ = 0; // at the last smooth step: angle per arc length
+  int still_ = 0;        // steps in succession along which only mean positions changed
   int direction_ = 1;
   int last_verdict_ = -1; // the last that was certain: 1 stable, 0 unstable; -1: none yet
   struct Fold {

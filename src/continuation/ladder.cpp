@@ -1,5 +1,6 @@
 // What is tried when no step along the tangent converges, cheapest first. Every rung that helps is counted and told.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "continuation/follower.hpp"
@@ -10,7 +11,7 @@ namespace dovetail {
 namespace {
 
 constexpr int most_leaps = 20, most_integrations = 20;
-constexpr double leaps[] = {1e-4, 1e-3, 1e-2}, integrations[] = {1e-3, 1e-2, 5e-2}; // of the sweep
+constexpr std::array leaps{1e-4, 1e-3, 1e-2, 5e-2}, integrations{1e-3, 1e-2, 5e-2, 0.2}; // of the sweep
 constexpr double step_after = 1e-3;                                                 // of a rung
 constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
 constexpr double most_unknowns = 4000; // of a system whose harmonics are raised
@@ -89,10 +90,13 @@ bool Follower::leave_from_farthest() {
   if (settings_.steps_only || !farthest_ || summary_.counts.leaps + summary_.counts.integrations >= most_leaps)
     return false;
   std::swap(here_, *farthest_);
-  farthest_.reset();
   refusal_ = summary_.why;
-  ended_ = false;
-  return (leap(false) || leap(true)) && !ended_;
+  ended_ = false; // a leap may end the sweep
+  const bool left = leap(false) || leap(true);
+  if (!left) std::swap(here_, *farthest_);
+  farthest_.reset();
+  ended_ = ended_ || !left;
+  return !ended_;
 }
 
 void Follower::take_system(HarmonicSystem &system) {

@@ -172,11 +172,10 @@ bool Follower::find_wanted(Vec normal, const Station &a, const Station &b, std::
 }
 
 void Follower::begin_stability() {
-  constexpr PetscInt most = 2000; // coefficients of a model that is judged densely, on every rank
-  if (system_->layout().dofs() * system_->layout().width > most)
-    large_stability_ = std::make_unique<LargeStabilityTest>(*system_);
-  else
+  if (judged_densely(system_->layout().dofs()))
     stability_ = std::make_unique<StabilityTest>(dense_model(*system_));
+  else
+    large_stability_ = std::make_unique<LargeStabilityTest>(*system_);
 }
 
 std::optional<Stability> Follower::judge(const Station &s) {
@@ -229,7 +228,8 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
              std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") + " frequencies",
              s.omega, place.amplitude);
       note_bend(s.omega);
-      if (!farthest_ || (s.omega - farthest_->omega) * direction_ > 0) farthest_ = std::move(place.at);
+      if (summary_.counts.points < settings_.max_points && (!farthest_ || (s.omega - farthest_->omega) * direction_ > 0))
+        farthest_ = std::move(place.at);
       break;
     case Kind::peak:
       ++summary_.counts.peaks;
@@ -255,7 +255,12 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
     case Kind::wanted:
       break;
     }
-    if (summary_.counts.points >= settings_.max_points) return Go::on;
+    if (summary_.counts.points < settings_.max_points) continue;
+    arclength_ += place.along * plain; // stand here, so that a restart goes on from here
+    std::swap(here_, place.at);
+    amplitude_ = (*meter_)(here_.y, here_.t);
+    verdict_ = stability;
+    return Go::ended;
   }
   return Go::on;
 }

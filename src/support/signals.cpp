@@ -27,7 +27,7 @@ void on_signal(int signal) {
     if (rank == 0) say("dovetail: noted "), say(name_of(signal)), say(": the point under way is finished first\n");
     return;
   }
-  if (rank > 0) sleep(1); // the launcher ends all ranks as soon as one is gone: rank 0 has the word
+  if (rank > 0) sleep(1), _exit(3); // rank 0 has the word, and the launcher ends all as soon as one is gone
   say("dovetail: ended by "), say(name_of(signal));
   say(noted ? ", the second signal; the results file holds every point that was computed\n"
             : " before the first point was computed\n");
@@ -56,6 +56,10 @@ void catch_signals() {
 }
 
 void only_note_signals() { patient = 1; }
+
+void ignore_signals() {
+  for (const int signal : {SIGTERM, SIGUSR1}) std::signal(signal, SIG_IGN);
+}
 
 int noted_signal(MPI_Comm comm) {
   int signal = noted;

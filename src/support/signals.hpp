@@ -12,6 +12,9 @@ void catch_signals();
 /// all the same.
 void only_note_signals();
 
+/// From here on neither matters: the program is ending, and has said why.
+void ignore_signals();
+
 /// The signal that any rank has noted, or 0: the same on all ranks. Collective.
 int noted_signal(MPI_Comm comm);
 

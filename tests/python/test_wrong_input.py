@@ -147,8 +147,8 @@ CASES = [
     ("step = 0.05", "step = 0", ["continuation.step = 0", "greater than 0"]),
     ("adaptive = true", "adaptive = 1", ["continuation.adaptive = 1", "true or false"]),
     ("max_points = 3", "max_points = 0", ["continuation.max_points = 0", "at least 1"]),
-    ("[output]", "[stability]\nenabled = 1\n[output]", ["stability.enabled = 1", "true or false"]),
-    ("max_points = 3", "max_points = 3\nwatch = \"tip\"", ["continuation.watch = \"tip\"", "x1.t1", "a1"]),
+    ("model = \"model.h5\"", "stability.enabled = 1\nmodel = \"model.h5\"", ["stability.enabled = 1", "true or false"]),
+    ("max_points = 3", "watch = \"tip\"\nmax_points = 3", ["continuation.watch = \"tip\"", "x1.t1", "a1"]),
     ("directory = \"out\"", "directory = 5", ["output.directory = 5", "quotes"]),
     ("directory = \"out\"", "directory = \"model.h5/out\"", ["output.directory", "model.h5/out"]),
 ]
