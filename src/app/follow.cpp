@@ -77,7 +77,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
                                event.amplitude * amplitude_unit});
     progress.event(event, w0);
   };
-  observer.state = [&](const BranchState &state) { keeper.take(state, results); };
+  observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };
   observer.interrupted = [&] { return (followed.signal = noted_signal(comm)) != 0; };
   BranchStory &story = followed.story;
   story.summary = stages.run("5 branch", [&] {

@@ -91,10 +91,10 @@ void StateKeeper::write() {
   written_ = MPI_Wtime(), took_ = written_ - begin;
 }
 
-void StateKeeper::take(const BranchState &state, const ResultsFile &results) {
+void StateKeeper::take(BranchState state, const ResultsFile &results) {
   on_all_ranks(comm_, [&] {
     if (!speaks_) return;
-    run_.branch = state;
+    run_.branch = std::move(state);
     run_.events = static_cast<long>(results.events().size());
     noted_ = true;
     if (MPI_Wtime() - written_ > std::max(pause, share * took_)) write();
