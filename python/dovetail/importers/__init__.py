@@ -5,6 +5,8 @@ A reader of files that know their contact points offers convert(files, output) -
 """
 
 import importlib
+import os
+from contextlib import contextmanager
 
 FORMATS = {
     "calculix": "job.inp with job.sti, job.mas, job.dof beside it",
@@ -14,6 +16,18 @@ FORMATS = {
     "matrices": "K=FILE M=FILE contact_dofs=FILE index_base=1: Matrix Market, MATLAB, PETSc",
     "csv": "text blocks headed by 'Name: Kee' and so on",
 }
+
+
+@contextmanager
+def naming(files):
+    """Puts the files in front of a ValueError that names none of them."""
+    try:
+        yield
+    except ValueError as error:
+        paths = [path for path in (str(word).rpartition("=")[2] for word in files) if os.path.exists(path)]
+        if any(path in str(error) for path in paths):
+            raise
+        raise ValueError(f"{', '.join(map(str, files))}: {error}") from None
 
 
 def convert(kind, files, output, setup=None):
@@ -38,12 +52,14 @@ def convert(kind, files, output, setup=None):
     if hasattr(module, "convert"):
         if setup is not None:
             raise ValueError(f"{setup}: {kind} files hold their contact points themselves; leave --setup out")
-        return module.convert(files, output)
+        with naming(files):
+            return module.convert(files, output)
     if setup is None:
         raise ValueError(f"{kind} files hold no joints; say with --setup joints.toml which surfaces touch")
     from .setup_file import apply
 
-    structure = module.read(files)
+    with naming(files):
+        structure = module.read(files)
     model = apply(structure, setup)
     model.write(output)
     summary = f"full model: {model.n} degrees of freedom, {len(model.contact_dofs)} contact points"

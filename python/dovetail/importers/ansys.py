@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from . import ansys_archive, harwell_boeing
+from .apart import apart
 from .deck_structure import build
 from .whole import missing, only, whole
 
@@ -51,7 +52,8 @@ def read(files, *, units="SI"):
         if "K" in named or "M" in named or "mapping" in kinds:
             raise ValueError("give either a full file or Harwell-Boeing matrices with their mapping file, not both")
         source = only(kinds, "full", "one full file")
-        K, M, dofs, load, constrained = _full(source)
+        _reader("full")  # said here if the package is missing
+        K, M, dofs, load, constrained = apart(lambda: _full(source), source)
     else:
         K, M, dofs, load = _harwell_boeing(named, kinds)
         source, constrained = named["K"], None

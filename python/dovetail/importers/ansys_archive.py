@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .apart import apart
 from .inp import Deck
 
 CELLS = {10: ("tetra", 4), 24: ("tetra10", 10), 12: ("hexahedron", 8), 25: ("hexahedron20", 20), 13: ("wedge", 6),  # by VTK number
@@ -23,10 +24,16 @@ def read(path, module, notes):
         What was not taken is added here.
     """
     _check_blocks(path)
-    try:
-        raw = module("_reader").read(str(path), read_parameters=False, debug=False, read_eblock=True)
-    except (ValueError, IndexError, KeyError, RuntimeError) as error:
-        raise ValueError(f"{path}: ansys-mapdl-reader cannot read it: {error}") from None
+    module("_reader")  # said here if the package is missing
+    deck, element_components = apart(lambda: _deck(path, module), path)
+    if element_components:
+        notes.append(f"NOT taken: element components {', '.join(element_components)}")
+    return deck
+
+
+def _deck(path, module):
+    """The Deck, and the names of what is left out."""
+    raw = module("_reader").read(str(path), read_parameters=False, debug=False, read_eblock=True)
     order = np.argsort(raw["nnum"], kind="stable")
     labels, nodes = np.asarray(raw["nnum"], dtype=np.int64)[order], np.asarray(raw["nodes"])[order]
     turned = np.flatnonzero(np.any(nodes[:, 3:] != 0, axis=1))
@@ -40,9 +47,7 @@ def read(path, module, notes):
         if not inside.all():
             raise ValueError(f"{path}, component {name}: node {members[~inside][0]} is not there")
         sets[name] = np.searchsorted(labels, members)
-    if raw["elem_comps"]:
-        notes.append(f"NOT taken: element components {', '.join(raw['elem_comps'])}")
-    return Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, shapeless=shapeless)
+    return Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, shapeless=shapeless), list(raw["elem_comps"])
 
 
 def _check_blocks(path):

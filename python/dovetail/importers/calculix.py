@@ -81,7 +81,7 @@ def _find(files):
 
 def _dofs(path):
     """Node numbers and directions 1 to 3 (n,) of the rows: lines such as 12.3."""
-    text = path.read_text()
+    text = path.read_text(encoding="utf-8", errors="replace")
     if not re.fullmatch(r"(?:[ \t]*\d+\.\d[ \t]*\n)+", text):
         for number, line in enumerate(text.split("\n"), start=1):
             if not re.fullmatch(r"\s*\d+\.\d\s*", line):

@@ -51,7 +51,7 @@ def read_blocks(files):
     """All blocks of all files, by name in the spelling of FULL and REDUCED."""
     blocks = {}
     for path in files:
-        with open(path, encoding="utf-8-sig") as stream:
+        with open(path, encoding="utf-8-sig", errors="replace") as stream:
             for block in _blocks_of(str(path), stream):
                 if block.name in blocks:
                     raise ValueError(f"{block.where}: given twice, first in {blocks[block.name].where}")

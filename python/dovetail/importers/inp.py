@@ -42,6 +42,8 @@ class Deck:
     def rows_of(self, labels):
         """Node rows of node numbers, -1 for those that are not in the deck."""
         labels = np.asarray(labels, dtype=np.int64)
+        if not len(self.labels):
+            return np.full(labels.shape, -1)
         place = np.searchsorted(self.labels, labels).clip(max=len(self.labels) - 1)
         return np.where(self.labels[place] == labels, place, -1)
 

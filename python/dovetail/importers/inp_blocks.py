@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 MAX_DEPTH = 10  # of files that include files
+LARGEST = 10**18  # whole numbers are below it, so that 64 bits hold them
 
 
 @dataclass
@@ -46,8 +47,10 @@ class Block:
             value = kind(word.upper().replace("D", "E") if kind is float else word)
         except ValueError:
             raise self.error(f"wanted a {'whole ' if kind is int else ''}number, found {word!r}", row) from None
-        if not np.isfinite(value):
+        if kind is float and not np.isfinite(value):
             raise self.error(f"wanted a finite number, found {word}", row)
+        if kind is int and abs(value) >= LARGEST:
+            raise self.error(f"wanted a whole number of at most 18 digits, found {word[:30]}", row)
         return value
 
     def first_numbers(self):

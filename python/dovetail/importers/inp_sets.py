@@ -6,6 +6,7 @@ import numpy as np
 
 from .elements import cell_of
 
+MOST = 10**8  # numbers that one line may generate
 ABAQUS_HOLDS = {"ENCASTRE": (1, 6), "PINNED": (1, 3), "XSYMM": (1, 1), "YSYMM": (2, 2), "ZSYMM": (3, 3)}  # and rotations
 
 
@@ -148,8 +149,10 @@ def _numbers(block, row, words, sets):
         first, last, step = [block.number(row, word, int) for word in (*words, "1")[:3]] if len(words) in (2, 3) else (1, 0, 1)
         if last < first or step < 1:
             raise block.error(f"wanted first, last and step of the numbers to generate, found {block.lines[row]!r}", row)
+        if (last - first) // step > MOST:
+            raise block.error(f"wanted at most {MOST} numbers, found {block.lines[row]!r}", row)
         return np.arange(first, last + 1, step)
-    parts = [[int(word)] if word.isdigit() else _named(block, row, word.strip('"'), sets) for word in words if word]
+    parts = [[block.number(row, word, int)] if word.isdecimal() else _named(block, row, word.strip('"'), sets) for word in words if word]
     return np.concatenate(parts).astype(np.int64) if parts else np.zeros(0, dtype=np.int64)
 
 

@@ -12,7 +12,9 @@ import numpy as np
 import scipy.io
 import scipy.sparse as sp
 
+from .. import hdf5_read
 from ..model import CONTACT_WIDTH, Model
+from .apart import apart
 from .whole import whole
 
 MATRICES = ("K", "M")
@@ -104,7 +106,7 @@ def _matrix_market(path):
         if field == "pattern" or symmetry == "skew-symmetric":
             raise ValueError(f"wanted numbers, symmetric or general, found {field}, {symmetry}")
         return scipy.io.mmread(path), symmetry == "symmetric"
-    except (ValueError, IndexError, OverflowError) as error:
+    except (ValueError, IndexError, OverflowError, MemoryError, TypeError, AttributeError) as error:
         raise ValueError(f"{path}: not a readable Matrix Market file: {error}") from None
 
 
@@ -152,29 +154,52 @@ def _text(path):
 def _variables(path):
     """The variables of a MATLAB file that have a name in NAMES."""
     if h5py.is_hdf5(path):
-        with h5py.File(path, "r") as file:
-            return {name: _v73(file[name], f"{path}, variable {name}") for name in NAMES if name in file}
+        with hdf5_read.opened(path) as file:
+            return {name: _v73(file, name, f"{path}, variable {name}") for name in NAMES if name in file}
+    return apart(lambda: _loaded(path), path)
+
+
+def _loaded(path):
     try:
         found = scipy.io.loadmat(path, variable_names=NAMES)
-    except OSError:
-        raise
     except Exception as error:  # loadmat raises many kinds for a file that is cut off or none at all
+        if isinstance(error, OSError) and error.filename is not None:
+            raise
         raise ValueError(f"{path}: not a readable MATLAB file: {error}") from None
+    for name in NAMES:
+        if sp.issparse(found.get(name)):
+            _check_sparse(found[name], f"{path}, variable {name}")
     return {name: found[name] for name in NAMES if name in found}
 
 
-def _v73(item, where):
+def _v73(file, name, where):
     """A variable of a v7.3 file, which is HDF5 with columns first."""
-    if "MATLAB_sparse" in item.attrs:
-        jc = item["jc"][()].astype(np.int64)
-        ir = item["ir"][()].astype(np.int64) if "ir" in item else np.zeros(0, np.int64)
-        data = item["data"][()] if "data" in item else np.zeros(0)
-        if jc.size == 0 or jc[-1] != ir.size or ir.size != data.size or (np.diff(jc) < 0).any():
-            raise ValueError(f"{where}: column pointers, row numbers and values do not fit together")
-        return sp.csc_matrix((data, ir, jc), shape=(int(item.attrs["MATLAB_sparse"]), jc.size - 1))
-    if not isinstance(item, h5py.Dataset) or not np.issubdtype(item.dtype, np.number):
-        raise ValueError(f"{where}: wanted numbers, found {item.attrs.get('MATLAB_class', 'something else')!r}")
-    return item[()].T
+    if isinstance(file[name], h5py.Group) and "MATLAB_sparse" in file[name].attrs:
+        jc = hdf5_read.numbers(file, f"{name}/jc", (None,), "i")
+        ir, data = np.zeros(0, np.int64), np.zeros(0)
+        if f"{name}/ir" in file or f"{name}/data" in file:  # left out by MATLAB where there are no entries
+            ir, data = hdf5_read.numbers(file, f"{name}/ir", (None,), "i"), hdf5_read.numbers(file, f"{name}/data", (None,))
+        rows = hdf5_read.whole(file[name], "MATLAB_sparse")
+        try:
+            matrix = sp.csc_matrix((data, ir, jc), shape=(rows, jc.size - 1))
+        except ValueError:
+            raise ValueError(f"{where}: column pointers, row numbers and values do not fit together") from None
+        _check_sparse(matrix, where)
+        return matrix
+    kind = hdf5_read.words(file[name], "MATLAB_class", "something else")
+    if not isinstance(file[name], h5py.Dataset) or kind in ("char", "cell", "logical"):
+        raise ValueError(f"{where}: wanted numbers, found {kind}")
+    return hdf5_read.numbers(file, name).T
+
+
+def _check_sparse(matrix, where):
+    """SciPy itself trusts the indices of a matrix, and reads and writes wherever they point."""
+    if not hasattr(matrix, "check_format"):  # COO, whose indices are checked when it is made
+        return
+    try:
+        matrix.check_format(full_check=True)
+    except ValueError as error:
+        raise ValueError(f"{where}: column pointers, row numbers and values do not fit together: {error}") from None
 
 
 def _numbers(given):

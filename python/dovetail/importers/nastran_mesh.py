@@ -1,8 +1,11 @@
 """Bulk data through pyNastran: grid points, cells and sets."""
 
+import re
+
 import numpy as np
 
 from .inp import Deck
+from .inp_blocks import LARGEST
 from .whole import package
 
 # mid-side nodes of Nastran stand in another order than those of VTK: the upright edges come before the upper ones
@@ -14,6 +17,8 @@ CELLS = {
     ("CTRIA3", 3): ("triangle", range(3)), ("CTRIA6", 6): ("triangle6", range(6)),
     ("CQUAD4", 4): ("quad", range(4)), ("CQUAD8", 8): ("quad8", range(8)),
 }
+THRU = re.compile(r"(-?\d+)[\s,]*THRU[\s,]*(-?\d+)", re.IGNORECASE)
+MOST = 10**7
 CORNERS = {"CTETRA": 4, "CHEXA": 8, "CPENTA": 6, "CPYRAM": 5, "CTRIA6": 3, "CQUAD8": 4}
 
 
@@ -22,7 +27,13 @@ def bulk_data(path, name, version, punch=False):
     bdf = package("pyNastran.bdf.bdf", name, version)
     model = bdf.BDF(log=package("cpylog", name, version).SimpleLogger(level="error"))
     with open(path, encoding="utf-8", errors="replace") as stream:
-        punch = punch or not any(line.strip().upper() == "CEND" for line in stream)
+        control = False
+        for number, line in enumerate(stream, start=1):
+            control = control or line.strip().upper() == "CEND"
+            for first, last in THRU.findall(line):
+                if not 0 <= int(last) - int(first) <= MOST:  # pyNastran would write them all out
+                    raise ValueError(f"{path}, line {number}: wanted two numbers that rise by at most {MOST}, found {first} THRU {last}")
+        punch = punch or not control
     try:
         model.read_bdf(str(path), xref=False, validate=False, punch=punch)
     except (Exception, SystemExit) as error:  # pyNastran raises many kinds; its last line says which card
@@ -41,6 +52,10 @@ def deck_of(model, path, notes):
     if turned:
         raise ValueError(f"{path}: grid point {min(turned)} has its degrees of freedom in another coordinate system (CD); wanted the "
                          "basic one, so that they lie along x, y, z")
+    if not model.nodes:
+        raise ValueError(f"{path}: wanted grid points, found no GRID")
+    if not 0 < min(model.nodes) <= max(model.nodes) < LARGEST:
+        raise ValueError(f"{path}: wanted numbers of grid points from 1 to {LARGEST}, found {min(model.nodes)} to {max(model.nodes)}")
     labels = np.array(sorted(model.nodes), dtype=np.int64)
     try:
         nodes = np.array([model.nodes[grid].get_position_no_xref(model) for grid in labels]).reshape(-1, 3)

@@ -18,10 +18,9 @@
 
 import copy
 import difflib
+import sys
 import tomllib
 from contextlib import contextmanager
-
-import numpy as np
 
 from ..joint import Joint
 
@@ -90,7 +89,7 @@ def _read(path):
     try:
         with open(path, "rb") as stream:
             content = tomllib.load(stream)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: {error}") from None
     units = content.pop("units", None)
     if not isinstance(units, (str, type(None))):
@@ -143,7 +142,7 @@ def _numeric(value):
     """Whether a value is a finite number, or a list of such or of such lists."""
     if isinstance(value, list):
         return bool(value) and all(map(_numeric, value))
-    return type(value) in (int, float) and bool(np.isfinite(value))
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max  # whole numbers may be larger than any float
 
 
 def _set(structure, name, surfaces=True):

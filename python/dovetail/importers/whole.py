@@ -27,6 +27,8 @@ def whole(matrix, where, *, symmetric=False):
     matrix = sp.coo_matrix(matrix)
     if matrix.shape[0] != matrix.shape[1] or matrix.shape[0] == 0:
         raise ValueError(f"{where}: wanted a square matrix, found {matrix.shape[0]} x {matrix.shape[1]}")
+    if matrix.shape[0] > 1000 * (matrix.nnz + 1000):
+        raise ValueError(f"{where}: wanted a matrix of a structure, found {matrix.nnz} entries in {matrix.shape[0]} rows")
     if np.iscomplexobj(matrix.data):
         raise ValueError(f"{where}: wanted a real matrix, found a complex one; damping belongs in the case file")
     bad = np.flatnonzero(~np.isfinite(matrix.data))
