@@ -15,18 +15,12 @@ import tempfile
 import time
 from pathlib import Path
 
+import crash
 import hdf5_edits
 
 HERE = Path(__file__).resolve().parent
 BATCH = 100
 SECONDS = 300  # for a batch; one file takes a hundredth of a second, and the readers have limits of their own
-
-
-def programs(harness):
-    found = {"python": [sys.executable, str(HERE / "read_hdf5.py")]}
-    if harness:
-        found["c++"] = [harness] + (["-rss_limit_mb=2048", "-malloc_limit_mb=1024", "-timeout=10"] if "build-fuzz" in harness else [])
-    return found
 
 
 def batches(seconds, seed):
@@ -57,26 +51,19 @@ def run(command, files):
         if code in (0, 1) and not re.search("ERROR: |runtime error", err):
             break
         last = Path(re.findall(r"^Running: (\S+)", err, re.M)[-1])
-        found.append((last.name, f"ended with {code}: {crash(err)}"))
+        found.append((last.name, f"ended with {code}: {crash.describe(err)}"))
         files = files[files.index(str(last)) + 1:]
     return found
-
-
-def crash(text):
-    """The error and the innermost functions of a crash, without addresses."""
-    error = re.search(r"message without its file.*|ERROR: .*|runtime error.*|what\(\).*", text)
-    frames = re.findall(r"^ +#\d+ \w+ in (.*)", text, re.M)
-    own = [re.sub(r"\(.*", "", frame.split("/")[-1]) for frame in frames if "/src/" in frame or "libhdf5" in frame][:2]
-    return re.sub(r"0x\w+|==\d+==", "", error[0] if error else text[-300:])[:160] + " | " + " < ".join(own)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--harness", help="the program fuzz_hdf5_file; without it, only the Python readers")
     parser.add_argument("--keep", type=Path, default=Path("found"), help="folder for what was found")
+    parser.add_argument("harness", nargs="*", help="the program fuzz_hdf5_file and its options; without it, only the Python readers")
     chosen = parser.parse_args()
+    programs = {"python": [sys.executable, str(HERE / "read_hdf5.py")]} | ({"c++": chosen.harness} if chosen.harness else {})
     count, found = 0, {}
     with tempfile.TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
         for kind in hdf5_edits.KINDS:
@@ -88,7 +75,7 @@ def main():
                 hdf5_edits.write(path, kind, [edit for _, edit in edits])
                 files[path.name] = f"{kind}: " + "; ".join(label for label, _ in edits)
             count += len(files)
-            for program, command in programs(chosen.harness).items():
+            for program, command in programs.items():
                 for name, what in run(command, [str(Path(folder) / name) for name in files]):
                     what = f"{program} {what}"
                     if what not in found:
@@ -97,8 +84,9 @@ def main():
                         chosen.keep.mkdir(parents=True, exist_ok=True)
                         shutil.copy(Path(folder) / name, chosen.keep / f"{len(found)}.h5")
                         (chosen.keep / f"{len(found)}.txt").write_text(f"{what}\n{files[name]}\n")
-    print(f"hdf5: {count} files, {len(found)} findings")
-    return bool(found)
+    ours = [what for what in found if crash.LIBRARY not in what]
+    print(f"hdf5: {count} files, {len(ours)} findings, {len(found) - len(ours)} in libhdf5")
+    return bool(ours)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 A file with random bytes mostly tests the HDF5 library; these are whole HDF5 files with something in them that does not belong.
 """
 
+import sys
+
 import h5py
 import numpy as np
 import scipy.sparse as sp
@@ -228,3 +230,9 @@ def write(path, kind, edits):
                 edit(file)
             except (KeyError, OSError, TypeError, ValueError, RuntimeError, AttributeError, OverflowError, IndexError):
                 pass
+
+
+if __name__ == "__main__":  # good files of every kind, in both formats, in the folder named
+    for kind in KINDS:
+        write(f"{sys.argv[1]}/{kind}.h5", kind, [])
+        write(f"{sys.argv[1]}/{kind}_old.h5", kind, [lambda file: None])

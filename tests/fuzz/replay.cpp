@@ -23,6 +23,7 @@ int main(int argc, char **argv) {
   if (LLVMFuzzerInitialize) LLVMFuzzerInitialize(&argc, &argv);
   for (const auto &file : files) {
     std::ifstream stream(file, std::ios::binary);
+    if (!stream) return std::perror(file.c_str()), 1;
     const std::vector<char> bytes(std::istreambuf_iterator<char>(stream), {});
     std::fprintf(stderr, "Running: %s\n", file.c_str()); // libFuzzer's words: the last one names what ended the program
     LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size());

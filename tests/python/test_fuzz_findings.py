@@ -1,14 +1,22 @@
 """What the fuzzers of tests/fuzz found, once and for all: every input is taken, or refused in words that name its file."""
 
+import importlib.util
+import os
 import re
+import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+from dovetail.importers import convert
+from dovetail.importers.apart import apart
+
 from launch import BINARY, ROOT, SECONDS, SURROUNDINGS
 
-sys.path.append(str(ROOT / "tests" / "fuzz"))
+FUZZ = ROOT / "tests" / "fuzz"
+sys.path.append(str(FUZZ))
 import hdf5_edits
 import read_hdf5
 
@@ -39,10 +47,11 @@ HDF5 = {
 
 @pytest.fixture(scope="module")
 def damaged(tmp_path_factory):
-    """Paths of the files of HDF5, by kind and edit."""
+    """Paths of the files of HDF5, by kind and edit, and of good ones."""
     folder, paths = tmp_path_factory.mktemp("damaged"), {}
     for kind, labels in HDF5.items():
-        hdf5_edits.write(folder / f"good_{kind}.h5", kind, [])
+        paths[kind, "as it should be"] = folder / f"good_{kind}.h5"
+        hdf5_edits.write(paths[kind, "as it should be"], kind, [])
         known = dict(hdf5_edits.all_edits(kind))
         for label in labels:
             paths[kind, label] = folder / f"{len(paths):03}.h5"
@@ -61,7 +70,39 @@ def test_the_program_on_damaged_hdf5_files(damaged):
     assert last == files[-1]
 
 
-@pytest.mark.parametrize("kind, label", [(kind, label) for kind, labels in HDF5.items() for label in labels])
+@pytest.mark.parametrize("kind, label", [(kind, label) for kind, labels in HDF5.items() for label in (*labels, "as it should be")])
 def test_python_on_damaged_hdf5_files(damaged, kind, label, monkeypatch):
     read_hdf5.without_patience(monkeypatch.setattr)
     assert not [text for _, _, text in read_hdf5.faults(damaged[kind, label])]
+
+
+def test_importers_on_the_corpus():
+    files = sorted((FUZZ / "corpus" / "importers").glob("*/*~*"))
+    done = subprocess.run([sys.executable, FUZZ / "replay_importers.py", *files], capture_output=True, text=True, timeout=SECONDS,
+                          env=SURROUNDINGS)
+    assert files and done.returncode == 0, done.stdout + done.stderr[-2000:]
+    assert re.findall(r"^Running: (\S+)", done.stderr, re.M)[-1] == str(files[-1])
+
+
+def test_a_reader_that_crashes_is_a_message():
+    with pytest.raises(ValueError, match="job.cdb: its reader crashed"):
+        apart(lambda: os.kill(os.getpid(), signal.SIGSEGV), "job.cdb")
+    with pytest.raises(ValueError, match="job.cdb: its reader cannot read it: 'x'"):
+        apart(lambda: {}["x"], "job.cdb")
+    with pytest.raises(ValueError, match="^job.cdb: wanted more$"):
+        apart(lambda: _raise(ValueError("job.cdb: wanted more")), "job.cdb")
+    assert apart(lambda: list(range(1000000)), "job.cdb")[-1] == 999999
+
+
+def _raise(error):
+    raise error
+
+
+def test_full_file_that_crashes_its_reader(tmp_path):
+    if not importlib.util.find_spec("ansys"):
+        pytest.skip("ansys-mapdl-reader is not installed (scripts/setup says why)")
+    examples = Path(importlib.util.find_spec("ansys.mapdl.reader").origin).parent / "examples"
+    good = (examples / "file.full").read_bytes()
+    (tmp_path / "file.full").write_bytes(good[:219288] + 23 * b"9" + good[219288:])  # among the numbers of rows
+    with pytest.raises(ValueError, match="file.full: its reader"):
+        convert("ansys", [str(tmp_path / "file.full"), str(examples / "HexBeam.cdb")], tmp_path / "model.h5", setup="joints.toml")
