@@ -17,6 +17,7 @@ from .reference import LAWS
 DIRECTIONS = ("t1", "t2", "n")
 NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
 EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f"}
+JUDGED = {"stable": "i", "multiplier": "f", "instability": "i"}
 READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
 
 
@@ -127,7 +128,10 @@ class Results:
             if not np.all(np.isfinite(self._points[name])):
                 raise ValueError(f"/points/{name} is not finite everywhere")
         self.omega = self._points["omega"]
-        self.stable, self.multiplier, self.instability = map(self._points.get, ("stable", "multiplier", "instability"))
+        self.stable = self.multiplier = self.instability = None
+        if "stable" in points:
+            self.stable, self.multiplier, self.instability = (
+                numbers(file, f"points/{name}", (None,), kind)[:self._n] for name, kind in JUDGED.items())
         self._has_activity = bool(activity)
         self.events = self._load_events(file)
 
@@ -148,8 +152,8 @@ class Results:
         columns = [numbers(file, f"events/{name}", (None,), kind) for name, kind in EVENT_COLUMNS.items()]
         kind, point, omega, amplitude = (column[:min(map(len, columns))] for column in columns)
         names = np.array(words(file["events/kind"], "names").split())
-        if np.any((kind < 0) | (kind >= len(names))):
-            raise ValueError("/events/kind must hold numbers of the attribute names")
+        if np.any((kind < 0) | (kind >= len(names))) or np.any(point < -1):
+            raise ValueError("/events/kind must hold numbers of the attribute names, and /events/point numbers of points")
         known = point < self._n
         return Events(names[kind[known]], point[known], omega[known], amplitude[known])
 

@@ -25,6 +25,11 @@ hsize_t points_in(const fs::path &results) { // 0 also where the file is no resu
   }
 }
 
+bool holds(const h5::Reader &file, const std::string &name, long rows) {
+  const h5::Extent extent = file.extent(name);
+  return extent.size() == 1 && rows >= 0 && extent[0] >= static_cast<hsize_t>(rows);
+}
+
 bool was_cut_off(const fs::path &state) {
   try {
     return read_state(state).end.empty();
@@ -46,8 +51,7 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
   if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(dofs) ||
       run.branch.y.size() != dofs * coefficient_count(run.branch.harmonics) + 1)
     throw InputError(file.place("/points/coefficients") + ": the model had another size when this run began" + anew);
-  if (file.extent("/points/omega").at(0) < static_cast<hsize_t>(run.branch.counts.points) ||
-      file.extent("/events/omega").at(0) < static_cast<hsize_t>(run.events))
+  if (!holds(file, "/points/omega", run.branch.counts.points) || !holds(file, "/events/omega", run.events))
     throw InputError(results.string() + ": holds fewer points than " + path.string() + " knows of" + anew);
   const double here = run.branch.y.back() * run.scales.frequency;
   if ((study.omega_to - here) * (study.omega_to - study.omega_from) <= 0)

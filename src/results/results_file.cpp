@@ -155,9 +155,14 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
 void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept) {
   const h5::Reader old(path);
   const auto copy = [&](h5::Table &table, hsize_t rows) {
-    h5::Extent extent = old.extent(table.name());
+    const h5::Extent extent = old.extent(table.name()), &wanted = table.row();
     hsize_t row = 1, block = 1;
-    for (std::size_t i = 1; i < extent.size(); ++i) row *= extent[i];
+    bool fits = extent.size() == wanted.size() + 1;
+    for (std::size_t i = 1; i < extent.size(); ++i) {
+      row *= extent[i];
+      fits = fits && (extent[i] == wanted[i - 1] || (i == 2 && extent[i] > wanted[i - 1])); // more harmonics
+    }
+    if (!fits) throw InputError(old.place(table.name()) + ": of another shape; begin anew without --restart");
     block = std::max<hsize_t>(1, (1 << 20) / row);
     if (extent.size() == 3 && extent.back() > table.width()) widen(extent.back());
     for (hsize_t done = 0; done < rows; done += block) {
@@ -176,8 +181,10 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
   };
   for (auto &column : columns_) copy(column.table, kept.points);
   for (auto &column : event_columns_) copy(column.table, kept.events);
-  const auto kinds = old.integers("/events/kind", {0}, {kept.events}), at = old.integers("/events/point");
-  const auto omegas = old.doubles("/events/omega"), amplitudes = old.doubles("/events/amplitude");
+  const h5::Extent from{0}, count{kept.events};
+  const auto kinds = old.integers("/events/kind", from, count), at = old.integers("/events/point", from, count);
+  const auto omegas = old.doubles("/events/omega", from, count),
+             amplitudes = old.doubles("/events/amplitude", from, count);
   for (hsize_t i = 0; i < kept.events; ++i)
     events_.push_back({static_cast<int>(kinds[i]), static_cast<int>(at[i]), omegas[i], amplitudes[i]});
 }

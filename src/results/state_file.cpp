@@ -1,9 +1,13 @@
 #include "results/state_file.hpp"
 
 #include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
 #include <utility>
 
 #include "results/counts.hpp"
+#include "support/hash.hpp"
 
 namespace dovetail {
 namespace {
@@ -11,6 +15,32 @@ namespace {
 constexpr double pause = 0.5;           // between two states [s]
 constexpr const char *count = "count_"; // names of the counts begin like that
 constexpr double share = 50;            // and at least so many times what writing one takes
+
+// Of all that is in the file, which is used as it stands: a bit of it changed, and the run would go on from anywhere.
+std::string fingerprint(const SavedRun &run) {
+  std::uint64_t hash = 0;
+  const auto take = [&](double value) {
+    std::uint64_t bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    hash = mix(hash + bits + 1);
+  };
+  const BranchState &branch = run.branch;
+  for (const std::string *text : {&run.problem, &run.limits, &run.end}) {
+    take(static_cast<double>(text->size()));
+    for (const char letter : *text) take(letter);
+  }
+  for (const long number : {long(run.parts), run.events, long(branch.harmonics), long(branch.samples)})
+    take(static_cast<double>(number));
+  for_each_count(branch.counts, [&](const char *, long number) { take(static_cast<double>(number)); });
+  for (const auto *values : {&branch.y, &branch.tangent, &branch.largest, &branch.numbers, &branch.trail}) {
+    take(static_cast<double>(values->size()));
+    for (const double value : *values) take(value);
+  }
+  for (const double value : {run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds}) take(value);
+  char text[24];
+  std::snprintf(text, sizeof text, "%016" PRIx64, hash);
+  return text;
+}
 
 void list(h5::Writer &file, const std::string &name, const std::vector<double> &values) {
   file.rows(name, {values.size()}, 0, values.size(), values.data());
@@ -41,6 +71,7 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
     list(file, "/trail", run.branch.trail);
     list(file, "/scales", {run.scales.frequency, run.scales.modal, run.scales.contact});
     list(file, "/seconds", {run.seconds});
+    file.attribute("fingerprint", fingerprint(run));
     file.flush();
   }
   std::filesystem::rename(partial, path);
@@ -67,10 +98,11 @@ SavedRun read_state(const std::filesystem::path &path) {
   run.branch.numbers = file.doubles("/numbers");
   run.branch.trail = file.doubles("/trail");
   const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds");
-  if (scales.size() != 3 || seconds.size() != 1 || run.branch.y.empty())
-    throw InputError(path.string() + ": damaged; begin anew without --restart");
+  const std::string damaged = path.string() + ": damaged; begin anew without --restart";
+  if (scales.size() != 3 || seconds.size() != 1 || run.branch.y.empty()) throw InputError(damaged);
   run.scales = {scales[0], scales[1], scales[2]};
   run.seconds = seconds[0];
+  if (fingerprint(run) != file.text_attribute("fingerprint")) throw InputError(damaged);
   return run;
 }
 

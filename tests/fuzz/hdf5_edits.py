@@ -61,12 +61,15 @@ def results(file):
     points = file.create_group("points")
     coefficients = np.sin(np.arange(45.0)).reshape(3, 5, 3)
     points.create_dataset("coefficients", data=coefficients, maxshape=(None, 5, 3), chunks=(4, 5, 3))
-    for name in ("omega", "arclength", "residual", "seconds", "stick", "slip", "open"):
+    for name in ("omega", "arclength", "residual", "seconds", "stick", "slip", "open", "multiplier"):
         points.create_dataset(name, data=[0.9, 1.0, 1.1], maxshape=(None,), chunks=(4,))
-    for name in ("newton_iterations", "linear_iterations"):
-        points.create_dataset(name, data=np.array([2, 3, 4], dtype="i4"), maxshape=(None,), chunks=(4,))
+    for name in ("newton_iterations", "linear_iterations", "stable", "instability", "harmonics"):
+        points.create_dataset(name, data=np.array([1, 0, 1], dtype="i4"), maxshape=(None,), chunks=(4,))
     for name in ("stick", "slip", "open", "dissipation", "events"):
         points.create_dataset(f"contact/{name}", data=np.ones((3, 1), dtype="i4" if name == "events" else "f8"), maxshape=(None, 1))
+    file["events/kind"], file["events/point"] = np.array([1, 0], dtype="i4"), np.array([1, 1], dtype="i4")
+    file["events/omega"], file["events/amplitude"] = [1.0, 1.05], [0.5, 0.4]
+    file["events/kind"].attrs["names"] = "fold peak branch stability"
     file["contact/law"], file["contact/normal_stiffness"], file["contact/gap"] = [0], [1.0], [0.0]
     file["contact/tangential_stiffness"], file["contact/friction"] = [[1.0, 1.0]], [[0.3, 0.3]]
     file["preload/xp"], file["preload/g"], file["preload/w"] = np.ones(3), np.ones(3), np.zeros((1, 2))
@@ -197,23 +200,28 @@ def _attribute(value):
 ATTRIBUTE_EDITS = {"without": _attribute(None)} | {name: _attribute(value) for name, value in ATTRIBUTES.items()}
 
 
-def places(kind):
-    """Names of the datasets and groups of a kind of file, and "group@attribute" of its attributes."""
-    with h5py.File("places", "w", driver="core", backing_store=False) as file:
-        KINDS[kind](file)
-        items, attributes = [], [f"/@{key}" for key in file.attrs]
+def places(file):
+    """Names of the datasets and groups of an open file, and "group@attribute" of its attributes."""
+    items, attributes = [], [f"/@{key}" for key in file.attrs]
 
-        def visit(name, item):
-            items.append(name)
-            attributes.extend(f"{name}@{key}" for key in item.attrs)
+    def visit(name, item):
+        items.append(name)
+        attributes.extend(f"{name}@{key}" for key in item.attrs)
 
-        file.visititems(visit)
+    file.visititems(visit)
     return items, attributes
 
 
 def all_edits(kind):
     """Every ("place edit", function of the file) of a kind."""
-    items, attributes = places(kind)
+    with h5py.File("places", "w", driver="core", backing_store=False) as file:
+        KINDS[kind](file)
+        return list(edits_of(file))
+
+
+def edits_of(file):
+    """Every ("place edit", function of the file) for what is in an open file."""
+    items, attributes = places(file)
     for names, edits in ((items, DATASET_EDITS), (attributes, ATTRIBUTE_EDITS)):
         for name in names:
             for label, edit in edits.items():
@@ -221,15 +229,19 @@ def all_edits(kind):
 
 
 def write(path, kind, edits):
-    """A file of a kind with edits done to it. Edits that cannot follow each other (a dataset in a deleted group) are left out."""
+    """A file of a kind with edits done to it; those that cannot follow each other (a dataset in a deleted group) are left out."""
     latest = len(edits) % 2 == 0  # both formats of file in which HDF5 writes
     with h5py.File(path, "w", libver="latest" if latest else "earliest") as file:
         KINDS[kind](file)
-        for edit in edits:
-            try:
-                edit(file)
-            except (KeyError, OSError, TypeError, ValueError, RuntimeError, AttributeError, OverflowError, IndexError):
-                pass
+        apply(file, edits)
+
+
+def apply(file, edits):
+    for edit in edits:
+        try:
+            edit(file)
+        except (KeyError, OSError, TypeError, ValueError, RuntimeError, AttributeError, OverflowError, IndexError):
+            pass
 
 
 if __name__ == "__main__":  # good files of every kind, in both formats, in the folder named

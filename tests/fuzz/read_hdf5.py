@@ -24,6 +24,7 @@ def results(path):
     for dof in found.dof_names()[:3]:
         found.amplitude(dof), found.peak(dof), found.time_history(0, dof, 8)
     if found.contact_points:
+        found.located_peaks("x1.t1"), found.events.of("fold", "peak")
         found.contact_force(0, 1, 8), found.contact_activity(0), found.dissipated(-1, 1)
 
 
