@@ -207,8 +207,9 @@ Follower::Go Follower::after_step() {
   if (!ended_ && std::exchange(crowded_, false)) refusal_ = "the curve bends again and again", more_harmonics();
   if (!ended_ && still_ == enough_still) {
     still_ = 0;
-    refusal_ = "from here on the curve is a straight line at one frequency, along which mean positions change and nothing "
-               "else: any of them is a solution, and beyond the body walks away";
+    refusal_ =
+        "from here on the curve is a straight line at one frequency, along which mean positions change and nothing "
+        "else: any of them is a solution, and beyond the body walks away";
     if (!leap(false) && !leap(true)) end(End::stalled, refusal_);
   }
   if (observer_.state) observer_.state(state());

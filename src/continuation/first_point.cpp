@@ -43,8 +43,9 @@ bool Follower::grow_load(std::vector<double> &q) {
 }
 
 bool Follower::first_point(Vec y, Station &first, std::string &how) {
-  const Layout &layout = system_->layout();
+  const Layout layout = system_->layout(); // harmonics may be added below
   const double w = settings_.from;
+  const int dofs = static_cast<int>(layout.dofs());
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
   summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
@@ -54,13 +55,13 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   const auto through = [&](HarmonicSystem &easier, std::vector<double> &q) { // q becomes the solution of `easier`
     Curve curve(easier, newton_, omega_unit_, settings_.adaptive, summary_.counts);
     Station s = curve.station();
-    set_coefficients(easier.layout(), resized(q, static_cast<int>(layout.dofs()), easier.layout().width), s.y);
+    set_coefficients(easier.layout(), resized(q, dofs, easier.layout().width), s.y);
     if (!curve.solve_at(w, s)) return false;
     q = all_coefficients(easier.layout(), s.y);
     return true;
   };
   const auto arrive = [&](const std::vector<double> &q, const std::string &by) {
-    set_coefficients(layout, resized(q, static_cast<int>(layout.dofs()), layout.width), first.y);
+    set_coefficients(layout, resized(q, dofs, layout.width), first.y);
     if (!curve_->solve_at(w, first)) return false;
     how += (how.empty() ? "" : "; ") + alas + by;
     return true;
@@ -75,6 +76,13 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   }
   if (good && arrive(q, "the first point comes from fewer harmonics")) return true;
 
+  SteadyState steady;
+  const int H = system_->harmonics(), needed = needed_harmonics(w);
+  if (dofs <= most_dofs) {
+    steady = steady_state(dense_model(*system_), w, {}, {std::max(H, needed)});
+    if (steady.settled && arrive(steady.coefficients, "the first point comes from time integration")) return true;
+  }
+
   q = begin;
   if (grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing")) return true;
 
@@ -85,21 +93,20 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   }
   if (good && arrive(q, "the first point comes from softer contacts")) return true;
 
-  if (layout.dofs() > most_dofs) return false;
-  const int H = system_->harmonics(), needed = needed_harmonics(w);
-  const SteadyState steady = steady_state(dense_model(*system_), w, {}, {std::max(H, needed)});
   if (!steady.settled) return false;
-  if (arrive(steady.coefficients, "the first point comes from time integration")) return true;
-  if (needed <= H) return false;
-  changed_ = std::make_unique<HarmonicSystem>(*system_, needed, system_->samples());
-  take_system(*changed_);
-  first = curve_->station();
-  set_coefficients(system_->layout(), steady.coefficients, first.y);
-  if (!curve_->solve_at(w, first)) return false;
-  ++summary_.counts.harmonics;
-  how += (how.empty() ? "" : "; ") + alas + "the first point comes from time integration, with " +
-         std::to_string(needed) + " harmonics, as many as the closed contact wants";
-  return true;
+  for (int more = 2 * H; more / 2 < needed; more *= 2) {
+    auto system = std::make_unique<HarmonicSystem>(*system_, std::min(more, needed), system_->samples());
+    take_system(*system);
+    std::swap(changed_, system); // the old one goes last
+    first = curve_->station();
+    set_coefficients(system_->layout(), resized(steady.coefficients, dofs, system_->layout().width), first.y);
+    if (!curve_->solve_at(w, first)) continue;
+    ++summary_.counts.harmonics;
+    how += (how.empty() ? "" : "; ") + alas + "the first point comes from time integration, with " +
+           std::to_string(system_->harmonics()) + " harmonics; the closed contact wants " + std::to_string(needed);
+    return true;
+  }
+  return false;
 }
 
 } // namespace dovetail

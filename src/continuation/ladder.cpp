@@ -12,9 +12,9 @@ namespace {
 
 constexpr int most_leaps = 20, most_integrations = 20;
 constexpr std::array leaps{1e-4, 1e-3, 1e-2, 5e-2}, integrations{1e-3, 1e-2, 5e-2, 0.2}; // of the sweep
-constexpr double step_after = 1e-3;                                                 // of a rung
+constexpr double step_after = 1e-3;                                                      // of a rung
 constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
-constexpr double most_unknowns = 4000; // of a system whose harmonics are raised
+constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
 constexpr PetscInt most_dofs = 300;    // of a model that is integrated in time
 
 // The same coefficients with other harmonics: dropped, or zero.

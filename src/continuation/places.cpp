@@ -228,7 +228,8 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
              std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") + " frequencies",
              s.omega, place.amplitude);
       note_bend(s.omega);
-      if (summary_.counts.points < settings_.max_points && (!farthest_ || (s.omega - farthest_->omega) * direction_ > 0))
+      if (summary_.counts.points < settings_.max_points &&
+          (!farthest_ || (s.omega - farthest_->omega) * direction_ > 0))
         farthest_ = std::move(place.at);
       break;
     case Kind::peak:

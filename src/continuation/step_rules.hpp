@@ -17,8 +17,8 @@ constexpr double corner_step = 2e-3;       // shorter steps that fail may be at 
 constexpr double close_to_corner = 1e-4;   // so near, both sides of a corner are tried
 constexpr int many_bends = 12;             // turning points and corners
 constexpr double crowded_part = 0.01;      // of the sweep
-constexpr double nothing = 1e-6; // part of a step
-constexpr int enough_still = 3;  // steps along which nothing but mean positions changes
+constexpr double nothing = 1e-6;           // part of a step
+constexpr int enough_still = 3;            // steps along which nothing but mean positions changes
 constexpr double most_beyond = 0.5; // of the sweep, and of its first frequency: so far a curve is followed before it
 constexpr double straight = 0.3;    // angle [rad] and correction [steps] up to which a curve runs on smoothly
 

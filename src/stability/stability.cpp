@@ -15,14 +15,16 @@ namespace {
 
 using Multipliers = std::vector<std::complex<double>>;
 
-constexpr double close_to_one = 0.1; // multipliers so close to 1 or -1: Hill's method knows better where they pass it
+constexpr double close_to_one = 0.1; // multipliers so close to 1 or -1: Hill's method knows better where they pass it,
+constexpr double passing = 1e-6;     // if their growth is that small, or hardly more than its doubt
 constexpr double coarse = 1e-3;      // error of harmonic balance beyond which Hill's method is asked in any case
 constexpr double sure = 0.25;        // doubt over growth that leaves no doubt about its sign
 constexpr int largest_hill = 2500;   // unknowns; three matrices of 50 MB
 
-bool at_one(const Multipliers &multipliers) {
-  return std::any_of(multipliers.begin(), multipliers.end(), [](std::complex<double> m) {
-    return std::abs(m - 1.0) < close_to_one || std::abs(m + 1.0) < close_to_one;
+bool passes_one(const Multipliers &multipliers, double doubt) {
+  return std::any_of(multipliers.begin(), multipliers.end(), [&](std::complex<double> m) {
+    return std::min(std::abs(m - 1.0), std::abs(m + 1.0)) < close_to_one &&
+           std::abs(std::log(std::abs(m))) / (2 * M_PI) < passing + 10 * doubt;
   });
 }
 
@@ -57,7 +59,7 @@ struct StabilityTest::Workspace {
     const Growth fine = largest_of(multipliers);
     opinions.by_monodromy = fine.value, opinions.doubt = std::abs(fine.value - plain.value);
     const bool trusted = opinions.doubt < sure * std::abs(fine.value);
-    const bool clear = trusted && change < coarse && !at_one(multipliers);
+    const bool clear = trusted && change < coarse && !passes_one(multipliers, opinions.doubt);
     if (clear || n * w > largest_hill) return conclude(fine, unknown, trusted);
     return conclude(fine, larger(by_hill(Waves::whole, *reading, omega), by_hill(Waves::half, *reading, omega)),
                     trusted);

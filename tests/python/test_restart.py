@@ -5,6 +5,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import time
 
 import h5py
@@ -288,3 +289,38 @@ def test_stop_at_amplitude_of_the_watched_unknown(tmp_path):
 def test_watched_unknown_must_exist(tmp_path, name, words):
     err = run(cases.dof5(tmp_path, watch=name), status=2).err
     assert "case.toml:" in err and f'continuation.watch = "{name}"' in err and all(word in err for word in words)
+
+
+# ------------------------------------------------------------------------------------------------- a rank or memory lost
+@pytest.mark.parametrize("which", [0, 1])
+def test_lost_rank_ends_the_run(tmp_path, which):
+    """Its process is gone without a word: the others end soon, what was computed is there, and --restart goes on from it."""
+    case = cases.several_points(tmp_path, omega=[0.8, 1.1])
+    whole = run(case, out="whole", ranks=2)
+    command, folder = line(case, out="out", ranks=2)
+    with Watched(command) as watched:
+        watched.wait_for_point(10)
+        os.kill(sorted(children(watched.process.pid))[which], signal.SIGKILL)
+        watched.process.wait(SECONDS / 2)
+        assert watched.process.returncode not in (None, 0)
+    before = read_points(folder)
+    assert len(before["omega"]) >= max(10, watched.last_point())
+    done = run(case, "--restart", out="out", ranks=2)
+    same(done.points, whole.points)
+    assert done.summary["parts"] == 2
+
+
+def test_out_of_memory(tmp_path):
+    """Where the libraries start at all, the program says what it lacks."""
+    case = cases.several_points(tmp_path, harmonics=60, samples=256, omega=[0.8, 0.85])
+    command, _ = line(case)
+    statuses = []
+    for mebibytes in (250, 350, 450):
+        limit = (f"import os, resource, sys; resource.setrlimit(resource.RLIMIT_AS, 2 * ({mebibytes << 20},)); "
+                 "os.execv(sys.argv[1], sys.argv[1:])")
+        done = subprocess.run([sys.executable, "-c", limit, *command], env=SURROUNDINGS, capture_output=True, text=True, timeout=SECONDS)
+        assert done.returncode != 0
+        if done.returncode == 3:
+            assert done.stderr.count("dovetail:") == 1 and "out of memory" in done.stderr and "fewer harmonics" in done.stderr
+        statuses.append(done.returncode)
+    assert 3 in statuses
