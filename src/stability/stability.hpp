@@ -22,12 +22,6 @@ struct Stability {
   double growth = 0;     ///< log(multiplier) / (2 pi): largest real part of an exponent over Omega
 };
 
-/// Whether judging a point takes no more time than computing it does. (Measured: five dofs, one point, H = 10: 0.03 ms
-/// where nothing slips, 0.2 ms where it does, 1.5 ms with Hill's method, to some 1 ms for the point; 15 dofs, 4 points,
-/// H = 5: 0.2, 1 and 7 ms to 3.3 ms.) It grows as the cube of dofs (2H+1) with Hill's method, and without as the number
-/// of events times the cube of the dofs.
-constexpr bool judged_cheaply(int dofs, int harmonics) { return dofs * (2 * harmonics + 1) <= 400; }
-
 /// Whether StabilityTest is the one to take, and LargeStabilityTest (large_stability.hpp) for more than that.
 constexpr bool judged_densely(int dofs) { return dofs <= 64; }
 
