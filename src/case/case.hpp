@@ -53,6 +53,9 @@ struct Watch {
   std::string where;  ///< place in the case file, for messages
 };
 
+/// How the harmonic balance is solved: [harmonic_balance] solver.
+enum class SolverKind { automatic, assembled, modal };
+
 enum class ScalingKind { automatic, none, manual };
 
 struct Case {
@@ -73,6 +76,7 @@ struct Case {
 
   int harmonics = 0; ///< H >= 1
   int samples = 0;   ///< N >= 2H+1; 0: exact, no sampling
+  SolverKind solver = SolverKind::automatic;
 
   double step_tolerance = 1e-8;     ///< eps_x, relative
   double residual_tolerance = 1e-8; ///< eps_f, in the scaled variables
@@ -117,6 +121,9 @@ int watched_dof(const Case &study, int modes, int points);
 
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);
+
+/// True if the harmonic balance of that many reduced dofs is to be solved in the modes of the stuck structure.
+bool solved_in_modes(const Case &study, int dofs);
 
 /// Every value in force, one per line: key, value, unit, and whether it was given or is the default.
 void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points);

@@ -42,6 +42,10 @@ std::string samples_text(const Case &study) {
   return cone ? "exact; cone: " + std::to_string(enough_samples(study.harmonics)) : "exact";
 }
 
+std::string solver_text(SolverKind kind) {
+  return kind == SolverKind::automatic ? "auto" : kind == SolverKind::modal ? "modal" : "assembled";
+}
+
 std::string kind_text(ScalingKind kind) {
   return kind == ScalingKind::automatic ? "auto" : kind == ScalingKind::none ? "none" : "manual";
 }
@@ -71,6 +75,7 @@ const std::vector<Key> &keys() {
       {"preload.initial", "m", [](C c) { return spread_text(c.preload_initial); }},
       {"harmonic_balance.harmonics", "-", [](C c) { return std::to_string(c.harmonics); }},
       {"harmonic_balance.samples", "-", [](C c) { return samples_text(c); }},
+      {"harmonic_balance.solver", "", [](C c) { return solver_text(c.solver); }},
       {"newton.step_tolerance", "-", [](C c) { return number_text(c.step_tolerance); }},
       {"newton.residual_tolerance", "-", [](C c) { return number_text(c.residual_tolerance); }},
       {"newton.max_iterations", "-", [](C c) { return std::to_string(c.max_iterations); }},

@@ -117,6 +117,12 @@ void read_harmonic_balance(const Document &document, Case &study) {
   if (!harmonics) document.missing("harmonic_balance.harmonics", "harmonics = 5");
   read_whole(harmonics, study.harmonics, 1, most_harmonics);
 
+  if (const Entry solver = document["harmonic_balance.solver"]) {
+    const std::string word = solver.words();
+    if (word != "auto" && word != "assembled" && word != "modal")
+      solver.refuse("must be \"auto\", \"assembled\" or \"modal\"");
+    study.solver = word == "auto" ? SolverKind::automatic : word == "modal" ? SolverKind::modal : SolverKind::assembled;
+  }
   if (!samples) return;
   if (samples.is_words()) {
     if (samples.words() != "exact") samples.refuse("must be \"exact\", or a number of samples per period");

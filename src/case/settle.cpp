@@ -22,4 +22,10 @@ void settle_stability(Case &study, int dofs) {
   if (!study.stability) study.stability = double(dofs) * (2 * study.harmonics + 1) <= small;
 }
 
+bool solved_in_modes(const Case &study, int dofs) {
+  constexpr double many = 600; // unknowns: from there on the modal solve is quicker (docs/points.md)
+  if (study.solver != SolverKind::automatic) return study.solver == SolverKind::modal;
+  return double(dofs) * (2 * study.harmonics + 1) > many;
+}
+
 } // namespace dovetail

@@ -31,6 +31,9 @@ public:
   void write(int point, double *blocks) const { linear_[point].write(points_[point], blocks); }
   void multiply(const double *V, double *out) const;
 
+  /// True if that derivative is springs only: stuck_springs(), the point being closed and stuck all through the period.
+  bool springs_only(int point) const { return linear_[point].springs_only || points_[point].law == Law::bilateral; }
+
   /// By how much the mean forces of a point, t1, t2, n, follow its mean displacements at the last evaluated motion
   /// [N/m]: 0 where it is open, or slips, all round.
   std::array<double, 3> mean_stiffness(int point) const { return linear_[point].mean_stiffness(points_[point]); }

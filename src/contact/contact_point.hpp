@@ -21,6 +21,12 @@ struct ContactPoint {
   double gap = 0;             ///< x_n0, lift-off displacement [m]: closed where x_n > x_n0
 };
 
+/// Springs of a closed point that sticks, t1, t2, n [N/m].
+inline std::array<double, 3> stuck_springs(const ContactPoint &point) {
+  const bool rubs = has_friction(point.law);
+  return {rubs ? point.kt[0] : 0, rubs ? point.kt[1] : 0, point.kn};
+}
+
 constexpr int exactly = 0; ///< in place of a number of samples per period: no sampling
 
 /// Samples per period where a law must be sampled and nobody says how.

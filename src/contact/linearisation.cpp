@@ -212,8 +212,7 @@ void Linearisation::write(const ContactPoint &point, double *blocks) const {
 }
 
 std::array<double, 3> Linearisation::mean_stiffness(const ContactPoint &point) const {
-  const bool rubs = has_friction(point.law);
-  std::array<double, 3> stiffness{rubs ? point.kt[0] : 0, rubs ? point.kt[1] : 0, point.kn};
+  std::array<double, 3> stiffness = stuck_springs(point);
   if (springs_only || point.law == Law::bilateral) return stiffness;
   if (!dense.empty()) {
     const std::size_t size = static_cast<std::size_t>(coefficient_count(harmonics_)) * coefficient_count(harmonics_);

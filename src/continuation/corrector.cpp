@@ -7,6 +7,10 @@
 namespace dovetail {
 namespace {
 
+// Relative, of linear solves that iterate: of Newton's steps the solver may choose a lower one; peaks and folds are
+// read off tangents.
+constexpr double newton_accuracy = 0.5, tangent_accuracy = 1e-8;
+
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {
   case SNES_DIVERGED_MAX_IT:
@@ -37,7 +41,8 @@ Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
   check(SNESSetType(snes_, SNESNEWTONLS), "setting up Newton");
   KSP ksp;
   check(SNESGetKSP(snes_, &ksp), "setting up Newton");
-  factor_by_lu(ksp, jacobian_);
+  system.set_up(ksp, jacobian_);
+  check(KSPSetTolerances(ksp, newton_accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "setting up Newton");
   SNESLineSearch search;
   SNESLineSearchType type;
   check(SNESGetLineSearch(snes_, &search), "setting up Newton");
@@ -99,10 +104,11 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   if (reason == SNES_DIVERGED_LINEAR_SOLVE) {
     KSP ksp;
     check(SNESGetKSP(snes_, &ksp), "Newton");
-    outcome.why = recover_lu(ksp, jacobian_);
+    outcome.why = system_.recover(ksp, jacobian_);
   }
   outcome.converged = reason > 0;
-  outcome.newton = static_cast<int>(newton), outcome.linear = static_cast<int>(linear);
+  outcome.newton = static_cast<int>(newton),
+  outcome.linear = system_.linear_iterations(jacobian_, static_cast<int>(linear));
   if (outcome.converged)
     check(VecCopy(trial_, y), "Newton");
   else if (outcome.why.empty())
@@ -114,8 +120,12 @@ Corrector::Direction Corrector::tangent(Vec t) {
   KSP ksp;
   KSPConvergedReason reason;
   PetscReal norm;
+  PetscReal newtons;
   check(SNESGetKSP(snes_, &ksp), "computing a tangent");
+  check(KSPGetTolerances(ksp, &newtons, nullptr, nullptr, nullptr), "computing a tangent");
+  check(KSPSetTolerances(ksp, tangent_accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "computing a tangent");
   check(KSPSolve(ksp, unit_, t), "computing a tangent");
+  check(KSPSetTolerances(ksp, newtons, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "computing a tangent");
   check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
   check(VecNorm(t, NORM_2, &norm), "computing a tangent");
   if (reason <= 0 || !std::isfinite(norm) || norm == 0) return {};
@@ -128,7 +138,7 @@ Corrector::Direction Corrector::tangent_at(Vec y, Vec border, Vec t) {
   system_.jacobian(y, border, jacobian_);
   check(KSPSetOperators(ksp, jacobian_, jacobian_), "computing a tangent");
   const Direction direction = tangent(t);
-  if (!direction.found) recover_lu(ksp, jacobian_);
+  if (!direction.found) system_.recover(ksp, jacobian_);
   return direction;
 }
 

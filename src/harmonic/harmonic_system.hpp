@@ -2,24 +2,19 @@
 // Harmonic balance of the scaled reduced model: residual of eqs (11)-(12) and its exact derivative by [X; Omega].
 #include <vector>
 
-#include "contact/contact_forces.hpp"
-#include "harmonic/layout.hpp"
+#include "harmonic/linear_part.hpp"
 #include "harmonic/loose_body.hpp"
 #include "scaling/scaled_model.hpp"
 
 namespace dovetail {
 
-/// One entry of the scaled reduced matrices, by its row and column among the dofs of the harmonic system.
-struct Coupling {
-  PetscInt row, column;
-  double k, m;
-  bool stiff; ///< the pattern of K; M is taken to be everywhere
-};
+enum class LinearForm { assembled, modal }; ///< see linear_part.hpp
 
 class HarmonicSystem {
 public:
   /// `samples`: per period of the contact laws, or `exactly`; `fourier`: f(t) as (2H+1) coefficients. Collective.
-  HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier);
+  HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier,
+                 LinearForm form = LinearForm::assembled);
 
   /// The same equations with other harmonics or samples, and k_n times `stiffness`. Collective.
   HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness = 1);
@@ -31,16 +26,20 @@ public:
   const Scales &scales() const { return scaled_.scales; }
   int harmonics() const { return harmonics_; }
   int samples() const { return samples_; }
-  const ScaledModel &scaled() const { return scaled_; }                 ///< without the matrices
-  const std::vector<Coupling> &couplings() const { return couplings_; } ///< the matrices; this rank's share of them
-  const std::vector<double> &fourier() const { return fourier_; }       ///< f(t), (2H+1)
+  const ScaledModel &scaled() const { return scaled_; }                    ///< without the matrices
+  std::vector<Coupling> couplings() const { return linear_->couplings(); } ///< the matrices; this rank's share
+  const std::vector<double> &fourier() const { return fourier_; }          ///< f(t), (2H+1)
 
   UniqueVec unknowns() const; ///< y = [X; Omega], zero
-  UniqueMat matrix() const;   ///< empty Jacobian with the fixed pattern, bordered by Omega's row and column
   double omega(Vec y) const;  ///< last unknown, on every rank. Collective.
 
   /// f = residual of eq (11); its last entry, Omega's row, is left alone. Collective.
   void residual(Vec y, Vec f);
+  /// Empty Jacobian, bordered by Omega's row and column; `ksp` made to solve with it, before SetFromOptions.
+  UniqueMat matrix() const { return linear_->matrix(forces_); }
+  void set_up(KSP ksp, Mat J) const { linear_->set_up(ksp, J); }
+  std::string recover(KSP ksp, Mat J) const { return linear_->recover(ksp, J); }            ///< see linear_part.hpp
+  int linear_iterations(Mat J, int solves) const { return linear_->iterations(J, solves); } ///< see linear_part.hpp
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);
 
@@ -53,10 +52,9 @@ public:
   const std::vector<Activity> &activity() const { return forces_.activity(); }
 
 private:
-  void build();
   void evaluate_contact(const double *q); // unless done at this motion
-  void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, harmonic by harmonic
-  void hold_adrift(std::size_t first_block);
+  void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, likewise
+  bool hold_adrift();
   double load(PetscInt own_dof) const;
   double shared_omega(const double *own) const;
 
@@ -69,12 +67,10 @@ private:
   double fixed_omega_ = 0; // when the load is varied; else 0
   ContactForces forces_;
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
-  std::vector<Coupling> couplings_;
-  UniqueMat stiffness_, mass_;                         // (dofs, dofs) AIJ
-  UniqueMat stiffness_kron_, mass_kron_;               // the same acting on all 2H+1 coefficients at once
-  UniqueVec motion_, stiffness_force_, inertia_force_; // (dofs * width)
-  std::vector<double> values_; // Jacobian entries in the order given to the matrix: couplings, contact, border
-  std::vector<double> force_;  // (own points, 3, 2H+1)
+  std::unique_ptr<LinearPart> linear_;
+  std::vector<double> motion_, stiffness_force_, inertia_force_; // (own coefficients) of the last products
+  std::vector<double> column_, held_;                            // of the Jacobian, see JacobianParts
+  std::vector<double> force_;                                    // (own points, 3, 2H+1)
 };
 
 } // namespace dovetail

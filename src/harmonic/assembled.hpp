@@ -1,0 +1,31 @@
+#pragma once
+// The harmonic system as one sparse matrix, (N_a + 3 N_x)(2H+1) + 1 unknowns, factored by MUMPS: exact, with the sign
+// of the determinant, and quick while it is small.
+#include "harmonic/linear_part.hpp"
+
+namespace dovetail {
+
+class Assembled : public LinearPart {
+public:
+  /// `couplings`: this rank's. Collective.
+  Assembled(std::vector<Coupling> couplings, const Layout &layout);
+
+  std::unique_ptr<LinearPart> like(const Layout &layout) const override;
+  void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
+  std::vector<Coupling> couplings() const override { return couplings_; }
+  UniqueMat matrix(const ContactForces &contact) const override;
+  void fill(Mat J, const JacobianParts &parts) override;
+  void set_up(KSP ksp, Mat J) const override;
+  std::string recover(KSP ksp, Mat J) const override;
+  int iterations(Mat, int solves) const override { return solves; }
+
+private:
+  Layout layout_;
+  std::vector<Coupling> couplings_;
+  UniqueMat stiffness_, mass_;                         // (dofs, dofs) AIJ
+  UniqueMat stiffness_kron_, mass_kron_;               // the same acting on all 2H+1 coefficients at once
+  UniqueVec motion_, stiffness_force_, inertia_force_; // (dofs * width), without storage of their own
+  std::vector<double> values_; // Jacobian entries in the order given to the matrix: couplings, contact, border
+};
+
+} // namespace dovetail

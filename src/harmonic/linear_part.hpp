@@ -1,0 +1,62 @@
+#pragma once
+// The part of a harmonic system that is linear, K and M, and with it the form in which the Jacobian is held and solved
+// with: assembled and factored (assembled.hpp), or in the modes of the stuck structure by Krylov's method (modal.hpp).
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact/contact_forces.hpp"
+#include "harmonic/layout.hpp"
+#include "support/handle.hpp"
+
+namespace dovetail {
+
+/// One entry of the scaled reduced matrices, by its row and column among the dofs of the harmonic system.
+struct Coupling {
+  PetscInt row, column;
+  double k, m;
+  bool stiff; ///< the pattern of K; M is taken to be everywhere
+};
+
+/// The rows of an own contact dof in M_xa, M_xx and K_xx.
+struct ContactRow {
+  const double *mxa, *mxx, *kxx;
+};
+
+/// [K_aa 0; 0 K_xx], [I M_ax; M_xa M_xx] entry by entry, from the own contact rows. The owner of a contact row also
+/// gives its mirror image in the modal rows, wherever those live.
+std::vector<Coupling> list_couplings(const Layout &layout, const std::vector<double> &kaa,
+                                     const std::function<ContactRow(PetscInt own_contact_dof)> &row);
+
+/// What a Jacobian at some motion consists of, besides K and M. Arrays are of the own rows.
+struct JacobianParts {
+  double omega, damping;        ///< scaled
+  const ContactForces &contact; ///< evaluated at that motion
+  const double *held;           ///< (own contact dofs) added to the derivative of the mean forces, or none
+  const double *column;         ///< (own coefficients) derivative by the last unknown
+  const double *border;         ///< (own unknowns) last row
+};
+
+class LinearPart {
+public:
+  virtual ~LinearPart() = default;
+  /// The same K and M for other harmonics.
+  virtual std::unique_ptr<LinearPart> like(const Layout &layout) const = 0;
+  /// K q and M q, (own coefficients) each, harmonic by harmonic. Collective.
+  virtual void multiply(const double *q, double *stiffness_force, double *inertia_force) = 0;
+  /// This rank's share of K and M.
+  virtual std::vector<Coupling> couplings() const = 0;
+
+  /// Empty Jacobian, bordered by the last unknown's row and column; fill() fills it. Collective.
+  virtual UniqueMat matrix(const ContactForces &contact) const = 0;
+  virtual void fill(Mat J, const JacobianParts &parts) = 0;
+  /// Makes `ksp` solve with J. Before SetFromOptions.
+  virtual void set_up(KSP ksp, Mat J) const = 0;
+  /// After a solve that failed: what went wrong, in words; `ksp` is fit for the next.
+  virtual std::string recover(KSP ksp, Mat J) const = 0;
+  /// Linear iterations done with J since last asked; `solves`, where every solve is one.
+  virtual int iterations(Mat J, int solves) const = 0;
+};
+
+} // namespace dovetail

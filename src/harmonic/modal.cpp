@@ -1,0 +1,141 @@
+#include "harmonic/modal.hpp"
+
+#include "harmonic/modal_solver.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+// M_ax by rows, from the ranks that hold its columns.
+Slab<double> own_rows_of_max(const ReducedModel &model, const Layout &layout) {
+  std::vector<int> counts(layout.size), starts(layout.size);
+  for (int r = 0; r < layout.size; ++r) {
+    const Range share = share_of(layout.points, r, layout.size);
+    counts[r] = 3 * share.size(), starts[r] = 3 * share.begin;
+  }
+  Slab<double> rows(layout.own_modes.size(), 3 * layout.points);
+  std::vector<double> own(model.own_contact_dofs()), all(3 * layout.points);
+  for (PetscInt mode = 0; mode < layout.modes; ++mode) {
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] = model.mxa[i * model.modes + mode];
+    MPI_Gatherv(own.data(), static_cast<int>(own.size()), MPI_DOUBLE, all.data(), counts.data(), starts.data(),
+                MPI_DOUBLE, owner_of(layout.modes, mode, layout.size), layout.comm);
+    if (mode >= layout.own_modes.begin && mode < layout.own_modes.end)
+      std::copy(all.begin(), all.end(), rows.row(mode - layout.own_modes.begin));
+  }
+  return rows;
+}
+
+void unpad(const double *from, int padded, int width, PetscInt rows, double *to) {
+  for (PetscInt i = 0; i < rows; ++i) std::copy_n(from + i * padded, width, to + i * width);
+}
+
+ModalSolver &solver_of(Mat J) {
+  void *solver;
+  check(MatShellGetContext(J, &solver), "reaching the modal solver");
+  return *static_cast<ModalSolver *>(solver);
+}
+
+} // namespace
+
+Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Layout &layout)
+    : Modal(
+          [&] {
+            auto made = std::make_shared<Model>();
+            const std::size_t na = model.modes, nc = model.contact_dofs(), own = model.own_contact_dofs();
+            made->kaa = model.kaa;
+            made->max = own_rows_of_max(model, layout);
+            made->mass = Slab<double>(own, na + nc), made->stiffness = Slab<double>(own, nc);
+            for (std::size_t i = 0; i < own; ++i) {
+              std::copy_n(&model.mxa[i * na], na, made->mass.row(i));
+              std::copy_n(&model.mxx[i * nc], nc, made->mass.row(i) + na);
+              std::copy_n(&model.kxx[i * nc], nc, made->stiffness.row(i));
+            }
+            made->basis = stuck_basis(model, contact, layout);
+            return made;
+          }(),
+          layout) {}
+
+Modal::Modal(std::shared_ptr<const Model> model, const Layout &layout)
+    : model_(std::move(model)), layout_(layout), padded_(padded<double>(layout.width)), counts_(layout.size),
+      starts_(layout.size), received_(static_cast<std::size_t>(layout.dofs()) * layout.width),
+      all_(static_cast<std::size_t>(layout.dofs()) * padded_),
+      product_(static_cast<std::size_t>(layout.own_dofs()) * padded_) {
+  for (int r = 0; r < layout.size; ++r) {
+    const Range modes = share_of(layout.modes, r, layout.size), points = share_of(layout.points, r, layout.size);
+    counts_[r] = (modes.size() + 3 * points.size()) * layout.width;
+    starts_[r] = (modes.begin + 3 * points.begin) * layout.width;
+  }
+}
+
+std::unique_ptr<LinearPart> Modal::like(const Layout &layout) const {
+  return std::unique_ptr<LinearPart>(new Modal(model_, layout));
+}
+
+// all_ = coefficients of all dofs.
+void Modal::gather(const double *q) {
+  const double *from = q;
+  if (layout_.size > 1) {
+    MPI_Allgatherv(q, counts_[layout_.rank], MPI_DOUBLE, received_.data(), counts_.data(), starts_.data(), MPI_DOUBLE,
+                   layout_.comm);
+    from = received_.data();
+  }
+  const int w = layout_.width;
+  for (int r = 0; r < layout_.size; ++r) {
+    const Range modes = share_of(layout_.modes, r, layout_.size), points = share_of(layout_.points, r, layout_.size);
+    for (const auto [begin, end] : {std::pair(modes.begin, modes.end),
+                                    std::pair(layout_.modes + 3 * points.begin, layout_.modes + 3 * points.end)})
+      for (PetscInt dof = begin; dof < end; ++dof, from += w)
+        std::copy_n(from, w, &all_[static_cast<std::size_t>(dof) * padded_]);
+  }
+}
+
+void Modal::multiply(const double *q, double *stiffness_force, double *inertia_force) {
+  const int w = layout_.width;
+  const PetscInt own_modes = layout_.own_modes.size(), own = 3 * layout_.own_points.size();
+  gather(q);
+  const double *contact = &all_[static_cast<std::size_t>(layout_.modes) * padded_];
+  dovetail::multiply(model_->max, 0, own_modes, contact, padded_, product_.data());
+  unpad(product_.data(), padded_, w, own_modes, inertia_force);
+  for (PetscInt j = 0; j < own_modes; ++j)
+    for (int i = 0; i < w; ++i) {
+      inertia_force[j * w + i] += q[j * w + i];
+      stiffness_force[j * w + i] = model_->kaa[layout_.own_modes.begin + j] * q[j * w + i];
+    }
+  dovetail::multiply(model_->mass, 0, own, all_.data(), padded_, product_.data());
+  unpad(product_.data(), padded_, w, own, inertia_force + own_modes * w);
+  dovetail::multiply(model_->stiffness, 0, own, contact, padded_, product_.data());
+  unpad(product_.data(), padded_, w, own, stiffness_force + own_modes * w);
+}
+
+std::vector<Coupling> Modal::couplings() const {
+  return list_couplings(layout_, model_->kaa, [&](PetscInt i) {
+    return ContactRow{model_->mass.row(i), model_->mass.row(i) + layout_.modes, model_->stiffness.row(i)};
+  });
+}
+
+UniqueMat Modal::matrix(const ContactForces &) const {
+  UniqueMat J;
+  auto solver = std::make_unique<ModalSolver>(std::shared_ptr<const StuckBasis>(model_, &model_->basis), layout_);
+  check(MatCreateShell(layout_.comm, layout_.own_unknowns(), layout_.own_unknowns(), layout_.unknowns(),
+                       layout_.unknowns(), solver.release(), J.out()),
+        "laying out the Jacobian");
+  const auto multiply_by =
+      +[](Mat A, Vec x, Vec y) -> PetscErrorCode { return solver_of(A).run([&] { solver_of(A).multiply(x, y); }); };
+  const auto destroy = +[](Mat A) -> PetscErrorCode {
+    delete &solver_of(A);
+    return 0;
+  };
+  check(MatShellSetOperation(J, MATOP_MULT, reinterpret_cast<void (*)()>(multiply_by)), "laying out the Jacobian");
+  check(MatShellSetOperation(J, MATOP_DESTROY, reinterpret_cast<void (*)()>(destroy)), "laying out the Jacobian");
+  return J;
+}
+
+void Modal::fill(Mat J, const JacobianParts &parts) { solver_of(J).fill(parts, *this); }
+
+void Modal::set_up(KSP ksp, Mat J) const { solver_of(J).set_up(ksp, J); }
+
+std::string Modal::recover(KSP, Mat) const { return "the Jacobian is singular, or no number"; }
+
+int Modal::iterations(Mat J, int) const { return solver_of(J).take_iterations(); }
+
+} // namespace dovetail

@@ -1,0 +1,43 @@
+#pragma once
+// The harmonic system without any large sparse matrix: K and M as the dense rows they are, and the Jacobian solved with
+// in the modes of the stuck structure (modal_solver.hpp). The unknowns are the same as in the assembled form.
+#include "harmonic/linear_part.hpp"
+#include "harmonic/stuck_basis.hpp"
+
+namespace dovetail {
+
+class Modal : public LinearPart {
+public:
+  /// Collective.
+  Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Layout &layout);
+
+  std::unique_ptr<LinearPart> like(const Layout &layout) const override;
+  void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
+  std::vector<Coupling> couplings() const override;
+  UniqueMat matrix(const ContactForces &contact) const override;
+  void fill(Mat J, const JacobianParts &parts) override;
+  void set_up(KSP ksp, Mat J) const override;
+  std::string recover(KSP ksp, Mat J) const override;
+  int iterations(Mat J, int solves) const override;
+
+private:
+  struct Model { // for any harmonics
+    std::vector<double> kaa;
+    Slab<double> max;       // (own modes, 3 N_x)
+    Slab<double> mass;      // (own contact dofs, N_a + 3 N_x): M_xa, M_xx
+    Slab<double> stiffness; // (own contact dofs, 3 N_x): K_xx
+    StuckBasis basis;
+  };
+  Modal(std::shared_ptr<const Model> model, const Layout &layout);
+  void gather(const double *q);
+
+  std::shared_ptr<const Model> model_;
+  Layout layout_;
+  int padded_;
+  std::vector<int> counts_, starts_; // of the ranks' coefficients
+  std::vector<double> received_;     // (dofs * width) those of all ranks
+  Aligned<double> all_;              // (dofs, padded) in the order of the results
+  Aligned<double> product_;          // (own dofs, padded)
+};
+
+} // namespace dovetail

@@ -1,0 +1,159 @@
+#include "harmonic/modal_operator.hpp"
+
+#include "contact/wide.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr PetscInt points_at_once = 8; // 24 rows of Phi: they stay in the cache between the two products
+
+template <class Real> MPI_Datatype type_of() { return sizeof(Real) == 4 ? MPI_FLOAT : MPI_DOUBLE; }
+
+// force += block times motion, block (width columns of `padded`).
+template <class Real>
+inline void add_block(const Real *__restrict block, int width, int padded, const Real *__restrict motion,
+                      Real *__restrict force) {
+  for (int j = 0; j < width; ++j) {
+    const Real factor = motion[j];
+    for (int i = 0; i < padded; ++i) force[i] += block[j * padded + i] * factor;
+  }
+}
+DOVETAIL_WIDE void add_to(const double *block, int width, int padded, const double *motion, double *force) {
+  add_block(block, width, padded, motion, force);
+}
+DOVETAIL_WIDE void add_to(const float *block, int width, int padded, const float *motion, float *force) {
+  add_block(block, width, padded, motion, force);
+}
+
+} // namespace
+
+template <class Real>
+ModalOperator<Real>::ModalOperator(const StuckBasis &basis, const Slab<Real> &phi, const Layout &layout)
+    : basis_(basis), phi_(phi), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+      padded_(padded<Real>(layout.width)), counts_(layout.size), starts_(layout.size),
+      points_(layout.own_points.size()), cross_(padded_),
+      written_(9 * static_cast<std::size_t>(layout.width) * layout.width) {
+  for (int r = 0; r < layout.size; ++r) {
+    const Range share = share_of(layout.dofs(), r, layout.size);
+    counts_[r] = share.size() * padded_ + (r == layout.size - 1), starts_[r] = share.begin * padded_;
+  }
+  const std::size_t all = static_cast<std::size_t>(layout.dofs()) * padded_ + 1;
+  all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
+  const std::size_t rows = std::max<std::size_t>(layout.own_dofs(), 3 * points_at_once);
+  motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
+}
+
+template <class Real> void ModalOperator<Real>::take(const ContactForces &contact, const double *held, double damping) {
+  const int n = layout_.width;
+  const std::size_t size = static_cast<std::size_t>(n) * padded_;
+  for (int i = 1; i < n; ++i) cross_[i] = static_cast<Real>((i % 2 ? 1 : -1) * ((i + 1) / 2) * damping);
+  std::size_t count = 0;
+  for (int p = 0; p < contact.size(); ++p) {
+    Point &point = points_[p];
+    point.blocks.clear();
+    const double *springs = &basis_.springs[3 * p];
+    const auto own = stuck_springs(contact.points()[p]);
+    point.stuck = contact.springs_only(p) && std::equal(own.begin(), own.end(), springs);
+    if (point.stuck) continue;
+    const auto &places = block_places(contact.points()[p].law);
+    contact.write(p, written_.data());
+    if (blocks_.size() < (count + places.size()) * size) { // room for all points at once
+      Aligned<Real> larger(static_cast<std::size_t>(contact.size()) * 7 * size);
+      std::copy_n(blocks_.data(), count * size, larger.data());
+      blocks_ = std::move(larger);
+    }
+    for (std::size_t b = 0; b < places.size(); ++b, ++count) {
+      Real *block = &blocks_[count * size];
+      const double *written = &written_[b * n * n];
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) block[j * padded_ + i] = static_cast<Real>(written[i * n + j]);
+      point.blocks.push_back({places[b].row, places[b].column, count * size});
+      if (places[b].row != places[b].column) continue;
+      const double spring = springs[places[b].row];
+      for (int i = 0; i < n; ++i) {
+        block[i * padded_ + i] = static_cast<Real>(written[i * n + i] - spring);
+        const int pair = i == 0 ? 0 : i % 2 ? i + 1 : i - 1;
+        if (pair > 0) block[pair * padded_ + i] = static_cast<Real>(written[i * n + pair] - spring * cross_[i]);
+      }
+      if (held) block[0] += static_cast<Real>(held[3 * p + places[b].row]);
+    }
+  }
+}
+
+// all_ = the modal unknowns of all ranks.
+template <class Real> void ModalOperator<Real>::spread(const double *y, double last) {
+  Real *own = &all_[starts_[layout_.rank]];
+  const PetscInt rows = own_.size();
+  for (PetscInt i = 0; i < rows; ++i)
+    for (int j = 0; j < layout_.width; ++j) own[i * padded_ + j] = static_cast<Real>(y[i * layout_.width + j]);
+  if (layout_.owns_omega()) own[rows * padded_] = static_cast<Real>(last);
+  if (layout_.size > 1)
+    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), type_of<Real>(),
+                   layout_.comm);
+}
+
+// out = own part of the sum of sum_ over all ranks.
+template <class Real> void ModalOperator<Real>::collect(double *out, double *sum) {
+  const Real *share = sum_.data();
+  if (layout_.size > 1) {
+    MPI_Reduce_scatter(sum_.data(), share_.data(), counts_.data(), type_of<Real>(), MPI_SUM, layout_.comm);
+    share = share_.data();
+  }
+  for (PetscInt i = 0; i < own_.size(); ++i)
+    for (int j = 0; j < layout_.width; ++j) out[i * layout_.width + j] = share[i * padded_ + j];
+  if (layout_.owns_omega() && sum) *sum = share[own_.size() * padded_];
+}
+
+template <class Real> void ModalOperator<Real>::to_modes(const double *r, double *out) {
+  for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
+    for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
+  sum_.clear();
+  for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
+    add_transposed(phi_, d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_], padded_,
+                   sum_.data());
+  collect(out, nullptr);
+}
+
+template <class Real> void ModalOperator<Real>::from_modes(const double *y, double *q) {
+  spread(y, 0);
+  multiply(phi_, 0, layout_.own_dofs(), all_.data(), padded_, motion_.data());
+  for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
+    for (int j = 0; j < layout_.width; ++j) q[d * layout_.width + j] = motion_[d * padded_ + j];
+}
+
+// force_ = { dG - K_t (1 + i k Om xi) } motion_ of a few points.
+template <class Real> void ModalOperator<Real>::contact_forces(PetscInt first, PetscInt count) {
+  std::fill_n(force_.data(), 3 * count * padded_, Real{});
+  for (PetscInt p = 0; p < count; ++p) {
+    const Point &point = points_[first + p];
+    const Real *motion = &motion_[3 * p * padded_];
+    Real *force = &force_[3 * p * padded_];
+    for (const Block &block : point.blocks)
+      add_to(&blocks_[block.at], layout_.width, padded_, motion + block.column * padded_, force + block.row * padded_);
+    for (int d = 0; d < 3 && point.stuck; ++d) {
+      const Real spring = static_cast<Real>(basis_.springs[3 * (first + p) + d]);
+      for (int i = 1; i < layout_.width; ++i)
+        force[d * padded_ + i] = -spring * cross_[i] * motion[d * padded_ + (i % 2 ? i + 1 : i - 1)];
+    }
+  }
+}
+
+template <class Real> void ModalOperator<Real>::apply(const double *y, double *out, double &last, double &sum) {
+  spread(y, last);
+  last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
+  sum_.clear();
+  const PetscInt points = layout_.own_points.size();
+  for (PetscInt p = 0; p < points; p += points_at_once) {
+    const PetscInt count = std::min(points_at_once, points - p), row = layout_.own_modes.size() + 3 * p;
+    multiply(phi_, row, 3 * count, all_.data(), padded_, motion_.data());
+    contact_forces(p, count);
+    add_transposed(phi_, row, 3 * count, force_.data(), padded_, sum_.data());
+  }
+  sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);
+  collect(out, &sum);
+}
+
+template class ModalOperator<double>;
+template class ModalOperator<float>;
+
+} // namespace dovetail

@@ -1,0 +1,59 @@
+#pragma once
+// The derivative of the residual in the modes of the stuck structure (modal.md's identity, design.md, section 3),
+//     J_k y = [lambda (1 + i k Om xi) - k^2 Om^2] y + Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y,
+// in double or single precision. Its second part here; modal unknowns are dealt out to the ranks in order.
+#include <vector>
+
+#include "contact/contact_forces.hpp"
+#include "harmonic/stuck_basis.hpp"
+
+namespace dovetail {
+
+template <class Real> class ModalOperator {
+public:
+  /// `phi`: rows of the own dofs; must outlive this, as `basis`.
+  ModalOperator(const StuckBasis &basis, const Slab<Real> &phi, const Layout &layout);
+
+  /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts; xi Om = `damping`.
+  void take(const ContactForces &contact, const double *held, double damping);
+
+  /// out (own modal unknowns) = Phi^T r, of r (own coefficients). Collective.
+  void to_modes(const double *r, double *out);
+  /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
+  void from_modes(const double *y, double *q);
+  /// out (own modal unknowns) = Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y; and y's last, which the last rank holds,
+  /// made known to all, and `sum` made the sum over all ranks, on the last. Collective.
+  void apply(const double *y, double *out, double &last, double &sum);
+
+private:
+  struct Block {
+    int row, column;
+    std::size_t at; // in blocks_
+  };
+  struct Point {
+    bool stuck = false; // as the basis: only the damping differs
+    std::vector<Block> blocks;
+  };
+  void spread(const double *y, double last);
+  void collect(double *out, double *sum);
+  void contact_forces(PetscInt first, PetscInt count);
+
+  const StuckBasis &basis_;
+  const Slab<Real> &phi_;
+  Layout layout_;
+  Range own_;
+  int padded_;
+  std::vector<int> counts_, starts_; // of the ranks' modal unknowns, padded; the last one has one more
+  std::vector<Point> points_;
+  std::vector<Real> cross_;     // k Om xi per coefficient, with the sign that the other of its pair enters with
+  Aligned<Real> blocks_;        // (width, padded) each: columns, one after the other
+  std::vector<double> written_; // of one point, as the contact law gives them
+  std::size_t used_ = 0;
+  Aligned<Real> all_, sum_, share_; // (n, padded) and one more
+  Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
+};
+
+extern template class ModalOperator<double>;
+extern template class ModalOperator<float>;
+
+} // namespace dovetail

@@ -1,0 +1,225 @@
+#include "harmonic/modal_solver.hpp"
+
+#include <cmath>
+#include <numeric>
+
+namespace dovetail {
+namespace {
+
+constexpr const char *doing = "solving in the stuck modes";
+constexpr int restart = 60, most_iterations = 300;
+constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
+constexpr double single_enough = 1e-5;   // accuracies above it are reached in single precision
+
+class Values { // of a vector, own share
+public:
+  explicit Values(Vec v) : v_(v) { check(VecGetArray(v_, &values_), doing); }
+  Values(const Values &) = delete;
+  ~Values() { VecRestoreArray(v_, &values_); }
+  operator double *() const { return values_; }
+
+private:
+  Vec v_;
+  double *values_;
+};
+
+class ReadValues {
+public:
+  explicit ReadValues(Vec v) : v_(v) { check(VecGetArrayRead(v_, &values_), doing); }
+  ReadValues(const ReadValues &) = delete;
+  ~ReadValues() { VecRestoreArrayRead(v_, &values_); }
+  operator const double *() const { return values_; }
+
+private:
+  Vec v_;
+  const double *values_;
+};
+
+} // namespace
+
+ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, const Layout &layout)
+    : basis_(std::move(basis)), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+      own_modal_(own_.size() * layout.width), exact_(*basis_, basis_->phi, layout),
+      rough_(*basis_, basis_->rough, layout) {
+  const PetscInt own = own_modal_ + (layout_.owns_omega() ? 1 : 0);
+  check(MatCreateShell(layout_.comm, own, own, layout_.unknowns(), layout_.unknowns(), this, matrix_.out()), doing);
+  const auto apply_in_modes = +[](Mat A, Vec y, Vec out) -> PetscErrorCode {
+    void *self;
+    MatShellGetContext(A, &self);
+    auto &solver = *static_cast<ModalSolver *>(self);
+    return solver.run([&] { solver.apply(y, out); });
+  };
+  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(apply_in_modes)), doing);
+  check(MatCreateVecs(matrix_, right_.out(), answer_.out()), doing);
+  check(KSPCreate(layout_.comm, krylov_.out()), doing);
+  check(KSPSetOptionsPrefix(krylov_, "hb_modal_"), doing);
+  check(KSPSetOperators(krylov_, matrix_, matrix_), doing);
+  check(KSPSetType(krylov_, KSPGMRES), doing);
+  check(KSPGMRESSetRestart(krylov_, restart), doing);
+  PC pc;
+  check(KSPGetPC(krylov_, &pc), doing);
+  check(PCSetType(pc, PCSHELL), doing);
+  check(PCShellSetContext(pc, this), doing);
+  check(PCShellSetApply(pc,
+                        [](PC shell, Vec r, Vec out) -> PetscErrorCode {
+                          void *self;
+                          PCShellGetContext(shell, &self);
+                          auto &solver = *static_cast<ModalSolver *>(self);
+                          return solver.run([&] { solver.precondition(r, out); });
+                        }),
+        doing);
+  check(KSPSetTolerances(krylov_, newton_accuracy, 0, 1e30, most_iterations), doing);
+  check(KSPSetFromOptions(krylov_), doing);
+  check(KSPGetTolerances(krylov_, &newton_accuracy_, nullptr, nullptr, &most_iterations_), doing);
+}
+
+void ModalSolver::fill(const JacobianParts &parts, LinearPart &linear) {
+  contact_ = &parts.contact, linear_ = &linear;
+  omega_ = parts.omega, damping_ = parts.damping;
+  held_.clear();
+  if (parts.held) held_.assign(parts.held, parts.held + 3 * layout_.own_points.size());
+  column_.assign(parts.column, parts.column + layout_.own_coefficients());
+  border_.assign(parts.border, parts.border + layout_.own_coefficients());
+  corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
+  exact_stale_ = rough_stale_ = true;
+}
+
+void ModalSolver::multiply(Vec x, Vec y) {
+  const int n = layout_.width;
+  const PetscInt count = layout_.own_coefficients(), contact = layout_.own_point_offset(0);
+  const ReadValues in(x);
+  const Values out(y);
+  double last = layout_.owns_omega() ? in[count] : 0;
+  MPI_Bcast(&last, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  stiff_.resize(count), heavy_.resize(count), force_.resize(count - contact);
+  linear_->multiply(in, stiff_.data(), heavy_.data());
+  contact_->multiply(in + contact, force_.data());
+  double along = std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0);
+  MPI_Allreduce(MPI_IN_PLACE, &along, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  for (PetscInt i = 0; i < count; ++i) {
+    const int place = static_cast<int>(i % n), k = (place + 1) / 2;
+    const double cross = place == 0 ? 0 : place % 2 ? stiff_[i + 1] : -stiff_[i - 1];
+    out[i] = stiff_[i] - k * omega_ * k * omega_ * heavy_[i] + k * omega_ * damping_ * cross + column_[i] * last;
+    if (i >= contact) out[i] += force_[i - contact];
+    if (i >= contact && place == 0 && !held_.empty()) out[i] += held_[(i - contact) / n] * in[i];
+  }
+  if (layout_.owns_omega()) out[count] = along + corner_ * last;
+}
+
+void ModalSolver::set_up(KSP ksp, Mat J) {
+  outer_ = ksp;
+  check(KSPSetOperators(ksp, J, J), doing);
+  check(KSPSetType(ksp, KSPPREONLY), doing);
+  PC pc;
+  check(KSPGetPC(ksp, &pc), doing);
+  check(PCSetType(pc, PCSHELL), doing);
+  check(PCShellSetContext(pc, this), doing);
+  check(PCShellSetApply(pc,
+                        [](PC shell, Vec r, Vec x) -> PetscErrorCode {
+                          void *self;
+                          PCShellGetContext(shell, &self);
+                          auto &solver = *static_cast<ModalSolver *>(self);
+                          return solver.run([&] { solver.solve(r, x); });
+                        }),
+        doing);
+}
+
+// Diagonal blocks [a b; -b a] of each cosine-sine pair.
+template <class Work> void ModalSolver::pairs(Work &&work) {
+  for (PetscInt i = 0; i < own_.size(); ++i) {
+    const double lambda = basis_->lambda[own_.begin + i], damped = basis_->damped[own_.begin + i];
+    for (int k = 0; k <= layout_.width / 2; ++k) {
+      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * damped;
+      const double square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
+      work(i * layout_.width + (k == 0 ? 0 : cosine(k)), k, a / square, b / square);
+    }
+  }
+}
+
+void ModalSolver::prepare_diagonal() {
+  const auto to_modes = [&](const std::vector<double> &from, std::vector<double> &to) {
+    to.resize(own_modal_);
+    single_ ? rough_.to_modes(from.data(), to.data()) : exact_.to_modes(from.data(), to.data());
+  };
+  to_modes(column_, b_), to_modes(border_, c_);
+  inverse_b_.resize(own_modal_), inverse_c_.resize(own_modal_), work_.resize(own_modal_);
+  pairs([&](PetscInt at, int k, double a, double b) {
+    if (k == 0) {
+      inverse_b_[at] = a * b_[at], inverse_c_[at] = a * c_[at];
+      return;
+    }
+    inverse_b_[at] = a * b_[at] - b * b_[at + 1], inverse_b_[at + 1] = b * b_[at] + a * b_[at + 1];
+    inverse_c_[at] = a * c_[at] + b * c_[at + 1], inverse_c_[at + 1] = -b * c_[at] + a * c_[at + 1];
+  });
+  schur_ = corner_ - std::inner_product(c_.begin(), c_.end(), inverse_b_.begin(), 0.0);
+  MPI_Allreduce(MPI_IN_PLACE, &schur_, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  if (schur_ == 0) schur_ = 1;
+}
+
+void ModalSolver::solve(Vec r, Vec x) {
+  PetscReal tolerance;
+  check(KSPGetTolerances(outer_, &tolerance, nullptr, nullptr, nullptr), doing);
+  tolerance = std::min(tolerance, newton_accuracy_);
+  single_ = tolerance > single_enough;
+  const double *held = held_.empty() ? nullptr : held_.data();
+  if (single_ && rough_stale_) rough_.take(*contact_, held, omega_ * damping_);
+  if (!single_ && exact_stale_) exact_.take(*contact_, held, omega_ * damping_);
+  (single_ ? rough_stale_ : exact_stale_) = false;
+  prepare_diagonal();
+  {
+    const ReadValues from(r);
+    const Values to(right_);
+    single_ ? rough_.to_modes(from, to) : exact_.to_modes(from, to);
+    if (layout_.owns_omega()) to[own_modal_] = from[layout_.own_coefficients()];
+  }
+  check(KSPSetTolerances(krylov_, tolerance, 0, 1e30, most_iterations_), doing);
+  check(KSPSolve(krylov_, right_, answer_), doing);
+  PetscInt count;
+  check(KSPGetIterationNumber(krylov_, &count), doing);
+  iterations_ += static_cast<int>(count);
+  const ReadValues from(answer_);
+  const Values to(x);
+  single_ ? rough_.from_modes(from, to) : exact_.from_modes(from, to);
+  if (layout_.owns_omega()) to[layout_.own_coefficients()] = from[own_modal_];
+}
+
+void ModalSolver::apply(Vec y, Vec out) {
+  const ReadValues in(y);
+  const Values to(out);
+  double last = layout_.owns_omega() ? in[own_modal_] : 0,
+         along = std::inner_product(c_.begin(), c_.end(), static_cast<const double *>(in), 0.0);
+  single_ ? rough_.apply(in, to, last, along) : exact_.apply(in, to, last, along);
+  for (PetscInt i = 0; i < own_.size(); ++i) {
+    const double lambda = basis_->lambda[own_.begin + i];
+    const double *row = in + i * layout_.width;
+    double *result = to + i * layout_.width;
+    result[0] += lambda * row[0];
+    for (int k = 1; k <= layout_.width / 2; ++k) {
+      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * lambda;
+      result[cosine(k)] += a * row[cosine(k)] + b * row[sine(k)];
+      result[sine(k)] += a * row[sine(k)] - b * row[cosine(k)];
+    }
+  }
+  for (PetscInt i = 0; i < own_modal_; ++i) to[i] += b_[i] * last;
+  if (layout_.owns_omega()) to[own_modal_] = along + corner_ * last;
+}
+
+void ModalSolver::precondition(Vec r, Vec out) {
+  const ReadValues in(r);
+  const Values to(out);
+  double last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), static_cast<const double *>(in), 0.0);
+  if (layout_.owns_omega()) last += in[own_modal_];
+  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &last, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  last /= schur_;
+  pairs([&](PetscInt at, int k, double a, double b) {
+    if (k == 0) {
+      to[at] = a * in[at];
+      return;
+    }
+    to[at] = a * in[at] - b * in[at + 1], to[at + 1] = b * in[at] + a * in[at + 1];
+  });
+  for (PetscInt i = 0; i < own_modal_; ++i) to[i] -= inverse_b_[i] * last;
+  if (layout_.owns_omega()) to[own_modal_] = last;
+}
+
+} // namespace dovetail

@@ -1,0 +1,59 @@
+#pragma once
+// Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure: with x = Phi y it becomes
+// [Phi^T J Phi, Phi^T b; (Phi^T c)^T, d], whose blocks are diagonal but for what the contacts do. GMRES, preconditioned
+// by that diagonal, bordered. The determinant's sign is not known: continuation goes without.
+#include <memory>
+
+#include "harmonic/linear_part.hpp"
+#include "harmonic/modal_operator.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+
+class ModalSolver {
+public:
+  ModalSolver(std::shared_ptr<const StuckBasis> basis, const Layout &layout);
+  ModalSolver(const ModalSolver &) = delete; // PETSc knows where it is
+
+  /// `parts.contact` and `linear` must outlive the solves.
+  void fill(const JacobianParts &parts, LinearPart &linear);
+  /// The bordered Jacobian itself, in the unknowns of the harmonic system and in double precision. Collective.
+  void multiply(Vec x, Vec y);
+  /// Makes `ksp` solve with it: well enough for Newton's method, or as accurately as its relative tolerance asks for.
+  void set_up(KSP ksp, Mat J);
+  int take_iterations() { return std::exchange(iterations_, 0); }
+
+  template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
+
+private:
+  void solve(Vec r, Vec x);
+  void apply(Vec y, Vec out);        // the bordered operator in the modes
+  void precondition(Vec r, Vec out); // the inverse of its diagonal, bordered
+  void prepare_diagonal();
+  template <class Work> void pairs(Work &&work); // (index of an own pair of coefficients, lambda, d, k)
+
+  std::shared_ptr<const StuckBasis> basis_;
+  Layout layout_;
+  Range own_;          // modal unknowns
+  PetscInt own_modal_; // their coefficients
+  ModalOperator<double> exact_;
+  ModalOperator<float> rough_;
+  bool exact_stale_ = true, rough_stale_ = true, single_ = false;
+  const ContactForces *contact_ = nullptr;
+  LinearPart *linear_ = nullptr;
+  double omega_ = 0, damping_ = 0, corner_ = 0;       // corner: last entry of the border, on the last rank
+  std::vector<double> held_, column_, border_;        // (own contact dofs), (own coefficients) twice
+  std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
+  double schur_ = 1;
+  std::vector<double> stiff_, heavy_, force_, work_; // (own coefficients), (own modal unknowns)
+  UniqueMat matrix_;
+  UniqueKSP krylov_;
+  UniqueVec right_, answer_;
+  PetscReal newton_accuracy_; // and most iterations, unless options say otherwise
+  PetscInt most_iterations_;
+  KSP outer_ = nullptr;
+  int iterations_ = 0;
+  Courier courier_;
+};
+
+} // namespace dovetail

@@ -1,0 +1,23 @@
+#pragma once
+// The modes of the structure with all contact points stuck (design.md, section 3): K_s Phi = M Phi diag(lambda) with
+// K_s = K + K_t, K_t the springs of closed and stuck contacts, and Phi^T M Phi = 1. One basis for every frequency and
+// every harmonic, because K = K_s - K_t differs from K_s on the contact dofs' diagonal only.
+#include "contact/contact_point.hpp"
+#include "harmonic/layout.hpp"
+#include "harmonic/slab.hpp"
+#include "reduction/reduced_model.hpp"
+
+namespace dovetail {
+
+struct StuckBasis {
+  std::vector<double> lambda;  ///< (n), n = N_a + 3 N_x, ascending; on every rank
+  std::vector<double> damped;  ///< (n) diagonal of Phi^T K Phi; on every rank
+  std::vector<double> springs; ///< (own contact dofs) K_t
+  Slab<double> phi;            ///< (own dofs, n) rows of the own modes, then of the own contact dofs
+  Slab<float> rough;           ///< the same in single precision
+};
+
+/// A dense eigenproblem of all n dofs, on one rank. Collective. ComputeError: M is not positive definite.
+StuckBasis stuck_basis(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Layout &layout);
+
+} // namespace dovetail

@@ -1,0 +1,113 @@
+// The modal form of the harmonic system against the assembled one, on as many ranks as the test runs with.
+#include <gtest/gtest.h>
+
+#include "continuation/curve.hpp"
+#include "harmonic/dense_model.hpp"
+#include "harmonic/harmonic_system.hpp"
+#include "small_model.hpp"
+#include "support/error.hpp"
+
+using namespace dovetail;
+using namespace dovetail::testing;
+
+namespace {
+
+constexpr int harmonics = 3;
+
+HarmonicSystem small_system(LinearForm form, int samples = exactly, const std::vector<Law> &laws = {}) {
+  PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
+  for (std::size_t p = 0; !laws.empty() && p < model.contact.size(); ++p)
+    model.contact[p].law = laws[model.reduced.own_points.begin + p];
+  return HarmonicSystem(scaled(std::move(model), 0.05, {}), harmonics, samples, {0.2, 1.0, 0.3}, form);
+}
+
+UniqueVec vector_of(const HarmonicSystem &system, double size, int seed, double last) {
+  UniqueVec y = system.unknowns();
+  const Layout &layout = system.layout();
+  std::vector<double> all(static_cast<std::size_t>(layout.dofs()) * layout.width);
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = size * wave(seed, static_cast<int>(i));
+  set_coefficients(layout, all, y);
+  if (layout.owns_omega()) check(VecSetValue(y, layout.omega_row(), last, INSERT_VALUES), "");
+  check(VecAssemblyBegin(y), "");
+  check(VecAssemblyEnd(y), "");
+  return y;
+}
+
+double norm(Vec v) {
+  PetscReal value;
+  check(VecNorm(v, NORM_2, &value), "");
+  return value;
+}
+
+double relative_difference(Vec a, Vec b) {
+  UniqueVec c;
+  check(VecDuplicate(a, c.out()), "");
+  check(VecWAXPY(c, -1, a, b), "");
+  return norm(c) / norm(b);
+}
+
+} // namespace
+
+TEST(Modal, residual_and_jacobian_are_those_of_the_assembled_form) {
+  for (const auto &laws : {std::vector<Law>{}, {Law::unilateral, Law::cone, Law::bilateral}})
+    for (const double size : {0.05, 1.0, 4.0}) { // all stuck; slip; slip and lift-off
+      HarmonicSystem assembled = small_system(LinearForm::assembled, 64, laws),
+                     modal = small_system(LinearForm::modal, 64, laws);
+      const UniqueVec y = vector_of(modal, size, 3, 1.3), v = vector_of(modal, 1, 5, 0.7),
+                      border = vector_of(modal, 1, 7, 0.2);
+      UniqueVec f = modal.unknowns(), g = modal.unknowns();
+      assembled.residual(y, f), modal.residual(y, g);
+      EXPECT_LT(relative_difference(g, f), 1e-14);
+      const UniqueMat A = assembled.matrix(), B = modal.matrix();
+      assembled.jacobian(y, border, A), modal.jacobian(y, border, B);
+      check(MatMult(A, v, f), "");
+      check(MatMult(B, v, g), "");
+      EXPECT_LT(relative_difference(g, f), 1e-13) << size;
+    }
+}
+
+TEST(Modal, solves_with_the_jacobian) { // in double precision, and as well as Newton's method needs
+  for (const double size : {0.05, 1.0, 4.0})
+    for (const auto &[accuracy, bound] : {std::pair{1e-10, 1e-8}, {0.5, 1e-3}}) {
+      HarmonicSystem system = small_system(LinearForm::modal);
+      const UniqueVec y = vector_of(system, size, 3, 1.3), border = vector_of(system, 1, 7, 0.2),
+                      r = vector_of(system, 1, 9, 0.4);
+      UniqueVec x = system.unknowns(), product = system.unknowns();
+      const UniqueMat J = system.matrix();
+      system.jacobian(y, border, J);
+      UniqueKSP ksp;
+      check(KSPCreate(PETSC_COMM_WORLD, ksp.out()), "");
+      system.set_up(ksp, J);
+      check(KSPSetTolerances(ksp, accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
+      check(KSPSolve(ksp, r, x), "");
+      check(MatMult(J, x, product), "");
+      EXPECT_LT(relative_difference(product, r), bound) << size;
+      EXPECT_GT(system.linear_iterations(J, 1), 0);
+      EXPECT_EQ(system.linear_iterations(J, 1), 0); // told once
+    }
+}
+
+TEST(Modal, newton_and_tangent) {
+  Counts counts;
+  HarmonicSystem assembled = small_system(LinearForm::assembled), modal = small_system(LinearForm::modal);
+  Curve one(assembled, {1e-10, 1e-10, 30}, 1, true, counts), other(modal, {1e-10, 1e-10, 30}, 1, true, counts);
+  Station s = one.station(), t = other.station();
+  ASSERT_TRUE(one.solve_at(0.9, s));
+  ASSERT_TRUE(other.solve_at(0.9, t));
+  EXPECT_LT(relative_difference(t.y, s.y), 1e-8);
+  EXPECT_LT(relative_difference(t.t, s.t), 1e-6);
+  EXPECT_NE(s.sign, 0);
+}
+
+TEST(Modal, other_harmonics_and_the_matrices) {
+  const HarmonicSystem assembled = small_system(LinearForm::assembled), modal = small_system(LinearForm::modal);
+  HarmonicSystem more(modal, 5, exactly, 0.5);
+  const UniqueVec y = vector_of(more, 1, 3, 1.3);
+  UniqueVec f = more.unknowns(), g = more.unknowns();
+  HarmonicSystem softer(assembled, 5, exactly, 0.5);
+  softer.residual(y, f), more.residual(y, g);
+  EXPECT_LT(relative_difference(g, f), 1e-14);
+  const DenseModel a = dense_model(assembled), b = dense_model(modal);
+  EXPECT_EQ(a.K, b.K);
+  EXPECT_EQ(a.M, b.M);
+}
