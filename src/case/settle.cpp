@@ -23,7 +23,8 @@ void settle_stability(Case &study, int dofs) {
 }
 
 bool solved_in_modes(const Case &study, int dofs) {
-  constexpr double many = 600; // unknowns: from there on the modal solve is quicker (docs/points.md)
+  constexpr double many =
+      400; // unknowns: below, the assembled form costs little, and it knows the sign of its determinant
   if (study.solver != SolverKind::automatic) return study.solver == SolverKind::modal;
   return double(dofs) * (2 * study.harmonics + 1) > many;
 }

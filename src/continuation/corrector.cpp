@@ -128,8 +128,9 @@ Corrector::Direction Corrector::tangent(Vec t) {
   check(KSPSetTolerances(ksp, newtons, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "computing a tangent");
   check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
   check(VecNorm(t, NORM_2, &norm), "computing a tangent");
-  if (reason <= 0 || !std::isfinite(norm) || norm == 0) return {};
-  return {true, determinant_sign(ksp)};
+  const int linear = system_.linear_iterations(jacobian_, 0);
+  if (reason <= 0 || !std::isfinite(norm) || norm == 0) return {false, 0, linear};
+  return {true, determinant_sign(ksp), linear};
 }
 
 Corrector::Direction Corrector::tangent_at(Vec y, Vec border, Vec t) {

@@ -48,6 +48,7 @@ bool Curve::finish(Station &s) {
   s.activity = system.activity();
   s.omega = system.omega(s.y);
   const auto direction = corrector_.tangent(s.t);
+  counts_.linear += direction.linear;
   s.sign = direction.sign;
   if (!direction.found) {
     s.newton.converged = false, s.newton.why = "the bordered Jacobian is singular";
@@ -60,6 +61,7 @@ bool Curve::finish(Station &s) {
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   norm.weigh(normal, row_);
   const auto direction = corrector_.tangent_at(y, row_, t);
+  counts_.linear += direction.linear;
   sign = direction.sign;
   if (direction.found) check(VecScale(t, 1 / norm.length(t)), "computing a tangent");
   return direction.found;

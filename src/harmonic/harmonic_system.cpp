@@ -6,6 +6,7 @@
 #include "harmonic/assembled.hpp"
 #include "harmonic/modal.hpp"
 #include "support/error.hpp"
+#include "support/event.hpp"
 
 namespace dovetail {
 namespace {
@@ -78,6 +79,7 @@ void HarmonicSystem::products(const double *q) {
   if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
   if (same) return;
   stiffness_force_.resize(count), inertia_force_.resize(count);
+  const Timed timed(Work::matrices);
   linear_->multiply(q, stiffness_force_.data(), inertia_force_.data());
   motion_.assign(q, q + count);
 }
@@ -87,6 +89,7 @@ void HarmonicSystem::evaluate_contact(const double *q) {
   const std::size_t count = layout_.own_points.size() * 3 * layout_.width;
   if (contact_.size() == count && std::equal(contact_.begin(), contact_.end(), contact)) return;
   force_.resize(count);
+  const Timed timed(Work::contact);
   forces_.evaluate(contact, force_.data());
   contact_.assign(contact, contact + count);
 }

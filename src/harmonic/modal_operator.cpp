@@ -1,6 +1,7 @@
 #include "harmonic/modal_operator.hpp"
 
 #include "contact/wide.hpp"
+#include "support/event.hpp"
 
 namespace dovetail {
 namespace {
@@ -44,6 +45,7 @@ ModalOperator<Real>::ModalOperator(const StuckBasis &basis, const Slab<Real> &ph
 }
 
 template <class Real> void ModalOperator<Real>::take(const ContactForces &contact, const double *held, double damping) {
+  const Timed timed(Work::contact);
   const int n = layout_.width;
   const std::size_t size = static_cast<std::size_t>(n) * padded_;
   for (int i = 1; i < n; ++i) cross_[i] = static_cast<Real>((i % 2 ? 1 : -1) * ((i + 1) / 2) * damping);
@@ -87,6 +89,7 @@ template <class Real> void ModalOperator<Real>::spread(const double *y, double l
   for (PetscInt i = 0; i < rows; ++i)
     for (int j = 0; j < layout_.width; ++j) own[i * padded_ + j] = static_cast<Real>(y[i * layout_.width + j]);
   if (layout_.owns_omega()) own[rows * padded_] = static_cast<Real>(last);
+  const Timed timed(Work::exchange);
   if (layout_.size > 1)
     MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), type_of<Real>(),
                    layout_.comm);
@@ -94,6 +97,7 @@ template <class Real> void ModalOperator<Real>::spread(const double *y, double l
 
 // out = own part of the sum of sum_ over all ranks.
 template <class Real> void ModalOperator<Real>::collect(double *out, double *sum) {
+  const Timed timed(Work::exchange);
   const Real *share = sum_.data();
   if (layout_.size > 1) {
     MPI_Reduce_scatter(sum_.data(), share_.data(), counts_.data(), type_of<Real>(), MPI_SUM, layout_.comm);
@@ -108,14 +112,18 @@ template <class Real> void ModalOperator<Real>::to_modes(const double *r, double
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
   sum_.clear();
-  for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
-    add_transposed(phi_, d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_], padded_,
-                   sum_.data());
+  {
+    const Timed timed(Work::modes);
+    for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
+      add_transposed(phi_, d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_], padded_,
+                     sum_.data());
+  }
   collect(out, nullptr);
 }
 
 template <class Real> void ModalOperator<Real>::from_modes(const double *y, double *q) {
   spread(y, 0);
+  const Timed timed(Work::modes);
   multiply(phi_, 0, layout_.own_dofs(), all_.data(), padded_, motion_.data());
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) q[d * layout_.width + j] = motion_[d * padded_ + j];
@@ -142,12 +150,15 @@ template <class Real> void ModalOperator<Real>::apply(const double *y, double *o
   spread(y, last);
   last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
   sum_.clear();
-  const PetscInt points = layout_.own_points.size();
-  for (PetscInt p = 0; p < points; p += points_at_once) {
-    const PetscInt count = std::min(points_at_once, points - p), row = layout_.own_modes.size() + 3 * p;
-    multiply(phi_, row, 3 * count, all_.data(), padded_, motion_.data());
-    contact_forces(p, count);
-    add_transposed(phi_, row, 3 * count, force_.data(), padded_, sum_.data());
+  {
+    const Timed timed(Work::modes);
+    const PetscInt points = layout_.own_points.size();
+    for (PetscInt p = 0; p < points; p += points_at_once) {
+      const PetscInt count = std::min(points_at_once, points - p), row = layout_.own_modes.size() + 3 * p;
+      multiply(phi_, row, 3 * count, all_.data(), padded_, motion_.data());
+      contact_forces(p, count);
+      add_transposed(phi_, row, 3 * count, force_.data(), padded_, sum_.data());
+    }
   }
   sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);
   collect(out, &sum);
