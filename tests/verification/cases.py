@@ -18,6 +18,7 @@ SECTION_OF = {
     "normal_stiffness": "contact", "tangential_stiffness": "contact", "friction": "contact", "gap": "contact",
     "law": "contact",
     "initial": "preload", "harmonics": "harmonic_balance", "samples": "harmonic_balance",
+    "solver": "harmonic_balance",
     "step_tolerance": "newton", "residual_tolerance": "newton", "max_iterations": "newton",
     "kind": "scaling", "frequency": "scaling", "modal": "scaling", "contact": "scaling",
     "omega": "continuation", "step": "continuation", "adaptive": "continuation", "max_points": "continuation",

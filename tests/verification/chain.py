@@ -32,11 +32,11 @@ def model(points):
     return Model(K.tocsc(), M.tocsc(), np.arange(3 * points).reshape(-1, 3), force, preload)
 
 
-def write(folder, points, harmonics=5, samples=128, solver="auto", omega=(0.8, 2.6), at=(), most=20000):
+def write(folder, points, harmonics=5, samples="exact", solver="auto", omega=(0.8, 2.6), at=(), most=20000):
     """model.h5 and case.toml in a folder; path of the case."""
     folder.mkdir(parents=True, exist_ok=True)
     model(points).write(folder / "model.h5")
     path = folder / "case.toml"
-    path.write_text(CASE.format(points=points, kn=2 / points, kt=1 / points, harmonics=harmonics, solver=solver, samples=json.dumps(samples),
-                                omega=[float(w) for w in omega], at=json.dumps(list(at)), most=most))
+    path.write_text(CASE.format(points=points, kn=2 / points, kt=1 / points, harmonics=harmonics, samples=json.dumps(samples),
+                                solver=solver, omega=[float(w) for w in omega], at=json.dumps(list(at)), most=most))
     return path

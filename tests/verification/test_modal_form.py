@@ -1,0 +1,69 @@
+"""The harmonic balance in stuck modes: the same branches as with the assembled system, on any number of ranks."""
+
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import cases
+import chain
+from launch import ROOT, SURROUNDINGS, run
+
+SAME = 1e-7  # relative
+
+
+def compare(case_of, folder, wanted, ranks):
+    """Runs a case in both forms and compares all coefficients at the frequencies that both give exactly."""
+    points = {}
+    for solver in ("assembled", "modal"):
+        path = case_of(folder / solver, solver)
+        points[solver] = run(SimpleNamespace(path=path), ranks=ranks if solver == "modal" else None).points
+    one, other = points["assembled"], points["modal"]
+    for omega in wanted:
+        at, there = np.flatnonzero(one["omega"] == omega), np.flatnonzero(other["omega"] == omega)
+        assert len(at) == len(there) > 0
+        for i, j in zip(at, there):
+            expected = one["coefficients"][i]
+            np.testing.assert_allclose(other["coefficients"][j], expected, rtol=0, atol=SAME * np.abs(expected).max())
+    return one, other
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_chain(tmp_path, ranks):
+    """Slip and separation at every point, two resonances."""
+    def case(folder, solver):
+        return chain.write(folder, 5, solver=solver, at=[1.0, 1.3, 1.5, 1.8])
+
+    one, other = compare(case, tmp_path, [0.8, 1.0, 1.3, 1.5, 1.8, 2.6], ranks)
+    assert one["slip"].max() > 0.9 and one["open"].max() > 0.9
+    peaks = [points["coefficients"][:, -3, 1:3].max() for points in (one, other)]
+    np.testing.assert_allclose(peaks[1], peaks[0], rtol=1e-3)  # both have stepped over the peak with the same care
+
+
+def test_five_degrees_of_freedom(tmp_path):
+    """As delivered but for samples and tolerances. Where a direction does not slip, its mean is any of many."""
+    def case(folder, solver):
+        folder.mkdir()
+        return cases.dof5(folder, samples="exact", step_tolerance=1e-10, residual_tolerance=1e-10, at=[1.0, 1.01, 1.02, 1.05],
+                          solver=solver).path
+
+    compare(case, tmp_path, [0.9, 1.0, 1.01, 1.02, 1.05, 1.3], ranks=None)
+
+
+def test_two_solids(tmp_path):
+    """Nine points of a real joint that slip and open."""
+    example = ROOT / "inputs/two_solids"
+    model = tmp_path / "model.h5"
+    subprocess.run([sys.executable, example / "model.py", "-o", model], env=SURROUNDINGS, check=True, capture_output=True)
+    text = (example / "case.toml").read_text()
+
+    def case(folder, solver):
+        folder.mkdir()
+        changed = text.replace('"model.h5"', '"../model.h5"').replace("harmonics = 10", f'harmonics = 5\nsolver = "{solver}"')
+        (folder / "case.toml").write_text(changed.replace("[4000, 4250]", "[4050, 4150]\nat = [4090, 4107, 4120]"))
+        return folder / "case.toml"
+
+    one, _ = compare(case, tmp_path, [4050, 4090, 4107, 4120, 4150], ranks=2)
+    assert one["slip"].max() > 0.1
