@@ -27,7 +27,7 @@ Flow::Flow(const DenseModel &model, double omega, double tolerance)
   for (int i = 0; i < n; ++i)
     size_ = std::max(size_, most * std::abs(modes_.force[i]) / std::max(modes_.w2[i], omega * omega));
   eta_.resize(static_cast<std::size_t>(p + 1) * n), x_.resize(m), g_.resize(m), pull_.resize(n), now_.resize(2 * n);
-  work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 40.0 * model.points);
+  work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // the search for events takes most
   for (const ContactPoint &point : model.contact)
     if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
 }

@@ -345,8 +345,8 @@ TEST_F(CaseFile, StabilityIsForSmallModels) {
     settle_stability(study, dofs);
     return study.stability.value();
   };
-  EXPECT_TRUE(settled("", 27));
-  EXPECT_FALSE(settled("", 28));
+  EXPECT_TRUE(settled("", 13));
+  EXPECT_FALSE(settled("", 14));
   EXPECT_FALSE(settled("[stability]\nenabled = false\n", 3));
   EXPECT_TRUE(settled("[stability]\nenabled = true\n", 3000));
   refused({{33, "[stability]\nenabled = \"yes\"\n[output]"}}, 34, {"stability.enabled = \"yes\"", "true or false"});
