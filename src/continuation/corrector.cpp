@@ -9,7 +9,7 @@ namespace {
 
 // Relative, of linear solves that iterate: of Newton's steps the solver may choose a lower one; peaks and folds are
 // read off tangents.
-constexpr double newton_accuracy = 0.5, tangent_accuracy = 1e-8;
+constexpr double newton_accuracy = 0.5, tangent_accuracy = 1e-6;
 
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {

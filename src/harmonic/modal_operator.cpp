@@ -8,31 +8,20 @@ namespace {
 
 constexpr PetscInt points_at_once = 8; // 24 rows of Phi: they stay in the cache between the two products
 
-template <class Real> MPI_Datatype type_of() { return sizeof(Real) == 4 ? MPI_FLOAT : MPI_DOUBLE; }
-
 // force += block times motion, block (width columns of `padded`).
-template <class Real>
-inline void add_block(const Real *__restrict block, int width, int padded, const Real *__restrict motion,
-                      Real *__restrict force) {
+DOVETAIL_WIDE void add_to(const float *__restrict block, int width, int padded, const float *__restrict motion,
+                          float *__restrict force) {
   for (int j = 0; j < width; ++j) {
-    const Real factor = motion[j];
+    const float factor = motion[j];
     for (int i = 0; i < padded; ++i) force[i] += block[j * padded + i] * factor;
   }
-}
-DOVETAIL_WIDE void add_to(const double *block, int width, int padded, const double *motion, double *force) {
-  add_block(block, width, padded, motion, force);
-}
-DOVETAIL_WIDE void add_to(const float *block, int width, int padded, const float *motion, float *force) {
-  add_block(block, width, padded, motion, force);
 }
 
 } // namespace
 
-template <class Real>
-ModalOperator<Real>::ModalOperator(const StuckBasis &basis, const Slab<Real> &phi, const Layout &layout)
-    : basis_(basis), phi_(phi), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
-      padded_(padded<Real>(layout.width)), counts_(layout.size), starts_(layout.size),
-      points_(layout.own_points.size()), cross_(padded_),
+ModalOperator::ModalOperator(const StuckBasis &basis, const Layout &layout)
+    : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())), padded_(padded<Real>(layout.width)),
+      counts_(layout.size), starts_(layout.size), points_(layout.own_points.size()), cross_(padded_),
       written_(9 * static_cast<std::size_t>(layout.width) * layout.width) {
   for (int r = 0; r < layout.size; ++r) {
     const Range share = share_of(layout.dofs(), r, layout.size);
@@ -44,7 +33,7 @@ ModalOperator<Real>::ModalOperator(const StuckBasis &basis, const Slab<Real> &ph
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
 }
 
-template <class Real> void ModalOperator<Real>::take(const ContactForces &contact, const double *held, double damping) {
+void ModalOperator::take(const ContactForces &contact, const double *held, double damping) {
   const Timed timed(Work::contact);
   const int n = layout_.width;
   const std::size_t size = static_cast<std::size_t>(n) * padded_;
@@ -83,7 +72,7 @@ template <class Real> void ModalOperator<Real>::take(const ContactForces &contac
 }
 
 // all_ = the modal unknowns of all ranks.
-template <class Real> void ModalOperator<Real>::spread(const double *y, double last) {
+void ModalOperator::spread(const double *y, double last) {
   Real *own = &all_[starts_[layout_.rank]];
   const PetscInt rows = own_.size();
   for (PetscInt i = 0; i < rows; ++i)
@@ -91,16 +80,16 @@ template <class Real> void ModalOperator<Real>::spread(const double *y, double l
   if (layout_.owns_omega()) own[rows * padded_] = static_cast<Real>(last);
   const Timed timed(Work::exchange);
   if (layout_.size > 1)
-    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), type_of<Real>(),
+    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), MPI_FLOAT,
                    layout_.comm);
 }
 
 // out = own part of the sum of sum_ over all ranks.
-template <class Real> void ModalOperator<Real>::collect(double *out, double *sum) {
+void ModalOperator::collect(double *out, double *sum) {
   const Timed timed(Work::exchange);
   const Real *share = sum_.data();
   if (layout_.size > 1) {
-    MPI_Reduce_scatter(sum_.data(), share_.data(), counts_.data(), type_of<Real>(), MPI_SUM, layout_.comm);
+    MPI_Reduce_scatter(sum_.data(), share_.data(), counts_.data(), MPI_FLOAT, MPI_SUM, layout_.comm);
     share = share_.data();
   }
   for (PetscInt i = 0; i < own_.size(); ++i)
@@ -108,29 +97,29 @@ template <class Real> void ModalOperator<Real>::collect(double *out, double *sum
   if (layout_.owns_omega() && sum) *sum = share[own_.size() * padded_];
 }
 
-template <class Real> void ModalOperator<Real>::to_modes(const double *r, double *out) {
+void ModalOperator::to_modes(const double *r, double *out) {
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
   sum_.clear();
   {
     const Timed timed(Work::modes);
     for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
-      add_transposed(phi_, d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_], padded_,
-                     sum_.data());
+      add_transposed(basis_.phi, d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_],
+                     padded_, sum_.data());
   }
   collect(out, nullptr);
 }
 
-template <class Real> void ModalOperator<Real>::from_modes(const double *y, double *q) {
+void ModalOperator::from_modes(const double *y, double *q) {
   spread(y, 0);
   const Timed timed(Work::modes);
-  multiply(phi_, 0, layout_.own_dofs(), all_.data(), padded_, motion_.data());
+  multiply(basis_.phi, 0, layout_.own_dofs(), all_.data(), padded_, motion_.data());
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) q[d * layout_.width + j] = motion_[d * padded_ + j];
 }
 
 // force_ = { dG - K_t (1 + i k Om xi) } motion_ of a few points.
-template <class Real> void ModalOperator<Real>::contact_forces(PetscInt first, PetscInt count) {
+void ModalOperator::contact_forces(PetscInt first, PetscInt count) {
   std::fill_n(force_.data(), 3 * count * padded_, Real{});
   for (PetscInt p = 0; p < count; ++p) {
     const Point &point = points_[first + p];
@@ -146,7 +135,7 @@ template <class Real> void ModalOperator<Real>::contact_forces(PetscInt first, P
   }
 }
 
-template <class Real> void ModalOperator<Real>::apply(const double *y, double *out, double &last, double &sum) {
+void ModalOperator::apply(const double *y, double *out, double &last, double &sum) {
   spread(y, last);
   last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
   sum_.clear();
@@ -155,16 +144,13 @@ template <class Real> void ModalOperator<Real>::apply(const double *y, double *o
     const PetscInt points = layout_.own_points.size();
     for (PetscInt p = 0; p < points; p += points_at_once) {
       const PetscInt count = std::min(points_at_once, points - p), row = layout_.own_modes.size() + 3 * p;
-      multiply(phi_, row, 3 * count, all_.data(), padded_, motion_.data());
+      multiply(basis_.phi, row, 3 * count, all_.data(), padded_, motion_.data());
       contact_forces(p, count);
-      add_transposed(phi_, row, 3 * count, force_.data(), padded_, sum_.data());
+      add_transposed(basis_.phi, row, 3 * count, force_.data(), padded_, sum_.data());
     }
   }
   sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);
   collect(out, &sum);
 }
-
-template class ModalOperator<double>;
-template class ModalOperator<float>;
 
 } // namespace dovetail

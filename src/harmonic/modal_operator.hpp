@@ -1,7 +1,8 @@
 #pragma once
 // The derivative of the residual in the modes of the stuck structure (modal.md's identity, design.md, section 3),
 //     J_k y = [lambda (1 + i k Om xi) - k^2 Om^2] y + Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y,
-// in double or single precision. Its second part here; modal unknowns are dealt out to the ranks in order.
+// its second part. In single precision: what is solved with it is a correction. Modal unknowns are dealt out to the
+// ranks in order.
 #include <vector>
 
 #include "contact/contact_forces.hpp"
@@ -9,10 +10,12 @@
 
 namespace dovetail {
 
-template <class Real> class ModalOperator {
+class ModalOperator {
 public:
-  /// `phi`: rows of the own dofs; must outlive this, as `basis`.
-  ModalOperator(const StuckBasis &basis, const Slab<Real> &phi, const Layout &layout);
+  using Real = float;
+
+  /// `basis` must outlive this.
+  ModalOperator(const StuckBasis &basis, const Layout &layout);
 
   /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts; xi Om = `damping`.
   void take(const ContactForces &contact, const double *held, double damping);
@@ -39,7 +42,6 @@ private:
   void contact_forces(PetscInt first, PetscInt count);
 
   const StuckBasis &basis_;
-  const Slab<Real> &phi_;
   Layout layout_;
   Range own_;
   int padded_;
@@ -52,8 +54,5 @@ private:
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more
   Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
 };
-
-extern template class ModalOperator<double>;
-extern template class ModalOperator<float>;
 
 } // namespace dovetail

@@ -9,7 +9,7 @@ namespace {
 constexpr const char *doing = "solving in the stuck modes";
 constexpr int restart = 60, most_iterations = 300;
 constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
-constexpr double single_enough = 1e-5;   // accuracies above it are reached in single precision
+constexpr double single_accuracy = 1e-6; // what a round in single precision can reach
 
 class Values { // of a vector, own share
 public:
@@ -39,8 +39,7 @@ private:
 
 ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, const Layout &layout)
     : basis_(std::move(basis)), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
-      own_modal_(own_.size() * layout.width), exact_(*basis_, basis_->phi, layout),
-      rough_(*basis_, basis_->rough, layout) {
+      own_modal_(own_.size() * layout.width), operator_(*basis_, layout) {
   const PetscInt own = own_modal_ + (layout_.owns_omega() ? 1 : 0);
   check(MatCreateShell(layout_.comm, own, own, layout_.unknowns(), layout_.unknowns(), this, matrix_.out()), doing);
   const auto apply_in_modes = +[](Mat A, Vec y, Vec out) -> PetscErrorCode {
@@ -51,6 +50,8 @@ ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, const Layout &
   };
   check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(apply_in_modes)), doing);
   check(MatCreateVecs(matrix_, right_.out(), answer_.out()), doing);
+  for (UniqueVec *v : {&remainder_, &correction_})
+    check(VecCreateMPI(layout_.comm, layout_.own_unknowns(), layout_.unknowns(), v->out()), doing);
   check(KSPCreate(layout_.comm, krylov_.out()), doing);
   check(KSPSetOptionsPrefix(krylov_, "hb_modal_"), doing);
   check(KSPSetOperators(krylov_, matrix_, matrix_), doing);
@@ -81,7 +82,7 @@ void ModalSolver::fill(const JacobianParts &parts, LinearPart &linear) {
   column_.assign(parts.column, parts.column + layout_.own_coefficients());
   border_.assign(parts.border, parts.border + layout_.own_coefficients());
   corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
-  exact_stale_ = rough_stale_ = true;
+  stale_ = true;
 }
 
 void ModalSolver::multiply(Vec x, Vec y) {
@@ -137,12 +138,12 @@ template <class Work> void ModalSolver::pairs(Work &&work) {
 }
 
 void ModalSolver::prepare_diagonal() {
-  const auto to_modes = [&](const std::vector<double> &from, std::vector<double> &to) {
-    to.resize(own_modal_);
-    single_ ? rough_.to_modes(from.data(), to.data()) : exact_.to_modes(from.data(), to.data());
-  };
-  to_modes(column_, b_), to_modes(border_, c_);
-  inverse_b_.resize(own_modal_), inverse_c_.resize(own_modal_), work_.resize(own_modal_);
+  b_.resize(own_modal_), c_.resize(own_modal_);
+  operator_.to_modes(column_.data(), b_.data());
+  int same = border_ == moved_border_; // it stays the same all through Newton's method
+  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
+  if (!same) operator_.to_modes(border_.data(), c_.data()), moved_border_ = border_;
+  inverse_b_.resize(own_modal_), inverse_c_.resize(own_modal_);
   pairs([&](PetscInt at, int k, double a, double b) {
     if (k == 0) {
       inverse_b_[at] = a * b_[at], inverse_c_[at] = a * c_[at];
@@ -157,29 +158,38 @@ void ModalSolver::prepare_diagonal() {
 }
 
 void ModalSolver::solve(Vec r, Vec x) {
-  PetscReal tolerance;
-  check(KSPGetTolerances(outer_, &tolerance, nullptr, nullptr, nullptr), doing);
-  tolerance = std::min(tolerance, newton_accuracy_);
-  single_ = tolerance > single_enough;
-  const double *held = held_.empty() ? nullptr : held_.data();
-  if (single_ && rough_stale_) rough_.take(*contact_, held, omega_ * damping_);
-  if (!single_ && exact_stale_) exact_.take(*contact_, held, omega_ * damping_);
-  (single_ ? rough_stale_ : exact_stale_) = false;
-  prepare_diagonal();
+  PetscReal asked;
+  check(KSPGetTolerances(outer_, &asked, nullptr, nullptr, nullptr), doing);
+  asked = std::min(asked, newton_accuracy_);
+  if (std::exchange(stale_, false)) {
+    operator_.take(*contact_, held_.empty() ? nullptr : held_.data(), omega_ * damping_);
+    prepare_diagonal();
+  }
+  solve_roughly(r, std::max(asked, single_accuracy));
+  check(VecCopy(correction_, x), doing);
+  for (double reached = single_accuracy; reached > asked; reached *= single_accuracy) {
+    multiply(x, remainder_);
+    check(VecAYPX(remainder_, -1, r), doing);
+    solve_roughly(remainder_, std::max(asked / reached, single_accuracy));
+    check(VecAXPY(x, 1, correction_), doing);
+  }
+}
+
+void ModalSolver::solve_roughly(Vec r, double accuracy) {
   {
     const ReadValues from(r);
     const Values to(right_);
-    single_ ? rough_.to_modes(from, to) : exact_.to_modes(from, to);
+    operator_.to_modes(from, to);
     if (layout_.owns_omega()) to[own_modal_] = from[layout_.own_coefficients()];
   }
-  check(KSPSetTolerances(krylov_, tolerance, 0, 1e30, most_iterations_), doing);
+  check(KSPSetTolerances(krylov_, accuracy, 0, 1e30, most_iterations_), doing);
   check(KSPSolve(krylov_, right_, answer_), doing);
   PetscInt count;
   check(KSPGetIterationNumber(krylov_, &count), doing);
   iterations_ += static_cast<int>(count);
   const ReadValues from(answer_);
-  const Values to(x);
-  single_ ? rough_.from_modes(from, to) : exact_.from_modes(from, to);
+  const Values to(correction_);
+  operator_.from_modes(from, to);
   if (layout_.owns_omega()) to[layout_.own_coefficients()] = from[own_modal_];
 }
 
@@ -188,7 +198,7 @@ void ModalSolver::apply(Vec y, Vec out) {
   const Values to(out);
   double last = layout_.owns_omega() ? in[own_modal_] : 0,
          along = std::inner_product(c_.begin(), c_.end(), static_cast<const double *>(in), 0.0);
-  single_ ? rough_.apply(in, to, last, along) : exact_.apply(in, to, last, along);
+  operator_.apply(in, to, last, along);
   for (PetscInt i = 0; i < own_.size(); ++i) {
     const double lambda = basis_->lambda[own_.begin + i];
     const double *row = in + i * layout_.width;

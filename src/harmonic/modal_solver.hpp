@@ -1,7 +1,8 @@
 #pragma once
 // Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure: with x = Phi y it becomes
 // [Phi^T J Phi, Phi^T b; (Phi^T c)^T, d], whose blocks are diagonal but for what the contacts do. GMRES, preconditioned
-// by that diagonal, bordered. The determinant's sign is not known: continuation goes without.
+// by that diagonal, bordered; in single precision, with rounds of refinement in double where more is asked for. The
+// determinant's sign is not known: continuation goes without.
 #include <memory>
 
 #include "harmonic/linear_part.hpp"
@@ -27,8 +28,9 @@ public:
 
 private:
   void solve(Vec r, Vec x);
-  void apply(Vec y, Vec out);        // the bordered operator in the modes
-  void precondition(Vec r, Vec out); // the inverse of its diagonal, bordered
+  void solve_roughly(Vec r, double accuracy); // to correction_
+  void apply(Vec y, Vec out);                 // the bordered operator in the modes
+  void precondition(Vec r, Vec out);          // the inverse of its diagonal, bordered
   void prepare_diagonal();
   template <class Work> void pairs(Work &&work); // (index of an own pair of coefficients, lambda, d, k)
 
@@ -36,20 +38,21 @@ private:
   Layout layout_;
   Range own_;          // modal unknowns
   PetscInt own_modal_; // their coefficients
-  ModalOperator<double> exact_;
-  ModalOperator<float> rough_;
-  bool exact_stale_ = true, rough_stale_ = true, single_ = false;
+  ModalOperator operator_;
+  bool stale_ = true; // what operator_ took, and what follows from it
   const ContactForces *contact_ = nullptr;
   LinearPart *linear_ = nullptr;
   double omega_ = 0, damping_ = 0, corner_ = 0;       // corner: last entry of the border, on the last rank
   std::vector<double> held_, column_, border_;        // (own contact dofs), (own coefficients) twice
   std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
   double schur_ = 1;
-  std::vector<double> stiff_, heavy_, force_, work_; // (own coefficients), (own modal unknowns)
+  std::vector<double> moved_border_;          // that c_ belongs to
+  std::vector<double> stiff_, heavy_, force_; // (own coefficients)
   UniqueMat matrix_;
   UniqueKSP krylov_;
-  UniqueVec right_, answer_;
-  PetscReal newton_accuracy_; // and most iterations, unless options say otherwise
+  UniqueVec right_, answer_;         // modal
+  UniqueVec remainder_, correction_; // of the unknowns of the harmonic system
+  PetscReal newton_accuracy_;        // and most iterations, unless options say otherwise
   PetscInt most_iterations_;
   KSP outer_ = nullptr;
   int iterations_ = 0;

@@ -120,7 +120,6 @@ inline void turned_parts(const Real *slab, std::size_t stride, std::size_t rows,
                       (slab, stride, rows, columns, b, padded, out))
 DOVETAIL_SLAB(times, double)
 DOVETAIL_SLAB(times, float)
-DOVETAIL_SLAB(turned, double)
 DOVETAIL_SLAB(turned, float)
 
 } // namespace
@@ -133,10 +132,6 @@ void multiply(const Slab<float> &slab, std::size_t first, std::size_t count, con
   times(slab.row(first), slab.stride(), count, slab.columns(), b, padded, out);
 }
 
-void add_transposed(const Slab<double> &slab, std::size_t first, std::size_t count, const double *f, int padded,
-                    double *out) {
-  turned(slab.row(first), slab.stride(), count, slab.columns(), f, padded, out);
-}
 void add_transposed(const Slab<float> &slab, std::size_t first, std::size_t count, const float *f, int padded,
                     float *out) {
   turned(slab.row(first), slab.stride(), count, slab.columns(), f, padded, out);

@@ -69,8 +69,6 @@ void multiply(const Slab<double> &slab, std::size_t first, std::size_t count, co
 void multiply(const Slab<float> &slab, std::size_t first, std::size_t count, const float *b, int padded, float *out);
 
 /// out (columns, padded) += (those rows)^T times f (count, padded).
-void add_transposed(const Slab<double> &slab, std::size_t first, std::size_t count, const double *f, int padded,
-                    double *out);
 void add_transposed(const Slab<float> &slab, std::size_t first, std::size_t count, const float *f, int padded,
                     float *out);
 

@@ -13,8 +13,7 @@ struct StuckBasis {
   std::vector<double> lambda;  ///< (n), n = N_a + 3 N_x, ascending; on every rank
   std::vector<double> damped;  ///< (n) diagonal of Phi^T K Phi; on every rank
   std::vector<double> springs; ///< (own contact dofs) K_t
-  Slab<double> phi;            ///< (own dofs, n) rows of the own modes, then of the own contact dofs
-  Slab<float> rough;           ///< the same in single precision
+  Slab<float> phi;             ///< (own dofs, n) rows of the own modes, then of the own contact dofs
 };
 
 /// A dense eigenproblem of all n dofs, on one rank. Collective. ComputeError: M is not positive definite.

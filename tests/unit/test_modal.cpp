@@ -66,7 +66,7 @@ TEST(Modal, residual_and_jacobian_are_those_of_the_assembled_form) {
     }
 }
 
-TEST(Modal, solves_with_the_jacobian) { // in double precision, and as well as Newton's method needs
+TEST(Modal, solves_with_the_jacobian) { // with refinement, and as well as Newton's method needs
   for (const double size : {0.05, 1.0, 4.0})
     for (const auto &[accuracy, bound] : {std::pair{1e-10, 1e-8}, {0.5, 1e-3}}) {
       HarmonicSystem system = small_system(LinearForm::modal);
@@ -95,7 +95,7 @@ TEST(Modal, newton_and_tangent) {
   ASSERT_TRUE(one.solve_at(0.9, s));
   ASSERT_TRUE(other.solve_at(0.9, t));
   EXPECT_LT(relative_difference(t.y, s.y), 1e-8);
-  EXPECT_LT(relative_difference(t.t, s.t), 1e-6);
+  EXPECT_LT(relative_difference(t.t, s.t), 1e-4);
   EXPECT_NE(s.sign, 0);
 }
 
