@@ -60,6 +60,8 @@ inline void multiply_part(const Real *slab, std::size_t stride, std::size_t rows
   std::size_t i = 0;
   for (; i + together <= rows; i += together)
     rows_times<V, vectors, together>(slab + i * stride, stride, columns, b, padded, out + i * padded);
+  for (; i + 3 <= rows; i += 3) // a contact point
+    rows_times<V, vectors, 3>(slab + i * stride, stride, columns, b, padded, out + i * padded);
   for (; i < rows; ++i) rows_times<V, vectors, 1>(slab + i * stride, stride, columns, b, padded, out + i * padded);
 }
 
