@@ -145,10 +145,11 @@ def main():
                         help=f"contact points of the blade root, of {list(BLADE)}")
     parser.add_argument("--harmonics", type=int, nargs="*", default=[5, 10], metavar="H")
     parser.add_argument("--ranks", type=int, nargs="*", default=[1, 2], metavar="R")
+    parser.add_argument("--add", action="store_true", help="to the figures in build/bench/points.json, in table and chart as well")
     parser.add_argument("--picture", metavar="PNG", help="chart of time per point on one rank")
     options = parser.parse_args()
     around = surroundings()
-    rows = []
+    rows = json.loads((OUTPUT / "points.json").read_text())["rows"] if options.add else []
     for scene, sizes in (("chain", options.chain), ("blade root", options.blade)):
         for harmonics in options.harmonics:
             for solver in ("assembled", "modal"):
@@ -167,7 +168,7 @@ def main():
         f"{name} " + ", ".join(f"{points}: {1e3 * t:g}" for points, t in times.items()) for name, times in PEERS.items()))
     keep("points", {**around, "runs": options.runs, "rows": rows, "peers_measured_elsewhere": PEERS})
     if options.picture:
-        draw(json.loads((OUTPUT / "points.json").read_text())["rows"], options.picture)
+        draw(rows, options.picture)
 
 
 if __name__ == "__main__":

@@ -33,25 +33,19 @@ ModalOperator::ModalOperator(const StuckBasis &basis, const Layout &layout)
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
 }
 
-void ModalOperator::take(const ContactForces &contact, const double *held, double damping, bool exactly) {
+void ModalOperator::take(const ContactForces &contact, const double *held, double damping) {
   const Timed timed(Work::contact);
   const int n = layout_.width;
   const std::size_t size = static_cast<std::size_t>(n) * padded_;
-  PetscInt counts[] = {0, layout_.own_points.size()};
-  for (int p = 0; p < contact.size(); ++p) {
-    const auto springs = stuck_springs(contact.points()[p]);
-    points_[p].stuck = contact.springs_only(p) && std::equal(springs.begin(), springs.end(), &basis_.springs[3 * p]);
-    counts[0] += !points_[p].stuck;
-  }
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, counts, 2, MPIU_INT, MPI_SUM, layout_.comm);
-  skips_ = !exactly && 2 * counts[0] < counts[1];
-  for (int i = 1; i < n; ++i) cross_[i] = static_cast<Real>(skips_ ? 0 : (i % 2 ? 1 : -1) * ((i + 1) / 2) * damping);
+  for (int i = 1; i < n; ++i) cross_[i] = static_cast<Real>((i % 2 ? 1 : -1) * ((i + 1) / 2) * damping);
   std::size_t count = 0;
   for (int p = 0; p < contact.size(); ++p) {
     Point &point = points_[p];
     point.blocks.clear();
-    if (point.stuck) continue;
     const double *springs = &basis_.springs[3 * p];
+    const auto own = stuck_springs(contact.points()[p]);
+    point.stuck = contact.springs_only(p) && std::equal(own.begin(), own.end(), springs);
+    if (point.stuck) continue;
     const auto &places = block_places(contact.points()[p].law);
     contact.write(p, written_.data());
     if (blocks_.size() < (count + places.size()) * size) { // room for all points at once
@@ -148,14 +142,11 @@ void ModalOperator::apply(const double *y, double *out, double &last, double &su
   {
     const Timed timed(Work::modes);
     const PetscInt points = layout_.own_points.size();
-    const auto skipped = [&](PetscInt p) { return skips_ && points_[p].stuck; };
-    for (PetscInt p = 0, count; p < points; p += count) {
-      for (count = 0; count < points_at_once && p + count < points && !skipped(p + count);) ++count;
-      const PetscInt row = layout_.own_modes.size() + 3 * p;
+    for (PetscInt p = 0; p < points; p += points_at_once) {
+      const PetscInt count = std::min(points_at_once, points - p), row = layout_.own_modes.size() + 3 * p;
       multiply(basis_.phi, row, 3 * count, all_.data(), padded_, motion_.data());
       contact_forces(p, count);
       add_transposed(basis_.phi, row, 3 * count, force_.data(), padded_, sum_.data());
-      while (p + count < points && skipped(p + count)) ++count;
     }
   }
   sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);

@@ -17,19 +17,15 @@ public:
   /// `basis` must outlive this.
   ModalOperator(const StuckBasis &basis, const Layout &layout);
 
-  /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts; xi Om = `damping`. Not
-  /// `exactly`, and fewer than half of the points other than stuck: their rows alone are used, as if damping were
-  /// diagonal in the modes. Newton's method then takes a little longer, on residuals that know of all. Collective.
-  void take(const ContactForces &contact, const double *held, double damping, bool exactly);
-  bool diagonal_damping() const { return skips_; }
+  /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts; xi Om = `damping`.
+  void take(const ContactForces &contact, const double *held, double damping);
 
   /// out (own modal unknowns) = Phi^T r, of r (own coefficients). Collective.
   void to_modes(const double *r, double *out);
   /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
   void from_modes(const double *y, double *q);
-  /// out (own modal unknowns) = Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y, or Phi_c^T { dG - K_t } Phi_c y; and y's
-  /// last, which the last rank holds, made known to all, and `sum` made the sum over all ranks, on the last.
-  /// Collective.
+  /// out (own modal unknowns) = Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y; and y's last, which the last rank holds,
+  /// made known to all, and `sum` made the sum over all ranks, on the last. Collective.
   void apply(const double *y, double *out, double &last, double &sum);
 
 private:
@@ -38,7 +34,7 @@ private:
     std::size_t at; // in blocks_
   };
   struct Point {
-    bool stuck = false; // as in the basis: only the damping differs
+    bool stuck = false; // as the basis: only the damping differs
     std::vector<Block> blocks;
   };
   void spread(const double *y, double last);
@@ -54,7 +50,7 @@ private:
   std::vector<Real> cross_;     // k Om xi per coefficient, with the sign that the other of its pair enters with
   Aligned<Real> blocks_;        // (width, padded) each: columns, one after the other
   std::vector<double> written_; // of one point, as the contact law gives them
-  bool skips_ = false;
+  std::size_t used_ = 0;
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more
   Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
 };

@@ -161,10 +161,10 @@ void ModalSolver::solve(Vec r, Vec x) {
   PetscReal asked;
   check(KSPGetTolerances(outer_, &asked, nullptr, nullptr, nullptr), doing);
   asked = std::min(asked, newton_accuracy_);
-  const bool exactly = asked < newton_accuracy_; // a tangent
-  if (stale_ || (exactly && operator_.diagonal_damping()))
-    operator_.take(*contact_, held_.empty() ? nullptr : held_.data(), omega_ * damping_, exactly);
-  if (std::exchange(stale_, false)) prepare_diagonal();
+  if (std::exchange(stale_, false)) {
+    operator_.take(*contact_, held_.empty() ? nullptr : held_.data(), omega_ * damping_);
+    prepare_diagonal();
+  }
   solve_roughly(r, std::max(asked, single_accuracy));
   check(VecCopy(correction_, x), doing);
   for (double reached = single_accuracy; reached > asked; reached *= single_accuracy) {
@@ -200,13 +200,12 @@ void ModalSolver::apply(Vec y, Vec out) {
          along = std::inner_product(c_.begin(), c_.end(), static_cast<const double *>(in), 0.0);
   operator_.apply(in, to, last, along);
   for (PetscInt i = 0; i < own_.size(); ++i) {
-    const double lambda = basis_->lambda[own_.begin + i],
-                 damped = operator_.diagonal_damping() ? basis_->damped[own_.begin + i] : lambda;
+    const double lambda = basis_->lambda[own_.begin + i];
     const double *row = in + i * layout_.width;
     double *result = to + i * layout_.width;
     result[0] += lambda * row[0];
     for (int k = 1; k <= layout_.width / 2; ++k) {
-      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * damped;
+      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * lambda;
       result[cosine(k)] += a * row[cosine(k)] + b * row[sine(k)];
       result[sine(k)] += a * row[sine(k)] - b * row[cosine(k)];
     }
