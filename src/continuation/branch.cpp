@@ -267,10 +267,12 @@ BranchState Follower::state() {
 
 void Follower::restore(const BranchState &state) {
   summary_.counts = state.counts;
+  if (state.counts.assemblies > 0) changed_ = HarmonicSystem::assembled(*system_);
   if (state.harmonics != system_->harmonics() || state.samples != system_->samples()) {
-    changed_ = std::make_unique<HarmonicSystem>(*system_, state.harmonics, state.samples);
-    take_system(*changed_);
+    auto system = std::make_unique<HarmonicSystem>(changed_ ? *changed_ : *system_, state.harmonics, state.samples);
+    std::swap(changed_, system);
   }
+  if (changed_) take_system(*changed_);
   const std::vector<double> *from[] = {&state.y, &state.tangent};
   const Vec to[] = {here_.y, here_.t};
   for (int i = 0; i < 2; ++i) {

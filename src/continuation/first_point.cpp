@@ -83,15 +83,24 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
     if (steady.settled && arrive(steady.coefficients, "the first point comes from time integration")) return true;
   }
 
-  q = begin;
-  if (grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing")) return true;
-
   q = begin, good = true;
   for (double part = 1.0 / 1024; good && part < 1; part *= 2) {
     HarmonicSystem easier(*system_, system_->harmonics(), system_->samples(), part);
     good = through(easier, q);
   }
   if (good && arrive(q, "the first point comes from softer contacts")) return true;
+
+  if (can_assemble()) { // Krylov's method may be what fails
+    auto system = HarmonicSystem::assembled(*system_);
+    take_system(*system);
+    std::swap(changed_, system); // the old one goes last
+    ++summary_.counts.assemblies;
+    how += std::string(how.empty() ? "" : "; ") + "the Jacobian is assembled and factored, for otherwise Newton finds nothing";
+    return first_point(y, first, how);
+  }
+
+  q = begin;
+  if (grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing")) return true;
 
   if (!steady.settled) return false;
   for (int more = 2 * H; more / 2 < needed; more *= 2) {

@@ -69,7 +69,9 @@ private:
   Go climb();
   bool leave_from_farthest();
   void take_system(HarmonicSystem &system);
-  bool rebuild(int harmonics, int samples);
+  bool can_assemble() const;
+  bool rebuild(std::unique_ptr<HarmonicSystem> system);
+  bool assembled_form();
   bool better_sampling();
   int needed_harmonics(double omega) const;
   bool more_harmonics();

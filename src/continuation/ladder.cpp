@@ -15,6 +15,7 @@ constexpr std::array leaps{1e-4, 1e-3, 1e-2, 5e-2}, integrations{1e-3, 1e-2, 5e-
 constexpr double step_after = 1e-3;                                                      // of a rung
 constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
 constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
+constexpr PetscInt most_assembled = 6000; // unknowns of a system that is factored where Krylov's method fails
 constexpr PetscInt most_dofs = 300;    // of a model that is integrated in time
 
 // The same coefficients with other harmonics: dropped, or zero.
@@ -81,7 +82,7 @@ bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
 Follower::Go Follower::climb() {
   const std::string reason = refusal_, where = difference();
   if (settings_.steps_only) return end(End::stalled, reason + where);
-  if (better_sampling() || more_harmonics() || leap(false) || leap(true)) return ended_ ? Go::ended : Go::on;
+  if (assembled_form() || better_sampling() || more_harmonics() || leap(false) || leap(true)) return ended_ ? Go::ended : Go::on;
   return end(End::stalled, reason + where);
 }
 
@@ -111,9 +112,8 @@ void Follower::take_system(HarmonicSystem &system) {
   if (large_stability_) begin_stability();
 }
 
-// The same point and direction with other harmonics or samples; everything stays as it is if there is none.
-bool Follower::rebuild(int harmonics, int samples) {
-  auto system = std::make_unique<HarmonicSystem>(*system_, harmonics, samples);
+// The same point and direction in another system; everything stays as it is if there is none.
+bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system) {
   Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
   curve.norm.restore(curve_->norm.largest_motion(), curve_->norm.largest_of_dofs());
   Station there = curve.station();
@@ -133,10 +133,24 @@ bool Follower::rebuild(int harmonics, int samples) {
   return true;
 }
 
+bool Follower::can_assemble() const {
+  return system_->form() == LinearForm::modal && system_->layout().dofs() * system_->layout().width <= most_assembled;
+}
+
+// Krylov's method may fail where many contacts open, and knows no sign of the determinant.
+bool Follower::assembled_form() {
+  const std::string reason = refusal_;
+  if (!can_assemble() || !rebuild(HarmonicSystem::assembled(*system_))) return false;
+  ++summary_.counts.assemblies;
+  notify(BranchEvent::Kind::assembly,
+         "no step converges (" + reason + "): the Jacobian assembled and factored from here on", here_.omega);
+  return true;
+}
+
 bool Follower::better_sampling() {
   if (system_->samples() == exactly) return false;
   const std::string reason = refusal_;
-  if (!rebuild(system_->harmonics(), exactly)) return false;
+  if (!rebuild(std::make_unique<HarmonicSystem>(*system_, system_->harmonics(), exactly))) return false;
   ++summary_.counts.samplings;
   notify(BranchEvent::Kind::sampling,
          "no step converges (" + reason + "): contact forces exactly, without samples, from here on", here_.omega);
@@ -156,7 +170,8 @@ bool Follower::more_harmonics() {
   const int H = system_->harmonics(), needed = needed_harmonics(here_.omega);
   const std::string reason = refusal_;
   for (const int more : {2 * H, needed}) {
-    if (more <= H || more > std::max(needed, 1) || !rebuild(more, system_->samples())) continue;
+    if (more <= H || more > std::max(needed, 1)) continue;
+    if (!rebuild(std::make_unique<HarmonicSystem>(*system_, more, system_->samples()))) continue;
     ++summary_.counts.harmonics;
     notify(BranchEvent::Kind::harmonics,
            "no step converges (" + reason + "): " + std::to_string(more) +

@@ -38,7 +38,7 @@ ScaledModel with_softer_contacts(ScaledModel scaled, double stiffness) {
 HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier,
                                LinearForm form)
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
-      fourier_(std::move(fourier)), loose_(scaled_.model.reduced, layout_),
+      form_(form), fourier_(std::move(fourier)), loose_(scaled_.model.reduced, layout_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(linear_part(scaled_.model.reduced, scaled_.model.contact, layout_, form)) {
   fourier_.resize(layout_.width, 0.0);
@@ -46,10 +46,17 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, st
 
 HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness)
     : scaled_(with_softer_contacts(like.scaled_, stiffness)), layout_(scaled_.model.reduced, harmonics),
-      harmonics_(harmonics), samples_(samples), fourier_(like.fourier_),
+      harmonics_(harmonics), samples_(samples), form_(like.form_), fourier_(like.fourier_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(like.linear_->like(layout_)) {
   fourier_.resize(layout_.width, 0.0);
+}
+
+std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &like) {
+  auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, like.samples_);
+  system->linear_ = std::make_unique<Assembled>(like.couplings(), system->layout_);
+  system->form_ = LinearForm::assembled;
+  return system;
 }
 
 UniqueVec HarmonicSystem::unknowns() const {

@@ -18,6 +18,8 @@ public:
 
   /// The same equations with other harmonics or samples, and k_n times `stiffness`. Collective.
   HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness = 1);
+  /// The same equations in the assembled form. Collective.
+  static std::unique_ptr<HarmonicSystem> assembled(const HarmonicSystem &like);
 
   /// From here on the last unknown is a factor on the load, at this frequency, in place of Omega.
   void vary_load(double omega) { fixed_omega_ = omega; }
@@ -26,6 +28,7 @@ public:
   const Scales &scales() const { return scaled_.scales; }
   int harmonics() const { return harmonics_; }
   int samples() const { return samples_; }
+  LinearForm form() const { return form_; }
   const ScaledModel &scaled() const { return scaled_; }                    ///< without the matrices
   std::vector<Coupling> couplings() const { return linear_->couplings(); } ///< the matrices; this rank's share
   const std::vector<double> &fourier() const { return fourier_; }          ///< f(t), (2H+1)
@@ -61,6 +64,7 @@ private:
   ScaledModel scaled_;
   Layout layout_;
   int harmonics_, samples_;
+  LinearForm form_;
   std::vector<double> fourier_;
   LooseBody loose_;
   bool adrift_ = false;

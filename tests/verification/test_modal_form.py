@@ -9,6 +9,7 @@ import pytest
 
 import cases
 import chain
+from dovetail import Results
 from launch import ROOT, SURROUNDINGS, run
 
 SAME = 1e-7  # relative
@@ -67,3 +68,17 @@ def test_two_solids(tmp_path):
 
     one, _ = compare(case, tmp_path, [4050, 4090, 4107, 4120, 4150], ranks=2)
     assert one["slip"].max() > 0.1
+
+
+def test_mass_that_lifts_off(tmp_path):
+    """Check 2 of the single mass, with corners and turning points: where Krylov's method does not lead on, the assembled form does."""
+    points, folds = {}, {}
+    for solver in ("assembled", "modal"):
+        (tmp_path / solver).mkdir()
+        done = run(cases.single_mass(tmp_path / solver, 2, omega=[16, 5], kind="auto", solver=solver, at=[6.0, 10.5, 12.0]))
+        assert done.summary["end"] == "arrived" and done.summary["leaps"] == done.summary["integrations"] == 0
+        points[solver], folds[solver] = done.points, Results(done.folder / "results.h5").events.of("fold").omega
+    for omega in (6.0, 10.5, 12.0):
+        one, other = (points[solver]["coefficients"][points[solver]["omega"] == omega][0] for solver in points)
+        np.testing.assert_allclose(other, one, rtol=0, atol=1e-6 * np.abs(one).max())
+    assert min(abs(fold - 11.867237) for fold in folds["modal"]) < 1e-5
