@@ -71,14 +71,16 @@ def test_two_solids(tmp_path):
 
 
 def test_mass_that_lifts_off(tmp_path):
-    """Check 2 of the single mass, with corners and turning points: where Krylov's method does not lead on, the assembled form does."""
+    """Check 1 of the single mass: two turning points."""
     points, folds = {}, {}
     for solver in ("assembled", "modal"):
         (tmp_path / solver).mkdir()
-        done = run(cases.single_mass(tmp_path / solver, 2, omega=[16, 5], kind="auto", solver=solver, at=[6.0, 10.5, 12.0]))
+        done = run(cases.single_mass(tmp_path / solver, 1, omega=[16, 5], kind="auto", solver=solver, at=[12.5, 7.0, 6.0]))
         assert done.summary["end"] == "arrived" and done.summary["leaps"] == done.summary["integrations"] == 0
         points[solver], folds[solver] = done.points, Results(done.folder / "results.h5").events.of("fold").omega
-    for omega in (6.0, 10.5, 12.0):
+    for omega in (12.5, 7.0, 6.0):
         one, other = (points[solver]["coefficients"][points[solver]["omega"] == omega][0] for solver in points)
         np.testing.assert_allclose(other, one, rtol=0, atol=1e-6 * np.abs(one).max())
-    assert min(abs(fold - 11.867237) for fold in folds["modal"]) < 1e-5
+    assert len(folds["modal"]) == 2
+    np.testing.assert_allclose(max(folds["modal"]), max(folds["assembled"]), rtol=1e-7)
+    np.testing.assert_allclose(min(folds["modal"]), min(folds["assembled"]), rtol=1e-4)  # among corners that a step may pass over
