@@ -1,8 +1,9 @@
 #pragma once
-// The derivative of the residual in the modes of the stuck structure (modal.md's identity, design.md, section 3),
-//     J_k y = [lambda (1 + i k Om xi) - k^2 Om^2] y + Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y,
+// The derivative of the residual in the modes of the stuck structure (docs/points.md),
+//     J_k y = [lambda (1 + i k Om xi) - k^2 Om^2] y + Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y:
 // its second part. In single precision: what is solved with it is a correction. Modal unknowns are dealt out to the
-// ranks in order.
+// ranks in order. Rows of Phi_c whose points stick all through the period could be left out if damping were taken to be
+// diagonal in the modes; Newton's method then converges linearly: inputs/two_solids took eight times as many points.
 #include <vector>
 
 #include "contact/contact_forces.hpp"
