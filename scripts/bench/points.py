@@ -128,11 +128,11 @@ def draw(rows, path):
         for (scene, harmonics, solver), marker in zip(kinds, "sovD^"):
             own = [row for row in rows if (row["scene"], row["harmonics"], row["solver"], row["ranks"]) == (scene, harmonics, solver, 1)]
             if own:
-                axes.loglog([row["points"] for row in own], [1e3 * row["wall"] for row in own], marker=marker, ms=4,
+                axes.loglog([row["points"] for row in own], [1e3 * row["cpu"] for row in own], marker=marker, ms=4,
                             color=LINES[0][0] if scene == "chain" else LINES[1][0], ls="-" if harmonics == 5 else "--",
                             label=f"{scene}, H = {harmonics}, {solver}")
         axes.set_xlabel("contact points")
-        axes.set_ylabel("time per point of the curve [ms]")
+        axes.set_ylabel("processor time per point of the curve [ms]")
         axes.legend(fontsize=8)
         figure.savefig(path, bbox_inches="tight")
 
@@ -146,7 +146,7 @@ def main():
     parser.add_argument("--harmonics", type=int, nargs="*", default=[5, 10], metavar="H")
     parser.add_argument("--ranks", type=int, nargs="*", default=[1, 2], metavar="R")
     parser.add_argument("--add", action="store_true", help="to the figures in build/bench/points.json, in table and chart as well")
-    parser.add_argument("--picture", metavar="PNG", help="chart of time per point on one rank")
+    parser.add_argument("--picture", metavar="PNG", help="chart of processor time per point on one rank")
     options = parser.parse_args()
     around = surroundings()
     rows = json.loads((OUTPUT / "points.json").read_text())["rows"] if options.add else []
