@@ -7,8 +7,9 @@ namespace dovetail {
 /// What has happened along a branch so far.
 struct Counts {
   int points = 0;
-  int folds = 0, peaks = 0, branch_points = 0, stability_changes = 0;                   ///< located
-  int cuts = 0, corners = 0, assemblies = 0, samplings = 0, harmonics = 0, leaps = 0, integrations = 0; ///< rungs of the ladder
+  int folds = 0, peaks = 0, branch_points = 0, stability_changes = 0; ///< located
+  int cuts = 0, corners = 0, assemblies = 0, samplings = 0, harmonics = 0, leaps = 0,
+      integrations = 0;        ///< rungs of the ladder
   int missed = 0;              ///< frequencies of `at` without solution
   long newton = 0, linear = 0; ///< iterations, those of failed steps included
 };

@@ -95,7 +95,8 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
     take_system(*system);
     std::swap(changed_, system); // the old one goes last
     ++summary_.counts.assemblies;
-    how += std::string(how.empty() ? "" : "; ") + "the Jacobian is assembled and factored, for otherwise Newton finds nothing";
+    how += std::string(how.empty() ? "" : "; ") +
+           "the Jacobian is assembled and factored, for otherwise Newton finds nothing";
     return first_point(y, first, how);
   }
 

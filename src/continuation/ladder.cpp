@@ -13,10 +13,10 @@ namespace {
 constexpr int most_leaps = 20, most_integrations = 20;
 constexpr std::array leaps{1e-4, 1e-3, 1e-2, 5e-2}, integrations{1e-3, 1e-2, 5e-2, 0.2}; // of the sweep
 constexpr double step_after = 1e-3;                                                      // of a rung
-constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
-constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
+constexpr double most_change = 0.1;       // by other harmonics or samples, where 1 is the largest motion so far
+constexpr double most_unknowns = 1500;    // of a system whose harmonics are raised
 constexpr PetscInt most_assembled = 6000; // unknowns of a system that is factored where Krylov's method fails
-constexpr PetscInt most_dofs = 300;    // of a model that is integrated in time
+constexpr PetscInt most_dofs = 300;       // of a model that is integrated in time
 
 // The same coefficients with other harmonics: dropped, or zero.
 void pad(const Layout &from, Vec y, const Layout &to, Vec z) {
@@ -82,7 +82,8 @@ bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
 Follower::Go Follower::climb() {
   const std::string reason = refusal_, where = difference();
   if (settings_.steps_only) return end(End::stalled, reason + where);
-  if (assembled_form() || better_sampling() || more_harmonics() || leap(false) || leap(true)) return ended_ ? Go::ended : Go::on;
+  if (assembled_form() || better_sampling() || more_harmonics() || leap(false) || leap(true))
+    return ended_ ? Go::ended : Go::on;
   return end(End::stalled, reason + where);
 }
 

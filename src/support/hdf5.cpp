@@ -149,13 +149,13 @@ long Reader::integer_attribute(const std::string &name, long otherwise, const st
   return value;
 }
 
-Writer::Writer(const std::filesystem::path &path, bool collective, Id file)
-    : path_(path), collective_(collective), file_(std::move(file)) {}
-Writer::Writer(const std::filesystem::path &path) : Writer(path, false, create(path, Manner::plain)) {}
+Writer::Writer(const std::filesystem::path &path, MPI_Comm comm, Id file)
+    : path_(path), comm_(comm), file_(std::move(file)) {}
+Writer::Writer(const std::filesystem::path &path) : Writer(path, MPI_COMM_NULL, create(path, Manner::plain)) {}
 Writer::Writer(MPI_Comm comm, const std::filesystem::path &path)
-    : Writer(path, true, create(path, Manner::plain, comm)) {}
+    : Writer(path, comm, create(path, Manner::plain, comm)) {}
 Writer Writer::that_survives(const std::filesystem::path &path) {
-  return Writer(path, false, create(path, Manner::ordered));
+  return Writer(path, MPI_COMM_NULL, create(path, Manner::ordered));
 }
 
 void Writer::set_attribute(const std::string &name, const std::string &object, hid_t type, const void *value) {
@@ -190,7 +190,7 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
   if (std::find(extent.begin(), extent.end(), 0u) != extent.end())
     return; // HDF5 1.10 refuses collective writes of nothing
   Id transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
-  if (collective_) H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
+  if (comm_ != MPI_COMM_NULL) H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
   hsize_t total = 1;
   for (const hsize_t n : count) total *= n;
   Id memory(H5Screate_simple(1, &total, nullptr), H5Sclose);
@@ -200,8 +200,9 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
   } else {
     H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr);
   }
-  if (H5Dwrite(set, type, memory, space, transfer, values) < 0)
-    throw WriteError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
+  int failed = H5Dwrite(set, type, memory, space, transfer, values) < 0;
+  if (comm_ != MPI_COMM_NULL) MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_LOR, comm_); // all stop together
+  if (failed) throw WriteError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
 }
 
 void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,

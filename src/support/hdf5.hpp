@@ -88,12 +88,12 @@ public:
   operator hid_t() const { return file_; }
 
 private:
-  Writer(const std::filesystem::path &path, bool collective, Id file);
+  Writer(const std::filesystem::path &path, MPI_Comm comm, Id file);
   void set_attribute(const std::string &name, const std::string &object, hid_t type, const void *value);
   void write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count,
              const void *values);
   std::filesystem::path path_;
-  bool collective_;
+  MPI_Comm comm_; // of the ranks that write together, or none
   Id file_;
 };
 

@@ -80,7 +80,7 @@ def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
 
 def test_results_open_while_the_run_goes_on(tmp_path):
     """A point takes some 10 ms here, a look much less: so what one look finds belongs to at most two points."""
-    with going(without_end(tmp_path, harmonics=40, samples=2**14)) as (_, folder):
+    with going(without_end(tmp_path, harmonics=40, samples=2**15, solver="assembled")) as (_, folder):
         wait_for(lambda: points_now(folder) > 0, "points")
         last, grown = 0, 0
         for look in range(300):

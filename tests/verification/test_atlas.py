@@ -19,7 +19,8 @@ import atlas_truth
 
 from dovetail import reference
 
-FIXED = ["dof5", "dof5_step_x40", "dof5_force_x10", "dof5_kn_100", "dof5_kn_100_down", "dof5_open_gap_H_25", "mass_1", "mass_2", "mass_2_back", "stop"]
+FIXED = ["dof5", "dof5_step_x40", "dof5_force_x10", "dof5_kn_100", "dof5_kn_100_down", "dof5_open_gap_H_25",
+         "mass_1", "mass_2", "mass_2_back", "stop"]
 
 
 # ------------------------------------------------------------------------------------------------------- the scenes
