@@ -7,6 +7,7 @@ not decide; a run that reaches the limit keeps its points.
 import json
 import os
 import resource
+import signal
 import subprocess
 import time
 from dataclasses import dataclass
@@ -174,7 +175,8 @@ def limited(command, seconds, patience=6):
         status, output, complaint = None, (stopped.stdout or b"").decode(), ""
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return Limited(None if used >= whole else status, output, complaint, used)
+    ended = used >= whole or status in (-signal.SIGXCPU, -signal.SIGKILL)
+    return Limited(None if ended else status, output, complaint, used)
 
 
 ENDS = {"arrived": "arrived", "no_start": "no start", "turned_back": "turned back", "retraced": "turned back", "max_points": "limit",
