@@ -16,6 +16,7 @@ namespace dovetail::h5 {
 namespace {
 
 constexpr haddr_t page = 4096;
+constexpr haddr_t ahead = 1 << 20; // space a file is given beyond its need, at least
 constexpr haddr_t largest = std::numeric_limits<off_t>::max();
 
 struct Piece {
@@ -69,16 +70,19 @@ bool write_whole(int descriptor, haddr_t begin, const std::vector<unsigned char>
   return true;
 }
 
+bool reach(State &state, haddr_t size) {
+  int error;
+  do
+    error = posix_fallocate(state.descriptor, static_cast<off_t>(state.size), static_cast<off_t>(size - state.size));
+  while (error == EINTR);
+  if (error != 0) return false;
+  state.size = size;
+  return true;
+}
+
 bool commit(State &state) {
-  if (state.allocated > state.size) {
-    int error;
-    do
-      error = posix_fallocate(state.descriptor, static_cast<off_t>(state.size),
-                              static_cast<off_t>(state.allocated - state.size));
-    while (error == EINTR);
-    if (error != 0) return false;
-    state.size = state.allocated;
-  }
+  const haddr_t needed = state.allocated;
+  if (needed > state.size && !reach(state, needed + std::max(ahead, needed / 4)) && !reach(state, needed)) return false;
   std::multimap<int, const std::pair<const haddr_t, Piece> *> turns; // equals stay in the order of their places
   for (const auto &entry : state.pieces) turns.emplace(turn_of(entry.first, entry.second, state.known), &entry);
   for (const auto &[turn, entry] : turns)
@@ -125,7 +129,8 @@ H5FD_t *open_file(const char *name, unsigned flags, hid_t, haddr_t) {
 }
 
 herr_t close_file(H5FD_t *file) {
-  const bool good = commit(of(file));
+  const State &state = of(file);
+  const bool good = commit(of(file)) && ftruncate(state.descriptor, static_cast<off_t>(state.allocated)) == 0;
   delete reinterpret_cast<File *>(file)->state;
   delete reinterpret_cast<File *>(file);
   return good ? 0 : -1;

@@ -10,8 +10,9 @@
 //   3. indices, the upper nodes of a tree first: a node that is split has its second half in new space already,
 //   4. object headers, which hold the lengths of tables.
 // Each of these is one write within a page of memory, which a signal does not cut. Before the first one the file is
-// given the space it will need: on a full disk a flush fails with the file as it was. Frees nothing: for files whose
-// parts are added only.
+// given the space it will need, and more, which closing takes back: on a full disk a flush fails with the file as it
+// was, and a reader, who asks for the size of the file before he reads what it should be, seldom meets it growing.
+// Frees nothing: for files whose parts are added only.
 #include <hdf5.h>
 
 namespace dovetail::h5 {
