@@ -1,9 +1,6 @@
 #include "continuation/corrector.hpp"
 
 #include <cmath>
-
-#include "support/mumps.hpp"
-
 namespace dovetail {
 namespace {
 
@@ -130,7 +127,7 @@ Corrector::Direction Corrector::tangent(Vec t) {
   check(VecNorm(t, NORM_2, &norm), "computing a tangent");
   const int linear = system_.linear_iterations(jacobian_, 0);
   if (reason <= 0 || !std::isfinite(norm) || norm == 0) return {false, 0, linear};
-  return {true, determinant_sign(ksp), linear};
+  return {true, system_.determinant_sign(ksp), linear};
 }
 
 Corrector::Direction Corrector::tangent_at(Vec y, Vec border, Vec t) {

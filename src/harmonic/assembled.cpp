@@ -1,10 +1,20 @@
 #include "harmonic/assembled.hpp"
 
+#include "support/dense_lu.hpp"
 #include "support/error.hpp"
 #include "support/mumps.hpp"
 
 namespace dovetail {
 namespace {
+
+// Unknowns up to which, on one rank, a dense factorisation is the quicker one.
+constexpr PetscInt most_dense = 400;
+
+bool is_dense(const Layout &layout) {
+  int ranks;
+  MPI_Comm_size(layout.comm, &ranks);
+  return ranks == 1 && layout.unknowns() <= most_dense;
+}
 
 UniqueMat square(const Layout &layout) {
   UniqueMat A;
@@ -110,8 +120,14 @@ void Assembled::fill(Mat J, const JacobianParts &parts) {
   check(MatSetValuesCOO(J, values_.data(), INSERT_VALUES), "evaluating the Jacobian");
 }
 
-void Assembled::set_up(KSP ksp, Mat J) const { factor_by_lu(ksp, J); }
+void Assembled::set_up(KSP ksp, Mat J) const { is_dense(layout_) ? factor_densely(ksp, J) : factor_by_lu(ksp, J); }
 
-std::string Assembled::recover(KSP ksp, Mat J) const { return recover_lu(ksp, J); }
+std::string Assembled::recover(KSP ksp, Mat J) const {
+  return factored_densely(ksp) ? "the Jacobian is singular" : recover_lu(ksp, J);
+}
+
+int Assembled::determinant_sign(KSP ksp) const {
+  return factored_densely(ksp) ? dense_determinant_sign(ksp) : dovetail::determinant_sign(ksp);
+}
 
 } // namespace dovetail

@@ -1,6 +1,6 @@
 #pragma once
-// The harmonic system as one sparse matrix, (N_a + 3 N_x)(2H+1) + 1 unknowns, factored by MUMPS: exact, with the sign
-// of the determinant, and quick while it is small.
+// The harmonic system as one sparse matrix, (N_a + 3 N_x)(2H+1) + 1 unknowns, factored by MUMPS, or while it is small
+// and on one rank by LAPACK: exact, with the sign of the determinant, and quick while it is small.
 #include "harmonic/linear_part.hpp"
 
 namespace dovetail {
@@ -17,6 +17,7 @@ public:
   void fill(Mat J, const JacobianParts &parts) override;
   void set_up(KSP ksp, Mat J) const override;
   std::string recover(KSP ksp, Mat J) const override;
+  int determinant_sign(KSP ksp) const override;
   int iterations(Mat, int solves) const override { return solves; }
 
 private:

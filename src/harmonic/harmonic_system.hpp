@@ -42,6 +42,7 @@ public:
   UniqueMat matrix() const { return linear_->matrix(forces_); }
   void set_up(KSP ksp, Mat J) const { linear_->set_up(ksp, J); }
   std::string recover(KSP ksp, Mat J) const { return linear_->recover(ksp, J); }            ///< see linear_part.hpp
+  int determinant_sign(KSP ksp) const { return linear_->determinant_sign(ksp); }            ///< see linear_part.hpp
   int linear_iterations(Mat J, int solves) const { return linear_->iterations(J, solves); } ///< see linear_part.hpp
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);

@@ -55,6 +55,8 @@ public:
   virtual void set_up(KSP ksp, Mat J) const = 0;
   /// After a solve that failed: what went wrong, in words; `ksp` is fit for the next.
   virtual std::string recover(KSP ksp, Mat J) const = 0;
+  /// Sign of the determinant of the matrix solved with last: +1 or -1; 0 where the solver does not tell.
+  virtual int determinant_sign(KSP ksp) const = 0;
   /// Linear iterations done with J since last asked; `solves`, where every solve is one.
   virtual int iterations(Mat J, int solves) const = 0;
 };

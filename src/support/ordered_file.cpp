@@ -72,8 +72,7 @@ bool write_whole(int descriptor, haddr_t begin, const std::vector<unsigned char>
 
 bool reach(State &state, haddr_t size) {
   int error;
-  do
-    error = posix_fallocate(state.descriptor, static_cast<off_t>(state.size), static_cast<off_t>(size - state.size));
+  do error = posix_fallocate(state.descriptor, static_cast<off_t>(state.size), static_cast<off_t>(size - state.size));
   while (error == EINTR);
   if (error != 0) return false;
   state.size = size;
