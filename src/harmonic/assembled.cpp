@@ -1,19 +1,19 @@
 #include "harmonic/assembled.hpp"
 
-#include "support/dense_lu.hpp"
+#include "support/condensed_lu.hpp"
 #include "support/error.hpp"
 #include "support/mumps.hpp"
 
 namespace dovetail {
 namespace {
 
-// Unknowns up to which, on one rank, a dense factorisation is the quicker one.
-constexpr PetscInt most_dense = 400;
+// Unknowns up to which, on one rank and with the modes eliminated, a dense factorisation is the quicker one.
+constexpr PetscInt most_condensed = 400;
 
-bool is_dense(const Layout &layout) {
+bool condensed(const Layout &layout) {
   int ranks;
   MPI_Comm_size(layout.comm, &ranks);
-  return ranks == 1 && layout.unknowns() <= most_dense;
+  return ranks == 1 && layout.unknowns() - layout.modes * layout.width <= most_condensed;
 }
 
 UniqueMat square(const Layout &layout) {
@@ -120,14 +120,16 @@ void Assembled::fill(Mat J, const JacobianParts &parts) {
   check(MatSetValuesCOO(J, values_.data(), INSERT_VALUES), "evaluating the Jacobian");
 }
 
-void Assembled::set_up(KSP ksp, Mat J) const { is_dense(layout_) ? factor_densely(ksp, J) : factor_by_lu(ksp, J); }
+void Assembled::set_up(KSP ksp, Mat J) const {
+  condensed(layout_) ? factor_condensed(ksp, J, layout_.modes * layout_.width, layout_.width) : factor_by_lu(ksp, J);
+}
 
 std::string Assembled::recover(KSP ksp, Mat J) const {
-  return factored_densely(ksp) ? "the Jacobian is singular" : recover_lu(ksp, J);
+  return is_condensed(ksp) ? "the Jacobian is singular" : recover_lu(ksp, J);
 }
 
 int Assembled::determinant_sign(KSP ksp) const {
-  return factored_densely(ksp) ? dense_determinant_sign(ksp) : dovetail::determinant_sign(ksp);
+  return is_condensed(ksp) ? condensed_determinant_sign(ksp) : dovetail::determinant_sign(ksp);
 }
 
 } // namespace dovetail
