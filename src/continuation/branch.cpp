@@ -107,7 +107,8 @@ Follower::Go Follower::try_step(double step) {
     halvings_ = {};
     return Go::refused;
   }
-  if (!curve_->solve_across(here_.t, trial_)) {
+  const bool hurried = settings_.adaptive && step > least_newton_step; // more iterations would be refused
+  if (!curve_->solve_across(here_.t, trial_, false, hurried ? most_newton : 0)) {
     refusal_ = trial_.newton.why;
     halvings_ = {};
     return Go::refused;
@@ -119,10 +120,6 @@ Follower::Go Follower::try_step(double step) {
   if (measure.refused() && !corner) {
     refusal_ = measure.angle > most_angle ? "the curve turns too far within one step"
                                           : "the solution lies too far from the predicted one";
-    return Go::refused;
-  }
-  if (trial_.newton.newton > most_newton && step > least_newton_step) {
-    refusal_ = "too many Newton iterations";
     return Go::refused;
   }
   if (trial_.sign * here_.sign < 0) { // a hairpin was jumped over, or another branch crosses within the step
@@ -194,8 +191,17 @@ void Follower::note_bend(double omega) {
   bends_.push_back(omega);
   if (bends_.size() < many_bends) return;
   const auto [low, high] = std::minmax_element(bends_.end() - many_bends, bends_.end());
-  crowded_ = *high - *low < crowded_part * omega_unit_;
-  if (crowded_) bends_.clear();
+  if (*high - *low >= crowded_part * omega_unit_) return;
+  crowded_ = "the curve bends again and again";
+}
+
+// Nor are many short steps that come to nothing.
+void Follower::note_creeping() {
+  const long now = summary_.counts.newton;
+  if (std::abs(here_.omega - crowd_.omega) > creeping_part * omega_unit_) crowd_ = {here_.omega, now};
+  if (now - crowd_.newton <= most_creeping) return;
+  crowded_ = "hardly any way was made in " + std::to_string(most_creeping) + " iterations";
+  crowd_.newton = now;
 }
 
 // Between two steps: may it go on, and where does it stand.
@@ -204,13 +210,14 @@ Follower::Go Follower::after_step() {
     end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
   else if (observer_.interrupted && observer_.interrupted())
     end(End::interrupted, "interrupted");
-  if (!ended_ && std::exchange(crowded_, false)) refusal_ = "the curve bends again and again", more_harmonics();
+  if (!ended_) note_creeping();
+  if (!ended_ && !crowded_.empty()) pass_crowd();
   if (!ended_ && still_ == enough_still) {
     still_ = 0;
     refusal_ =
         "from here on the curve is a straight line at one frequency, along which mean positions change and nothing "
         "else: any of them is a solution, and beyond the body walks away";
-    if (!leap(false) && !leap(true)) end(End::stalled, refusal_);
+    if (!leap(false, here_.omega) && !leap(true, here_.omega)) end(End::stalled, refusal_);
   }
   if (observer_.state) observer_.state(state());
   return ended_ ? Go::ended : Go::on;
@@ -248,7 +255,10 @@ BranchState Follower::state() {
                    amplitude_.slope,
                    double(last_verdict_),
                    curvature_,
-                   double(direction_)};
+                   double(direction_),
+                   settings_.from,
+                   crowd_.omega,
+                   double(crowd_.newton)};
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
@@ -288,10 +298,11 @@ void Follower::restore(const BranchState &state) {
   curve_->norm.restore(n.at(2), std::move(largest));
   here_.sign = static_cast<int>(n.at(3)), amplitude_ = {n.at(4), n.at(5)};
   last_verdict_ = static_cast<int>(n.at(6)), curvature_ = n.at(7);
-  trail_.restore(state.trail, n.at(9), n.at(10));
-  const auto bends = n.begin() + 12;
-  bends_.assign(bends, bends + static_cast<int>(n.at(11)));
-  if (auto next = bends + static_cast<int>(n.at(11)); next != n.end()) {
+  crowd_ = {n.at(10), static_cast<long>(n.at(11))};
+  trail_.restore(state.trail, n.at(12), n.at(14));
+  const auto bends = n.begin() + 15;
+  bends_.assign(bends, bends + static_cast<int>(n.at(13)));
+  if (auto next = bends + static_cast<int>(n.at(14)); next != n.end()) {
     farthest_ = curve_->station();
     farthest_->sign = static_cast<int>(*next++);
     for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
@@ -305,20 +316,30 @@ void Follower::restore(const BranchState &state) {
   verdict_ = judge(here_);
 }
 
+// At either end, then in between, towards `to`.
 BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings, Vec y,
                             const BranchObserver &observer, const BranchState *state) {
   BranchSettings other = settings;
-  std::swap(other.from, other.to);
   if (state) {
     const bool reversed = state->numbers.at(8) * (settings.to - settings.from) < 0; // begun at the other end
-    return Follower(system, newton, reversed ? other : settings, observer).go_on(*state);
+    other.from = state->numbers.at(9), other.to = reversed ? settings.from : settings.to;
+    return Follower(system, newton, other, observer).go_on(*state);
   }
-  BranchSummary summary = Follower(system, newton, settings, observer).run(y, "");
+  const BranchSummary summary = Follower(system, newton, settings, observer).run(y, "");
   if (summary.end != BranchSummary::End::no_start || settings.from == settings.to) return summary;
-  check(VecSet(y, 0), "starting at the other end");
-  Follower follower(system, newton, other, observer);
-  const BranchSummary from_there =
-      follower.run(y, "no solution was found at the other end of the sweep: begun at this one, towards it");
+  const auto begun_at = [&](const std::string &where) {
+    check(VecSet(y, 0), "starting elsewhere");
+    return Follower(system, newton, other, observer).run(y, "no solution was found at " + where);
+  };
+  std::swap(other.from, other.to);
+  BranchSummary from_there = begun_at("the other end of the sweep: begun at this one, towards it");
+  other = settings, other.briefly = true;
+  for (const double part : {0.02, 0.2, 0.35, 0.5, 0.65, 0.8}) {
+    if (from_there.end != BranchSummary::End::no_start) return from_there;
+    other.from = settings.from + part * (settings.to - settings.from);
+    from_there = begun_at("either end of the sweep: begun at this frequency, towards " +
+                          std::string(settings.to < settings.from ? "lower" : "higher") + " ones");
+  }
   return from_there.end == BranchSummary::End::no_start ? summary : from_there;
 }
 

@@ -22,6 +22,7 @@ struct BranchSettings {
   int stop_after_peaks = 0;     ///< 0: never
   double stop_at_amplitude = 0; ///< of the watched dof; 0: never
   bool steps_only = false;      ///< nothing is tried but steps along the curve
+  bool briefly = false;         ///< for a first point, only the quick ways
   bool stability = false;       ///< judge every point
 };
 

@@ -4,9 +4,8 @@
 namespace dovetail {
 namespace {
 
-// Relative, of linear solves that iterate: of Newton's steps the solver may choose a lower one; peaks and folds are
-// read off tangents.
-constexpr double newton_accuracy = 0.5, tangent_accuracy = 1e-6;
+// Relative, of Newton's steps where the solver iterates: it may choose a lower one.
+constexpr double newton_accuracy = 0.5;
 
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {
@@ -72,17 +71,20 @@ PetscErrorCode Corrector::jacobian(SNES, Vec y, Mat J, Mat, void *context) {
 
 PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f,
                                     SNESConvergedReason *reason, void *context) {
-  const NewtonSettings &settings = static_cast<Corrector *>(context)->settings_;
+  const auto &self = *static_cast<Corrector *>(context);
+  const NewtonSettings &settings = self.settings_;
   *reason = SNES_CONVERGED_ITERATING;
   if (!std::isfinite(f))
     *reason = SNES_DIVERGED_FNORM_NAN;
   else if (it > 0 && dy < settings.step_tolerance * y && f < settings.residual_tolerance)
     *reason = SNES_CONVERGED_SNORM_RELATIVE;
+  else if (self.most_ > 0 && it >= self.most_)
+    *reason = SNES_DIVERGED_MAX_IT;
   return 0;
 }
 
-Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_search) {
-  border_ = border, target_ = target;
+Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_search, int most) {
+  border_ = border, target_ = target, most_ = most;
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
   if (line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
@@ -109,7 +111,7 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   if (outcome.converged)
     check(VecCopy(trial_, y), "Newton");
   else if (outcome.why.empty())
-    outcome.why = in_words(reason);
+    outcome.why = most > 0 && newton >= most ? "too many Newton iterations" : in_words(reason);
   return outcome;
 }
 

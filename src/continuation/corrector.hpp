@@ -21,8 +21,9 @@ public:
     double residual = 0;        ///< norm, scaled
     std::string why;            ///< when not converged, in words
   };
-  /// Newton from y, kept on the plane border . y = target. y is left alone unless it converges. Collective.
-  Outcome solve(Vec y, Vec border, double target, bool line_search = false);
+  /// Newton from y, kept on the plane border . y = target, in at most `most` iterations, or the settings' if that is
+  /// fewer or `most` is 0. y is left alone unless it converges. Collective.
+  Outcome solve(Vec y, Vec border, double target, bool line_search = false, int most = 0);
 
   struct Direction {
     bool found = false; ///< false: the bordered Jacobian is singular
@@ -35,6 +36,10 @@ public:
   Direction tangent(Vec t);
   /// The same with the Jacobian at any y, on the curve or beside it, and a border.
   Direction tangent_at(Vec y, Vec border, Vec t);
+
+  /// Of tangents, relative, where the solver iterates.
+  double tangent_accuracy = usual_accuracy;
+  static constexpr double usual_accuracy = 1e-6, high_accuracy = 1e-10;
 
 private:
   static PetscErrorCode residual(SNES, Vec y, Vec f, void *context);
@@ -51,6 +56,7 @@ private:
   std::string usual_search_; // type of line search, basic unless an option says otherwise
   Vec border_ = nullptr;     // of the solve in progress
   double target_ = 0;
+  int most_ = 0; // iterations of the solve in progress
 };
 
 } // namespace dovetail

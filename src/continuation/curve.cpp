@@ -21,11 +21,11 @@ Station Curve::station() const {
   return s;
 }
 
-bool Curve::solve_across(Vec normal, Station &s, bool line_search) {
+bool Curve::solve_across(Vec normal, Station &s, bool line_search, int most) {
   double target;
   norm.weigh(normal, row_);
   check(VecDot(row_, s.y, &target), "predicting");
-  s.newton = corrector_.solve(s.y, row_, target, line_search);
+  s.newton = corrector_.solve(s.y, row_, target, line_search, most);
   return finish(s);
 }
 

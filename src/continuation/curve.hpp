@@ -23,11 +23,15 @@ public:
   Station station() const; ///< with room for y and t
 
   /// Newton from the guess in s.y on the plane through it whose normal is `normal` (weighted). The tangent of s looks
-  /// to the same side as `normal`. If it fails s.newton.why says so, and s.y is what it was. Collective.
-  bool solve_across(Vec normal, Station &s, bool line_search = false);
+  /// to the same side as `normal`. `most`: iterations, unless 0. If it fails s.newton.why says so, and s.y is what it
+  /// was. Collective.
+  bool solve_across(Vec normal, Station &s, bool line_search = false, int most = 0);
   /// Newton from the guess in s.y at the frequency w, plainly, then with a line search. The tangent looks to growing
   /// frequencies. Collective.
   bool solve_at(double w, Station &s);
+
+  /// From now on tangents as accurate as possible, or as usual: places are located by them.
+  void precisely(bool yes) { corrector_.tangent_accuracy = yes ? Corrector::high_accuracy : Corrector::usual_accuracy; }
 
   /// Tangent and sign by the Jacobian at any y, to the side of `normal`. Collective.
   bool tangent_at(Vec y, Vec normal, Vec t, int &sign);

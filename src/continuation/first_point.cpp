@@ -10,6 +10,7 @@ namespace {
 constexpr PetscInt most_dofs = 300; // of a model that is integrated in time
 constexpr double least_load = 1e-3; // part of the load that the way to the first point begins with
 constexpr int most_load_steps = 200;
+constexpr double brief_work = 4e9; // of time integration
 
 // The coefficients as far as both have them, the rest zero.
 std::vector<double> resized(const std::vector<double> &q, int dofs, int width) {
@@ -43,15 +44,20 @@ bool Follower::grow_load(std::vector<double> &q) {
 }
 
 bool Follower::first_point(Vec y, Station &first, std::string &how) {
-  const Layout layout = system_->layout(); // harmonics may be added below
   const double w = settings_.from;
-  const int dofs = static_cast<int>(layout.dofs());
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
   summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
   if (settings_.steps_only) return false;
-  const std::string alas = "Newton does not converge from rest; ";
 
+  const std::vector<double> begin = all_coefficients(system_->layout(), y);
+  const int dofs = static_cast<int>(system_->layout().dofs());
+  const auto arrive = [&](const std::vector<double> &q, const std::string &by) {
+    set_coefficients(system_->layout(), resized(q, dofs, system_->layout().width), first.y);
+    if (!curve_->solve_at(w, first)) return false;
+    how += (how.empty() ? "" : "; ") + ("Newton does not converge from rest; " + by);
+    return true;
+  };
   const auto through = [&](HarmonicSystem &easier, std::vector<double> &q) { // q becomes the solution of `easier`
     Curve curve(easier, newton_, omega_unit_, settings_.adaptive, summary_.counts);
     Station s = curve.station();
@@ -60,16 +66,9 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
     q = all_coefficients(easier.layout(), s.y);
     return true;
   };
-  const auto arrive = [&](const std::vector<double> &q, const std::string &by) {
-    set_coefficients(layout, resized(q, dofs, layout.width), first.y);
-    if (!curve_->solve_at(w, first)) return false;
-    how += (how.empty() ? "" : "; ") + alas + by;
-    return true;
-  };
-  const std::vector<double> begin = all_coefficients(layout, y);
 
   std::vector<double> q = begin;
-  bool good = true;
+  bool good = !settings_.briefly;
   for (int H = 1; good && H < system_->harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
     HarmonicSystem easier(*system_, H, system_->samples());
     good = through(easier, q);
@@ -79,11 +78,13 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   SteadyState steady;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
   if (dofs <= most_dofs) {
-    steady = steady_state(dense_model(*system_), w, {}, {std::max(H, needed)});
+    IntegrationSettings settings{std::max(H, needed)};
+    if (settings_.briefly) settings.work = brief_work;
+    steady = steady_state(dense_model(*system_), w, {}, settings);
     if (steady.settled && arrive(steady.coefficients, "the first point comes from time integration")) return true;
   }
 
-  q = begin, good = true;
+  q = begin, good = !settings_.briefly;
   for (double part = 1.0 / 1024; good && part < 1; part *= 2) {
     HarmonicSystem easier(*system_, system_->harmonics(), system_->samples(), part);
     good = through(easier, q);
@@ -101,19 +102,18 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   }
 
   q = begin;
-  if (grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing")) return true;
+  if (!settings_.briefly && grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing"))
+    return true;
 
-  if (!steady.settled) return false;
-  for (int more = 2 * H; more / 2 < needed; more *= 2) {
+  for (int more = 2 * H; steady.settled && more / 2 < needed; more *= 2) {
     auto system = std::make_unique<HarmonicSystem>(*system_, std::min(more, needed), system_->samples());
     take_system(*system);
     std::swap(changed_, system); // the old one goes last
     first = curve_->station();
-    set_coefficients(system_->layout(), resized(steady.coefficients, dofs, system_->layout().width), first.y);
-    if (!curve_->solve_at(w, first)) continue;
+    const std::string by = "the first point comes from time integration, with " + std::to_string(system_->harmonics()) +
+                           " harmonics; the closed contact wants " + std::to_string(needed);
+    if (!arrive(steady.coefficients, by)) continue;
     ++summary_.counts.harmonics;
-    how += (how.empty() ? "" : "; ") + alas + "the first point comes from time integration, with " +
-           std::to_string(system_->harmonics()) + " harmonics; the closed contact wants " + std::to_string(needed);
     return true;
   }
   return false;

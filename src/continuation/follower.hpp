@@ -34,6 +34,8 @@ private:
   Go accept_step(Vec normal, double step);
   double beyond_start(double omega) const;
   void note_bend(double omega);
+  void note_creeping();
+  void pass_crowd();
   void choose_step(double step, double turned, int newton);
   void limit_step();
   Go after_step();
@@ -75,7 +77,7 @@ private:
   bool better_sampling();
   int needed_harmonics(double omega) const;
   bool more_harmonics();
-  bool leap(bool integrate);
+  bool leap(bool integrate, double from);
   std::string difference() const;
 
   // first_point.cpp
@@ -101,9 +103,15 @@ private:
   Trail trail_;
   std::optional<Stability> verdict_; // at here_
   Halvings halvings_;
+  int in_vain_ = 0; // harmonics for which more were tried and led nowhere
   std::string refusal_;
   std::optional<Place> branch_point_; // within the step being tried
-  bool ended_ = false, crowded_ = false;
+  bool ended_ = false;
+  std::string crowded_; // why steps lead nowhere although they converge
+  struct Crowd {
+    double omega;
+    long newton;
+  } crowd_{}; // where the last stretch of the sweep was left behind, and the iterations until then
   double step_ = 0, arclength_ = 0;
   double curvature_ = 0; // at the last smooth step: angle per arc length
   int still_ = 0;        // steps in succession along which only mean positions changed

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "continuation/follower.hpp"
 #include "continuation/needed_harmonics.hpp"
@@ -17,6 +18,7 @@ constexpr double most_change = 0.1;       // by other harmonics or samples, wher
 constexpr double most_unknowns = 1500;    // of a system whose harmonics are raised
 constexpr PetscInt most_assembled = 6000; // unknowns of a system that is factored where Krylov's method fails
 constexpr PetscInt most_dofs = 300;       // of a model that is integrated in time
+constexpr double most_work = 4e9;         // of one time integration
 
 // The same coefficients with other harmonics: dropped, or zero.
 void pad(const Layout &from, Vec y, const Layout &to, Vec z) {
@@ -82,9 +84,21 @@ bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
 Follower::Go Follower::climb() {
   const std::string reason = refusal_, where = difference();
   if (settings_.steps_only) return end(End::stalled, reason + where);
-  if (assembled_form() || better_sampling() || more_harmonics() || leap(false) || leap(true))
+  if (assembled_form() || better_sampling() || more_harmonics() || leap(false, here_.omega) || leap(true, here_.omega))
     return ended_ ? Go::ended : Go::on;
   return end(End::stalled, reason + where);
+}
+
+// Steps converge and lead nowhere: harmonics that the contacts want and do not have, or else on beyond the crowd.
+void Follower::pass_crowd() {
+  refusal_ = std::exchange(crowded_, "");
+  const std::vector<double> bends = std::exchange(bends_, {});
+  if (settings_.steps_only || more_harmonics()) return;
+  double farthest = direction_ * here_.omega;
+  for (std::size_t i = 0; i < bends.size() && i < many_bends; ++i)
+    farthest = std::max(farthest, direction_ * bends[bends.size() - 1 - i]);
+  const double beyond = direction_ * (farthest + creeping_part * omega_unit_);
+  if (!leap(true, beyond)) leap(false, beyond);
 }
 
 // A branch that runs back or in a circle is left at its farthest point, for the next one of the sweep's sense.
@@ -94,7 +108,7 @@ bool Follower::leave_from_farthest() {
   std::swap(here_, *farthest_);
   refusal_ = summary_.why;
   ended_ = false; // a leap may end the sweep
-  const bool left = leap(false) || leap(true);
+  const bool left = leap(false, here_.omega) || leap(true, here_.omega);
   if (!left) std::swap(here_, *farthest_);
   farthest_.reset();
   ended_ = ended_ || !left;
@@ -169,6 +183,7 @@ int Follower::needed_harmonics(double omega) const {
 bool Follower::more_harmonics() {
   if (settings_.steps_only) return false;
   const int H = system_->harmonics(), needed = needed_harmonics(here_.omega);
+  if (std::exchange(in_vain_, H) == H) return false;
   const std::string reason = refusal_;
   for (const int more : {2 * H, needed}) {
     if (more <= H || more > std::max(needed, 1)) continue;
@@ -183,8 +198,8 @@ bool Follower::more_harmonics() {
   return false;
 }
 
-// On to the solution at a next frequency of the sweep, which arc length does not lead to, and say so.
-bool Follower::leap(bool integrate) {
+// On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so.
+bool Follower::leap(bool integrate, double from) {
   const Layout &layout = system_->layout();
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (integrate && layout.dofs() > most_dofs)) return false;
@@ -192,13 +207,14 @@ bool Follower::leap(bool integrate) {
   DenseModel model;
   if (integrate) model = dense_model(*system_);
   for (const double part : integrate ? integrations : leaps) {
-    double next = here_.omega + direction_ * part * omega_unit_;
+    double next = from + direction_ * part * omega_unit_;
     if ((next - settings_.to) * direction_ > 0) next = settings_.to;
     for (const double w : settings_.at)
-      if ((w - here_.omega) * (w - next) < 0) next = w;
+      if ((w - from) * (w - next) < 0) next = w;
     check(VecCopy(here_.y, trial_.y), "predicting");
     if (integrate) {
-      const SteadyState steady = steady_state(model, next, all_coefficients(layout, here_.y), {system_->harmonics()});
+      const SteadyState steady =
+          steady_state(model, next, all_coefficients(layout, here_.y), {system_->harmonics(), 200, 1e-6, most_work});
       if (!steady.settled) continue;
       set_coefficients(layout, steady.coefficients, trial_.y);
     }

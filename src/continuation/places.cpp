@@ -31,6 +31,8 @@ std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, do
                                                 const Measured &f) {
   const double scale = std::max(std::abs(from), std::abs(to)),
                tolerance = std::max(place_tolerance, newton_.step_tolerance);
+  curve_->precisely(true);
+  const std::shared_ptr<void> usual(nullptr, [&](void *) { curve_->precisely(false); });
   double a = 0, b = step, fa = from, fb = to;
   UniqueVec ya = system_->unknowns(), yb = system_->unknowns();
   check(VecCopy(here_.y, ya), "locating a place");

@@ -136,6 +136,12 @@ void Modal::set_up(KSP ksp, Mat J) const { solver_of(J).set_up(ksp, J); }
 
 std::string Modal::recover(KSP, Mat) const { return "the Jacobian is singular, or no number"; }
 
+int Modal::determinant_sign(KSP ksp) const {
+  Mat J;
+  check(KSPGetOperators(ksp, &J, nullptr), "asking for a determinant");
+  return solver_of(J).determinant_sign();
+}
+
 int Modal::iterations(Mat J, int) const { return solver_of(J).take_iterations(); }
 
 } // namespace dovetail

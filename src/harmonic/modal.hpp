@@ -18,7 +18,7 @@ public:
   void fill(Mat J, const JacobianParts &parts) override;
   void set_up(KSP ksp, Mat J) const override;
   std::string recover(KSP ksp, Mat J) const override;
-  int determinant_sign(KSP) const override { return 0; }
+  int determinant_sign(KSP ksp) const override;
   int iterations(Mat J, int solves) const override;
 
 private:

@@ -8,8 +8,9 @@ namespace {
 
 constexpr const char *doing = "solving in the stuck modes";
 constexpr int restart = 60, most_iterations = 300;
-constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
-constexpr double single_accuracy = 1e-6; // what a round in single precision can reach
+constexpr PetscInt most_assembled = 6000; // unknowns of a matrix that is factored for the sign of its determinant
+constexpr double newton_accuracy = 1e-4;  // relative; 1e-3 costs more Newton steps than it saves iterations
+constexpr double single_accuracy = 1e-6;  // what a round in single precision can reach
 
 class Values { // of a vector, own share
 public:
@@ -57,6 +58,7 @@ ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, const Layout &
   check(KSPSetOperators(krylov_, matrix_, matrix_), doing);
   check(KSPSetType(krylov_, KSPGMRES), doing);
   check(KSPGMRESSetRestart(krylov_, restart), doing);
+  check(KSPSetComputeEigenvalues(krylov_, PETSC_TRUE), doing);
   PC pc;
   check(KSPGetPC(krylov_, &pc), doing);
   check(PCSetType(pc, PCSHELL), doing);
@@ -186,11 +188,49 @@ void ModalSolver::solve_roughly(Vec r, double accuracy) {
   check(KSPSolve(krylov_, right_, answer_), doing);
   PetscInt count;
   check(KSPGetIterationNumber(krylov_, &count), doing);
-  iterations_ += static_cast<int>(count);
+  krylov_count_ = static_cast<int>(count);
+  iterations_ += krylov_count_;
   const ReadValues from(answer_);
   const Values to(correction_);
   operator_.from_modes(from, to);
   if (layout_.owns_omega()) to[layout_.own_coefficients()] = from[own_modal_];
+}
+
+int ModalSolver::determinant_sign() {
+  if (layout_.unknowns() > most_assembled) return 0;
+  const int sign = sign_by_krylov();
+  return sign_ = sign != 0 && (sign_ == 0 || sign == sign_) ? sign : sign_by_factors();
+}
+
+int ModalSolver::sign_by_krylov() const {
+  KSPConvergedReason reason;
+  check(KSPGetConvergedReason(krylov_, &reason), doing);
+  if (reason <= 0 || krylov_count_ == 0 || krylov_count_ > restart) return 0;
+  std::vector<double> real(krylov_count_), imaginary(krylov_count_);
+  PetscInt found;
+  check(KSPComputeEigenvalues(krylov_, krylov_count_, real.data(), imaginary.data(), &found), doing);
+  int sign = schur_ < 0 ? -1 : 1;
+  for (PetscInt i = 0; i < found; ++i)
+    if (imaginary[i] == 0 && real[i] < 0) sign = -sign;
+  return sign;
+}
+
+int ModalSolver::sign_by_factors() {
+  if (!twin_) {
+    twin_.reset(new Twin{Assembled(linear_->couplings(), layout_), {}, {}});
+    twin_->matrix = twin_->form.matrix(*contact_);
+    check(KSPCreate(layout_.comm, twin_->ksp.out()), doing);
+    twin_->form.set_up(twin_->ksp, twin_->matrix);
+  }
+  border_.push_back(corner_);
+  twin_->form.fill(twin_->matrix, {omega_, damping_, *contact_, held_.empty() ? nullptr : held_.data(), column_.data(),
+                                   border_.data()});
+  border_.pop_back();
+  check(KSPSetOperators(twin_->ksp, twin_->matrix, twin_->matrix), doing);
+  check(KSPSetUp(twin_->ksp), doing);
+  const int sign = twin_->form.determinant_sign(twin_->ksp);
+  if (sign == 0) twin_->form.recover(twin_->ksp, twin_->matrix);
+  return sign;
 }
 
 void ModalSolver::apply(Vec y, Vec out) {

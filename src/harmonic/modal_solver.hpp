@@ -1,11 +1,10 @@
 #pragma once
 // Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure: with x = Phi y it becomes
 // [Phi^T J Phi, Phi^T b; (Phi^T c)^T, d], whose blocks are diagonal but for what the contacts do. GMRES, preconditioned
-// by that diagonal, bordered; in single precision, with rounds of refinement in double where more is asked for. The
-// determinant's sign is not known: continuation goes without.
+// by that diagonal, bordered; in single precision, with rounds of refinement in double where more is asked for.
 #include <memory>
 
-#include "harmonic/linear_part.hpp"
+#include "harmonic/assembled.hpp"
 #include "harmonic/modal_operator.hpp"
 #include "support/error.hpp"
 
@@ -22,6 +21,10 @@ public:
   void multiply(Vec x, Vec y);
   /// Makes `ksp` solve with it: well enough for Newton's method, or as accurately as its relative tolerance asks for.
   void set_up(KSP ksp, Mat J);
+  /// Sign of its determinant, from that of the preconditioner and the negative ones among the eigenvalues that GMRES
+  /// met when it solved last. Where that sign is new, or there is none, the assembled matrix is factored; 0 if too
+  /// large.
+  int determinant_sign();
   int take_iterations() { return std::exchange(iterations_, 0); }
 
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
@@ -32,6 +35,8 @@ private:
   void apply(Vec y, Vec out);                 // the bordered operator in the modes
   void precondition(Vec r, Vec out);          // the inverse of its diagonal, bordered
   void prepare_diagonal();
+  int sign_by_krylov() const;
+  int sign_by_factors();
   template <class Work> void pairs(Work &&work); // (index of an own pair of coefficients, lambda, d, k)
 
   std::shared_ptr<const StuckBasis> basis_;
@@ -55,6 +60,13 @@ private:
   PetscReal newton_accuracy_;        // and most iterations, unless options say otherwise
   PetscInt most_iterations_;
   KSP outer_ = nullptr;
+  struct Twin { // of the Jacobian
+    Assembled form;
+    UniqueMat matrix;
+    UniqueKSP ksp;
+  };
+  std::unique_ptr<Twin> twin_;
+  int sign_ = 0, krylov_count_ = 0; // of the determinant, and of the iterations, the last time
   int iterations_ = 0;
   Courier courier_;
 };

@@ -40,7 +40,7 @@ private:
   std::vector<std::size_t> ends_;    // (leading) of these rows
   std::vector<Entry> below_;         // rows of C
   std::vector<std::size_t> last_;    // (rest) ends of these rows
-  std::vector<double> rest_;         // (rest, rest) by columns: factors of D - C A^-1 B
+  std::vector<double> rest_;         // (rest, rest) factors of D - C A^-1 B, its rows as LAPACK's columns
   std::vector<PetscBLASInt> pivots_; // (rest)
   std::vector<double> image_;        // (leading) A^-1 b
   int sign_ = 0;                     // of the determinant
@@ -94,16 +94,16 @@ void Factors::condense(PetscInt n, const PetscInt *starts, const PetscInt *colum
   const PetscInt size = n - leading_;
   rest_.assign(static_cast<std::size_t>(size) * size, 0);
   for (PetscInt i = leading_; i < n; ++i) {
-    double *row = &rest_[i - leading_];
+    double *row = &rest_[static_cast<std::size_t>(i - leading_) * size];
     for (PetscInt e = starts[i]; e < starts[i + 1]; ++e) {
       const PetscInt j = columns[e];
       if (j >= leading_) {
-        row[static_cast<std::size_t>(j - leading_) * size] += entries[e];
+        row[j - leading_] += entries[e];
         continue;
       }
       below_.push_back({j, entries[e]});
       for (std::size_t r = j == 0 ? 0 : ends_[j - 1]; r < ends_[j]; ++r)
-        row[static_cast<std::size_t>(right_[r].place) * size] -= entries[e] * right_[r].value;
+        row[right_[r].place] -= entries[e] * right_[r].value;
     }
     last_.push_back(below_.size());
   }
@@ -121,7 +121,7 @@ void Factors::solve(const double *b, double *x) {
       rest[i] -= below_[e].value * image_[below_[e].place];
   }
   PetscBLASInt info;
-  LAPACKgetrs_("N", &size, &one, rest_.data(), &size, pivots_.data(), rest, &size, &info);
+  LAPACKgetrs_("T", &size, &one, rest_.data(), &size, pivots_.data(), rest, &size, &info);
   for (PetscInt i = 0; i < leading_; ++i) {
     x[i] = image_[i];
     for (std::size_t e = i == 0 ? 0 : ends_[i - 1]; e < ends_[i]; ++e) x[i] -= right_[e].value * rest[right_[e].place];
