@@ -12,15 +12,6 @@ constexpr double least_load = 1e-3; // part of the load that the way to the firs
 constexpr int most_load_steps = 200;
 constexpr double brief_work = 4e9; // of time integration
 
-// The coefficients as far as both have them, the rest zero.
-std::vector<double> resized(const std::vector<double> &q, int dofs, int width) {
-  const int old = static_cast<int>(q.size()) / dofs;
-  std::vector<double> out(static_cast<std::size_t>(dofs) * width, 0.0);
-  for (int d = 0; d < dofs; ++d)
-    for (int i = 0; i < std::min(old, width); ++i) out[d * width + i] = q[d * old + i];
-  return out;
-}
-
 } // namespace
 
 // The solution at the first frequency, followed by arc length from where a small load leads: on that curve folds and
@@ -51,17 +42,17 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   if (settings_.steps_only) return false;
 
   const std::vector<double> begin = all_coefficients(system_->layout(), y);
-  const int dofs = static_cast<int>(system_->layout().dofs());
+  const std::string alas = "Newton does not converge from rest; the first point comes from ";
   const auto arrive = [&](const std::vector<double> &q, const std::string &by) {
-    set_coefficients(system_->layout(), resized(q, dofs, system_->layout().width), first.y);
+    set_coefficients(system_->layout(), q, first.y);
     if (!curve_->solve_at(w, first)) return false;
-    how += (how.empty() ? "" : "; ") + ("Newton does not converge from rest; " + by);
+    how += (how.empty() ? "" : "; ") + alas + by;
     return true;
   };
   const auto through = [&](HarmonicSystem &easier, std::vector<double> &q) { // q becomes the solution of `easier`
     Curve curve(easier, newton_, omega_unit_, settings_.adaptive, summary_.counts);
     Station s = curve.station();
-    set_coefficients(easier.layout(), resized(q, dofs, easier.layout().width), s.y);
+    set_coefficients(easier.layout(), q, s.y);
     if (!curve.solve_at(w, s)) return false;
     q = all_coefficients(easier.layout(), s.y);
     return true;
@@ -73,15 +64,15 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
     HarmonicSystem easier(*system_, H, system_->samples());
     good = through(easier, q);
   }
-  if (good && arrive(q, "the first point comes from fewer harmonics")) return true;
+  if (good && arrive(q, "fewer harmonics")) return true;
 
   SteadyState steady;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
-  if (dofs <= most_dofs) {
+  if (system_->layout().dofs() <= most_dofs) {
     IntegrationSettings settings{std::max(H, needed)};
     if (settings_.briefly) settings.work = brief_work;
     steady = steady_state(dense_model(*system_), w, {}, settings);
-    if (steady.settled && arrive(steady.coefficients, "the first point comes from time integration")) return true;
+    if (steady.settled && arrive(steady.coefficients, "time integration")) return true;
   }
 
   q = begin, good = !settings_.briefly;
@@ -89,7 +80,7 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
     HarmonicSystem easier(*system_, system_->harmonics(), system_->samples(), part);
     good = through(easier, q);
   }
-  if (good && arrive(q, "the first point comes from softer contacts")) return true;
+  if (good && arrive(q, "softer contacts")) return true;
 
   if (can_assemble()) { // Krylov's method may be what fails
     auto system = HarmonicSystem::assembled(*system_);
@@ -102,21 +93,13 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   }
 
   q = begin;
-  if (!settings_.briefly && grow_load(q) && arrive(q, "the first point comes from a load that grows from nothing"))
-    return true;
+  if (!settings_.briefly && grow_load(q) && arrive(q, "a load that grows from nothing")) return true;
 
-  for (int more = 2 * H; steady.settled && more / 2 < needed; more *= 2) {
-    auto system = std::make_unique<HarmonicSystem>(*system_, std::min(more, needed), system_->samples());
-    take_system(*system);
-    std::swap(changed_, system); // the old one goes last
-    first = curve_->station();
-    const std::string by = "the first point comes from time integration, with " + std::to_string(system_->harmonics()) +
-                           " harmonics; the closed contact wants " + std::to_string(needed);
-    if (!arrive(steady.coefficients, by)) continue;
-    ++summary_.counts.harmonics;
-    return true;
-  }
-  return false;
+  if (!steady.settled || !solve_finer(steady.coefficients, w)) return false;
+  std::swap(first, here_);
+  how += (how.empty() ? "" : "; ") + alas + "time integration, with " + std::to_string(system_->harmonics()) +
+         " harmonics; the closed contact wants " + std::to_string(needed);
+  return true;
 }
 
 } // namespace dovetail

@@ -77,6 +77,7 @@ private:
   bool better_sampling();
   int needed_harmonics(double omega) const;
   bool more_harmonics();
+  bool solve_finer(const std::vector<double> &q, double omega);
   bool leap(bool integrate, double from);
   std::string difference() const;
 

@@ -198,11 +198,30 @@ bool Follower::more_harmonics() {
   return false;
 }
 
+// Where a motion that time integration finds is no solution for these harmonics, with more of them: here_, in a system
+// that has them. `q`: coefficients of any number of harmonics.
+bool Follower::solve_finer(const std::vector<double> &q, double omega) {
+  const int needed = needed_harmonics(omega);
+  for (int more = 2 * system_->harmonics(); more / 2 < needed; more *= 2) {
+    auto system = std::make_unique<HarmonicSystem>(*system_, std::min(more, needed), system_->samples());
+    Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
+    Station s = curve.station();
+    set_coefficients(system->layout(), q, s.y);
+    if (!curve.solve_at(omega, s)) continue;
+    take_system(*system);
+    std::swap(changed_, system); // the old one goes last
+    here_ = std::move(s);
+    ++summary_.counts.harmonics;
+    return true;
+  }
+  return false;
+}
+
 // On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so.
 bool Follower::leap(bool integrate, double from) {
-  const Layout &layout = system_->layout();
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
-  if (count >= (integrate ? most_integrations : most_leaps) || (integrate && layout.dofs() > most_dofs)) return false;
+  if (count >= (integrate ? most_integrations : most_leaps) || (integrate && system_->layout().dofs() > most_dofs))
+    return false;
   const std::string reason = refusal_;
   DenseModel model;
   if (integrate) model = dense_model(*system_);
@@ -210,18 +229,22 @@ bool Follower::leap(bool integrate, double from) {
     double next = from + direction_ * part * omega_unit_;
     if ((next - settings_.to) * direction_ > 0) next = settings_.to;
     for (const double w : settings_.at)
-      if ((w - from) * (w - next) < 0) next = w;
+      if ((w - here_.omega) * (w - next) < 0) next = w;
     check(VecCopy(here_.y, trial_.y), "predicting");
+    SteadyState steady;
     if (integrate) {
-      const SteadyState steady =
-          steady_state(model, next, all_coefficients(layout, here_.y), {system_->harmonics(), 200, 1e-6, most_work});
+      IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(next))};
+      settings.work = most_work;
+      steady = steady_state(model, next, all_coefficients(system_->layout(), here_.y), settings);
       if (!steady.settled) continue;
-      set_coefficients(layout, steady.coefficients, trial_.y);
+      set_coefficients(system_->layout(), steady.coefficients, trial_.y);
     }
-    if (!curve_->solve_at(next, trial_)) continue;
-    if (direction_ < 0) turn(trial_);
+    if (curve_->solve_at(next, trial_))
+      std::swap(here_, trial_);
+    else if (!integrate || !solve_finer(steady.coefficients, next))
+      continue;
+    if (direction_ < 0) turn(here_);
     ++count;
-    std::swap(here_, trial_);
     notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
            "the curve could not be followed here (" + reason + "): went on from the " +
                (integrate ? "steady state that time integration finds" : "solution") +
@@ -237,7 +260,7 @@ bool Follower::leap(bool integrate, double from) {
     curve_->norm.see(here_.y);
     check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
     trail_.interrupt();
-    trail_.add(layout, here_.y, here_.t, curve_->norm.largest_motion());
+    trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
     step_ = step_after;
     limit_step();
     return true;

@@ -62,12 +62,12 @@ std::vector<double> all_coefficients(const Layout &layout, Vec y) {
 }
 
 void set_coefficients(const Layout &layout, const std::vector<double> &coefficients, Vec y) {
-  const PetscInt modal = layout.own_modes.size() * layout.width, first_mode = layout.own_modes.begin * layout.width,
-                 first_contact = (layout.modes + 3 * layout.own_points.begin) * layout.width;
+  const std::size_t width = layout.width, given = coefficients.size() / layout.dofs();
   double *values;
   check(VecGetArray(y, &values), "setting coefficients");
-  std::copy_n(&coefficients[first_mode], modal, values);
-  std::copy_n(&coefficients[first_contact], layout.own_coefficients() - modal, values + modal);
+  std::fill_n(values, layout.own_coefficients(), 0.0);
+  for (PetscInt d = 0; d < layout.own_dofs(); ++d)
+    std::copy_n(&coefficients[layout.number(d) * given], std::min(given, width), values + d * width);
   check(VecRestoreArray(y, &values), "setting coefficients");
 }
 

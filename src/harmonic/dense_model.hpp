@@ -22,7 +22,7 @@ struct DenseModel {
 /// Collective; memory n^2 on every rank.
 DenseModel dense_model(const HarmonicSystem &system);
 
-/// All coefficients (n, 2H+1) of y on every rank, in that order, and back. Collective.
+/// All coefficients (n, 2H+1) of y on every rank, in that order, and back, from any number of harmonics. Collective.
 std::vector<double> all_coefficients(const Layout &layout, Vec y);
 void set_coefficients(const Layout &layout, const std::vector<double> &coefficients, Vec y);
 

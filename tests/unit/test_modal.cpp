@@ -1,6 +1,8 @@
 // The modal form of the harmonic system against the assembled one, on as many ranks as the test runs with.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "continuation/curve.hpp"
 #include "harmonic/dense_model.hpp"
 #include "harmonic/harmonic_system.hpp"
@@ -97,6 +99,33 @@ TEST(Modal, newton_and_tangent) {
   EXPECT_LT(relative_difference(t.y, s.y), 1e-8);
   EXPECT_LT(relative_difference(t.t, s.t), 1e-4);
   EXPECT_NE(s.sign, 0);
+}
+
+TEST(Modal, sign_of_the_determinant_is_that_of_the_assembled_form) { // from GMRES, and where it is new from factors
+  HarmonicSystem systems[] = {small_system(LinearForm::assembled), small_system(LinearForm::modal)};
+  const UniqueMat J[] = {systems[0].matrix(), systems[1].matrix()};
+  UniqueKSP ksp[2];
+  for (int i = 0; i < 2; ++i) {
+    check(KSPCreate(PETSC_COMM_WORLD, ksp[i].out()), "");
+    systems[i].set_up(ksp[i], J[i]);
+    check(KSPSetTolerances(ksp[i], 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
+  }
+  int sum = 0;
+  for (int seed = 0; seed < 40; ++seed) { // stuck, slipping and open points; bordered any which way
+    int signs[2];
+    for (int i = 0; i < 2; ++i) {
+      const UniqueVec y = vector_of(systems[i], 0.05 * std::pow(1.1, seed), seed, 1.3),
+                      border = vector_of(systems[i], 1, seed / 2 + 7, 0.2), r = vector_of(systems[i], 1, 9, 0.4);
+      UniqueVec x = systems[i].unknowns();
+      systems[i].jacobian(y, border, J[i]);
+      check(KSPSetOperators(ksp[i], J[i], J[i]), "");
+      check(KSPSolve(ksp[i], r, x), "");
+      signs[i] = systems[i].determinant_sign(ksp[i]);
+    }
+    EXPECT_EQ(signs[1], signs[0]) << seed;
+    sum += signs[0];
+  }
+  EXPECT_LT(std::abs(sum), 30); // both signs are met
 }
 
 TEST(Modal, other_harmonics_and_the_matrices) {
