@@ -11,6 +11,7 @@ constexpr PetscInt most_dofs = 300; // of a model that is integrated in time
 constexpr double least_load = 1e-3; // part of the load that the way to the first point begins with
 constexpr int most_load_steps = 200;
 constexpr double brief_work = 4e9; // of time integration
+constexpr int most_periods = 2000; // likewise: little damping takes many
 
 } // namespace
 
@@ -70,6 +71,7 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   const int H = system_->harmonics(), needed = needed_harmonics(w);
   if (system_->layout().dofs() <= most_dofs) {
     IntegrationSettings settings{std::max(H, needed)};
+    settings.periods = most_periods;
     if (settings_.briefly) settings.work = brief_work;
     steady = steady_state(dense_model(*system_), w, {}, settings);
     if (steady.settled && arrive(steady.coefficients, "time integration")) return true;

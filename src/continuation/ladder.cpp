@@ -19,6 +19,7 @@ constexpr double most_unknowns = 1500;    // of a system whose harmonics are rai
 constexpr PetscInt most_assembled = 6000; // unknowns of a system that is factored where Krylov's method fails
 constexpr PetscInt most_dofs = 300;       // of a model that is integrated in time
 constexpr double most_work = 4e9;         // of one time integration
+constexpr int most_periods = 2000;        // likewise: little damping takes many
 
 // The same coefficients with other harmonics: dropped, or zero.
 void pad(const Layout &from, Vec y, const Layout &to, Vec z) {
@@ -234,7 +235,7 @@ bool Follower::leap(bool integrate, double from) {
     SteadyState steady;
     if (integrate) {
       IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(next))};
-      settings.work = most_work;
+      settings.periods = most_periods, settings.work = most_work;
       steady = steady_state(model, next, all_coefficients(system_->layout(), here_.y), settings);
       if (!steady.settled) continue;
       set_coefficients(system_->layout(), steady.coefficients, trial_.y);
