@@ -28,7 +28,7 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
            "the structure is held by its joint alone in " + std::to_string(motions) +
                (motions == 1 ? " rigid motion" : " rigid motions"),
            settings_.from);
-  if (!first_point(y, first, how)) {
+  if (!first_point(settings_.from, y, first, how)) {
     summary_.end = End::no_start;
     return summary_;
   }
@@ -198,9 +198,10 @@ void Follower::note_bend(double omega) {
 // Nor are many short steps that come to nothing.
 void Follower::note_creeping() {
   const long now = summary_.counts.newton;
-  if (std::abs(here_.omega - crowd_.omega) > creeping_part * omega_unit_) crowd_ = {here_.omega, now};
-  if (now - crowd_.newton <= most_creeping) return;
-  crowded_ = "hardly any way was made in " + std::to_string(most_creeping) + " iterations";
+  const auto near = [&](double omega) { return std::abs(omega - crowd_.omega) <= creeping_part * omega_unit_; };
+  if (!near(here_.omega)) crowd_ = {here_.omega, now};
+  if (now - crowd_.newton <= most_creeping || std::count_if(bends_.begin(), bends_.end(), near) < few_bends) return;
+  crowded_ = "the curve bends again and again and makes no way";
   crowd_.newton = now;
 }
 
@@ -217,7 +218,7 @@ Follower::Go Follower::after_step() {
     refusal_ =
         "from here on the curve is a straight line at one frequency, along which mean positions change and nothing "
         "else: any of them is a solution, and beyond the body walks away";
-    if (!leap(false, here_.omega) && !leap(true, here_.omega)) end(End::stalled, refusal_);
+    if (!leap(Way::newton, here_.omega) && !leap(Way::integration, here_.omega)) end(End::stalled, refusal_);
   }
   if (observer_.state) observer_.state(state());
   return ended_ ? Go::ended : Go::on;

@@ -17,9 +17,9 @@ constexpr int most_periods = 2000; // likewise: little damping takes many
 
 // The solution at the first frequency, followed by arc length from where a small load leads: on that curve folds and
 // corners are no obstacle.
-bool Follower::grow_load(std::vector<double> &q) {
+bool Follower::grow_load(double omega, std::vector<double> &q) {
   HarmonicSystem loaded(*system_, system_->harmonics(), system_->samples());
-  loaded.vary_load(settings_.from);
+  loaded.vary_load(omega);
   BranchSettings settings;
   settings.from = least_load, settings.to = 1;
   settings.step = settings_.step, settings.max_points = most_load_steps, settings.steps_only = true;
@@ -35,8 +35,7 @@ bool Follower::grow_load(std::vector<double> &q) {
   return arrived;
 }
 
-bool Follower::first_point(Vec y, Station &first, std::string &how) {
-  const double w = settings_.from;
+bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
   summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
@@ -84,18 +83,18 @@ bool Follower::first_point(Vec y, Station &first, std::string &how) {
   }
   if (good && arrive(q, "softer contacts")) return true;
 
-  if (can_assemble()) { // Krylov's method may be what fails
+  if (summary_.counts.points == 0 && can_assemble()) { // Krylov's method may be what fails
     auto system = HarmonicSystem::assembled(*system_);
     take_system(*system);
     std::swap(changed_, system); // the old one goes last
     ++summary_.counts.assemblies;
     how += std::string(how.empty() ? "" : "; ") +
            "the Jacobian is assembled and factored, for otherwise Newton finds nothing";
-    return first_point(y, first, how);
+    return first_point(w, y, first, how);
   }
 
   q = begin;
-  if (!settings_.briefly && grow_load(q) && arrive(q, "a load that grows from nothing")) return true;
+  if (!settings_.briefly && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;
 
   if (!steady.settled || !solve_finer(steady.coefficients, w)) return false;
   std::swap(first, here_);

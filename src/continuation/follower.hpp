@@ -78,12 +78,14 @@ private:
   int needed_harmonics(double omega) const;
   bool more_harmonics();
   bool solve_finer(const std::vector<double> &q, double omega);
-  bool leap(bool integrate, double from);
+  enum class Way { newton, integration, anew }; // Newton from the last point, or as for a first point of a branch
+  bool leap(Way way, double from);
+  bool arrive_at(double omega, Way way, const DenseModel &model);
   std::string difference() const;
 
   // first_point.cpp
-  bool grow_load(std::vector<double> &q);
-  bool first_point(Vec y, Station &first, std::string &how);
+  bool grow_load(double omega, std::vector<double> &q);
+  bool first_point(double omega, Vec y, Station &first, std::string &how);
 
   HarmonicSystem *system_;
   const NewtonSettings &newton_;

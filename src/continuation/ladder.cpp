@@ -1,6 +1,5 @@
 // What is tried when no step along the tangent converges, cheapest first. Every rung that helps is counted and told.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -12,8 +11,7 @@ namespace dovetail {
 namespace {
 
 constexpr int most_leaps = 20, most_integrations = 20;
-constexpr std::array leaps{1e-4, 1e-3, 1e-2, 5e-2}, integrations{1e-3, 1e-2, 5e-2, 0.2}; // of the sweep
-constexpr double step_after = 1e-3;                                                      // of a rung
+constexpr double step_after = 1e-3;       // of a rung
 constexpr double most_change = 0.1;       // by other harmonics or samples, where 1 is the largest motion so far
 constexpr double most_unknowns = 1500;    // of a system whose harmonics are raised
 constexpr PetscInt most_assembled = 6000; // unknowns of a system that is factored where Krylov's method fails
@@ -85,21 +83,23 @@ bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
 Follower::Go Follower::climb() {
   const std::string reason = refusal_, where = difference();
   if (settings_.steps_only) return end(End::stalled, reason + where);
-  if (assembled_form() || better_sampling() || more_harmonics() || leap(false, here_.omega) || leap(true, here_.omega))
+  if (assembled_form() || better_sampling() || more_harmonics() || leap(Way::newton, here_.omega) ||
+      leap(Way::integration, here_.omega) || leap(Way::anew, here_.omega))
     return ended_ ? Go::ended : Go::on;
   return end(End::stalled, reason + where);
 }
 
-// Steps converge and lead nowhere: harmonics that the contacts want and do not have, or else on beyond the crowd.
+// Steps converge and lead nowhere: harmonics that the contacts want and do not have, unless that was tried, or else on
+// beyond the crowd.
 void Follower::pass_crowd() {
   refusal_ = std::exchange(crowded_, "");
   const std::vector<double> bends = std::exchange(bends_, {});
-  if (settings_.steps_only || more_harmonics()) return;
+  if (settings_.steps_only || (summary_.counts.harmonics == 0 && more_harmonics())) return;
   double farthest = direction_ * here_.omega;
   for (std::size_t i = 0; i < bends.size() && i < many_bends; ++i)
     farthest = std::max(farthest, direction_ * bends[bends.size() - 1 - i]);
   const double beyond = direction_ * (farthest + creeping_part * omega_unit_);
-  if (!leap(true, beyond)) leap(false, beyond);
+  if (!leap(Way::integration, beyond) && !leap(Way::newton, beyond)) leap(Way::anew, beyond);
 }
 
 // A branch that runs back or in a circle is left at its farthest point, for the next one of the sweep's sense.
@@ -109,7 +109,7 @@ bool Follower::leave_from_farthest() {
   std::swap(here_, *farthest_);
   refusal_ = summary_.why;
   ended_ = false; // a leap may end the sweep
-  const bool left = leap(false, here_.omega) || leap(true, here_.omega);
+  const bool left = leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega);
   if (!left) std::swap(here_, *farthest_);
   farthest_.reset();
   ended_ = ended_ || !left;
@@ -218,32 +218,39 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
   return false;
 }
 
+// here_ becomes a solution at that frequency.
+bool Follower::arrive_at(double omega, Way way, const DenseModel &model) {
+  check(VecCopy(here_.y, trial_.y), "predicting");
+  SteadyState steady;
+  if (way == Way::integration) {
+    IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(omega))};
+    settings.periods = most_periods, settings.work = most_work;
+    steady = steady_state(model, omega, all_coefficients(system_->layout(), here_.y), settings);
+    if (!steady.settled) return false;
+    set_coefficients(system_->layout(), steady.coefficients, trial_.y);
+  }
+  UniqueVec rest = system_->unknowns();
+  std::string how;
+  const bool found = way == Way::anew ? first_point(omega, rest, trial_, how) : curve_->solve_at(omega, trial_);
+  if (found) std::swap(here_, trial_);
+  return found || (way == Way::integration && solve_finer(steady.coefficients, omega));
+}
+
 // On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so.
-bool Follower::leap(bool integrate, double from) {
+bool Follower::leap(Way way, double from) {
+  const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_dofs;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
-  if (count >= (integrate ? most_integrations : most_leaps) || (integrate && system_->layout().dofs() > most_dofs))
-    return false;
+  if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   const std::string reason = refusal_;
   DenseModel model;
   if (integrate) model = dense_model(*system_);
-  for (const double part : integrate ? integrations : leaps) {
+  static const std::vector<double> parts[] = {{1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2}, {1e-2, 5e-2, 0.2}};
+  for (const double part : parts[static_cast<int>(way)]) { // of the sweep
     double next = from + direction_ * part * omega_unit_;
     if ((next - settings_.to) * direction_ > 0) next = settings_.to;
     for (const double w : settings_.at)
       if ((w - here_.omega) * (w - next) < 0) next = w;
-    check(VecCopy(here_.y, trial_.y), "predicting");
-    SteadyState steady;
-    if (integrate) {
-      IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(next))};
-      settings.periods = most_periods, settings.work = most_work;
-      steady = steady_state(model, next, all_coefficients(system_->layout(), here_.y), settings);
-      if (!steady.settled) continue;
-      set_coefficients(system_->layout(), steady.coefficients, trial_.y);
-    }
-    if (curve_->solve_at(next, trial_))
-      std::swap(here_, trial_);
-    else if (!integrate || !solve_finer(steady.coefficients, next))
-      continue;
+    if (!arrive_at(next, way, model)) continue;
     if (direction_ < 0) turn(here_);
     ++count;
     notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
