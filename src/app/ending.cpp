@@ -21,6 +21,8 @@ std::string in_words(const BranchSummary &summary, const Case &study, double fre
   case End::amplitude:
     return summary.why + ", at " + where;
   case End::interrupted:
+    if (summary.counts.points == 0)
+      return "stopped by " + std::string(signal_name(signal)) + " before a first point was found";
     return "stopped by " + std::string(signal_name(signal)) + " at " + where + ". " + so_far +
            "; the same command with --restart goes on from there.";
   case End::no_start:

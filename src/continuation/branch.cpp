@@ -29,7 +29,7 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
                (motions == 1 ? " rigid motion" : " rigid motions"),
            settings_.from);
   if (!first_point(settings_.from, y, first, how)) {
-    summary_.end = End::no_start;
+    if (summary_.end != End::interrupted) summary_.end = End::no_start;
     return summary_;
   }
   if (!how.empty()) notify(BranchEvent::Kind::start, how, settings_.from);
@@ -259,7 +259,8 @@ BranchState Follower::state() {
                    double(direction_),
                    settings_.from,
                    crowd_.omega,
-                   double(crowd_.newton)};
+                   double(crowd_.newton),
+                   double(in_vain_)};
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
@@ -291,21 +292,27 @@ void Follower::restore(const BranchState &state) {
     curve_->set_omega(to[i], from[i]->back());
   }
   here_.omega = state.y.back();
-  const std::vector<double> &n = state.numbers;
-  step_ = n.at(0), arclength_ = n.at(1);
+  auto next = state.numbers.begin();
+  const auto take = [&] { return *next++; };
+  const auto take_int = [&] { return static_cast<int>(take()); };
+  step_ = take(), arclength_ = take();
   std::vector<double> largest;
   for (PetscInt d = 0; d < system_->layout().own_dofs(); ++d)
     largest.push_back(state.largest.at(system_->layout().number(d)));
-  curve_->norm.restore(n.at(2), std::move(largest));
-  here_.sign = static_cast<int>(n.at(3)), amplitude_ = {n.at(4), n.at(5)};
-  last_verdict_ = static_cast<int>(n.at(6)), curvature_ = n.at(7);
-  crowd_ = {n.at(10), static_cast<long>(n.at(11))};
-  trail_.restore(state.trail, n.at(12), n.at(14));
-  const auto bends = n.begin() + 15;
-  bends_.assign(bends, bends + static_cast<int>(n.at(13)));
-  if (auto next = bends + static_cast<int>(n.at(14)); next != n.end()) {
+  curve_->norm.restore(take(), std::move(largest));
+  here_.sign = take_int();
+  amplitude_.value = take(), amplitude_.slope = take();
+  last_verdict_ = take_int(), curvature_ = take();
+  next += 2; // direction and beginning: see follow_branch
+  crowd_.omega = take(), crowd_.newton = static_cast<long>(take());
+  in_vain_ = take_int();
+  const double behind = take(), along = take();
+  trail_.restore(state.trail, behind, along);
+  bends_.resize(static_cast<std::size_t>(take()));
+  for (double &bend : bends_) bend = take();
+  if (next != state.numbers.end()) {
     farthest_ = curve_->station();
-    farthest_->sign = static_cast<int>(*next++);
+    farthest_->sign = take_int();
     for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
       const auto end = next + system_->layout().dofs() * system_->layout().width;
       set_coefficients(system_->layout(), {next, end}, v);

@@ -15,6 +15,12 @@ constexpr int most_periods = 2000; // likewise: little damping takes many
 
 } // namespace
 
+bool Follower::interrupted() {
+  const bool yes = observer_.interrupted && observer_.interrupted();
+  if (yes) summary_.end = End::interrupted, summary_.why = "interrupted";
+  return yes;
+}
+
 // The solution at the first frequency, followed by arc length from where a small load leads: on that curve folds and
 // corners are no obstacle.
 bool Follower::grow_load(double omega, std::vector<double> &q) {
@@ -29,7 +35,7 @@ bool Follower::grow_load(double omega, std::vector<double> &q) {
     arrived = point.omega == 1;
     if (arrived) q = all_coefficients(loaded.layout(), point.y);
   };
-  const BranchObserver observer{keep_last, [](const BranchEvent &) {}, {}, {}};
+  const BranchObserver observer{keep_last, [](const BranchEvent &) {}, {}, observer_.interrupted};
   const BranchSummary summary = Follower(loaded, newton_, settings, observer).run(y, "");
   summary_.counts.newton += summary.counts.newton, summary_.counts.linear += summary.counts.linear;
   return arrived;
@@ -65,6 +71,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
     good = through(easier, q);
   }
   if (good && arrive(q, "fewer harmonics")) return true;
+  if (interrupted()) return false;
 
   SteadyState steady;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
@@ -75,6 +82,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
     steady = steady_state(dense_model(*system_), w, {}, settings);
     if (steady.settled && arrive(steady.coefficients, "time integration")) return true;
   }
+  if (interrupted()) return false;
 
   q = begin, good = !settings_.briefly;
   for (double part = 1.0 / 1024; good && part < 1; part *= 2) {
@@ -82,6 +90,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
     good = through(easier, q);
   }
   if (good && arrive(q, "softer contacts")) return true;
+  if (interrupted()) return false;
 
   if (summary_.counts.points == 0 && can_assemble()) { // Krylov's method may be what fails
     auto system = HarmonicSystem::assembled(*system_);
@@ -96,6 +105,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
   q = begin;
   if (!settings_.briefly && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;
 
+  if (interrupted()) return false;
   if (!steady.settled || !solve_finer(steady.coefficients, w)) return false;
   std::swap(first, here_);
   how += (how.empty() ? "" : "; ") + alas + "time integration, with " + std::to_string(system_->harmonics()) +

@@ -84,6 +84,7 @@ private:
   std::string difference() const;
 
   // first_point.cpp
+  bool interrupted();
   bool grow_load(double omega, std::vector<double> &q);
   bool first_point(double omega, Vec y, Station &first, std::string &how);
 

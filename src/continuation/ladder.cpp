@@ -86,7 +86,7 @@ Follower::Go Follower::climb() {
   if (assembled_form() || better_sampling() || more_harmonics() || leap(Way::newton, here_.omega) ||
       leap(Way::integration, here_.omega) || leap(Way::anew, here_.omega))
     return ended_ ? Go::ended : Go::on;
-  return end(End::stalled, reason + where);
+  return interrupted() ? end(End::interrupted, "interrupted") : end(End::stalled, reason + where);
 }
 
 // Steps converge and lead nowhere: harmonics that the contacts want and do not have, unless that was tried, or else on

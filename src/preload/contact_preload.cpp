@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "support/error.hpp"
 #include "support/mumps.hpp"
@@ -35,6 +36,7 @@ public:
     check(SNESSetFunction(snes_, residual_, &residual, this), "contact preload");
     check(SNESSetJacobian(snes_, jacobian_, jacobian_, &jacobian, this), "contact preload");
     check(SNESSetTolerances(snes_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 60, 10000), "contact preload");
+    check(SNESSetConvergenceTest(snes_, &converged, this, nullptr), "contact preload");
     KSP ksp;
     check(SNESGetKSP(snes_, &ksp), "contact preload");
     factor_by_lu(ksp, jacobian_);
@@ -59,30 +61,37 @@ public:
       force += std::pow(load * model_.r[i], 2) + spring * spring;
     }
     MPI_Allreduce(MPI_IN_PLACE, &force, 1, MPI_DOUBLE, MPI_SUM, model_.comm);
-    PetscInt most; // as an option may have it
-    check(SNESGetTolerances(snes_, nullptr, nullptr, nullptr, &most, nullptr), "contact preload");
-    check(SNESSetTolerances(snes_, std::max(1e-13 * std::sqrt(force), 1e-300), 0, 0, most, 10000), "contact preload");
+    force_ = std::max(std::sqrt(force), 1e-287), before_ = INFINITY;
     UniqueVec trial = unknown();
     check(VecCopy(x, trial), "contact preload");
     const PetscErrorCode code = SNESSolve(snes_, nullptr, trial);
     courier_.rethrow();
     check(code, "contact preload");
     SNESConvergedReason reason;
-    PetscReal left;
     check(SNESGetConvergedReason(snes_, &reason), "contact preload");
     if (reason == SNES_DIVERGED_LINEAR_SOLVE) {
       KSP ksp;
       check(SNESGetKSP(snes_, &ksp), "contact preload");
       recover_lu(ksp, jacobian_);
     }
-    check(SNESGetFunctionNorm(snes_, &left), "contact preload");
-    // round-off may keep the residual just above the tolerance: then Newton repeats itself at that level
-    const bool converged = reason > 0 || left <= 1e-10 * std::sqrt(force);
-    if (converged) check(VecCopy(trial, x), "contact preload");
-    return converged;
+    if (reason > 0) check(VecCopy(trial, x), "contact preload");
+    return reason > 0;
   }
 
 private:
+  // At the tolerance, or where round-off holds the residual above it: there Newton repeats itself.
+  static PetscErrorCode converged(SNES, PetscInt, PetscReal, PetscReal, PetscReal f, SNESConvergedReason *reason,
+                                  void *context) {
+    auto &self = *static_cast<PreloadProblem *>(context);
+    const double before = std::exchange(self.before_, f);
+    *reason = SNES_CONVERGED_ITERATING;
+    if (!std::isfinite(f))
+      *reason = SNES_DIVERGED_FNORM_NAN;
+    else if (f <= 1e-13 * self.force_ || (f <= 1e-10 * self.force_ && f > before / 2))
+      *reason = SNES_CONVERGED_FNORM_ABS;
+    return 0;
+  }
+
   static PetscErrorCode residual(SNES, Vec x, Vec f, void *context) {
     auto &self = *static_cast<PreloadProblem *>(context);
     return self.courier_.run([&] {
@@ -133,7 +142,7 @@ private:
   UniqueVec residual_;
   UniqueSNES snes_;
   Courier courier_;
-  double load_ = 1;
+  double load_ = 1, force_ = 1, before_ = 0; // before_: residual of the iteration before
   bool stuck_ = false;
 };
 

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from launch import BINARY, SECONDS, SURROUNDINGS, going, line, read_points, run, tables, wait_for, words_of
+from on_terminal import Watched
 from dovetail import Model, reference
 
 import cases
@@ -142,6 +143,18 @@ def walking(folder, **overrides):
     swing = 300 * 50 / (300 - omega**2) - 0.5 * 120 * 50 / (160 - omega**2 + 1j * omega * 0.01 * 40)
     mean = 100 - 0.5 * 120 * (800 + 100) / 160
     return case, omega[np.argmax(mean + np.abs(swing) > 0)]
+
+
+def test_signal_ends_the_search_for_a_first_point(tmp_path):
+    """Where there is none: with so many samples the search takes several seconds."""
+    case, last = walking(tmp_path, omega=[15, 16], harmonics=20, samples=2**15)
+    command, folder = line(case)
+    with Watched(command) as watched:
+        wait_for(lambda: "step   Omega" in watched.said, "the beginning")
+        watched.process.send_signal(signal.SIGTERM)
+        watched.process.wait(SECONDS)
+    assert watched.process.returncode == 3 and "stopped by SIGTERM before a first point was found" in watched.said
+    assert json.loads((folder / "summary.json").read_text())["end"] == "interrupted"
 
 
 @pytest.mark.parametrize("ranks", RANKS)
