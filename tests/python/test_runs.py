@@ -132,7 +132,8 @@ def walking(folder, **overrides):
     """A mass that nothing but friction holds tangentially, under a mean force: one way slip in each cycle, and it walks.
 
     In stick the tangential force is T = 100 + 300 x_t, the limit 0.5 N, both in closed form; where T would exceed it, no
-    periodic motion exists. Returns the case, from below that frequency upwards unless `omega` is named, and that frequency.
+    periodic motion exists. Returns the case, from 8 to 16 rad/s unless `omega` is named, and the frequencies between those two
+    at which such motions end and begin: 12.33, 13.64, 14.84.
     """
     settings = {"fourier": [4, 0, 1], "tangential_stiffness": 300.0, "friction": 0.5, "omega": [8, 16]}
     case = cases.single_mass(folder, 2, **{**settings, **overrides})
@@ -141,13 +142,13 @@ def walking(folder, **overrides):
         file["Fx"][...] = [50.0, 0, 50]
     omega = np.linspace(8, 16, 800001)
     swing = 300 * 50 / (300 - omega**2) - 0.5 * 120 * 50 / (160 - omega**2 + 1j * omega * 0.01 * 40)
-    mean = 100 - 0.5 * 120 * (800 + 100) / 160
-    return case, omega[np.argmax(mean + np.abs(swing) > 0)]
+    walks = 100 - 0.5 * 120 * (800 + 100) / 160 + np.abs(swing) > 0
+    return case, omega[np.flatnonzero(np.diff(walks.astype(int)))]
 
 
 def test_signal_ends_the_search_for_a_first_point(tmp_path):
     """Where there is none: with so many samples the search takes several seconds."""
-    case, last = walking(tmp_path, omega=[15, 16], harmonics=20, samples=2**15)
+    case, _ = walking(tmp_path, omega=[15, 16], harmonics=20, samples=2**15)
     command, folder = line(case)
     with Watched(command) as watched:
         wait_for(lambda: "step   Omega" in watched.said, "the beginning")
@@ -159,7 +160,7 @@ def test_signal_ends_the_search_for_a_first_point(tmp_path):
 
 @pytest.mark.parametrize("ranks", RANKS)
 def test_gives_up_where_no_solution_is(tmp_path, ranks):
-    case, last = walking(tmp_path)
+    case, (last, _, _) = walking(tmp_path)
     done = run(case, status=3, ranks=ranks)
     summary, points = done.summary, done.points
     assert points["omega"][-1] == pytest.approx(last, rel=1e-4)
@@ -172,11 +173,19 @@ def test_gives_up_where_no_solution_is(tmp_path, ranks):
 
 
 def test_gives_up_at_the_first_frequency(tmp_path):
-    case, last = walking(tmp_path, omega=[12.5, 16])
+    case, ends = walking(tmp_path, omega=[15, 16])
     done = run(case, status=3)
-    assert 12.5 > last and done.summary["end"] == "no_start" and done.summary["points"] == 0
-    assert done.summary["why"] in done.err and "12.5 rad/s" in done.err
+    assert 15 > ends[-1] and done.summary["end"] == "no_start" and done.summary["points"] == 0
+    assert done.summary["why"] in done.err and "15 rad/s" in done.err
     assert {len(values) for values in done.points.values()} == {0}
+
+
+def test_begins_between_the_ends_where_they_have_no_solution(tmp_path):
+    case, (_, begin, end) = walking(tmp_path, omega=[12.5, 16])
+    done = run(case, status=3)
+    omega = done.points["omega"]
+    assert begin < omega[0] == 12.5 + 0.35 * 3.5 < end and omega[-1] == pytest.approx(end, rel=1e-5)
+    assert "no solution was found at either end of the sweep: begun at this frequency, towards higher ones" in done.out
 
 
 def test_gives_up_for_tolerances_out_of_reach(tmp_path):
