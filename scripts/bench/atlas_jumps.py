@@ -30,6 +30,12 @@ def coordinates(omega, coefficients, modes, width):
     return np.column_stack([part / size for part, size in zip(parts, largest)] + [omega / width])
 
 
+def joined(one, other):
+    """Coefficients (points, n, 2H+1) of two curves, one after the other; where one has fewer harmonics the rest is zero."""
+    width = max(one.shape[2], other.shape[2])
+    return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, width - part.shape[2]))) for part in (one, other)])
+
+
 def suspects(z, announced=()):
     """Steps (index of the point they start from) that may be jumps, the worst first."""
     steps = np.diff(z, axis=0)
@@ -88,7 +94,7 @@ def silent_jumps(omega, coefficients, modes, width, announced, follow):
         for attempt in follow(i):
             for again in attempt:
                 if len(again[0]):
-                    both = coordinates(np.r_[omega, again[0]], np.concatenate([coefficients, again[1]]), modes, width)
+                    both = coordinates(np.r_[omega, again[0]], joined(coefficients, again[1]), modes, width)
                     said.add(verdict(both[len(omega):], *both[i - 1:i + 2], BEYOND * max(length[i - 1], length[i + 1])))
             if said & {"jump", "no jump"}:
                 break

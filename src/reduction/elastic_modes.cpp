@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <limits>
 
 #include "reduction/block_lanczos.hpp"
@@ -11,6 +12,8 @@
 
 namespace dovetail {
 namespace {
+
+constexpr double most_backward_error = 1e-8; // |K v - w^2 M v| over (|K| + w^2 |M|) |v|
 
 double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
   return static_cast<double>(mix(seed + 0x9e3779b97f4a7c15u) >> 11) * 0x1p-52 - 1;
@@ -95,9 +98,12 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, const std:
                        std::to_string(j + 1) + " has no stiffness (w^2 = " + std::to_string(square) +
                        "). Constraints are missing, or a part is not connected.");
     const double error = std::sqrt(checks[j].residual / checks[j].size) / (k_norm + square * m_norm);
-    if (!(error < 1e-8))
-      throw ComputeError("while computing modes: mode " + std::to_string(j + 1) + " has a backward error of " +
-                         std::to_string(error));
+    if (!(error < most_backward_error)) {
+      char text[100];
+      std::snprintf(text, sizeof text, "while computing modes: mode %d has a backward error of %.1e, not below %.0e",
+                    static_cast<int>(j + 1), error, most_backward_error);
+      throw ComputeError(std::string(text) + "; are stiffness or mass of some parts many orders apart?");
+    }
     fix_sign(comm, names, modes.shapes.column(j));
   }
   modes.squares.resize(count);
