@@ -1,4 +1,4 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | info."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | study."""
 
 import argparse
 import math
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from . import __version__
 from .importers import FORMATS
+from .study_runs import RunFailed
 
 TEMPLATE = Path(__file__).with_name("template")
 
@@ -79,6 +80,18 @@ def info(arguments):
         print(describe(path))
 
 
+def study(arguments):
+    """Run a grid of settings on a case, and say what each buys."""
+    from .study import study as command
+
+    command(arguments)
+
+
+def samples(word):
+    """Argument of --samples: a whole number, or "exact"."""
+    return word if word == "exact" else int(word)
+
+
 def parser():
     top = argparse.ArgumentParser(prog="python3 -m dovetail", description="Set-up and post-processing for dovetail, which computes "
                                   "the forced response of structures with frictional joints.")
@@ -122,11 +135,27 @@ def parser():
                                   "results files.")
     command.add_argument("files", metavar="FILE.h5", nargs="+")
     command.set_defaults(run=info)
+
+    command = commands.add_parser("study", help="speed against accuracy on a case", description="Run a case with a grid of settings, "
+                                  "compare each with a reference of twice the harmonics and exact contact forces, and write table, JSON "
+                                  "and chart of error against time. Called again, it goes on where it was broken off.")
+    command.add_argument("case", metavar="CASE.toml")
+    command.add_argument("--harmonics", metavar="H", nargs="+", type=int,
+                         help="default: that of the case, and 1 3 5 7 10 15 20 30 40 up to twice it")
+    command.add_argument("--samples", metavar="N", nargs="+", type=samples,
+                         help="per period, or exact; default: that of the case, and 64 256 exact")
+    command.add_argument("--modes", metavar="N_A", nargs="+", type=int, help="default: those of the case")
+    command.add_argument("--solvers", nargs="+", choices=["auto", "assembled", "modal"], help="default: that of the case")
+    command.add_argument("--jobs", metavar="N", type=int, default=1, help="runs at a time; default: %(default)s")
+    command.add_argument("--out", metavar="DIR", help="folder to write; default: CASE_study beside the case")
+    command.add_argument("--binary", metavar="FILE",
+                         help="the program; default: build/dovetail of this source tree, or dovetail on the path")
+    command.set_defaults(run=study)
     return top
 
 
 def main(arguments=None):
-    """Returns the exit status: 0 done, 2 the input is wrong."""
+    """Returns the exit status: 0 done, 2 the input is wrong, 3 the computation could not go on."""
     chosen = parser().parse_args(arguments)
     try:
         chosen.run(chosen)
@@ -134,6 +163,9 @@ def main(arguments=None):
         message = error.args[0] if isinstance(error, KeyError) else error
         print(f"dovetail: {message}", file=sys.stderr)
         return 2
+    except RunFailed as error:
+        print(f"dovetail: {error}", file=sys.stderr)
+        return 3
     return 0
 
 

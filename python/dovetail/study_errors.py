@@ -1,0 +1,81 @@
+"""How far a response curve is from a reference: peak, resonance, whole curve, dissipated energy."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import fourier
+
+KINDS = ("amplitude", "frequency", "curve", "dissipation")
+SAME_FREQUENCY = 1e-9  # relative; the points of continuation.at lie there to rounding
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What of a run is compared.
+
+    peak : (omega [rad/s], amplitude) of the watched unknown, without its mean
+    passes : for every common frequency, (k, 2): amplitude and energy dissipated per cycle by all contact points together [J] each
+        time the branch passes it
+    """
+
+    peak: tuple
+    passes: list
+
+
+def moves_most(results):
+    """Name of the contact dof with the largest amplitude, without its mean, at the top of the curve."""
+    contact = results.coefficients[:, results.modes:].copy()
+    contact[:, :, 0] = 0.0
+    top = np.argmax(np.sum(contact**2, axis=2).max(axis=1))
+    return results.dof_names()[results.modes + int(np.argmax(fourier.amplitude(contact[top])))]
+
+
+def curve_of(results, dof, frequencies):
+    """The Curve of a results file.
+
+    Means are left out: those of sticking sliders depend on the way there.
+
+    Parameters
+    ----------
+    results : Results
+    dof : str
+    frequencies : (m,) [rad/s]
+    """
+    amplitude = results.amplitude(dof, mean=False)
+    passes = []
+    for omega in frequencies:
+        points = np.flatnonzero(np.abs(results.omega - omega) <= SAME_FREQUENCY * omega)
+        energy = [results.contact_activity(int(i)).dissipation.sum() for i in points]
+        passes.append(np.column_stack([amplitude[points], energy]))
+    return Curve(results.peak(dof, mean=False), passes)
+
+
+def errors(curve, reference):
+    """Relative errors, a dict over KINDS; None where the reference gives nothing to compare with.
+
+    Every pass of the reference is compared with the pass of the curve that is nearest to it in amplitude; where the curve has
+    none, it counts as zero.
+    """
+    omega, amplitude = reference.peak
+    ours, theirs = [], []
+    for found, wanted in zip(curve.passes, reference.passes):
+        for row in wanted:
+            theirs.append(row)
+            ours.append(found[np.argmin(np.abs(found[:, 0] - row[0]))] if len(found) else np.zeros(2))
+    ours, theirs = (np.reshape(rows, (-1, 2)) for rows in (ours, theirs))
+    rms = np.sqrt(np.mean((ours - theirs) ** 2, axis=0)) if len(theirs) else np.zeros(2)
+    energy = theirs[:, 1].max(initial=0.0)
+    return {"amplitude": abs(curve.peak[1] / amplitude - 1), "frequency": abs(curve.peak[0] / omega - 1),
+            "curve": float(rms[0] / amplitude) if len(theirs) else None,
+            "dissipation": float(rms[1] / energy) if energy > 0 else None}
+
+
+def largest(found):
+    """The largest of the errors of one run."""
+    return max(error for error in found.values() if error is not None)
+
+
+def missed(curve, reference):
+    """At how many frequencies the reference has a point and the curve has none."""
+    return sum(len(wanted) > 0 and len(found) == 0 for found, wanted in zip(curve.passes, reference.passes))

@@ -1,0 +1,147 @@
+"""What a study found: table, JSON, picture, and the cheapest setting for an error."""
+
+import json
+from dataclasses import asdict, dataclass, field
+
+from . import study_errors
+from .results import Results
+
+TARGETS = (1e-2, 1e-3, 1e-4)
+HELP = {"harmonics": "more harmonics at {} points", "samplings": "exact forces at {} points", "leaps": "{} leaps",
+        "integrations": "{} time integrations"}  # counts of summary.json: there the numbers are not those of the setting alone
+
+
+@dataclass
+class Row:
+    """One setting: errors as in `study_errors.errors`, or None with the reason; cost in processor time of the branch [s]."""
+
+    setting: object
+    errors: dict | None = None
+    points: int = 0
+    seconds_per_point: float | None = None
+    seconds: float = 0.0
+    notes: list = field(default_factory=list)
+    reason: str = ""
+
+    @property
+    def largest(self):
+        return study_errors.largest(self.errors)
+
+
+class Report:
+    """The reference, and the rows of all settings once they are there.
+
+    Attributes
+    ----------
+    reference : Run
+    dof : str
+        The unknown that is watched.
+    curve : Curve
+        Of the reference.
+    rows : list of Row
+    """
+
+    def __init__(self, case, out, reference, dof, curve):
+        self.case, self.out, self.reference, self.dof, self.curve = case, out, reference, dof, curve
+        self.rows = []
+
+    def row(self, run):
+        """Compares one run with the reference."""
+        if run.status != 0:
+            return Row(run.setting, reason=run.reason)
+        summary = run.summary
+        curve = study_errors.curve_of(Results(run.folder / "results.h5"), self.dof, self.case.frequencies)
+        notes = helped(summary)
+        if summary["end"] != self.reference.summary["end"]:
+            notes.append(f"ended at {summary['last_omega']:.5g} rad/s: {summary['why']}")
+        if absent := study_errors.missed(curve, self.curve):
+            notes.append(f"no point at {absent} of the frequencies")
+        return Row(run.setting, study_errors.errors(curve, self.curve), summary["points"], run.seconds_per_point,
+                   run.seconds_per_point * summary["points"], notes)
+
+    @property
+    def compared(self):
+        return [row for row in self.rows if row.errors]
+
+    def cheapest(self, target):
+        """The row with the least time per point of those whose errors all keep the target, or None."""
+        good = [row for row in self.compared if row.largest <= target]
+        return min(good, key=lambda row: row.seconds_per_point, default=None)
+
+    @property
+    def title(self):
+        return self.case.content.get("title", self.case.path.name)
+
+    def write(self):
+        """study.json, study.txt and study.png; prints the text, and where they are."""
+        from .study_picture import picture
+
+        (self.out / "study.json").write_text(json.dumps(self.numbers(), indent=2) + "\n")
+        text = "\n".join([*self.heading(), "", *self.table(), "", *self.advice()])
+        (self.out / "study.txt").write_text(text + "\n")
+        if self.compared:
+            picture(self).savefig(self.out / "study.png")
+        print(text)
+        print(f"\n{self.out}: study.txt, study.json" + (", study.png" if self.compared else "; no setting came through"))
+
+    def heading(self):
+        omega, amplitude = self.curve.peak
+        summary = self.reference.summary
+        lines = [f"study of {self.case.path}: {self.title}",
+                 f"reference: {self.reference.setting}; {summary['points']} points, "
+                 f"{1e3 * self.reference.seconds_per_point:.4g} ms per point",
+                 f"its peak: {amplitude:.7g} of {self.dof} at {omega:.7g} rad/s",
+                 f"curves and energies are compared at {len(self.case.frequencies)} frequencies"]
+        return lines + [f"caution: the reference took {note}" for note in helped(summary)]
+
+    def table(self):
+        lines = [f"{'':36}error of", f"{'setting':<36}{'amplitude':<11}{'frequency':<11}{'curve':<11}{'dissipation':<13}"
+                 f"{'points':>6}{'ms/point':>10}{'curve [s]':>11}"]
+        for row in self.rows:
+            if row.errors:
+                shown = "".join(f"{'-' if row.errors[kind] is None else format(row.errors[kind], '.2e'):<{width}}"
+                                for kind, width in zip(study_errors.KINDS, (11, 11, 11, 13)))
+                cost = f"{row.points:6d}{1e3 * row.seconds_per_point:10.3g}{row.seconds:11.3g}"
+                lines.append(f"{row.setting!s:<36}{shown}{cost}" + "".join(f"  {note}" for note in row.notes))
+            else:
+                lines.append(f"{row.setting!s:<36}failed: {row.reason}")
+        return lines
+
+    def advice(self):
+        lines = []
+        for target in TARGETS:
+            row = self.cheapest(target)
+            if row:
+                lines += [f"# all errors within {target:g}, {1e3 * row.seconds_per_point:.3g} ms per point (largest {row.largest:.1e})",
+                          *self.to_paste(row.setting), ""]
+            else:
+                found = f"; the best has {min(row.largest for row in self.compared):.1e}" if self.compared else ""
+                lines += [f"# all errors within {target:g}: no setting of this grid{found}", ""]
+        return lines[:-1]
+
+    def to_paste(self, setting):
+        """Lines for the case file; modes and solver only where they were varied or differ from what is there."""
+        lines = []
+        for section, values in setting.values.items():
+            own = self.case.content.get(section, {})
+            chosen = {key: value for key, value in values.items()
+                      if key in ("harmonics", "samples") or value != own.get(key, "auto" if key == "solver" else None)}
+            if chosen:
+                lines += [f"[{section}]", *(f"{key} = {json.dumps(value)}" for key, value in chosen.items())]
+        return lines
+
+    def numbers(self):
+        """All of it, for study.json."""
+        omega, amplitude = self.curve.peak
+        return {"case": self.case.path.name, "title": self.title, "program": self.reference.summary["program"], "watched": self.dof,
+                "frequencies": self.case.frequencies,
+                "reference": {**asdict(self.reference.setting), "peak_omega": omega, "peak_amplitude": amplitude,
+                              "points": self.reference.summary["points"], "seconds_per_point": self.reference.seconds_per_point,
+                              "notes": helped(self.reference.summary)},
+                "runs": [{**asdict(row), "setting": asdict(row.setting), "folder": row.setting.folder} for row in self.rows],
+                "cheapest": {f"{target:g}": asdict(row.setting) if (row := self.cheapest(target)) else None for target in TARGETS}}
+
+
+def helped(summary):
+    """How a run helped itself where plain steps did not lead on."""
+    return [text.format(summary[name]) for name, text in HELP.items() if summary.get(name)]

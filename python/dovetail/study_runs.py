@@ -1,0 +1,248 @@
+"""The runs of a study: each a changed copy of the case in a folder of its own, computed once and kept."""
+
+import copy
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import time
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+FREQUENCIES = 40  # at which curves are compared, evenly over the sweep
+NEWTON_DEFAULT = 1e-8  # both tolerances of [newton]
+PAUSE = 0.02  # between looks at the runs under way [s]
+PATHS = (("model",), ("reduced",), ("continuation", "start"))  # keys of the case that name files
+
+
+class RunFailed(Exception):
+    """A run without which a study cannot go on has failed, or the user has broken the study off."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is varied. `samples` is N or "exact"; `modes` is None for a reduced model, which is used as it stands."""
+
+    harmonics: int
+    samples: int | str
+    modes: int | None
+    solver: str
+
+    @property
+    def folder(self):
+        samples = self.samples if self.samples == "exact" else f"N{self.samples}"
+        modes = "" if self.modes is None else f"_{self.modes}modes"
+        return f"H{self.harmonics}_{samples}{modes}_{self.solver}"
+
+    @property
+    def values(self):
+        """The same as keys of the case file: section -> key -> value."""
+        sections = {"harmonic_balance": {"harmonics": self.harmonics, "samples": self.samples, "solver": self.solver}}
+        return sections if self.modes is None else sections | {"reduction": {"modes": self.modes}}
+
+    def __str__(self):
+        samples = "exact" if self.samples == "exact" else f"N {self.samples}"
+        modes = "" if self.modes is None else f", {self.modes} modes"
+        return f"H {self.harmonics}, {samples}{modes}, {self.solver}"
+
+
+class UserCase:
+    """The case file of the user, and changed copies of it.
+
+    Attributes
+    ----------
+    content : dict
+        As parsed.
+    frequencies : list of float
+        Where curves are compared, in the order of the sweep: evenly spaced ones strictly inside it, and those of
+        `continuation.at` [rad/s].
+    """
+
+    def __init__(self, path):
+        self.path = Path(path)
+        try:
+            self.content = tomllib.loads(self.path.read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    @property
+    def frequencies(self):
+        first, last = self.content["continuation"]["omega"]
+        if first == last:
+            raise ValueError(f"{self.path}: continuation.omega = [{first}, {last}]: a study compares curves and needs a range")
+        inside = np.linspace(first, last, FREQUENCIES + 2)[1:-1].tolist()
+        return sorted({*inside, *map(float, self.content["continuation"].get("at", []))}, reverse=last < first)
+
+    def files(self):
+        """The files that the case names, by the keys that do."""
+        found = {}
+        for keys in PATHS:
+            value = self.content
+            for key in keys:
+                value = value.get(key, {})
+            if value:
+                found[keys] = (self.path.parent / value).resolve()
+        return found
+
+    def changed(self, setting, folder, watch=None, tight=False):
+        """Text of the copy for one setting that lies in `folder`; lean, and with the common frequencies.
+
+        `watch` is the unknown whose peaks are located; `tight` leaves no Newton tolerance looser than the default.
+        """
+        content = copy.deepcopy(self.content)
+        for keys, file in self.files().items():
+            section = content if len(keys) == 1 else content[keys[0]]
+            section[keys[-1]] = os.path.relpath(file, Path(folder).resolve())
+        for name, values in setting.values.items():
+            content[name].update(values)
+        content["continuation"]["at"] = self.frequencies
+        if watch:
+            content["continuation"]["watch"] = watch
+        if tight:
+            newton = content.setdefault("newton", {})
+            for key in ("step_tolerance", "residual_tolerance"):
+                newton[key] = min(newton.get(key, NEWTON_DEFAULT), NEWTON_DEFAULT)
+        content["stability"] = {"enabled": False}
+        content.pop("output", None)
+        if "model" in content:
+            content["output"] = {"motion": []}
+        return toml(content)
+
+
+def toml(content):
+    """A case as text: keys first, then sections one level deep, which is all a case file has."""
+    lines = [f"{key} = {value_text(value)}" for key, value in content.items() if not isinstance(value, dict)]
+    for name, section in content.items():
+        if isinstance(section, dict):
+            lines += ["", f"[{name}]"] + [f"{key} = {value_text(value)}" for key, value in section.items()]
+    return "\n".join(lines) + "\n"
+
+
+def value_text(value):
+    """A value in TOML; words, numbers, truth values and lists of them are written as in JSON."""
+    return json.dumps(value, ensure_ascii=False)
+
+
+class Program:
+    """The binary: the one named, else build/dovetail of this source tree, else dovetail on the path."""
+
+    def __init__(self, named=None):
+        built = Path(__file__).resolve().parents[2] / "build" / "dovetail"
+        found = named or (built if built.is_file() else shutil.which("dovetail"))
+        if not found or not os.access(found, os.X_OK) or Path(found).is_dir():
+            raise ValueError(f"{found}: is no program" if found else "found no program: neither build/dovetail nor dovetail on the "
+                             "path; name it with --binary")
+        self.path = Path(found).resolve()
+        self.hash = hash_of(self.path)
+
+    def start(self, case, log, *options):
+        surroundings = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1",
+                        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_hwloc_base_binding_policy": "none"} | os.environ
+        return subprocess.Popen([str(self.path), "run", str(case), *options], env=surroundings, stdin=subprocess.DEVNULL,
+                                stdout=log, stderr=subprocess.STDOUT)
+
+    def check(self, case):
+        """Refuses a case as the program itself does, before anything is computed."""
+        process = self.start(case, subprocess.PIPE, "--dry-run")
+        said = process.communicate()[0].decode(errors="replace")
+        if process.returncode != 0:
+            raise ValueError(reason_in(said))
+
+
+def hash_of(path):
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def reason_in(said):
+    """The last message of the program in what it said, without its name."""
+    messages = said.split("dovetail: ")
+    return " ".join(messages[-1].split()) if len(messages) > 1 else "no message"
+
+
+@dataclass
+class Run:
+    """One setting, its folder and how it ended: `status` None (not run), 0, 3 (could not go on) or what ended it.
+
+    `seconds` is the wall time of the whole run, `reason` why it failed, `fingerprint` a hash of all that bears on its numbers.
+    """
+
+    setting: Setting
+    folder: Path
+    text: str
+    fingerprint: str
+    status: int | None = None
+    seconds: float = 0.0
+    reason: str = ""
+
+    @property
+    def summary(self):
+        return json.loads((self.folder / "summary.json").read_text())
+
+    @property
+    def seconds_per_point(self):
+        """Processor time of the branch over its points [s]."""
+        stages = {stage["name"]: sum(stage["cpu"]) for stage in self.summary["stages"]}
+        return stages["5 branch"] / self.summary["points"]
+
+    def recall(self):
+        """Takes over an earlier end of the same run; says whether there was one."""
+        try:
+            record = json.loads((self.folder / "run.json").read_text())
+        except (OSError, ValueError):
+            return False
+        complete = record["status"] == 3 or all((self.folder / name).is_file() for name in ("summary.json", "results.h5"))
+        if record["fingerprint"] != self.fingerprint or not complete:
+            return False
+        self.status, self.seconds, self.reason = record["status"], record["seconds"], record["reason"]
+        return True
+
+    def keep(self):
+        """Remembers an end that would come again; a run that something killed is repeated."""
+        if self.status in (0, 3):
+            record = {"fingerprint": self.fingerprint, "status": self.status, "seconds": self.seconds, "reason": self.reason}
+            (self.folder / "run.json").write_text(json.dumps(record, indent=2) + "\n")
+
+    def prepare(self, reduced=None):
+        """Writes the folder. `reduced`: the reduced file of another run with as many modes; the program uses it if it fits."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        (self.folder / "run.json").unlink(missing_ok=True)
+        (self.folder / "case.toml").write_text(self.text, encoding="utf-8")
+        if reduced and reduced.is_file() and not (self.folder / "reduced.h5").exists():
+            shutil.copy(reduced, self.folder)
+
+    def ended(self, status, seconds):
+        self.status, self.seconds = status, seconds
+        if status != 0:
+            said = (self.folder / "run.log").read_text(errors="replace")
+            self.reason = f"ended by signal {-status}" if status < 0 else reason_in(said)
+        self.keep()
+
+
+def compute(runs, program, jobs, reduced_of):
+    """Does the runs, `jobs` at a time, and yields each as it ends; reduced_of(setting) is a reduced file to start from, or None.
+
+    When the caller breaks off, runs under way are killed, and done again next time.
+    """
+    waiting, going = list(runs), []
+    try:
+        while waiting or going:
+            while waiting and len(going) < jobs:
+                run = waiting.pop(0)
+                run.prepare(reduced_of(run.setting))
+                with open(run.folder / "run.log", "wb") as log:
+                    going.append((run, program.start(run.folder / "case.toml", log), time.monotonic()))
+            time.sleep(PAUSE)
+            for entry in [entry for entry in going if entry[1].poll() is not None]:
+                going.remove(entry)
+                run, process, began = entry
+                run.ended(process.returncode, time.monotonic() - began)
+                yield run
+    finally:
+        for _, process, _ in going:
+            process.kill()
+            process.wait()
