@@ -8,7 +8,6 @@ from pathlib import Path
 
 from . import __version__
 from .importers import FORMATS
-from .study_runs import RunFailed
 
 TEMPLATE = Path(__file__).with_name("template")
 
@@ -83,8 +82,13 @@ def info(arguments):
 def study(arguments):
     """Run a grid of settings on a case, and say what each buys."""
     from .study import study as command
+    from .study_runs import RunFailed
 
-    command(arguments)
+    try:
+        command(arguments)
+    except RunFailed as error:
+        print(f"dovetail: {error}", file=sys.stderr)
+        return 3
 
 
 def samples(word):
@@ -158,15 +162,11 @@ def main(arguments=None):
     """Returns the exit status: 0 done, 2 the input is wrong, 3 the computation could not go on."""
     chosen = parser().parse_args(arguments)
     try:
-        chosen.run(chosen)
+        return chosen.run(chosen) or 0
     except (ValueError, KeyError, OSError) as error:
         message = error.args[0] if isinstance(error, KeyError) else error
         print(f"dovetail: {message}", file=sys.stderr)
         return 2
-    except RunFailed as error:
-        print(f"dovetail: {error}", file=sys.stderr)
-        return 3
-    return 0
 
 
 if __name__ == "__main__":

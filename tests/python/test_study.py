@@ -1,0 +1,231 @@
+"""The command study: its numbers against ones computed here from the results files, what it keeps, and what it refuses."""
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cases
+from dovetail import Results, study, study_errors
+from dovetail.__main__ import main
+from dovetail.study_picture import frontier
+from dovetail.study_report import TARGETS
+from dovetail.study_runs import UserCase, toml
+from launch import BINARY, ROOT
+
+GRID = ["--harmonics", "1", "5", "--samples", "32", "exact", "--binary", str(BINARY)]
+SHORT = {"omega": [1.0, 1.06], "kind": "auto", "harmonics": 3, "samples": 64, **cases.TIGHT}
+FOLDERS = [f"H{h}_{n}_2modes_auto" for h in (1, 5) for n in ("N32", "exact")]
+REFERENCE = "reference_H10_exact_2modes_auto"
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A finished study, not to be changed by a test: its folder and study.json."""
+    folder = tmp_path_factory.mktemp("study")
+    case = cases.dof5(folder, **SHORT, at=[1.0123])
+    assert main(["study", str(case.path), *GRID]) == 0
+    out = folder / "case_study"
+    return out, json.loads((out / "study.json").read_text())
+
+
+def times(out):
+    """When each results file was written."""
+    return {path.parent.name: path.stat().st_mtime_ns for path in out.glob("*/results.h5")}
+
+
+def by_hand(out, folder, dof, frequencies):
+    """Peak (omega, amplitude), and at the frequencies amplitude and dissipation, (m, 2); the branch passes each once."""
+    results = Results(out / folder / "results.h5")
+    theta = 2 * np.pi * np.arange(20000) / 20000
+    c = results.coefficients[:, results.dof_index(dof)]
+    k = np.arange(1, results.harmonics + 1)
+    q = c[:, 1::2] @ np.cos(np.outer(k, theta)) + c[:, 2::2] @ np.sin(np.outer(k, theta))
+    amplitude = np.abs(q).max(axis=1)
+    at = [int(np.argmin(np.abs(results.omega - omega))) for omega in frequencies]
+    np.testing.assert_allclose(results.omega[at], frequencies, rtol=1e-9)
+    top = np.argmax(amplitude)
+    return (results.omega[top], amplitude[top]), np.array([(amplitude[i], results.dissipated(i, 1)) for i in at])
+
+
+# --------------------------------------------------------------------------------------------------------- what it finds
+def test_leaves_table_numbers_and_chart(done):
+    out, found = done
+    assert {path.name for path in out.iterdir()} == {*FOLDERS, REFERENCE, "study.json", "study.txt", "study.png"}
+    assert (out / "study.png").read_bytes().startswith(b"\x89PNG")
+    table = (out / "study.txt").read_text()
+    assert all(str(label) in table for label in ("H 1, N 32, 2 modes, auto", "H 5, exact, 2 modes, auto", "reference: H 10, exact"))
+    assert [run["folder"] for run in found["runs"]] == FOLDERS
+    assert all(run["points"] > 40 and 0 < run["seconds_per_point"] < 1 and not run["reason"] for run in found["runs"])
+    assert len(found["frequencies"]) == 41 and 1.0123 in found["frequencies"]
+
+
+def test_errors_are_those_of_the_results_files(done):
+    out, found = done
+    dof, frequencies = found["watched"], found["frequencies"]
+    (omega, amplitude), wanted = by_hand(out, REFERENCE, dof, frequencies)
+    assert found["reference"]["peak_amplitude"] == pytest.approx(amplitude, rel=1e-7)
+    for run in found["runs"]:
+        (at, top), points = by_hand(out, run["folder"], dof, frequencies)
+        rms = np.sqrt(np.mean((points - wanted) ** 2, axis=0))
+        expected = {"amplitude": abs(top / amplitude - 1), "frequency": abs(at / omega - 1), "curve": rms[0] / amplitude,
+                    "dissipation": rms[1] / wanted[:, 1].max()}
+        assert run["errors"] == pytest.approx(expected, rel=1e-3, abs=2e-7)  # amplitudes here are of samples
+
+
+def test_errors_fall_with_harmonics_and_with_exact_forces(done):
+    errors = {run["folder"]: run["errors"] for run in done[1]["runs"]}
+    one, sampled, exact = (errors[folder] for folder in (FOLDERS[1], FOLDERS[2], FOLDERS[3]))
+    assert all(exact[kind] < one[kind] / 5 for kind in study_errors.KINDS)
+    assert all(exact[kind] < sampled[kind] for kind in study_errors.KINDS)
+
+
+def test_names_the_cheapest_setting_for_an_error(done):
+    out, found = done
+    cost = {run["folder"]: (study_errors.largest(run["errors"]), run["seconds_per_point"]) for run in found["runs"]}
+    for target in TARGETS:
+        good = {folder: seconds for folder, (error, seconds) in cost.items() if error <= target}
+        chosen = found["cheapest"][f"{target:g}"]
+        assert (chosen is None) == (not good)
+        if good:
+            best = next(run["setting"] for run in found["runs"] if run["folder"] == min(good, key=good.get))
+            assert chosen == best
+            assert f"[harmonic_balance]\nharmonics = {best['harmonics']}\nsamples = {json.dumps(best['samples'])}\n" in (
+                out / "study.txt").read_text() + "\n"
+
+
+def test_runs_are_lean_copies_of_the_case(done):
+    out, found = done
+    own = tomllib.loads((out.parent / "case.toml").read_text())
+    copy = tomllib.loads((out / FOLDERS[0] / "case.toml").read_text())
+    assert copy.pop("output") == {"motion": []} and copy.pop("stability") == {"enabled": False}
+    assert copy["continuation"].pop("watch") == found["watched"]
+    assert copy["continuation"].pop("at") == found["frequencies"]
+    assert copy.pop("harmonic_balance") == {"harmonics": 1, "samples": 32, "solver": "auto"}
+    assert (out / FOLDERS[0] / copy.pop("model")).resolve() == out.parent / "model.h5"
+    del own["model"], own["harmonic_balance"], own["continuation"]["at"]
+    assert copy == own
+
+
+# ------------------------------------------------------------------------------------------------------- what it compares
+def test_folds_are_compared_pass_by_pass():
+    def curve(*passes):
+        return study_errors.Curve((2.0, 10.0), [np.reshape(rows, (-1, 2)) for rows in passes])
+
+    reference = curve([[2, 0.5], [9, 4], [5, 1]], [[3, 2]], [])
+    assert set(study_errors.errors(reference, reference).values()) == {0.0}
+    found = study_errors.errors(curve([[8, 3], [5, 1], [2, 0.5]], [], [[7, 7]]), reference)
+    assert found["curve"] == pytest.approx(np.sqrt((1 + 9) / 4) / 10)  # 9 against 8; and a frequency without solution counts whole
+    assert found["dissipation"] == pytest.approx(np.sqrt((1 + 4) / 4) / 4)
+    assert study_errors.missed(curve([[8, 3]], [], [[7, 7]]), reference) == 1
+    stuck = curve([[2, 0.0]])
+    assert study_errors.errors(stuck, stuck) == {"amplitude": 0, "frequency": 0, "curve": 0, "dissipation": None}
+
+
+def test_frequencies_follow_the_sweep(tmp_path):
+    up = UserCase(cases.dof5(tmp_path, omega=[1.0, 1.5], at=[1.25]).path).frequencies
+    down = UserCase(cases.dof5(tmp_path, omega=[1.5, 1.0], at=[1.25]).path).frequencies
+    assert up == sorted(up) and len(up) == 41 and 1.25 in up and 1.0 < up[0] and up[-1] < 1.5
+    np.testing.assert_allclose(down, up[::-1], rtol=1e-15)
+
+
+def test_cases_survive_being_written():
+    for path in ["python/dovetail/template/case.toml", *(f"inputs/{name}/case.toml" for name in ("dof5", "two_solids", "blade_root"))]:
+        content = tomllib.loads((ROOT / path).read_text())
+        assert tomllib.loads(toml(content)) == content
+    odd = {"title": 'Träger "A"\\B 🙂', "contact": {"tangential_stiffness": [[1.0, 2e-30]], "law": ["cone"]}, "continuation": {"adaptive": True}}
+    assert tomllib.loads(toml(odd)) == odd
+
+
+def test_frontier_is_what_nothing_beats():
+    time, error = np.array([3.0, 1, 2, 2, 4]), np.array([0.1, 1, 0.5, 0.4, 0.2])
+    assert frontier(time, error) == [1, 3, 0]
+
+
+# ---------------------------------------------------------------------------------------------------- what it does again
+def test_nothing_is_computed_twice(done, capsys):
+    out, found = done
+    before = times(out)
+    assert main(["study", str(out.parent / "case.toml"), *GRID]) == 0
+    assert times(out) == before
+    assert "4 of 4 runs are there" in capsys.readouterr().err
+    assert json.loads((out / "study.json").read_text()) == found
+
+
+def test_broken_off_and_taken_up_again(tmp_path, capsys, monkeypatch):
+    case = cases.dof5(tmp_path, **SHORT)
+    out = tmp_path / "elsewhere"
+    command = ["study", str(case.path), *GRID, "--out", str(out), "--jobs", "2"]
+    with monkeypatch.context() as patched:
+        patched.setattr(study.Progress, "tell", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        assert main(command) == 3
+    assert "the same command goes on" in capsys.readouterr().err
+    kept = [path.parent.name for path in out.glob("*/run.json")]
+    before = times(out)
+    assert REFERENCE in kept and 2 <= len(kept) < 5
+    assert main(command) == 0
+    assert f"{len(kept) - 1} of 4 runs are there" in capsys.readouterr().err
+    after = times(out)
+    assert all(after[name] == before[name] for name in kept) and len(after) == 5
+
+    case.path.write_text(case.path.read_text().replace("stiffness = 0.05", "stiffness = 0.06"))  # another problem
+    assert main([*command, "--harmonics", "5", "--samples", "exact"]) == 0
+    assert all(times(out)[name] > after[name] for name in (REFERENCE, FOLDERS[3]))
+
+
+def test_a_setting_that_fails_is_told(tmp_path, capsys):
+    case = cases.dof5(tmp_path, **SHORT)
+    program = tmp_path / "program"
+    program.write_text(f"""#!/bin/sh
+if grep -q '^samples = 32' "$2"; then echo "dovetail: the sweep could not go on beyond 1.01 rad/s" >&2; exit 3; fi
+exec "{BINARY}" "$@"
+""")
+    program.chmod(0o755)
+    command = ["study", str(case.path), "--harmonics", "2", "--samples", "32", "exact", "--binary", str(program)]
+    for progress in ("1 of 2  H 2, N 32", "2 of 2 runs are there"):  # a failure is not tried again either
+        assert main(command) == 0
+        failed, good = json.loads((tmp_path / "case_study/study.json").read_text())["runs"]
+        assert failed["errors"] is None and failed["reason"] == "the sweep could not go on beyond 1.01 rad/s" and good["errors"]
+        said = capsys.readouterr()
+        assert progress in said.err and "H 2, N 32, 2 modes, auto failed: the sweep could not go on" in " ".join(said.out.split())
+    assert not list(tmp_path.glob("case_study/H2_N32*/results.h5"))
+
+
+def test_nothing_to_compare_with(tmp_path, capsys):
+    case = cases.dof5(tmp_path, **{**SHORT, "step_tolerance": 1e-15, "residual_tolerance": 1e-15, "max_iterations": 2})
+    assert main(["study", str(case.path), *GRID]) == 3
+    assert "the reference, H 10, exact, 2 modes, auto, could not be computed" in capsys.readouterr().err
+
+
+# -------------------------------------------------------------------------------------------------------- what it refuses
+@pytest.mark.parametrize("options, overrides, words", [
+    (["--harmonics", "0"], {}, "--harmonics 0: must be at least 1"),
+    (["--harmonics", "9", "--samples", "8", "16"], {}, "--samples 16: 9 harmonics need at least 19"),
+    (["--jobs", "0"], {}, "--jobs 0: must be at least 1"),
+    (["--modes", "3"], {}, "modes = 3"),  # of 2; by the program, before anything is computed
+    (["--binary", "nowhere/dovetail"], {}, "nowhere/dovetail: is no program"),
+    ([], {"omega": [1.0, 1.0]}, "needs a range"),
+    ([], {"samples": 5}, "harmonic_balance.samples = 5 is too small"),
+], ids=lambda value: " ".join(value) if isinstance(value, list) else "")
+def test_wrong_input_is_refused(tmp_path, capsys, options, overrides, words):
+    case = cases.dof5(tmp_path, **{**SHORT, **overrides})
+    assert main(["study", str(case.path), *options]) == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.glob("**/results.h5"))
+
+
+def test_modes_of_a_reduced_model_are_not_varied(tmp_path, capsys):
+    case = cases.single_mass(tmp_path, 1, omega=[5, 5.3])
+    assert main(["study", str(case.path), "--modes", "1"]) == 2
+    assert "names a reduced model" in capsys.readouterr().err
+    assert main(["study", str(case.path), "--harmonics", "2", "--samples", "exact"]) == 0
+    assert "H 2, exact, auto" in capsys.readouterr().out
+
+
+def test_words_that_are_no_options(tmp_path):
+    for options in (["--samples", "some"], ["--solvers", "fast"], ["--harmonics", "1.5"]):
+        with pytest.raises(SystemExit) as ended:
+            main(["study", str(Path(tmp_path) / "case.toml"), *options])
+        assert ended.value.code == 2
