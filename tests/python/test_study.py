@@ -56,6 +56,7 @@ def test_leaves_table_numbers_and_chart(done):
     assert {path.name for path in out.iterdir()} == {*FOLDERS, REFERENCE, "study.json", "study.txt", "study.png"}
     assert (out / "study.png").read_bytes().startswith(b"\x89PNG")
     table = (out / "study.txt").read_text()
+    assert f"half its harmonics are {study_errors.largest(found['runs'][3]['errors']):.1e} from it" in table
     assert all(str(label) in table for label in ("H 1, N 32, 2 modes, auto", "H 5, exact, 2 modes, auto", "reference: H 10, exact"))
     assert [run["folder"] for run in found["runs"]] == FOLDERS
     assert all(run["points"] > 40 and 0 < run["seconds_per_point"] < 1 and not run["reason"] for run in found["runs"])
@@ -135,7 +136,8 @@ def test_cases_survive_being_written():
     for path in ["python/dovetail/template/case.toml", *(f"inputs/{name}/case.toml" for name in ("dof5", "two_solids", "blade_root"))]:
         content = tomllib.loads((ROOT / path).read_text())
         assert tomllib.loads(toml(content)) == content
-    odd = {"title": 'Träger "A"\\B 🙂', "contact": {"tangential_stiffness": [[1.0, 2e-30]], "law": ["cone"]}, "continuation": {"adaptive": True}}
+    odd = {"title": 'Träger "A"\\B 🙂', "contact": {"tangential_stiffness": [[1.0, 2e-30]], "law": ["cone"]},
+           "continuation": {"adaptive": True}}
     assert tomllib.loads(toml(odd)) == odd
 
 
