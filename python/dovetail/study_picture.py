@@ -8,11 +8,11 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from . import study_errors
 from .plot import LINES, STYLE
 
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "*")  # by number of harmonics
+MARKERS = ("o", "s", "^", "D", "v", "<", ">", "P", "X", "p", "*")  # by number of harmonics
 TITLES = {"amplitude": "peak amplitude", "frequency": "resonance frequency", "curve": "whole curve", "dissipation": "dissipated energy"}
 LEAST = 1e-12  # errors below are drawn here: rounding
 EDGES = tuple(color for color, _ in LINES)  # by solver
-SMALL, LARGE = 5.0, 9.0  # marker sizes, by number of modes
+SMALL, USUAL, LARGE = 5.0, 7.5, 9.0  # marker sizes, by number of modes
 DARKEST = 0.4  # grey that fills the markers of the most samples; those of the fewest are white
 
 
@@ -47,6 +47,7 @@ def _panel(axis, kind, rows, style):
     time = np.array([1e3 * row.seconds_per_point for row in rows])
     error = np.array([max(row.errors[kind], LEAST) for row in rows])
     best = frontier(time, error)
+    axis.set_ylim(10.0 ** np.floor(np.log10(error.min() / 1.2)), 10.0 ** np.ceil(np.log10(1.2 * error.max())))  # two labels at least
     axis.step([*time[best], 1.15 * time.max()], [*error[best], error[best[-1]]], where="post", color="#7f7f7f", linewidth=1.2, zorder=1)
     for x, y, row in zip(time, error, rows):
         axis.plot(x, y, linestyle="none", **style.of(row.setting))
@@ -77,24 +78,24 @@ class MarkerStyle:
         return "0" if samples == "exact" else str(1 - (1 - DARKEST) * numbers.index(samples) / max(len(numbers) - 1, 1))
 
     def _size(self, modes):
-        return SMALL + (LARGE - SMALL) * self.modes.index(modes) / (len(self.modes) - 1) if len(self.modes) > 1 else 6.5
+        return SMALL + (LARGE - SMALL) * self.modes.index(modes) / (len(self.modes) - 1) if len(self.modes) > 1 else USUAL
 
     def of(self, setting):
         """Keywords for `plot`."""
         solver = self.solvers.index(setting.solver)
         return {"marker": MARKERS[self.harmonics.index(setting.harmonics) % len(MARKERS)], "markersize": self._size(setting.modes),
-                "markerfacecolor": self._fill(setting.samples), "markeredgecolor": EDGES[solver], "markeredgewidth": 0.9 + 0.9 * solver}
+                "markerfacecolor": self._fill(setting.samples), "markeredgecolor": EDGES[solver], "markeredgewidth": 0.9 + 0.7 * solver}
 
     def legend(self):
         """One entry for every value that varies."""
-        def entry(label, marker="o", fill="white", size=6.5, edge="black", width=0.9):
+        def entry(label, marker="o", fill="white", size=USUAL, edge="black", width=0.9):
             return Line2D([], [], linestyle="none", label=label, marker=marker, markersize=size, markerfacecolor=fill,
                           markeredgecolor=edge, markeredgewidth=width)
 
         entries = [entry(f"H {h}", MARKERS[i % len(MARKERS)]) for i, h in enumerate(self.harmonics)]
-        entries += [entry("exact" if n == "exact" else f"N {n}", fill=self._fill(n)) for n in self.samples]
+        entries += [entry("fill: exact" if n == "exact" else f"fill: N {n}", fill=self._fill(n)) for n in self.samples]
         if len(self.modes) > 1:
-            entries += [entry(f"{n} modes", size=self._size(n)) for n in self.modes]
+            entries += [entry(f"size: {n} modes", size=self._size(n)) for n in self.modes]
         if len(self.solvers) > 1:
-            entries += [entry(name, edge=EDGES[i], width=0.9 + 0.9 * i) for i, name in enumerate(self.solvers)]
+            entries += [entry(f"rim: {name}", edge=EDGES[i], width=0.9 + 0.7 * i) for i, name in enumerate(self.solvers)]
         return [*entries, Line2D([], [], color="#7f7f7f", linewidth=1.2, label="frontier")]

@@ -7,8 +7,8 @@ from . import study_errors
 from .results import Results
 
 TARGETS = (1e-2, 1e-3, 1e-4)
-HELP = {"harmonics": "more harmonics at {} points", "samplings": "exact forces at {} points", "leaps": "{} leaps",
-        "integrations": "{} time integrations"}  # counts of summary.json: there the numbers are not those of the setting alone
+HELP = {"harmonics": "more harmonics", "samplings": "exact contact forces", "leaps": "leaps",
+        "integrations": "time integrations"}  # counts of summary.json: there the numbers are not those of the setting alone
 
 
 @dataclass
@@ -92,7 +92,7 @@ class Report:
                  f"{1e3 * self.reference.seconds_per_point:.4g} ms per point",
                  f"its peak: {amplitude:.7g} of {self.dof} at {omega:.7g} rad/s",
                  f"curves and energies are compared at {len(self.case.frequencies)} frequencies"]
-        lines += [f"caution: the reference took {note}" for note in helped(summary)]
+        lines += [f"caution: where no step converged the reference took {note}" for note in helped(summary)]
         if self.doubt is not None:
             lines.append(f"half its harmonics are {self.doubt:.1e} from it: errors below that may be its own")
         return lines
@@ -155,4 +155,4 @@ class Report:
 
 def helped(summary):
     """How a run helped itself where plain steps did not lead on."""
-    return [text.format(summary[name]) for name, text in HELP.items() if summary.get(name)]
+    return [f"{words}: {summary[name]}" for name, words in HELP.items() if summary[name]]
