@@ -141,8 +141,8 @@ def parser():
     command.set_defaults(run=info)
 
     command = commands.add_parser("study", help="speed against accuracy on a case", description="Run a case with a grid of settings, "
-                                  "compare each with a reference of twice the harmonics and exact contact forces, and write table, JSON "
-                                  "and chart of error against time. Called again, it goes on where it was broken off.")
+                                  "compare each with a reference of at least twice the harmonics and exact contact forces, and write "
+                                  "table, JSON and chart of error against time. Called again, it goes on where it was broken off.")
     command.add_argument("case", metavar="CASE.toml")
     command.add_argument("--harmonics", metavar="H", nargs="+", type=int,
                          help="default: that of the case, and 1 3 5 7 10 15 20 30 40 up to twice it")

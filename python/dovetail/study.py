@@ -13,6 +13,7 @@ from .study_runs import Program, Run, RunFailed, Setting, UserCase, compute, has
 
 HARMONICS = (1, 3, 5, 7, 10, 15, 20, 30, 40)  # by default those up to twice the case's own
 SAMPLES = (64, 256, "exact")
+LEAST = 10  # harmonics of a reference; twice 1 would be 2, which with friction is no better
 
 
 def study(arguments):
@@ -65,8 +66,8 @@ def grid(case, arguments):
 
 
 def reference_of(settings):
-    """Twice the harmonics of the finest setting, exact contact forces, the most modes."""
-    return Setting(2 * max(s.harmonics for s in settings), "exact", settings[-1].modes, "auto")
+    """Twice the harmonics of the finest setting or more, exact contact forces, the most modes."""
+    return Setting(max(LEAST, *(2 * s.harmonics for s in settings)), "exact", settings[-1].modes, "auto")
 
 
 def computed_reference(reference, program):
