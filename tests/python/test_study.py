@@ -31,6 +31,12 @@ def done(tmp_path_factory):
     return out, json.loads((out / "study.json").read_text())
 
 
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch):
+    """One drawn chart, that of `done`, is enough: drawing takes longer than the runs."""
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda *_: None)
+
+
 def times(out):
     """When each results file was written."""
     return {path.parent.name: path.stat().st_mtime_ns for path in out.glob("*/results.h5")}
