@@ -70,6 +70,34 @@ def test_two_solids(tmp_path):
     assert one["slip"].max() > 0.1
 
 
+@pytest.fixture(scope="module")
+def blade(tmp_path_factory):
+    """Case maker: a coarse blade in its slot, 54 contact points on two flanks of which some 60 % slip at its resonance."""
+    folder = tmp_path_factory.mktemp("blade")
+    subprocess.run([sys.executable, ROOT / "inputs/blade_root/model.py", "--dofs", "6000", "--flank", "1x4", "-o", folder / "model.h5"],
+                   env=SURROUNDINGS, check=True, capture_output=True)
+
+    def case(where, solver):
+        where.mkdir(parents=True)
+        (where / "case.toml").write_text(f"""model = "{folder / "model.h5"}"
+reduction = {{ modes = 12 }}
+damping = {{ stiffness = 1e-6 }}
+excitation = {{ fourier = [0, 0, 1] }}
+harmonic_balance = {{ harmonics = 2, solver = "{solver}" }}
+continuation = {{ omega = [2245, 2248], at = [2246, 2246.5, 2247] }}
+output = {{ motion = [] }}
+""")
+        return where / "case.toml"
+
+    return case
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_blade_root(blade, tmp_path, ranks):
+    one, _ = compare(blade, tmp_path, [2245, 2246, 2246.5, 2247, 2248], ranks)
+    assert one["slip"].max() > 0.5
+
+
 def test_mass_that_lifts_off(tmp_path):
     """Check 1 of the single mass: two turning points."""
     points, folds = {}, {}
