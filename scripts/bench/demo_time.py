@@ -12,8 +12,8 @@ from measure import BINARY, OUTPUT, ROOT, keep, summary_of, surroundings, weigh
 CASE = ROOT / "inputs/two_solids"
 PICTURE = ROOT / "docs/demo_time.png"
 STAGES = {"1 model": "read and distribute the model", "2 reduction": "reduction", "3 preload": "contact preload", "4 scaling": "scaling"}
-EVENTS = {"MatLUFactorNum": "branch: factorisation", "MatSolve": "branch: triangular solves",
-          "SNESJacobianEval": "branch: Jacobian", "SNESFunctionEval": "branch: residual with contact"}  # none contains another
+EVENTS = {"KSPSolve": "branch: linear solves", "SNESJacobianEval": "branch: Jacobian",
+          "SNESFunctionEval": "branch: residual with contact"}  # none contains another
 REST = "branch: writing, step control"
 BRANCH = [*EVENTS.values(), REST]
 
