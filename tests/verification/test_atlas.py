@@ -20,7 +20,7 @@ import atlas_truth
 from dovetail import reference
 
 FIXED = ["dof5", "dof5_step_x40", "dof5_force_x10", "dof5_kn_100", "dof5_kn_100_down", "dof5_open_gap_H_25",
-         "mass_1", "mass_2", "mass_2_back", "stop"]
+         "mass_1", "mass_2", "mass_2_back", "stop", "119", "134"]
 
 
 # ------------------------------------------------------------------------------------------------------- the scenes
@@ -191,3 +191,9 @@ def test_scene(fixed, name):
 def test_most_places_of_the_fixed_part_count(fixed):
     places = [place for scene in fixed.values() for place in scene["truth"]["places"]]
     assert sum(place.get("stays", False) for place in places) >= 0.8 * len(places)
+
+
+def test_crowds_are_passed(fixed):
+    """Where the curve bends again and again: with more harmonics, or on beyond, and it says so."""
+    assert fixed["134"]["dovetail"]["harmonics"] >= 1
+    assert fixed["119"]["dovetail"]["announced"] >= 1
