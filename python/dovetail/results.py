@@ -17,6 +17,7 @@ from .reference import LAWS
 DIRECTIONS = ("t1", "t2", "n")
 NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
 EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f"}
+ESTIMATED = ("error_harmonics", "error_sampling")
 JUDGED = {"stable": "i", "multiplier": "f", "instability": "i"}
 READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
 
@@ -86,6 +87,9 @@ class Results:
     stable : (n,) int array or None
         STABLE, UNSTABLE or UNCERTAIN; None where the run did not ask. `multiplier` is the largest modulus of a Floquet multiplier,
         `instability` the number of a name in INSTABILITIES.
+    error : (n,) array or None
+        Estimated distance of every point from the curve that enough harmonics and samples would give, relative (docs/accuracy.md);
+        NaN where there is none, None where the run did not ask.
     events : Events
     drawing_samples : int
         Instants per period at which contact forces are evaluated here unless another number is asked for.
@@ -132,6 +136,9 @@ class Results:
         if "stable" in points:
             self.stable, self.multiplier, self.instability = (
                 numbers(file, f"points/{name}", (None,), kind)[:self._n] for name, kind in JUDGED.items())
+        self.error = None
+        if all(name in points for name in ESTIMATED):
+            self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED)
         self._has_activity = bool(activity)
         self.events = self._load_events(file)
 

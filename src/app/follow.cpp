@@ -26,6 +26,8 @@ BranchSettings settings_of(const Case &study, const Layout &layout, const Scales
   settings.stop_after_peaks = study.stop_after_peaks;
   settings.stop_at_amplitude = study.stop_at_amplitude / watched_scale(study, layout, scales);
   settings.stability = study.stability.value_or(false);
+  settings.estimates = study.estimates;
+  settings.tolerance = study.tolerance;
   return settings;
 }
 
@@ -89,6 +91,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   keeper.finish(cut_off ? "" : name_of(story.summary.end));
   story.frequency_scale = w0;
   story.events = results.events();
+  story.estimates = results.estimates(), story.tolerance = study.tolerance;
   story.length_unit = unit;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();

@@ -97,6 +97,9 @@ struct Case {
 
   std::optional<bool> stability; ///< judge every point; not given: settle_stability() decides
 
+  bool estimates = true; ///< of the error, at every point
+  double tolerance = 0;  ///< harmonics are chosen so that the estimate stays below; 0: they are as given
+
   std::filesystem::path directory; ///< output directory, absolute or relative to the working directory
   MotionWish motion;
 

@@ -17,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Far beyond any use; they keep products of sizes within the range of int.
+constexpr int first_harmonics = 3; // where a tolerance chooses them
 constexpr int most_harmonics = 1000, most_samples = 1 << 20, most = 1000000000;
 
 std::string text_of(const fs::path &file) {
@@ -114,7 +115,14 @@ void read_motion(const Document &document, Case &study) {
 
 void read_harmonic_balance(const Document &document, Case &study) {
   const Entry harmonics = document["harmonic_balance.harmonics"], samples = document["harmonic_balance.samples"];
-  if (!harmonics) document.missing("harmonic_balance.harmonics", "harmonics = 5");
+  const Entry tolerance = document["accuracy.tolerance"], estimates = document["accuracy.estimates"];
+  read_tolerance(tolerance, study.tolerance);
+  if (estimates) study.estimates = estimates.truth();
+  if (tolerance && !study.estimates) estimates.refuse("a tolerance cannot do without; delete this key");
+  if (tolerance && harmonics) harmonics.refuse("accuracy.tolerance chooses the harmonics; delete one of the two keys");
+  if (!tolerance && !harmonics)
+    document.missing("harmonic_balance.harmonics", "harmonics = 5, or [accuracy] tolerance = 1e-3,");
+  study.harmonics = first_harmonics;
   read_whole(harmonics, study.harmonics, 1, most_harmonics);
 
   if (const Entry solver = document["harmonic_balance.solver"]) {
@@ -128,6 +136,7 @@ void read_harmonic_balance(const Document &document, Case &study) {
     if (samples.words() != "exact") samples.refuse("must be \"exact\", or a number of samples per period");
     return;
   }
+  if (tolerance) samples.refuse("accuracy.tolerance takes exact contact forces; delete one of the two keys");
   const int least = 2 * study.harmonics + 1;
   study.samples = samples.whole(1, most_samples);
   if (study.samples < least)
@@ -143,6 +152,7 @@ void read_excitation(const Document &document, Case &study) {
   while (!study.fourier.empty() && study.fourier.back() == 0) study.fourier.pop_back();
   if (study.fourier.empty()) fourier.refuse("nothing would move; write [0, 1] for a cosine, [0, 0, 1] for a sine");
   const size_t highest = study.fourier.size() / 2; // [a0, a1, b1, ...]
+  if (study.tolerance > 0) study.harmonics = std::max(study.harmonics, static_cast<int>(highest));
   if (highest > static_cast<size_t>(study.harmonics))
     fourier.refuse("the force has harmonic " + std::to_string(highest) + ", but harmonic_balance.harmonics = " +
                    std::to_string(study.harmonics) + "; write at least " + std::to_string(highest) + " there");

@@ -17,6 +17,7 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
       trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_),
       direction_(settings.to < settings.from ? -1 : 1) {
   if (settings.stability) begin_stability();
+  if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, omega_unit_);
 }
 
 BranchSummary Follower::run(Vec y, const std::string &why_there) {
@@ -40,10 +41,12 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
 void Follower::begin(Station first) {
   here_ = std::move(first);
   if (direction_ < 0) turn(here_);
+  curve_->norm.see(here_.y);
+  for (int i = 0; i < most_refinements && refined_for(here_); ++i) {
+  }
   verdict_ = judge(here_);
   report(here_, 0, verdict_ ? &*verdict_ : nullptr);
   if (settings_.to == settings_.from) return;
-  curve_->norm.see(here_.y);
   check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); // by the norm as it is now
   step_ = settings_.step / plain_length(here_.t); // the user's arc length is in the plain norm
   amplitude_ = (*meter_)(here_.y, here_.t);
@@ -87,7 +90,9 @@ Follower::Go Follower::advance() {
   halvings_ = {};
   double corner_due = corner_step;
   for (double step = step_; step >= least; step /= 2) {
-    if (const Go go = try_step(step); go != Go::refused) return go;
+    Go go = try_step(step);
+    for (int i = 0; i < most_refinements && go == Go::refined; ++i) go = try_step(step);
+    if (go != Go::refused) return go;
     ++summary_.counts.cuts;
     notify(BranchEvent::Kind::cut, refusal_ + ", step halved", here_.omega);
     if (Go go; settings_.adaptive && step <= corner_due) {
@@ -131,10 +136,12 @@ Follower::Go Follower::try_step(double step) {
       return Go::refused;
   }
   const int newton = trial_.newton.newton;
+  if (refined_for(trial_)) return Go::refined;
   const Go go = accept_step(here_.t, step);
   if (go != Go::on) return go;
   if (!corner) curvature_ = measure.angle / step;
   choose_step(step, measure.angle, newton);
+  spare_harmonics();
   return go;
 }
 
@@ -224,11 +231,11 @@ Follower::Go Follower::after_step() {
   return ended_ ? Go::ended : Go::on;
 }
 
-void Follower::report(const Station &s, double arclength, const Stability *stability) {
+void Follower::report(Station &s, double arclength, const Stability *stability) {
   const double whole = settings_.to - settings_.from;
   ++summary_.counts.points;
   observer_.point({s.y, *system_, s.omega, arclength, s.newton, s.activity, stability,
-                   whole == 0 ? 1 : (s.omega - settings_.from) / whole});
+                   estimator_ ? &error_of(s) : nullptr, whole == 0 ? 1 : (s.omega - settings_.from) / whole});
 }
 
 void Follower::notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude) {
@@ -260,7 +267,12 @@ BranchState Follower::state() {
                    settings_.from,
                    crowd_.omega,
                    double(crowd_.newton),
-                   double(in_vain_)};
+                   double(in_vain_),
+                   double(unchanged_),
+                   double(raised_.harmonics),
+                   raised_.error,
+                   double(coarse_.harmonics),
+                   coarse_.error};
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
@@ -305,7 +317,8 @@ void Follower::restore(const BranchState &state) {
   last_verdict_ = take_int(), curvature_ = take();
   next += 2; // direction and beginning: see follow_branch
   crowd_.omega = take(), crowd_.newton = static_cast<long>(take());
-  in_vain_ = take_int();
+  in_vain_ = take_int(), unchanged_ = take_int();
+  for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
   const double behind = take(), along = take();
   trail_.restore(state.trail, behind, along);
   bends_.resize(static_cast<std::size_t>(take()));

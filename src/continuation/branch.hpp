@@ -6,6 +6,7 @@
 
 #include "continuation/branch_state.hpp"
 #include "continuation/corrector.hpp"
+#include "continuation/estimator.hpp"
 #include "stability/stability.hpp"
 
 namespace dovetail {
@@ -24,6 +25,8 @@ struct BranchSettings {
   bool steps_only = false;      ///< nothing is tried but steps along the curve
   bool briefly = false;         ///< for a first point, only the quick ways
   bool stability = false;       ///< judge every point
+  bool estimates = false;       ///< of the error of every point
+  double tolerance = 0;         ///< harmonics are added and dropped so that this estimate stays below; 0: they stay
 };
 
 struct BranchPoint {
@@ -34,6 +37,7 @@ struct BranchPoint {
   Corrector::Outcome newton;
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
   const Stability *stability;            ///< null unless asked for
+  const ErrorEstimate *error;            ///< likewise
   double progress;                       ///< 0..1, how far from `from` to `to`
 };
 

@@ -11,6 +11,7 @@ struct Counts {
   int cuts = 0, corners = 0, assemblies = 0, samplings = 0, harmonics = 0, leaps = 0,
       integrations = 0;        ///< rungs of the ladder
   int missed = 0;              ///< frequencies of `at` without solution
+  int adaptations = 0;         ///< of the harmonics to the tolerance
   long newton = 0, linear = 0; ///< iterations, those of failed steps included
 };
 

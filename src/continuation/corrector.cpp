@@ -4,7 +4,7 @@
 namespace dovetail {
 namespace {
 
-// Relative, of Newton's steps where the solver iterates: it may choose a lower one.
+// Relative, of Newton's steps where the solver iterates: from this on it chooses itself.
 constexpr double newton_accuracy = 0.5;
 
 const char *in_words(SNESConvergedReason reason) {

@@ -45,7 +45,7 @@ bool Curve::solve_at(double w, Station &s) {
 bool Curve::finish(Station &s) {
   counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
   if (!s.newton.converged) return false;
-  s.activity = system.activity();
+  s.activity = system.activity(), s.error.reset();
   s.omega = system.omega(s.y);
   const auto direction = corrector_.tangent(s.t);
   counts_.linear += direction.linear;

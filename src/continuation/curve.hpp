@@ -1,18 +1,22 @@
 #pragma once
 // The solution curve of one harmonic system: points on it, found by Newton, with oriented tangents.
+#include <optional>
+
 #include "continuation/arc_norm.hpp"
 #include "continuation/branch_state.hpp"
 #include "continuation/corrector.hpp"
+#include "continuation/estimator.hpp"
 
 namespace dovetail {
 
 /// A point of the curve and its tangent. Members are right only after a solve that converged.
 struct Station {
-  UniqueVec y, t;                 ///< [X; Omega]; tangent of weighted length 1, towards growing arc length
-  int sign = 0;                   ///< of det [d residual / d y; t]: it stays the same along a curve; 0: unknown
-  double omega = 0;               ///< last entry of y
-  Corrector::Outcome newton;      ///< of the solve that led here
-  std::vector<Activity> activity; ///< of the own contact points
+  UniqueVec y, t;                     ///< [X; Omega]; tangent of weighted length 1, towards growing arc length
+  int sign = 0;                       ///< of det [d residual / d y; t]: it stays the same along a curve; 0: unknown
+  double omega = 0;                   ///< last entry of y
+  Corrector::Outcome newton;          ///< of the solve that led here
+  std::vector<Activity> activity;     ///< of the own contact points
+  std::optional<ErrorEstimate> error; ///< once it has been asked for
 };
 
 class Curve {

@@ -1,6 +1,6 @@
 #pragma once
 // The continuation at work. branch.cpp: steps along the curve; places.cpp: what lies within a step; ladder.cpp: what is
-// tried when no step converges; first_point.cpp: where to begin.
+// tried when no step converges; adapt.cpp: harmonics to a tolerance; first_point.cpp: where to begin.
 #include <memory>
 #include <optional>
 
@@ -23,7 +23,7 @@ public:
   BranchSummary go_on(const BranchState &state);
 
 private:
-  enum class Go { on, refused, ended };
+  enum class Go { on, refused, ended, refined }; // refined: to be tried again, with more harmonics
   using End = BranchSummary::End;
 
   // branch.cpp
@@ -39,7 +39,7 @@ private:
   void choose_step(double step, double turned, int newton);
   void limit_step();
   Go after_step();
-  void report(const Station &s, double arclength, const Stability *stability);
+  void report(Station &s, double arclength, const Stability *stability);
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
   BranchState state();
   void restore(const BranchState &state);
@@ -72,7 +72,7 @@ private:
   bool leave_from_farthest();
   void take_system(HarmonicSystem &system);
   bool can_assemble() const;
-  bool rebuild(std::unique_ptr<HarmonicSystem> system);
+  bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
   bool assembled_form();
   bool better_sampling();
   int needed_harmonics(double omega) const;
@@ -82,6 +82,13 @@ private:
   bool leap(Way way, double from);
   bool arrive_at(double omega, Way way, const DenseModel &model);
   std::string difference() const;
+
+  // adapt.cpp
+  int least_harmonics() const;
+  const ErrorEstimate &error_of(Station &s);
+  bool refined_for(Station &s);
+  void spare_harmonics();
+  bool change_harmonics(int harmonics, double error);
 
   // first_point.cpp
   bool interrupted();
@@ -99,15 +106,21 @@ private:
   std::unique_ptr<AmplitudeMeter> meter_;
   std::unique_ptr<StabilityTest> stability_;            // of a small model, or
   std::unique_ptr<LargeStabilityTest> large_stability_; // of any
-  Station here_, trial_;                                // last accepted point; the one being tried
-  std::optional<Station> farthest_;                     // turning point nearest to the end of the sweep
-  std::vector<double> bends_;                           // frequencies of turning points and corners, as they came
+  std::unique_ptr<Estimator> estimator_;
+  Station here_, trial_;            // last accepted point; the one being tried
+  std::optional<Station> farthest_; // turning point nearest to the end of the sweep
+  std::vector<double> bends_;       // frequencies of turning points and corners, as they came
   UniqueVec predicted_;
   Amplitude amplitude_; // at here_
   Trail trail_;
   std::optional<Stability> verdict_; // at here_
   Halvings halvings_;
-  int in_vain_ = 0; // harmonics for which more were tried and led nowhere
+  int unchanged_ = 0; // points since harmonics were adapted
+  struct Adapted {
+    int harmonics = 0;
+    double error = 0;
+  } raised_, coarse_; // before harmonics were added last; and where more did not help
+  int in_vain_ = 0;   // harmonics for which more were tried and led nowhere
   std::string refusal_;
   std::optional<Place> branch_point_; // within the step being tried
   bool ended_ = false;

@@ -19,21 +19,6 @@ constexpr PetscInt most_dofs = 300;       // of a model that is integrated in ti
 constexpr double most_work = 4e9;         // of one time integration
 constexpr int most_periods = 2000;        // likewise: little damping takes many
 
-// The same coefficients with other harmonics: dropped, or zero.
-void pad(const Layout &from, Vec y, const Layout &to, Vec z) {
-  const double *old;
-  double *values;
-  check(VecGetArrayRead(y, &old), "changing harmonics");
-  check(VecGetArray(z, &values), "changing harmonics");
-  for (PetscInt d = 0; d < from.own_dofs(); ++d) {
-    std::fill_n(values + d * to.width, to.width, 0.0);
-    std::copy_n(old + d * from.width, std::min(from.width, to.width), values + d * to.width);
-  }
-  if (from.owns_omega()) values[to.own_coefficients()] = old[from.own_coefficients()];
-  check(VecRestoreArray(z, &values), "changing harmonics");
-  check(VecRestoreArrayRead(y, &old), "changing harmonics");
-}
-
 } // namespace
 
 // At a corner the leg beyond may make more than a right angle with this one: then no plane across the old tangent
@@ -126,10 +111,12 @@ void Follower::take_system(HarmonicSystem &system) {
   predicted_ = system.unknowns();
   farthest_.reset();
   if (large_stability_) begin_stability();
+  if (estimator_) estimator_->match(system);
 }
 
-// The same point and direction in another system; everything stays as it is if there is none.
-bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system) {
+// The same point and direction in another system; everything stays as it is if there is none. `most`: iterations, and
+// no second try with a line search.
+bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
   curve.norm.restore(curve_->norm.largest_motion(), curve_->norm.largest_of_dofs());
   Station there = curve.station();
@@ -137,7 +124,10 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system) {
   pad(system_->layout(), here_.y, system->layout(), there.y);
   pad(system_->layout(), here_.t, system->layout(), t);
   check(VecCopy(there.y, padded), "changing harmonics");
-  if (!curve.solve_across(t, there) && !curve.solve_across(t, there, true)) return false;
+  const bool found = settings_.to == settings_.from ? curve.solve_at(here_.omega, there)
+                                                    : curve.solve_across(t, there, false, most) ||
+                                                          (most == 0 && curve.solve_across(t, there, true));
+  if (!found) return false;
   check(VecAXPY(padded, -1, there.y), "changing harmonics");
   if (curve.norm.length(padded) > most_change) return false; // that is another branch
   take_system(*system);

@@ -219,7 +219,7 @@ void Follower::find_stability_change(Vec normal, double step, std::vector<Place>
 Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
   using Kind = Place::Kind;
   for (Place &place : found) {
-    const Station &s = place.at;
+    Station &s = place.at;
     const std::optional<Stability> stability = judge(s);
     const bool higher = system_->omega(trial_.t) > 0;
     report(s, arclength_ + place.along * plain, stability ? &*stability : nullptr);

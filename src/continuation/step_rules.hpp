@@ -12,6 +12,7 @@ constexpr double most_angle = 0.64;   // between the tangents before and after a
 constexpr double most_correction = 2; // distance from predicted to converged point, in steps
 constexpr double aimed_angle = 0.25;  // between tangents [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
+constexpr int most_refinements = 8;        // of the harmonics, for one step
 constexpr double least_newton_step = 1e-4; // shorter steps may take newton.max_iterations
 constexpr double corner_step = 2e-3;       // shorter steps that fail may be at a corner of the curve
 constexpr double close_to_corner = 1e-4;   // so near, both sides of a corner are tried

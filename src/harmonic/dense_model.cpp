@@ -71,4 +71,18 @@ void set_coefficients(const Layout &layout, const std::vector<double> &coefficie
   check(VecRestoreArray(y, &values), "setting coefficients");
 }
 
+void pad(const Layout &from, Vec y, const Layout &to, Vec z) {
+  const double *old;
+  double *values;
+  check(VecGetArrayRead(y, &old), "changing harmonics");
+  check(VecGetArray(z, &values), "changing harmonics");
+  for (PetscInt d = 0; d < from.own_dofs(); ++d) {
+    std::fill_n(values + d * to.width, to.width, 0.0);
+    std::copy_n(old + d * from.width, std::min(from.width, to.width), values + d * to.width);
+  }
+  if (from.owns_omega()) values[to.own_coefficients()] = old[from.own_coefficients()];
+  check(VecRestoreArray(z, &values), "changing harmonics");
+  check(VecRestoreArrayRead(y, &old), "changing harmonics");
+}
+
 } // namespace dovetail

@@ -26,4 +26,7 @@ DenseModel dense_model(const HarmonicSystem &system);
 std::vector<double> all_coefficients(const Layout &layout, Vec y);
 void set_coefficients(const Layout &layout, const std::vector<double> &coefficients, Vec y);
 
+/// z = y with other harmonics: dropped, or zero.
+void pad(const Layout &from, Vec y, const Layout &to, Vec z);
+
 } // namespace dovetail

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "harmonic/assembled.hpp"
+#include "harmonic/dense_model.hpp"
 #include "harmonic/modal.hpp"
 #include "support/error.hpp"
 #include "support/event.hpp"
@@ -46,7 +47,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, st
 
 HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness)
     : scaled_(with_softer_contacts(like.scaled_, stiffness)), layout_(scaled_.model.reduced, harmonics),
-      harmonics_(harmonics), samples_(samples), form_(like.form_), fourier_(like.fourier_),
+      harmonics_(harmonics), samples_(samples), form_(like.form_), fourier_(like.fourier_), loose_(like.loose_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(like.linear_->like(layout_)) {
   fourier_.resize(layout_.width, 0.0);
@@ -56,6 +57,23 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &
   auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, like.samples_);
   system->linear_ = std::make_unique<Assembled>(like.couplings(), system->layout_);
   system->form_ = LinearForm::assembled;
+  return system;
+}
+
+std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like, int harmonics, int samples) {
+  auto system = std::make_unique<HarmonicSystem>(like, harmonics, samples);
+  if (like.form_ == LinearForm::modal) return system;
+  const DenseModel dense = dense_model(like);
+  ReducedModel rows = like.scaled_.model.reduced; // with the matrices again, by rows of the own contact dofs
+  const std::size_t n = dense.dofs(), modes = dense.modes, first = modes + 3 * rows.own_points.begin;
+  for (std::size_t i = first; i < first + rows.own_contact_dofs(); ++i) {
+    const double *m = &dense.M[i * n], *k = &dense.K[i * n];
+    rows.mxa.insert(rows.mxa.end(), m, m + modes);
+    rows.mxx.insert(rows.mxx.end(), m + modes, m + n);
+    rows.kxx.insert(rows.kxx.end(), k + modes, k + n);
+  }
+  system->linear_ = std::make_unique<Modal>(rows, like.scaled_.model.contact, system->layout_);
+  system->form_ = LinearForm::modal;
   return system;
 }
 

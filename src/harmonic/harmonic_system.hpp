@@ -20,6 +20,8 @@ public:
   HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness = 1);
   /// The same equations in the assembled form. Collective.
   static std::unique_ptr<HarmonicSystem> assembled(const HarmonicSystem &like);
+  /// The same equations with other harmonics or samples, in the modal form. Collective.
+  static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
   /// From here on the last unknown is a factor on the load, at this frequency, in place of Omega.
   void vary_load(double omega) { fixed_omega_ = omega; }

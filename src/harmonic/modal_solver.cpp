@@ -162,7 +162,7 @@ void ModalSolver::prepare_diagonal() {
 void ModalSolver::solve(Vec r, Vec x) {
   PetscReal asked;
   check(KSPGetTolerances(outer_, &asked, nullptr, nullptr, nullptr), doing);
-  asked = std::min(asked, newton_accuracy_);
+  if (asked >= 0.5) asked = newton_accuracy_;
   if (std::exchange(stale_, false)) {
     operator_.take(*contact_, held_.empty() ? nullptr : held_.data(), omega_ * damping_);
     prepare_diagonal();

@@ -19,6 +19,7 @@ template <class Numbers, class Act> void for_each_count(Numbers &counts, Act &&a
   act("leaps", counts.leaps);
   act("integrations", counts.integrations);
   act("missed", counts.missed);
+  act("adaptations", counts.adaptations);
   act("newton_iterations", counts.newton);
   act("linear_iterations", counts.linear);
 }

@@ -27,6 +27,7 @@ struct PointRecord {
   double progress = 0;
   int stable = 0, instability = 0; ///< numbers of Stability's Verdict and Kind, where points are judged
   double multiplier = 0;
+  double harmonics_error = 0, sampling_error = 0; ///< where they are estimated
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
 };
@@ -37,6 +38,12 @@ struct EventRecord {
   int point = 0;        ///< the last point before it, or the point that it is
   double omega = 0;     ///< [rad/s]
   double amplitude = 0; ///< of the watched unknown [user units]; 0 unless it is a place on the curve
+};
+
+/// Of a point, how far it is from the exact curve.
+struct EstimateRecord {
+  double omega = 0;                   ///< [rad/s]
+  double harmonics = 0, sampling = 0; ///< see ErrorEstimate
 };
 
 /// The names of BranchEvent::Kind, by their numbers.

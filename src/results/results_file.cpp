@@ -128,6 +128,10 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
     whole("instability", &PointRecord::instability);
     real("multiplier", &PointRecord::multiplier);
   }
+  if ((estimated_ = study.estimates)) {
+    real("error_harmonics", &PointRecord::harmonics_error);
+    real("error_sampling", &PointRecord::sampling_error);
+  }
   whole("harmonics", &PointRecord::harmonics);
   whole("newton_iterations", &PointRecord::newton);
   whole("linear_iterations", &PointRecord::linear);
@@ -181,6 +185,13 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
   };
   for (auto &column : columns_) copy(column.table, kept.points);
   for (auto &column : event_columns_) copy(column.table, kept.events);
+  if (estimated_) {
+    const h5::Extent first{0}, points{kept.points};
+    const auto at = old.doubles("/points/omega", first, points),
+               harmonics = old.doubles("/points/error_harmonics", first, points),
+               sampling = old.doubles("/points/error_sampling", first, points);
+    for (hsize_t i = 0; i < kept.points; ++i) estimates_.push_back({at[i], harmonics[i], sampling[i]});
+  }
   const h5::Extent from{0}, count{kept.events};
   const auto kinds = old.integers("/events/kind", from, count), at = old.integers("/events/point", from, count);
   const auto omegas = old.doubles("/events/omega", from, count),
@@ -204,6 +215,7 @@ void ResultsFile::append(const PointRecord &point) {
     coefficients.append(point.coefficients.data(), 1, width);
     for (std::size_t i = 1; i < columns_.size(); ++i) columns_[i].table.append(columns_[i].value(point));
     file_->flush();
+    if (estimated_) estimates_.push_back({point.omega, point.harmonics_error, point.sampling_error});
   });
 }
 

@@ -26,6 +26,8 @@ public:
   void append(const EventRecord &event);
   /// All events so far, those of earlier parts of the run included; on rank 0 only.
   const std::vector<EventRecord> &events() const { return events_; }
+  /// Likewise the estimated errors of all points; empty where none are estimated.
+  const std::vector<EstimateRecord> &estimates() const { return estimates_; }
 
 private:
   template <class Record> struct Column {
@@ -43,6 +45,8 @@ private:
   std::vector<Column<PointRecord>> columns_; // coefficients first
   std::vector<Column<EventRecord>> event_columns_;
   std::vector<EventRecord> events_;
+  bool estimated_ = false;
+  std::vector<EstimateRecord> estimates_;
 };
 
 } // namespace dovetail

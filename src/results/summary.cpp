@@ -1,6 +1,7 @@
 #include "results/summary.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 
@@ -55,6 +56,47 @@ std::string places(const std::vector<EventRecord> &events, Kind kind, bool ampli
   return out + "]";
 }
 
+// What the estimates of all points amount to.
+struct Accuracy {
+  double largest = 0, omega = 0; // and where
+  double most_points = 0;        // 95 % of them are below
+  double harmonics = 0, sampling = 0;
+  int above = 0, unknown = 0; // the tolerance; where the estimate failed
+};
+
+Accuracy accuracy_of(const BranchStory &story) {
+  Accuracy found;
+  std::vector<double> totals;
+  for (const EstimateRecord &estimate : story.estimates) {
+    const double total = estimate.harmonics + estimate.sampling;
+    if (!std::isfinite(total)) {
+      ++found.unknown;
+      continue;
+    }
+    totals.push_back(total);
+    found.above += story.tolerance > 0 && total > story.tolerance;
+    found.harmonics = std::max(found.harmonics, estimate.harmonics);
+    found.sampling = std::max(found.sampling, estimate.sampling);
+    if (total > found.largest) found.largest = total, found.omega = estimate.omega;
+  }
+  std::sort(totals.begin(), totals.end());
+  if (!totals.empty()) found.most_points = totals[static_cast<std::size_t>(0.95 * double(totals.size() - 1))];
+  return found;
+}
+
+std::string accuracy_in_json(const BranchStory &story) {
+  if (story.estimates.empty()) return "";
+  const Accuracy found = accuracy_of(story);
+  std::string out =
+      "  \"accuracy\": {\"largest\": " + number("%.3g", found.largest) +
+      ", \"omega\": " + number("%.17g", found.omega) + ", \"most_points\": " + number("%.3g", found.most_points) +
+      ", \"harmonics\": " + number("%.3g", found.harmonics) + ", \"sampling\": " + number("%.3g", found.sampling) +
+      ", \"unknown\": " + std::to_string(found.unknown);
+  if (story.tolerance > 0)
+    out += ", \"tolerance\": " + number("%.17g", story.tolerance) + ", \"above\": " + std::to_string(found.above);
+  return out + "},\n";
+}
+
 std::string in_json(const BranchStory &story) {
   const BranchSummary &branch = story.summary;
   std::string out = "  \"end\": " + quoted(name_of(branch.end)) + ",\n  \"why\": " + quoted(branch.why) +
@@ -62,6 +104,7 @@ std::string in_json(const BranchStory &story) {
   for_each_count(branch.counts, [&](const char *name, long count) {
     out += "  " + quoted(name) + ": " + std::to_string(count) + ",\n";
   });
+  out += accuracy_in_json(story);
   out += "  \"last_omega\": " + number("%.17g", branch.omega * story.frequency_scale) +
          ",\n  \"parts\": " + std::to_string(story.parts) +
          ",\n  \"branch_seconds\": " + number("%.6g", story.seconds_all_parts) + ",\n  \"located\": {\n";
@@ -74,6 +117,20 @@ std::string in_json(const BranchStory &story) {
 
 std::string many(long count, const char *one, const char *more) {
   return std::to_string(count) + " " + (count == 1 ? one : more);
+}
+
+void tell_accuracy(const BranchStory &story) {
+  if (story.estimates.empty()) return;
+  const Accuracy found = accuracy_of(story);
+  const int points = static_cast<int>(story.estimates.size());
+  if (found.unknown < points)
+    std::printf("  estimated errors: at most %.1e (at %.9g rad/s), %.1e or less at 95 %% of the points%s\n",
+                found.largest, found.omega, found.most_points,
+                found.sampling > found.harmonics ? "; mostly by too few samples" : "");
+  if (found.unknown > 0) std::printf("  no estimate at %d of %d points\n", found.unknown, points);
+  if (found.above > 0)
+    std::printf("  the tolerance of %g is not kept at %d of %d points: more harmonics would not have helped there\n",
+                story.tolerance, found.above, points);
 }
 
 // The same in words.
@@ -93,6 +150,7 @@ void tell(const BranchStory &story) {
   for (const auto &[count, words] : rungs)
     if (count > 0) used += (used.empty() ? "" : ", ") + words;
   if (!used.empty()) std::printf("  where plain steps did not lead on: %s\n", used.c_str());
+  tell_accuracy(story);
   if (counts.leaps + counts.integrations > 0)
     std::printf("  after a leap the branch may be another one: look at the curve there\n");
   for (const EventRecord &event : story.events)

@@ -21,6 +21,8 @@ struct BranchStory {
   BranchSummary summary;
   double frequency_scale = 1;
   std::vector<EventRecord> events; ///< on rank 0, as the rest of it
+  std::vector<EstimateRecord> estimates;
+  double tolerance = 0; ///< asked for; 0: none
   std::string length_unit = "m";
   int parts = 1; ///< how often the run was begun or continued
   double seconds_all_parts = 0;

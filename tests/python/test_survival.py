@@ -102,7 +102,8 @@ def same(found, wanted, rows=slice(None)):
     assert found.keys() == wanted.keys()
     for name in wanted.keys() - {"seconds", "residual"}:
         scale = np.abs(wanted[name]).max(initial=1e-300)
-        np.testing.assert_allclose(found[name][rows], wanted[name][rows], rtol=0, atol=1e-8 * scale, err_msg=name)
+        accuracy = 1e-3 if name.startswith("error_") else 1e-8  # estimates come from linear solves in single precision
+        np.testing.assert_allclose(found[name][rows], wanted[name][rows], rtol=0, atol=accuracy * scale, err_msg=name)
 
 
 @pytest.mark.parametrize("ranks, kills", [(None, KILLS or 4), (2, KILLS // 5 or 2)])

@@ -1,0 +1,87 @@
+// Harmonics to a tolerance: added before a point is accepted whose estimated error is larger, dropped where fewer do.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "continuation/follower.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr int most_harmonics = 64;
+constexpr double aimed_part = 0.5;   // of the tolerance, by harmonics added
+constexpr double spare_part = 0.2;   // and by those kept when some are dropped,
+constexpr double least_saving = 0.8; // unless hardly any would be
+constexpr int least_stay = 4;        // points between a change and the next drop
+constexpr double most_left = 0.7;    // of the error, by harmonics that were worth it
+constexpr double worth_another = 2;  // try: an error so many times the one that harmonics did not help against
+
+// The fewest harmonics, `least` or more, with which the error would be below `wanted`: it goes with what is left out.
+int harmonics_for(const ErrorEstimate &error, int H, int least, double wanted) {
+  const int finer = static_cast<int>(error.content.size()) - 1;
+  std::vector<double> tail(finer + 2); // size of the harmonics beyond h
+  for (int k = finer; k > 0; --k) tail[k - 1] = std::hypot(tail[k], error.content[k]);
+  if (tail[H] == 0 || !std::isfinite(error.harmonics)) return least;
+  const double beyond = tail[H] * tail[H] / tail[H / 2]; // as if doubling took the same part off again
+  for (int h = least; h < finer; ++h)
+    if (error.harmonics * std::hypot(tail[h], beyond) <= wanted * std::hypot(tail[H], beyond)) return h;
+  return finer;
+}
+
+} // namespace
+
+int Follower::least_harmonics() const { // those of the load
+  const std::vector<double> &f = system_->fourier();
+  int highest = 1;
+  for (std::size_t i = 0; i < f.size(); ++i)
+    if (f[i] != 0) highest = std::max(highest, static_cast<int>(i + 1) / 2);
+  return highest;
+}
+
+const ErrorEstimate &Follower::error_of(Station &s) {
+  if (!s.error) s.error = (*estimator_)(s.y, s.t);
+  return *s.error;
+}
+
+// More harmonics at here_, if the error at `s` asks for them; or back to what they were, if the last ones were added in
+// vain. Where contacts are stiff, no number that can be had may be enough, and more may be worse than fewer.
+bool Follower::refined_for(Station &s) {
+  if (settings_.tolerance <= 0 || !(error_of(s).total() > settings_.tolerance)) return false;
+  const int H = system_->harmonics();
+  const double error = s.error->total();
+  if (unchanged_ == 0 && raised_.harmonics > 0 && error > most_left * raised_.error) {
+    coarse_ = std::exchange(raised_, {});
+    return change_harmonics(coarse_.harmonics, error);
+  }
+  if (coarse_.harmonics == H && error < worth_another * coarse_.error) return false;
+  const int wanted = std::min(harmonics_for(*s.error, H, H + 1, aimed_part * settings_.tolerance), most_harmonics);
+  if (wanted > H && change_harmonics(wanted, error)) {
+    raised_ = {H, error};
+    return true;
+  }
+  coarse_ = {H, error};
+  return false;
+}
+
+void Follower::spare_harmonics() {
+  if (settings_.tolerance <= 0 || ++unchanged_ < least_stay || !here_.error) return;
+  const int H = system_->harmonics(),
+            fewer = harmonics_for(*here_.error, H, least_harmonics(), spare_part * settings_.tolerance);
+  if (fewer <= least_saving * H && change_harmonics(fewer, here_.error->total())) raised_ = {};
+}
+
+bool Follower::change_harmonics(int harmonics, double error) {
+  const int before = system_->harmonics();
+  const double step = step_;
+  if (!rebuild(std::make_unique<HarmonicSystem>(*system_, harmonics, system_->samples()), most_newton)) return false;
+  step_ = step;
+  unchanged_ = 0;
+  ++summary_.counts.adaptations;
+  char text[120];
+  std::snprintf(text, sizeof text, "%d harmonics from here on (estimated error with %d: %.1e)", harmonics, before,
+                error);
+  notify(BranchEvent::Kind::harmonics, text, here_.omega);
+  return true;
+}
+
+} // namespace dovetail

@@ -1,0 +1,110 @@
+#include "continuation/estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "harmonic/dense_model.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr const char *doing = "estimating errors";
+constexpr double accuracy = 0.1; // of the linear solve, relative
+
+// With one harmonic, two would show nothing of friction that is alike in both directions.
+int finer_harmonics(int harmonics) { return std::max(2 * harmonics, harmonics + 2); }
+
+} // namespace
+
+Estimator::Estimator(const HarmonicSystem &system, double omega_unit) : omega_unit_(omega_unit), system_(&system) {
+  build(HarmonicSystem::modal(system, finer_harmonics(system.harmonics()), exactly));
+}
+
+void Estimator::match(const HarmonicSystem &system) {
+  system_ = &system;
+  build(std::make_unique<HarmonicSystem>(*finer_, finer_harmonics(system.harmonics()), exactly));
+}
+
+void Estimator::build(std::unique_ptr<HarmonicSystem> finer) {
+  finer_ = std::move(finer);
+  ksp_ = {}, jacobian_ = finer_->matrix();
+  for (UniqueVec *v : {&y_, &t_, &row_, &residual_, &correction_}) *v = finer_->unknowns();
+  check(KSPCreate(finer_->layout().comm, ksp_.out()), doing);
+  finer_->set_up(ksp_, jacobian_);
+  check(KSPSetTolerances(ksp_, accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), doing);
+}
+
+ErrorEstimate Estimator::operator()(Vec y, Vec t) {
+  const Layout &layout = finer_->layout();
+  const PetscInt count = layout.own_coefficients();
+  const int n = layout.width, known = system_->layout().width;
+  pad(system_->layout(), y, layout, y_);
+  pad(system_->layout(), t, layout, t_);
+  ErrorEstimate found;
+  motion_ = size(y_);
+  if (motion_ == 0) return found;
+
+  double *row;
+  const double *tangent;
+  check(VecGetArrayRead(t_, &tangent), doing);
+  check(VecGetArray(row_, &row), doing);
+  for (PetscInt i = 0; i < count; ++i) row[i] = i % n == 0 ? 0 : tangent[i] / motion_;
+  if (layout.owns_omega()) row[count] = tangent[count] * motion_ / (omega_unit_ * omega_unit_);
+  check(VecRestoreArray(row_, &row), doing);
+  check(VecRestoreArrayRead(t_, &tangent), doing);
+
+  check(VecSet(residual_, 0), doing);
+  finer_->residual(y_, residual_);
+  finer_->jacobian(y_, row_, jacobian_);
+  check(KSPSetOperators(ksp_, jacobian_, jacobian_), doing);
+  const double whole = correct();
+  found.harmonics = whole;
+  check(VecAXPY(y_, -1, correction_), doing);
+  std::vector<double> squares(n / 2 + 1);
+  const double *q;
+  check(VecGetArrayRead(y_, &q), doing);
+  for (PetscInt i = 0; i < count; ++i) squares[(i % n + 1) / 2] += q[i] * q[i];
+  check(VecRestoreArrayRead(y_, &q), doing);
+  MPI_Allreduce(MPI_IN_PLACE, squares.data(), n / 2 + 1, MPI_DOUBLE, MPI_SUM, layout.comm);
+  for (const double square : squares) found.content.push_back(std::sqrt(square) / motion_);
+  if (system_->samples() == exactly || !std::isfinite(whole)) return found;
+
+  UniqueVec both = finer_->unknowns(); // and what of it is the samples' doing
+  check(VecCopy(correction_, both), doing);
+  double *r;
+  check(VecGetArray(residual_, &r), doing);
+  for (PetscInt i = 0; i < count; ++i)
+    if (i % n >= known) r[i] = 0;
+  check(VecRestoreArray(residual_, &r), doing);
+  found.sampling = correct();
+  check(VecAYPX(correction_, -1, both), doing);
+  found.harmonics = size(correction_) / motion_;
+  return found;
+}
+
+double Estimator::correct() {
+  KSPConvergedReason reason;
+  check(KSPSolve(ksp_, residual_, correction_), doing);
+  check(KSPGetConvergedReason(ksp_, &reason), doing);
+  const double omega = finer_->omega(correction_) / omega_unit_;
+  if (reason > 0) return std::hypot(size(correction_) / motion_, omega);
+  finer_->recover(ksp_, jacobian_);
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+// Of the motion without its means.
+double Estimator::size(Vec y) const {
+  const Layout &layout = finer_->layout();
+  const double *q;
+  double square = 0;
+  check(VecGetArrayRead(y, &q), doing);
+  for (PetscInt i = 0; i < layout.own_coefficients(); ++i)
+    if (i % layout.width != 0) square += q[i] * q[i];
+  check(VecRestoreArrayRead(y, &q), doing);
+  MPI_Allreduce(MPI_IN_PLACE, &square, 1, MPI_DOUBLE, MPI_SUM, layout.comm);
+  return std::sqrt(square);
+}
+
+} // namespace dovetail

@@ -1,0 +1,46 @@
+#pragma once
+// How far a point is from the curve that more harmonics and exact contact forces would give: the first step of Newton's
+// method there, from the motion padded with zeros. (The size of the harmonics left out of the forces tells nothing;
+// what they move does.)
+#include <memory>
+#include <vector>
+
+#include "harmonic/harmonic_system.hpp"
+
+namespace dovetail {
+
+/// Distances to the finer curve: of the motion without its means, relative to its own size, and of the frequency,
+/// relative to the sweep, as one root of squares. NaN where the linear solver failed.
+struct ErrorEstimate {
+  double harmonics = 0, sampling = 0; ///< by what is missing; they add up as vectors, so their sum bounds the whole
+  std::vector<double> content;        ///< size of each harmonic, 0 .. finer H, of the corrected motion; relative
+
+  double total() const { return harmonics + sampling; }
+};
+
+class Estimator {
+public:
+  /// For points of `system`. Collective, like all that follows.
+  Estimator(const HarmonicSystem &system, double omega_unit);
+
+  /// From now on for points of the same model with other harmonics or samples.
+  void match(const HarmonicSystem &system);
+
+  /// At a solution y, with the curve's tangent t there.
+  ErrorEstimate operator()(Vec y, Vec t);
+
+private:
+  void build(std::unique_ptr<HarmonicSystem> finer);
+  double correct(); // correction_ from residual_: its length
+  double size(Vec y) const;
+
+  double omega_unit_;
+  const HarmonicSystem *system_;
+  std::unique_ptr<HarmonicSystem> finer_;
+  UniqueMat jacobian_;
+  UniqueKSP ksp_;
+  UniqueVec y_, t_, row_, residual_, correction_;
+  double motion_ = 0; // size of the motion at hand
+};
+
+} // namespace dovetail
