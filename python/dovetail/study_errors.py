@@ -79,3 +79,55 @@ def largest(found):
 def missed(curve, reference):
     """At how many frequencies the reference has a point and the curve has none."""
     return sum(len(wanted) > 0 and len(found) == 0 for found, wanted in zip(curve.passes, reference.passes))
+
+
+def distances(results, reference, scales, sweep, frequencies, offset):
+    """How far points are from a reference's curve, in the measure of the estimates of docs/accuracy.md.
+
+    Parameters
+    ----------
+    results, reference : Results
+        The reference has points at every frequency and `offset` below and above it, for the tangent of its curve.
+    scales : (3,)
+        Of frequency, modes and contact motion, as in state.h5.
+    sweep : float
+        Its width [rad/s].
+    frequencies : (m,) [rad/s]
+
+    Returns
+    -------
+    points : (k,) int array
+        Those of `results` that lie at one of the frequencies; where a branch passes it more than once, all of them.
+    distances : (k,) array
+        To the nearest passage of the reference: of the motion without its means, relative to its size, and of the frequency,
+        relative to the sweep, as one root of squares.
+    """
+    H = max(results.harmonics, reference.harmonics)
+
+    def motion(run):
+        q = run.coefficients.copy()
+        q[:, :run.modes] /= scales[1]
+        q[:, run.modes:] /= scales[2]
+        q[:, :, 0] = 0
+        return np.pad(q, ((0, 0), (0, 0), (0, 2 * (H - run.harmonics)))).reshape(len(q), -1)
+
+    def at(run, omega):
+        return np.flatnonzero(np.abs(run.omega - omega) <= SAME_FREQUENCY * omega)
+
+    ours, theirs = motion(results), motion(reference)
+    points, found = [], []
+    for omega in frequencies:
+        below, here, above = (at(reference, omega + shift) for shift in (-offset, 0, offset))
+        if not (len(below) and len(here) and len(above)):
+            continue
+        for point in at(results, omega):
+            best = np.inf
+            for j in here:
+                near = [side[np.argmin(np.linalg.norm(theirs[side] - theirs[j], axis=1))] for side in (below, above)]
+                slope = (theirs[near[1]] - theirs[near[0]]) / (2 * offset)
+                size, missed = np.linalg.norm(ours[point]), ours[point] - theirs[j]
+                along = (missed @ slope) / size**2 / ((slope @ slope) / size**2 + 1 / sweep**2)
+                best = min(best, np.hypot(np.linalg.norm(missed - along * slope) / size, along / sweep))
+            points.append(point)
+            found.append(best)
+    return np.array(points, int), np.array(found)

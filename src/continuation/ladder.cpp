@@ -124,9 +124,14 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   pad(system_->layout(), here_.y, system->layout(), there.y);
   pad(system_->layout(), here_.t, system->layout(), t);
   check(VecCopy(there.y, padded), "changing harmonics");
-  const bool found = settings_.to == settings_.from ? curve.solve_at(here_.omega, there)
-                                                    : curve.solve_across(t, there, false, most) ||
-                                                          (most == 0 && curve.solve_across(t, there, true));
+  bool found = settings_.to != settings_.from &&
+               (curve.solve_across(t, there, false, most) || (most == 0 && curve.solve_across(t, there, true)));
+  const auto passed = [&](double w) { return (w - here_.omega) * (w - there.omega) <= 0 && w != here_.omega; };
+  if (!found || passed(settings_.to) || std::any_of(settings_.at.begin(), settings_.at.end(), passed)) {
+    check(VecCopy(padded, there.y), "changing harmonics"); // what is wanted there must not get lost
+    if (found || settings_.to == settings_.from) found = curve.solve_at(here_.omega, there);
+    if (curve.norm.product(there.t, t) < 0) turn(there);
+  }
   if (!found) return false;
   check(VecAXPY(padded, -1, there.y), "changing harmonics");
   if (curve.norm.length(padded) > most_change) return false; // that is another branch

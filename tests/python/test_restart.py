@@ -158,6 +158,22 @@ def test_restart_with_more_points_and_a_farther_end(copy, tmp_path):
     assert done.points["omega"][-1] == 1.35 and 1.3 not in done.points["omega"]
 
 
+def test_restart_while_harmonics_follow_a_tolerance(tmp_path):
+    """Stopped before, amid and after the points that want more of them."""
+    keys = {"harmonics": None, "samples": None, "tolerance": 1e-4, "adaptive": True, "step": 0.02, "omega": [0.9, 1.2]}
+    whole = run(cases.dof5(tmp_path, **keys), out="whole")
+    used = whole.points["harmonics"]
+    assert used.max() > used.min() and whole.summary["adaptations"] > 3
+    most = int(np.argmax(used))
+    for points in (most // 2, most + 1, len(used) - 5, 10**6):
+        case = cases.dof5(tmp_path, **keys, max_points=points)
+        done = run(case, *(["--restart"] if points > most // 2 else []), out="out")
+    same(done.points, whole.points)
+    for name in ("adaptations", "newton_iterations"):
+        assert done.summary[name] == whole.summary[name]
+    assert done.summary["accuracy"] == pytest.approx(whole.summary["accuracy"], rel=1e-2)
+
+
 def test_nothing_to_do(halted):
     """Said, with status 0, and nothing is touched."""
     folder = halted.path.parent / "out"

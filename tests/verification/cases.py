@@ -22,7 +22,7 @@ SECTION_OF = {
     "step_tolerance": "newton", "residual_tolerance": "newton", "max_iterations": "newton",
     "kind": "scaling", "frequency": "scaling", "modal": "scaling", "contact": "scaling",
     "omega": "continuation", "step": "continuation", "adaptive": "continuation", "max_points": "continuation",
-    "at": "continuation",
+    "at": "continuation", "tolerance": "accuracy", "estimates": "accuracy",
 }
 TIGHT = {"step_tolerance": 1e-10, "residual_tolerance": 1e-10}
 
@@ -148,8 +148,9 @@ def full(folder, title, structure, overrides, **settings):
 
 
 def write(folder, title, model, structure, reduced, overrides, **settings):
-    """Write case.toml: `settings` with `overrides`."""
+    """Write case.toml: `settings` with `overrides`; None leaves a key out."""
     settings.update(overrides)
+    settings = {key: value for key, value in settings.items() if value is not None}
     sections = {}
     for key, value in settings.items():
         sections.setdefault(SECTION_OF[key], []).append(f"{key} = {json.dumps(value)}")

@@ -1,0 +1,120 @@
+"""Estimated errors against the true ones, and runs that keep a tolerance; truth is the same case with many more harmonics."""
+
+import h5py
+import numpy as np
+import pytest
+
+import cases
+from dovetail import Results
+from dovetail.study_errors import distances
+from launch import run
+
+OFFSET = 3e-6  # of the sweep, for tangents of the reference
+
+# Kind of motion -> (maker, harmonics of the reference, keys). Slip; lift-off with folds; both, and three harmonics of the load.
+SCENES = {"slip": (cases.dof5, 40, {"omega": [0.95, 1.1]}),
+          "lift-off": (lambda folder, **keys: cases.single_mass(folder, 1, **keys), 40, {"omega": [14, 11]}),
+          "both": (cases.several_points, 30, {"omega": [0.8, 1.2]})}
+
+
+def settings(name, **keys):
+    make, _, own = SCENES[name]
+    begin, end = own["omega"]
+    frequencies = np.linspace(begin, end, 22)[1:-1]
+    return make, {**own, "samples": None, "adaptive": True, "step": 0.02, **cases.TIGHT, **keys}, frequencies, abs(end - begin)
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def scene(request, tmp_path_factory):
+    """Name, and a function that gives the true errors of the points of a run at common frequencies, and these points."""
+    name = request.param
+    make, keys, frequencies, sweep = settings(name, harmonics=SCENES[name][1], estimates=False)
+    at = sorted((f + shift * OFFSET * sweep for f in frequencies for shift in (-1, 0, 1)), reverse=keys["omega"][1] < keys["omega"][0])
+    folder = tmp_path_factory.mktemp("reference")
+    reference = Results(run(make(folder, **keys, at=at)).folder / "results.h5")
+
+    def truth(folder, **where):
+        results = Results(folder / "results.h5")
+        with h5py.File(folder / "state.h5") as state:
+            scales = state["scales"][()]
+        points, true = distances(results, reference, scales, sweep, frequencies, OFFSET * sweep)
+        assert len(points) >= len(frequencies)
+        return results, points, true
+
+    return name, truth
+
+
+def run_of(name, folder, where=None, **keys):
+    make, keys, frequencies, _ = settings(name, **keys)
+    return run(make(folder, **{"at": list(frequencies), **keys}), **(where or {}))
+
+
+@pytest.mark.parametrize("harmonics, samples", [(1, None), (3, None), (5, None), (8, None), (8, 32)])
+def test_estimates_are_near_the_true_errors(scene, tmp_path, harmonics, samples):
+    """Within a factor of 5 at nine points of ten, where there is any error."""
+    name, truth = scene
+    if harmonics < 2 and name == "both":
+        pytest.skip("the load has two harmonics")
+    results, points, true = truth(run_of(name, tmp_path, harmonics=harmonics, samples=samples).folder)
+    some = true > 1e-6
+    assert np.all(results.error[points[~some]] < 1e-5)
+    ratio = true[some] / results.error[points[some]]
+    assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.9, ratio
+
+
+def test_sampling_is_told_from_harmonics(tmp_path):
+    with_few = run_of("slip", tmp_path, harmonics=10, samples=32).points
+    exact = run_of("slip", tmp_path, harmonics=10).points
+    assert np.all(exact["error_sampling"] == 0)
+    assert with_few["error_sampling"].max() > 10 * with_few["error_harmonics"].max() > 0
+    assert with_few["error_harmonics"].max() == pytest.approx(exact["error_harmonics"].max(), rel=0.5)
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+def test_tolerance_is_kept(scene, tmp_path, tolerance):
+    name, truth = scene
+    done = run_of(name, tmp_path, harmonics=None, tolerance=tolerance)
+    results, points, true = truth(done.folder)
+    assert np.mean(true <= tolerance) >= 0.95, true
+    assert done.summary["accuracy"]["tolerance"] == tolerance
+    assert done.summary["accuracy"]["above"] == np.sum(results.error > tolerance)
+    assert done.summary["accuracy"]["largest"] == pytest.approx(np.nanmax(results.error), rel=1e-2)
+
+
+def test_harmonics_come_and_go(tmp_path):
+    """Few where the contact sticks or is always open, more around the resonance; fewer for a wider tolerance."""
+    most = []
+    for tolerance in (1e-2, 1e-4):
+        done = run_of("slip", tmp_path, harmonics=None, tolerance=tolerance, omega=[0.9, 1.3])
+        used = done.points["harmonics"]
+        assert used[-1] == used.min() == 1 and done.summary["adaptations"] >= 2
+        assert done.out.count("harmonics from here on") == done.summary["adaptations"]
+        most.append(used.max())
+    assert most[0] < most[1]
+
+
+def test_one_frequency(tmp_path):
+    done = run_of("slip", tmp_path, harmonics=None, tolerance=1e-4, omega=[1.02, 1.02], at=None)
+    assert list(done.points["omega"]) == [1.02] and done.points["error_harmonics"][0] < 1e-4 and done.points["harmonics"][0] > 3
+
+
+def test_any_number_of_ranks(tmp_path):
+    one, three = (run_of("both", tmp_path, where, harmonics=None, tolerance=1e-3, solver="modal")
+                  for where in ({"out": "1"}, {"out": "3", "ranks": 3}))
+    np.testing.assert_array_equal(one.points["harmonics"], three.points["harmonics"])
+    wanted = np.isin(one.points["omega"], settings("both")[2])
+    np.testing.assert_array_equal(one.points["omega"][wanted], three.points["omega"][wanted])
+    scale = np.abs(one.points["coefficients"]).max()
+    np.testing.assert_allclose(one.points["coefficients"][wanted], three.points["coefficients"][wanted], rtol=0, atol=1e-7 * scale)
+    np.testing.assert_allclose(one.points["error_harmonics"], three.points["error_harmonics"], rtol=0.05, atol=1e-6)
+
+
+@pytest.mark.parametrize("keys, words", [
+    ({"harmonics": 5, "tolerance": 1e-3}, "accuracy.tolerance chooses the harmonics"),
+    ({"harmonics": None, "tolerance": 1e-3, "samples": 64}, "takes exact contact forces"),
+    ({"harmonics": None, "tolerance": 1e-3, "estimates": False}, "a tolerance cannot do without"),
+    ({"harmonics": None, "tolerance": 2.0}, "less than 1"),
+    ({"harmonics": None}, "[accuracy] tolerance = 1e-3")])
+def test_what_does_not_go_together_is_refused(tmp_path, keys, words):
+    make, keys, _, _ = settings("slip", **keys)
+    assert words in run(make(tmp_path, **keys), status=2).err
