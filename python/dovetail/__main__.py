@@ -148,6 +148,8 @@ def parser():
                          help="default: that of the case, and 1 3 5 7 10 15 20 30 40 up to twice it")
     command.add_argument("--samples", metavar="N", nargs="+", type=samples,
                          help="per period, or exact; default: that of the case, and 64 256 exact")
+    command.add_argument("--tolerances", metavar="TOL", nargs="*", type=float, help="for harmonics that are chosen along the curve; "
+                         "default: 1e-2 1e-3 1e-4; without a number: none")
     command.add_argument("--modes", metavar="N_A", nargs="+", type=int, help="default: those of the case")
     command.add_argument("--solvers", nargs="+", choices=["auto", "assembled", "modal"], help="default: that of the case")
     command.add_argument("--jobs", metavar="N", type=int, default=1, help="runs at a time; default: %(default)s")

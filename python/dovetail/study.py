@@ -1,4 +1,4 @@
-"""Speed against accuracy on the user's own case: a grid of fixed settings, each compared with a reference made for it."""
+"""Speed against accuracy on the user's own case: a grid of settings, each compared with a reference made for it."""
 
 import hashlib
 import itertools
@@ -12,6 +12,8 @@ from .study_report import Report, Row
 from .study_runs import Program, Run, RunFailed, Setting, UserCase, compute, hash_of
 
 HARMONICS = (1, 3, 5, 7, 10, 15, 20, 30, 40)  # by default those up to twice the case's own
+USUAL = 10  # harmonics of a case that leaves them to a tolerance
+TOLERANCES = (1e-2, 1e-3, 1e-4)
 SAMPLES = (64, 256, "exact")
 LEAST = 10  # harmonics of a reference; twice 1 would be 2, which with friction is no better
 
@@ -45,9 +47,11 @@ def study(arguments):
 
 
 def grid(case, arguments):
-    """All settings, those with few harmonics first; without those that have fewer than 2H+1 samples."""
-    own = case.content["harmonic_balance"]
-    harmonics = arguments.harmonics or [own["harmonics"], *(h for h in HARMONICS if h <= 2 * own["harmonics"])]
+    """All settings, those with few harmonics first, then those by tolerance; without those that have fewer than 2H+1 samples."""
+    own = case.content.get("harmonic_balance", {})
+    usual = own.get("harmonics", USUAL)
+    harmonics = arguments.harmonics or [usual, *(h for h in HARMONICS if h <= 2 * usual)]
+    tolerances = TOLERANCES if arguments.tolerances is None else arguments.tolerances
     samples = arguments.samples or [own.get("samples", "exact"), *SAMPLES]
     if arguments.modes and "reduced" in case.content:
         raise ValueError(f"{case.path}: names a reduced model, which is used as it stands: --modes has nothing to vary")
@@ -57,17 +61,21 @@ def grid(case, arguments):
         for value in values:
             if isinstance(value, int) and value < 1:
                 raise ValueError(f"{option} {value}: must be at least 1")
+    for value in tolerances:
+        if not 0 < value < 1:
+            raise ValueError(f"--tolerances {value}: must lie between 0 and 1")
     order = itertools.product(sorted(set(modes)), sorted(set(harmonics)), sorted(set(samples), key=lambda n: (n == "exact", n)),
                               dict.fromkeys(solvers))
     settings = [Setting(h, n, m, solver) for m, h, n, solver in order if n == "exact" or n >= 2 * h + 1]
     if not settings:
         raise ValueError(f"--samples {max(samples)}: {min(harmonics)} harmonics need at least {2 * min(harmonics) + 1}")
-    return settings
+    by_tolerance = itertools.product(sorted(set(modes)), sorted(set(tolerances), reverse=True), dict.fromkeys(solvers))
+    return settings + [Setting(None, "exact", m, solver, tolerance) for m, tolerance, solver in by_tolerance]
 
 
 def reference_of(settings):
     """Twice the harmonics of the finest setting or more, exact contact forces, the most modes."""
-    return Setting(max(LEAST, *(2 * s.harmonics for s in settings)), "exact", settings[-1].modes, "auto")
+    return Setting(max(LEAST, *(2 * s.harmonics for s in settings if s.harmonics)), "exact", settings[-1].modes, "auto")
 
 
 def computed_reference(reference, program):
@@ -102,7 +110,8 @@ def compared(runs, program, jobs, reference, report):
 
 
 class Progress:
-    """One line per run. Time left goes by the harmonics still to do: a run is taken to cost in proportion to 2H+1."""
+    """One line per run. Time left goes by the harmonics still to do: a run is taken to cost in proportion to 2H+1, with H = USUAL
+    where a tolerance chooses."""
 
     def __init__(self, total, jobs):
         self.total, self.jobs, self.left, self.seconds, self.width = total, jobs, [], 0.0, 0
@@ -110,9 +119,13 @@ class Progress:
     def tell(self, run, row: Row):
         self.left.remove(run.setting)
         self.seconds += run.seconds
-        self.width += 2 * run.setting.harmonics + 1
-        rest = self.seconds / self.width * sum(2 * setting.harmonics + 1 for setting in self.left) / self.jobs
+        self.width += self.size(run.setting)
+        rest = self.seconds / self.width * sum(map(self.size, self.left)) / self.jobs
         said = f"error {study_errors.largest(row.errors):.1e}" if row.errors else f"failed: {row.reason}"
         left = time.strftime("%H:%M:%S", time.gmtime(rest))
         print(f"{self.total - len(self.left):4d} of {self.total}  {run.setting!s:<36}{run.seconds:8.1f} s  {said}  {left} left",
               file=sys.stderr, flush=True)
+
+    @staticmethod
+    def size(setting):
+        return 2 * (setting.harmonics or USUAL) + 1

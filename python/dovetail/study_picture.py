@@ -8,7 +8,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from . import study_errors
 from .plot import LINES, STYLE
 
-MARKERS = ("o", "s", "^", "D", "v", "<", ">", "P", "X", "p", "*")  # by number of harmonics
+MARKERS = ("o", "s", "^", "D", "v", "<", ">", "P", "X", "p", "h")  # by number of harmonics
 TITLES = {"amplitude": "peak amplitude", "frequency": "resonance frequency", "curve": "whole curve", "dissipation": "dissipated energy"}
 LEAST = 1e-12  # errors below are drawn here: rounding
 EDGES = tuple(color for color, _ in LINES)  # by solver
@@ -51,6 +51,8 @@ def _panel(axis, kind, rows, style):
     axis.step([*time[best], 1.15 * time.max()], [*error[best], error[best[-1]]], where="post", color="#7f7f7f", linewidth=1.2, zorder=1)
     for x, y, row in zip(time, error, rows):
         axis.plot(x, y, linestyle="none", **style.of(row.setting))
+        if row.setting.tolerance is not None:
+            axis.annotate(f"{row.setting.tolerance:g}", (x, y), xytext=(7, 4), textcoords="offset points", fontsize=8)
 
 
 def frontier(time, error):
@@ -67,7 +69,8 @@ class MarkerStyle:
     """How settings are told apart."""
 
     def __init__(self, settings):
-        self.harmonics = sorted({s.harmonics for s in settings})
+        self.harmonics = sorted({s.harmonics for s in settings if s.tolerance is None})
+        self.adaptive = any(s.tolerance is not None for s in settings)
         self.samples = sorted({s.samples for s in settings}, key=lambda n: (n == "exact", n))
         self.modes = sorted({s.modes for s in settings})
         self.solvers = sorted({s.solver for s in settings})
@@ -83,6 +86,9 @@ class MarkerStyle:
     def of(self, setting):
         """Keywords for `plot`."""
         solver = self.solvers.index(setting.solver)
+        if setting.tolerance is not None:
+            return {"marker": "*", "markersize": 1.6 * self._size(setting.modes), "markerfacecolor": "white", "zorder": 3,
+                    "markeredgecolor": EDGES[solver], "markeredgewidth": 0.9 + 0.7 * solver}
         return {"marker": MARKERS[self.harmonics.index(setting.harmonics) % len(MARKERS)], "markersize": self._size(setting.modes),
                 "markerfacecolor": self._fill(setting.samples), "markeredgecolor": EDGES[solver], "markeredgewidth": 0.9 + 0.7 * solver}
 
@@ -93,6 +99,8 @@ class MarkerStyle:
                           markeredgecolor=edge, markeredgewidth=width)
 
         entries = [entry(f"H {h}", MARKERS[i % len(MARKERS)]) for i, h in enumerate(self.harmonics)]
+        if self.adaptive:
+            entries.append(entry("by tolerance", "*", size=1.6 * USUAL))
         entries += [entry("fill: exact" if n == "exact" else f"fill: N {n}", fill=self._fill(n)) for n in self.samples]
         if len(self.modes) > 1:
             entries += [entry(f"size: {n} modes", size=self._size(n)) for n in self.modes]

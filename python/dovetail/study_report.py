@@ -63,9 +63,14 @@ class Report:
     def compared(self):
         return [row for row in self.rows if row.errors]
 
-    def cheapest(self, target):
-        """The row with the least time per point of those whose errors all keep the target, or None."""
-        good = [row for row in self.compared if row.largest <= target]
+    @property
+    def fixed(self):
+        """Of those compared the ones with so many harmonics."""
+        return [row for row in self.compared if row.setting.tolerance is None]
+
+    def cheapest(self, target, rows=None):
+        """The row with the least time per point of those (default: of all) whose errors all keep the target, or None."""
+        good = [row for row in (self.compared if rows is None else rows) if row.largest <= target]
         return min(good, key=lambda row: row.seconds_per_point, default=None)
 
     @property
@@ -101,21 +106,21 @@ class Report:
     def doubt(self):
         """Largest error of the setting that differs from the reference in harmonics only, a measure of the reference's own; or None."""
         best = self.reference.setting
-        near = [row.largest for row in self.compared if (row.setting.samples, row.setting.modes, 2 * row.setting.harmonics) == (
+        near = [row.largest for row in self.fixed if (row.setting.samples, row.setting.modes, 2 * row.setting.harmonics) == (
             best.samples, best.modes, best.harmonics)]
         return min(near, default=None)
 
     def table(self):
-        lines = [f"{'':36}error of", f"{'setting':<36}{'amplitude':<11}{'frequency':<11}{'curve':<11}{'dissipation':<13}"
+        lines = [f"{'':40}error of", f"{'setting':<40}{'amplitude':<11}{'frequency':<11}{'curve':<11}{'dissipation':<13}"
                  f"{'points':>6}{'ms/point':>10}{'curve [s]':>11}"]
         for row in self.rows:
             if row.errors:
                 shown = "".join(f"{'-' if row.errors[kind] is None else format(row.errors[kind], '.2e'):<{width}}"
                                 for kind, width in zip(study_errors.KINDS, (11, 11, 11, 13)))
                 cost = f"{row.points:6d}{1e3 * row.seconds_per_point:10.3g}{row.seconds:11.3g}"
-                lines.append(f"{row.setting!s:<36}{shown}{cost}" + "".join(f"  {note}" for note in row.notes))
+                lines.append(f"{row.setting!s:<40}{shown}{cost}" + "".join(f"  {note}" for note in row.notes))
             else:
-                lines.append(f"{row.setting!s:<36}failed: {row.reason}")
+                lines.append(f"{row.setting!s:<40}failed: {row.reason}")
         return lines
 
     def advice(self):
@@ -128,7 +133,17 @@ class Report:
             else:
                 found = f"; the best has {min(row.largest for row in self.compared):.1e}" if self.compared else ""
                 lines += [f"# all errors within {target:g}: no setting of this grid{found}", ""]
-        return lines[:-1]
+        return lines + self.kept() if self.kept() else lines[:-1]
+
+    def kept(self):
+        """What the runs by tolerance took, against the cheapest with fixed harmonics that is as good."""
+        lines = []
+        for row in self.compared:
+            if row.setting.tolerance is not None:
+                rival = self.cheapest(max(row.largest, row.setting.tolerance), self.fixed)
+                against = f", {row.seconds_per_point / rival.seconds_per_point:.2f} times {rival.setting}" if rival else ""
+                lines.append(f"# {row.setting}: largest error {row.largest:.1e}, {1e3 * row.seconds_per_point:.3g} ms per point{against}")
+        return lines
 
     def to_paste(self, setting):
         """Lines for the case file; modes and solver only where they were varied or differ from what is there."""
@@ -136,7 +151,7 @@ class Report:
         for section, values in setting.values.items():
             own = self.case.content.get(section, {})
             chosen = {key: value for key, value in values.items()
-                      if key in ("harmonics", "samples") or value != own.get(key, "auto" if key == "solver" else None)}
+                      if key in ("harmonics", "samples", "tolerance") or value != own.get(key, "auto" if key == "solver" else None)}
             if chosen:
                 lines += [f"[{section}]", *(f"{key} = {json.dumps(value)}" for key, value in chosen.items())]
         return lines

@@ -25,29 +25,36 @@ class RunFailed(Exception):
 
 @dataclass(frozen=True)
 class Setting:
-    """What is varied. `samples` is N or "exact"; `modes` is None for a reduced model, which is used as it stands."""
+    """What is varied: harmonics (None: by `tolerance`) and samples, N or "exact"; `modes` is None for a reduced model, which is
+    used as it stands."""
 
-    harmonics: int
+    harmonics: int | None
     samples: int | str
     modes: int | None
     solver: str
+    tolerance: float | None = None
 
     @property
     def folder(self):
         samples = self.samples if self.samples == "exact" else f"N{self.samples}"
         modes = "" if self.modes is None else f"_{self.modes}modes"
-        return f"H{self.harmonics}_{samples}{modes}_{self.solver}"
+        harmonics = f"H{self.harmonics}_{samples}" if self.tolerance is None else f"tolerance{self.tolerance:g}"
+        return f"{harmonics}{modes}_{self.solver}"
 
     @property
     def values(self):
         """The same as keys of the case file: section -> key -> value."""
-        sections = {"harmonic_balance": {"harmonics": self.harmonics, "samples": self.samples, "solver": self.solver}}
+        if self.tolerance is None:
+            sections = {"harmonic_balance": {"harmonics": self.harmonics, "samples": self.samples, "solver": self.solver}}
+        else:
+            sections = {"accuracy": {"tolerance": self.tolerance}, "harmonic_balance": {"solver": self.solver}}
         return sections if self.modes is None else sections | {"reduction": {"modes": self.modes}}
 
     def __str__(self):
         samples = "exact" if self.samples == "exact" else f"N {self.samples}"
         modes = "" if self.modes is None else f", {self.modes} modes"
-        return f"H {self.harmonics}, {samples}{modes}, {self.solver}"
+        harmonics = f"H {self.harmonics}, {samples}" if self.tolerance is None else f"tolerance {self.tolerance:g}"
+        return f"{harmonics}{modes}, {self.solver}"
 
 
 class UserCase:
@@ -97,8 +104,12 @@ class UserCase:
         for keys, file in self.files().items():
             section = content if len(keys) == 1 else content[keys[0]]
             section[keys[-1]] = os.path.relpath(file, Path(folder).resolve())
+        for name, key in (("harmonic_balance", "harmonics"), ("harmonic_balance", "samples"), ("accuracy", "tolerance")):
+            content.get(name, {}).pop(key, None)
         for name, values in setting.values.items():
-            content[name].update(values)
+            content.setdefault(name, {}).update(values)
+        if setting.tolerance is None:  # a tolerance cannot do without; fixed settings are timed as they are
+            content.setdefault("accuracy", {})["estimates"] = False
         content["continuation"]["at"] = self.frequencies
         if watch:
             content["continuation"]["watch"] = watch

@@ -21,10 +21,11 @@ int harmonics_for(const ErrorEstimate &error, int H, int least, double wanted) {
   const int finer = static_cast<int>(error.content.size()) - 1;
   std::vector<double> tail(finer + 2); // size of the harmonics beyond h
   for (int k = finer; k > 0; --k) tail[k - 1] = std::hypot(tail[k], error.content[k]);
-  if (tail[H] == 0 || !std::isfinite(error.harmonics)) return least;
-  const double beyond = tail[H] * tail[H] / tail[H / 2]; // as if doubling took the same part off again
+  if (!std::isfinite(error.harmonics)) return H;
+  const double left_out = tail[H], beyond = left_out > 0 ? left_out * left_out / tail[H / 2] : 0, // as if doubling
+      weight = error.harmonics > 0 ? error.harmonics / std::hypot(left_out, beyond) : 1;          // did the same again
   for (int h = least; h < finer; ++h)
-    if (error.harmonics * std::hypot(tail[h], beyond) <= wanted * std::hypot(tail[H], beyond)) return h;
+    if (weight * std::hypot(tail[h], beyond) <= wanted) return h;
   return finer;
 }
 

@@ -17,7 +17,7 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
       trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_),
       direction_(settings.to < settings.from ? -1 : 1) {
   if (settings.stability) begin_stability();
-  if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, omega_unit_);
+  if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, omega_unit_, newton.residual_tolerance);
 }
 
 BranchSummary Follower::run(Vec y, const std::string &why_there) {
@@ -92,6 +92,7 @@ Follower::Go Follower::advance() {
   for (double step = step_; step >= least; step /= 2) {
     Go go = try_step(step);
     for (int i = 0; i < most_refinements && go == Go::refined; ++i) go = try_step(step);
+    if (go == Go::on) spare_harmonics();
     if (go != Go::refused) return go;
     ++summary_.counts.cuts;
     notify(BranchEvent::Kind::cut, refusal_ + ", step halved", here_.omega);
@@ -121,7 +122,7 @@ Follower::Go Follower::try_step(double step) {
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
   const Halvings::Measure measure{angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step};
   const bool corner = halvings_.add(measure);
-  if (!settings_.adaptive) return accept_step(here_.t, step);
+  if (!settings_.adaptive) return refined_for(trial_) ? Go::refined : accept_step(here_.t, step);
   if (measure.refused() && !corner) {
     refusal_ = measure.angle > most_angle ? "the curve turns too far within one step"
                                           : "the solution lies too far from the predicted one";
@@ -141,7 +142,6 @@ Follower::Go Follower::try_step(double step) {
   if (go != Go::on) return go;
   if (!corner) curvature_ = measure.angle / step;
   choose_step(step, measure.angle, newton);
-  spare_harmonics();
   return go;
 }
 

@@ -20,8 +20,8 @@ struct ErrorEstimate {
 
 class Estimator {
 public:
-  /// For points of `system`. Collective, like all that follows.
-  Estimator(const HarmonicSystem &system, double omega_unit);
+  /// For points of `system`; a residual below `negligible` is none. Collective, like all that follows.
+  Estimator(const HarmonicSystem &system, double omega_unit, double negligible);
 
   /// From now on for points of the same model with other harmonics or samples.
   void match(const HarmonicSystem &system);
@@ -31,10 +31,11 @@ public:
 
 private:
   void build(std::unique_ptr<HarmonicSystem> finer);
-  double correct(); // correction_ from residual_: its length
+  double correct();                                 // correction_ from residual_: its length
+  void measure_content(ErrorEstimate &found) const; // of y_
   double size(Vec y) const;
 
-  double omega_unit_;
+  double omega_unit_, negligible_;
   const HarmonicSystem *system_;
   std::unique_ptr<HarmonicSystem> finer_;
   UniqueMat jacobian_;

@@ -15,9 +15,9 @@ from dovetail.study_report import TARGETS
 from dovetail.study_runs import UserCase, toml
 from launch import BINARY, ROOT
 
-GRID = ["--harmonics", "1", "5", "--samples", "32", "exact", "--binary", str(BINARY)]
+GRID = ["--harmonics", "1", "5", "--samples", "32", "exact", "--tolerances", "1e-2", "1e-3", "--binary", str(BINARY)]
 SHORT = {"omega": [1.0, 1.06], "kind": "auto", "harmonics": 3, "samples": 64, **cases.TIGHT}
-FOLDERS = [f"H{h}_{n}_2modes_auto" for h in (1, 5) for n in ("N32", "exact")]
+FOLDERS = [f"H{h}_{n}_2modes_auto" for h in (1, 5) for n in ("N32", "exact")] + ["tolerance0.01_2modes_auto", "tolerance0.001_2modes_auto"]
 REFERENCE = "reference_H10_exact_2modes_auto"
 
 
@@ -96,11 +96,25 @@ def test_names_the_cheapest_setting_for_an_error(done):
         good = {folder: seconds for folder, (error, seconds) in cost.items() if error <= target}
         chosen = found["cheapest"][f"{target:g}"]
         assert (chosen is None) == (not good)
-        if good:
+        if good and not min(good, key=good.get).startswith("tolerance"):
             best = next(run["setting"] for run in found["runs"] if run["folder"] == min(good, key=good.get))
             assert chosen == best
             assert f"[harmonic_balance]\nharmonics = {best['harmonics']}\nsamples = {json.dumps(best['samples'])}\n" in (
                 out / "study.txt").read_text() + "\n"
+
+
+def test_runs_by_tolerance(done):
+    """They keep it, stand in the table beside the cheapest fixed setting that is as good, and have harmonics of their own choice."""
+    out, found = done
+    table, most = (out / "study.txt").read_text(), []
+    for run, tolerance in zip(found["runs"][4:], (1e-2, 1e-3)):
+        assert run["setting"]["tolerance"] == tolerance and run["setting"]["harmonics"] is None
+        assert study_errors.largest(run["errors"]) < tolerance
+        most.append(Results(out / run["folder"] / "results.h5").points("harmonics").max())
+        assert f"# tolerance {tolerance:g}, 2 modes, auto: largest error" in table and "times H " in table
+        copy = tomllib.loads((out / run["folder"] / "case.toml").read_text())
+        assert copy["accuracy"] == {"tolerance": tolerance} and copy["harmonic_balance"] == {"solver": "auto"}
+    assert 1 <= most[0] < most[1] <= 10
 
 
 def test_runs_are_lean_copies_of_the_case(done):
@@ -108,6 +122,7 @@ def test_runs_are_lean_copies_of_the_case(done):
     own = tomllib.loads((out.parent / "case.toml").read_text())
     copy = tomllib.loads((out / FOLDERS[0] / "case.toml").read_text())
     assert copy.pop("output") == {"motion": []} and copy.pop("stability") == {"enabled": False}
+    assert copy.pop("accuracy") == {"estimates": False}
     assert copy["continuation"].pop("watch") == found["watched"]
     assert copy["continuation"].pop("at") == found["frequencies"]
     assert copy.pop("harmonic_balance") == {"harmonics": 1, "samples": 32, "solver": "auto"}
@@ -158,7 +173,7 @@ def test_nothing_is_computed_twice(done, capsys):
     before = times(out)
     assert main(["study", str(out.parent / "case.toml"), *GRID]) == 0
     assert times(out) == before
-    assert "4 of 4 runs are there" in capsys.readouterr().err
+    assert "6 of 6 runs are there" in capsys.readouterr().err
     assert json.loads((out / "study.json").read_text()) == found
 
 
@@ -172,11 +187,11 @@ def test_broken_off_and_taken_up_again(tmp_path, capsys, monkeypatch):
     assert "the same command goes on" in capsys.readouterr().err
     kept = [path.parent.name for path in out.glob("*/run.json")]
     before = times(out)
-    assert REFERENCE in kept and 2 <= len(kept) < 5
+    assert REFERENCE in kept and 2 <= len(kept) < 7
     assert main(command) == 0
-    assert f"{len(kept) - 1} of 4 runs are there" in capsys.readouterr().err
+    assert f"{len(kept) - 1} of 6 runs are there" in capsys.readouterr().err
     after = times(out)
-    assert all(after[name] == before[name] for name in kept) and len(after) == 5
+    assert all(after[name] == before[name] for name in kept) and len(after) == 7
 
     case.path.write_text(case.path.read_text().replace("stiffness = 0.05", "stiffness = 0.06"))  # another problem
     assert main([*command, "--harmonics", "5", "--samples", "exact"]) == 0
@@ -191,7 +206,7 @@ if grep -q '^samples = 32' "$2"; then echo "dovetail: the sweep could not go on 
 exec "{BINARY}" "$@"
 """)
     program.chmod(0o755)
-    command = ["study", str(case.path), "--harmonics", "2", "--samples", "32", "exact", "--binary", str(program)]
+    command = ["study", str(case.path), "--harmonics", "2", "--samples", "32", "exact", "--tolerances", "--binary", str(program)]
     for progress in ("1 of 2  H 2, N 32", "2 of 2 runs are there"):  # a failure is not tried again either
         assert main(command) == 0
         failed, good = json.loads((tmp_path / "case_study/study.json").read_text())["runs"]
@@ -214,6 +229,7 @@ def test_nothing_to_compare_with(tmp_path, capsys):
     (["--jobs", "0"], {}, "--jobs 0: must be at least 1"),
     (["--modes", "3"], {}, "modes = 3"),  # of 2; by the program, before anything is computed
     (["--binary", "nowhere/dovetail"], {}, "nowhere/dovetail: is no program"),
+    (["--tolerances", "2"], {}, "--tolerances 2.0: must lie between 0 and 1"),
     ([], {"omega": [1.0, 1.0]}, "needs a range"),
     ([], {"samples": 5}, "harmonic_balance.samples = 5 is too small"),
 ], ids=lambda value: " ".join(value) if isinstance(value, list) else "")
