@@ -9,12 +9,16 @@ namespace dovetail {
 namespace {
 
 constexpr int most_harmonics = 64;
-constexpr double aimed_part = 0.5;   // of the tolerance, by harmonics added
-constexpr double spare_part = 0.2;   // and by those kept when some are dropped,
-constexpr double least_saving = 0.8; // unless hardly any would be
-constexpr int least_stay = 4;        // points between a change and the next drop
-constexpr double most_left = 0.7;    // of the error, by harmonics that were worth it
-constexpr double worth_another = 2;  // try: an error so many times the one that harmonics did not help against
+constexpr double most_part = 0.5;   // of the tolerance, for estimates may be half of the error where contacts are stiff
+constexpr double aimed_part = 0.35; // by harmonics added,
+constexpr double spare_part = 0.15; // and by those kept when some are dropped,
+constexpr double least_saving = 0.8;   // unless hardly any would be
+constexpr int least_stay = 4;          // points between a change and the next drop
+constexpr int enough_added = 8;        // harmonics, to see whether they help
+constexpr double most_left = 0.7;      // of the error, by harmonics that were worth it,
+constexpr double most_left_then = 0.5; // or where they were not before, and are tried again: where the error is
+constexpr double as_good = 1.5;        // error, in parts of the one that cannot be lowered
+constexpr double worth_another = 2;    // so many times what it was then
 
 // The fewest harmonics, `least` or more, with which the error would be below `wanted`: it goes with what is left out.
 int harmonics_for(const ErrorEstimate &error, int H, int least, double wanted) {
@@ -47,21 +51,23 @@ const ErrorEstimate &Follower::error_of(Station &s) {
 // More harmonics at here_, if the error at `s` asks for them; or back to what they were, if the last ones were added in
 // vain. Where contacts are stiff, no number that can be had may be enough, and more may be worse than fewer.
 bool Follower::refined_for(Station &s) {
-  if (settings_.tolerance <= 0 || !(error_of(s).total() > settings_.tolerance)) return false;
+  if (settings_.tolerance <= 0 || !(error_of(s).total() > most_part * settings_.tolerance)) return false;
   const int H = system_->harmonics();
   const double error = s.error->total();
-  if (unchanged_ == 0 && raised_.harmonics > 0 && error > most_left * raised_.error) {
+  if (unchanged_ > 0 || raised_.harmonics == 0) raised_ = {H, error}; // else further harmonics for the same step
+  const double left = raised_.harmonics == coarse_.harmonics ? most_left_then : most_left;
+  if (H >= raised_.harmonics + enough_added && error > left * raised_.error) {
     coarse_ = std::exchange(raised_, {});
     return change_harmonics(coarse_.harmonics, error);
   }
   if (coarse_.harmonics == H && error < worth_another * coarse_.error) return false;
   const int wanted = std::min(harmonics_for(*s.error, H, H + 1, aimed_part * settings_.tolerance), most_harmonics);
-  if (wanted > H && change_harmonics(wanted, error)) {
-    raised_ = {H, error};
-    return true;
-  }
-  coarse_ = {H, error};
-  return false;
+  if (wanted > H && change_harmonics(wanted, error)) return true;
+  coarse_ = {H, error}; // then as few as are about as good
+  const int fewer = harmonics_for(*s.error, H, least_harmonics(), as_good * error);
+  if (fewer > least_saving * H || !change_harmonics(fewer, error)) return false;
+  coarse_.harmonics = fewer;
+  return true;
 }
 
 void Follower::spare_harmonics() {

@@ -119,7 +119,7 @@ private:
   struct Adapted {
     int harmonics = 0;
     double error = 0;
-  } raised_, coarse_; // before harmonics were added last; and where more did not help
+  } raised_, coarse_; // before harmonics were added for the step at hand; and where more did not help
   int in_vain_ = 0;   // harmonics for which more were tried and led nowhere
   std::string refusal_;
   std::optional<Place> branch_point_; // within the step being tried

@@ -103,13 +103,18 @@ bool Follower::leave_from_farthest() {
 
 void Follower::take_system(HarmonicSystem &system) {
   const ArcNorm seen = curve_->norm;
+  if (farthest_) { // where the branch may be left: no solution any more, but near one
+    UniqueVec y = system.unknowns(), t = system.unknowns();
+    pad(system_->layout(), farthest_->y, system.layout(), y);
+    pad(system_->layout(), farthest_->t, system.layout(), t);
+    farthest_->y = std::move(y), farthest_->t = std::move(t);
+  }
   system_ = &system;
   curve_ = std::make_unique<Curve>(system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
   curve_->norm.restore(seen.largest_motion(), seen.largest_of_dofs());
   meter_ = std::make_unique<AmplitudeMeter>(system.layout(), settings_.watched);
   here_ = curve_->station(), trial_ = curve_->station();
   predicted_ = system.unknowns();
-  farthest_.reset();
   if (large_stability_) begin_stability();
   if (estimator_) estimator_->match(system);
 }
@@ -124,12 +129,13 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   pad(system_->layout(), here_.y, system->layout(), there.y);
   pad(system_->layout(), here_.t, system->layout(), t);
   check(VecCopy(there.y, padded), "changing harmonics");
-  bool found = settings_.to != settings_.from &&
-               (curve.solve_across(t, there, false, most) || (most == 0 && curve.solve_across(t, there, true)));
+  const bool stay = summary_.counts.points == 0; // the first point lies where it was asked for
+  bool found =
+      !stay && (curve.solve_across(t, there, false, most) || (most == 0 && curve.solve_across(t, there, true)));
   const auto passed = [&](double w) { return (w - here_.omega) * (w - there.omega) <= 0 && w != here_.omega; };
   if (!found || passed(settings_.to) || std::any_of(settings_.at.begin(), settings_.at.end(), passed)) {
     check(VecCopy(padded, there.y), "changing harmonics"); // what is wanted there must not get lost
-    if (found || settings_.to == settings_.from) found = curve.solve_at(here_.omega, there);
+    if (found || stay) found = curve.solve_at(here_.omega, there);
     if (curve.norm.product(there.t, t) < 0) turn(there);
   }
   if (!found) return false;

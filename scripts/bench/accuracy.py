@@ -1,0 +1,174 @@
+"""Estimated against true errors, and runs by tolerance against fixed harmonics, on scenes that differ in kind.
+
+The true error of a point is its distance from the curve of a reference with many more harmonics, in the measure of the estimates
+(docs/accuracy.md), at frequencies that all runs pass. Fixed harmonics are timed without estimates, and run once more with them.
+"""
+
+import argparse
+import json
+import shutil
+import statistics
+import sys
+
+import h5py
+import numpy as np
+from accuracy_scenes import SCENES
+from measure import BINARY, OUTPUT, keep, surroundings, weigh
+
+from dovetail import Results
+from dovetail.study_errors import distances
+from dovetail.study_runs import toml
+
+TOLERANCES = (1e-2, 1e-3, 1e-4)
+FREQUENCIES = 40
+OFFSET = 3e-6  # of the sweep: of the reference's points beside each frequency
+SOME = 1e-7  # true errors below are none
+
+
+class Bench:
+    """One scene: its reference, and runs compared with it."""
+
+    def __init__(self, name, runs):
+        self.name, self.scene, self.runs = name, SCENES[name], runs
+        self.folder = OUTPUT / "accuracy" / name.replace(" ", "_")
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.content = self.scene.make(self.folder)
+        begin, end = self.content["continuation"]["omega"]
+        self.sweep, self.down = abs(end - begin), end < begin
+        self.frequencies = np.linspace(begin, end, FREQUENCIES + 2)[1:-1]
+        self.content["continuation"].pop("max_points", None)
+        offsets = [f + shift * OFFSET * self.sweep for f in self.frequencies for shift in (-1, 0, 1)]
+        folder, _ = self.run("reference", {"harmonics": self.scene.reference}, {"estimates": False}, offsets, runs=1)
+        self.reference = Results(folder / "results.h5")
+
+    def run(self, name, balance, accuracy, at, runs=None):
+        """The folder, and figures: points, and the median of processor times per point [s]."""
+        folder = self.folder / name
+        folder.mkdir(exist_ok=True)
+        content = {**self.content, "stability": {"enabled": False}, "accuracy": accuracy,
+                   "harmonic_balance": {**{key: value for key, value in self.content.get("harmonic_balance", {}).items()
+                                           if key == "solver"}, **balance},
+                   "continuation": {**self.content["continuation"], "at": sorted(map(float, at), reverse=self.down)}}
+        content["output"] = {"motion": []} if "model" in content else {}
+        (folder / "case.toml").write_text(toml(content))
+        if (made := self.folder / "reference/reduced.h5").exists() and folder.name != "reference":  # the same for every run
+            shutil.copy(made, folder)
+        times = []
+        for _ in range(runs or self.runs):
+            weigh([BINARY, "run", folder / "case.toml", "--out", folder])
+            summary = json.loads((folder / "summary.json").read_text())
+            cpu = {stage["name"]: sum(stage["cpu"]) for stage in summary["stages"]}["5 branch"]
+            times.append(cpu / summary["points"])
+        return folder, {"points": summary["points"], "end": summary["end"], "seconds": statistics.median(times)}
+
+    def true_errors(self, folder):
+        results = Results(folder / "results.h5")
+        with h5py.File(folder / "state.h5") as state:
+            scales = state["scales"][()]
+        at, true = distances(results, self.reference, scales, self.sweep, self.frequencies, OFFSET * self.sweep)
+        return results, at, true
+
+    def fixed(self, harmonics):
+        _, plain = self.run(f"H{harmonics}", {"harmonics": harmonics}, {"estimates": False}, self.frequencies)
+        folder, estimated = self.run(f"H{harmonics}_estimated", {"harmonics": harmonics}, {"estimates": True}, self.frequencies)
+        results, at, true = self.true_errors(folder)
+        row = {"scene": self.name, "harmonics": harmonics, **plain, "with_estimates": estimated["seconds"], **spread(true)}
+        some = true > SOME
+        if some.any():
+            ratio = true[some] / results.error[at[some]]
+            row |= {"ratios": [float(q) for q in np.quantile(ratio, (0.05, 0.5, 0.95))], "judged": int(some.sum()),
+                    "within_5": float(np.mean((ratio > 0.2) & (ratio < 5)))}
+        return row
+
+    def by_tolerance(self, tolerance):
+        folder, figures = self.run(f"tolerance{tolerance:g}", {}, {"tolerance": tolerance}, self.frequencies)
+        results, _, true = self.true_errors(folder)
+        used = results.points("harmonics")
+        return {"scene": self.name, "tolerance": tolerance, **figures, **spread(true), "within": float(np.mean(true <= tolerance)),
+                "fewest": int(used.min()), "most": int(used.max()), "told_above": int(np.sum(results.error > tolerance))}
+
+
+def spread(true):
+    return {"compared": len(true), "error": float(np.quantile(true, 0.95)), "largest": float(true.max())}
+
+
+def compare(rows):
+    """Adds to every run by tolerance the cheapest fixed harmonics that are as good at 95 % of the points."""
+    for row in rows:
+        if "tolerance" in row:
+            good = [other for other in rows if other["scene"] == row["scene"] and "harmonics" in other
+                    and other["error"] <= max(row["tolerance"], row["error"])]
+            best = min(good, key=lambda other: other["seconds"], default=None)
+            row["rival"] = best and best["harmonics"]
+            row["times_rival"] = best and row["seconds"] / best["seconds"]
+
+
+def table(rows):
+    """Lines of text."""
+    lines = ["scene            harmonics  points  ms/point  with estimates  error: 95 %  largest   true/estimate 5, 50, 95 %   within 5"]
+    for row in rows:
+        if "harmonics" in row:
+            ratios = " ".join(f"{q:6.2f}" for q in row.get("ratios", ())) or "     none"
+            share = f"{100 * row['within_5']:3.0f} % of {row['judged']}" if "ratios" in row else ""
+            lines.append(f"{row['scene']:16} {row['harmonics']:9d} {row['points']:7d} {1e3 * row['seconds']:9.3g}"
+                         f"{1e3 * row['with_estimates']:16.3g} {row['error']:12.1e} {row['largest']:8.1e}   {ratios:27} {share}")
+    lines += ["", "scene            tolerance  points  ms/point  harmonics  error: 95 %  largest   kept at   against"]
+    for row in rows:
+        if "tolerance" in row:
+            rival = f"{row['times_rival']:.2f} times H = {row['rival']}" if row["rival"] else "none as good"
+            lines.append(f"{row['scene']:16} {row['tolerance']:9.0e} {row['points']:7d} {1e3 * row['seconds']:9.3g}"
+                         f"{row['fewest']:7d}-{row['most']:<3d} {row['error']:12.1e} {row['largest']:8.1e}   {100 * row['within']:5.0f} %"
+                         f"   {rival}" + (f"; told above at {row['told_above']} points" if row["told_above"] else ""))
+    return lines
+
+
+def draw(rows, path):
+    """A panel per scene: what harmonics buy, and the runs by tolerance as stars."""
+    import matplotlib.pyplot as plt
+
+    from dovetail.plot import STYLE
+
+    names = list(dict.fromkeys(row["scene"] for row in rows))
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(2, 4, figsize=(13, 6.4), layout="constrained")
+        for axis, name in zip(axes.flat, names):
+            for key, marker, fill in (("harmonics", "o", "black"), ("tolerance", "*", "white")):
+                for row in (row for row in rows if row["scene"] == name and key in row):
+                    x, y = 1e3 * row["seconds"], max(row["error"], 1e-9)
+                    axis.loglog(x, y, marker, color="black", mfc=fill, ms=5 if key == "harmonics" else 11)
+                    axis.annotate(f"{row[key]:g}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=8)
+            fixed = [row for row in rows if row["scene"] == name and "harmonics" in row]
+            axis.loglog([1e3 * row["seconds"] for row in fixed], [max(row["error"], 1e-9) for row in fixed], color="0.6", lw=1, zorder=0)
+            axis.set_title(f"{name}\n{SCENES[name].kind}", fontsize=9)
+            axis.margins(0.15)
+        for axis in axes.flat[len(names):]:
+            axis.axis("off")
+        axes.flat[-1].plot([], [], "o", color="black", label="fixed harmonics, their number")
+        axes.flat[-1].plot([], [], "*", color="black", mfc="white", ms=11, label="by tolerance")
+        axes.flat[-1].legend(loc="center")
+        figure.supxlabel("processor time per point [ms]")
+        figure.supylabel("true error, 95 % of the points below")
+        figure.savefig(path)
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="scripts/bench/accuracy", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--scenes", nargs="+", choices=list(SCENES), default=list(SCENES), metavar="NAME", help=f"of {list(SCENES)}")
+    parser.add_argument("--runs", type=int, default=3, metavar="N", help="of which the median time is taken; default %(default)s")
+    parser.add_argument("--picture", metavar="PNG", help="a panel per scene")
+    options = parser.parse_args()
+    around, rows = surroundings(), []
+    for name in options.scenes:
+        bench = Bench(name, options.runs)
+        rows += [bench.fixed(harmonics) for harmonics in bench.scene.harmonics]
+        rows += [bench.by_tolerance(tolerance) for tolerance in TOLERANCES]
+        print(f"{name}: done", file=sys.stderr)
+    compare(rows)
+    print("\n".join(table(rows)))
+    keep("accuracy", {**around, "runs": options.runs, "rows": rows})
+    if options.picture:
+        draw(rows, options.picture)
+
+
+if __name__ == "__main__":
+    main()
