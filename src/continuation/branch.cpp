@@ -145,20 +145,24 @@ Follower::Go Follower::try_step(double step) {
   return go;
 }
 
-// The step to trial_, on planes across `normal`, with all that lies within.
-Follower::Go Follower::accept_step(Vec normal, double step) {
+// The step to trial_, on planes across `normal`, with all that lies within; or round a corner, to where it is.
+Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
   const Amplitude next = (*meter_)(trial_.y, trial_.t);
-  const bool outside = beyond_start(here_.omega) > 0 && beyond_start(trial_.omega) > 0;
+  const bool was_outside = beyond_start(here_.omega) > 0, outside = beyond_start(trial_.omega) > 0;
   const double plain = plain_length(normal);
-  if (!outside) {
+  if (!was_outside || !outside) {
     std::vector<Place> found;
-    if (!find_places(normal, step, next, found)) return Go::refused;
+    if (!find_places(normal, step, at_corner, next, found)) return Go::refused;
     if (report_places(found, plain) == Go::ended) return Go::ended;
   }
+  if (outside && !was_outside)
+    notify(BranchEvent::Kind::outside,
+           "the curve leaves the sweep at its beginning: points beyond are not stored, the next is where it comes back",
+           here_.omega);
   arclength_ += step * plain;
   std::swap(here_, trial_);
   amplitude_ = next;
-  if (beyond_start(here_.omega) <= 0)
+  if (!outside)
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
   else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
     return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");

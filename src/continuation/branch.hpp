@@ -57,7 +57,8 @@ struct BranchEvent {
     harmonics,   ///< harmonics added from here on
     leap,        ///< on to the solution at a next frequency, which arc length does not lead to
     integration, ///< the same, found by time integration
-    missed       ///< a frequency of `at` without solution
+    missed,      ///< a frequency of `at` without solution
+    outside      ///< the curve leaves the sweep at its beginning: points there are not given
   } kind;
   std::string text;
   double omega;         ///< scaled

@@ -1,6 +1,7 @@
 #pragma once
-// The continuation at work. branch.cpp: steps along the curve; places.cpp: what lies within a step; ladder.cpp: what is
-// tried when no step converges; adapt.cpp: harmonics to a tolerance; first_point.cpp: where to begin.
+// The continuation at work. branch.cpp: steps along the curve; places.cpp: what lies within a step; corners.cpp: round
+// its corners; ladder.cpp: what is tried when no step converges; adapt.cpp: harmonics to a tolerance; first_point.cpp:
+// where to begin.
 #include <memory>
 #include <optional>
 
@@ -31,7 +32,7 @@ private:
   void begin(Station first);
   Go advance();
   Go try_step(double step);
-  Go accept_step(Vec normal, double step);
+  Go accept_step(Vec normal, double step, bool at_corner = false);
   double beyond_start(double omega) const;
   void note_bend(double omega);
   void note_creeping();
@@ -55,19 +56,23 @@ private:
   };
   using Measured = std::function<double(Station &)>;
   std::optional<Place> locate(Place::Kind kind, Vec normal, double step, double from, double to, const Measured &f);
+  Place place_at(const Station &s, Place::Kind kind, double along);
   bool leads_back(double step, double missed);
   Place locate_branch_point(double step);
-  bool find_places(Vec normal, double step, const Amplitude &next, std::vector<Place> &found);
+  bool find_places(Vec normal, double step, bool at_corner, const Amplitude &next, std::vector<Place> &found);
   bool find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found);
   void begin_stability();
   void tell_stability(double omega, double amplitude);
-  void find_stability_change(Vec normal, double step, std::vector<Place> &found);
+  void find_stability_change(Vec normal, double step, bool at_corner, std::vector<Place> &found);
   Go report_places(std::vector<Place> &found, double plain);
   std::optional<Stability> judge(const Station &s);
 
-  // ladder.cpp
+  // corners.cpp
   bool round_corner(double step, Go &outcome);
   bool go_round(Vec t, double step, bool by_sign, Go &outcome);
+  bool back_to_corner(Station &corner);
+
+  // ladder.cpp
   Go climb();
   bool leave_from_farthest();
   void take_system(HarmonicSystem &system);

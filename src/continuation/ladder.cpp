@@ -21,49 +21,6 @@ constexpr int most_periods = 2000;        // likewise: little damping takes many
 
 } // namespace
 
-// At a corner the leg beyond may make more than a right angle with this one: then no plane across the old tangent
-// meets it, however near. The Jacobian beyond the corner knows its tangent, and the sign of the determinant, which
-// stays the same along the curve, on which side of the corner it lies. Where parts of the structure are alike, several
-// contacts change at once, other branches may meet here, and the sign tells nothing: close to the corner the other side
-// is tried as well, and taken unless it is the leg we came by. Where there is no sign, but could be, that rung is next.
-bool Follower::round_corner(double step, Go &outcome) {
-  UniqueVec beyond = system_->unknowns(), t = system_->unknowns();
-  for (const bool by_sign : {true, false}) {
-    if (by_sign ? here_.sign == 0 : step > close_to_corner || can_assemble()) continue;
-    for (const double ahead : {1.0, 4.0, 0.25, 16.0, 64.0, 0.02}) {
-      int sign;
-      check(VecWAXPY(beyond, ahead * step, here_.t, here_.y), "looking round a corner");
-      if (!curve_->tangent_at(beyond, here_.t, t, sign)) continue;
-      if ((sign != here_.sign) == by_sign) check(VecScale(t, -1), "looking round a corner");
-      if (curve_->norm.product(t, here_.t) > 0.9) continue;
-      for (const double part : {1.0, 0.1, 8.0})
-        if (go_round(t, part * step, by_sign, outcome)) return true;
-    }
-  }
-  return false;
-}
-
-// One step from the last point in direction t, which need not be the curve's there.
-bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
-  check(VecWAXPY(trial_.y, step, t, here_.y), "looking round a corner");
-  check(VecCopy(trial_.y, predicted_), "looking round a corner");
-  if (!(system_->omega(trial_.y) > 0) || !curve_->solve_across(t, trial_)) return false;
-  check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  if (curve_->norm.length(predicted_) > most_correction * step || angle(curve_->norm, t, trial_.t) > most_angle)
-    return false;
-  const double turned = angle(curve_->norm, here_.t, trial_.t), from = here_.omega;
-  if (by_sign ? trial_.sign != here_.sign : M_PI - turned < std::max(0.01, 4 * curvature_ * step)) return false;
-  branch_point_.reset();
-  outcome = accept_step(t, step);
-  if (outcome == Go::refused) return false;
-  ++summary_.counts.corners;
-  note_bend(from);
-  notify(BranchEvent::Kind::corner,
-         "corner of the curve, turning by " + std::to_string(std::lround(turned * 180 / M_PI)) + " degrees", from);
-  if (outcome == Go::on) step_ = step, limit_step();
-  return true;
-}
-
 // The next rung that leads anywhere.
 Follower::Go Follower::climb() {
   const std::string reason = refusal_, where = difference();

@@ -66,6 +66,15 @@ std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, do
   return place;
 }
 
+Follower::Place Follower::place_at(const Station &s, Place::Kind kind, double along) {
+  Place place{along, kind, curve_->station()};
+  check(VecCopy(s.y, place.at.y), "locating a place");
+  check(VecCopy(s.t, place.at.t), "locating a place");
+  place.at.sign = s.sign, place.at.omega = s.omega;
+  place.at.newton = s.newton, place.at.activity = s.activity;
+  return place;
+}
+
 // Between here_ and trial_ the determinant changes its sign. Either another branch crosses the curve there, or two legs
 // of a hairpin face each other and the step went across: then the way back from trial_ misses here_ by as much.
 bool Follower::leads_back(double step, double missed) {
@@ -82,10 +91,7 @@ Follower::Place Follower::locate_branch_point(double step) {
   UniqueVec ya = system_->unknowns(), yb = system_->unknowns();
   check(VecCopy(here_.y, ya), "locating a branch point");
   check(VecCopy(trial_.y, yb), "locating a branch point");
-  Place place{step, Place::Kind::branch, curve_->station()}, middle{step, Place::Kind::branch, curve_->station()};
-  check(VecCopy(trial_.y, place.at.y), "locating a branch point");
-  check(VecCopy(trial_.t, place.at.t), "locating a branch point");
-  place.at.omega = trial_.omega, place.at.newton = trial_.newton, place.at.activity = trial_.activity;
+  Place place = place_at(trial_, Place::Kind::branch, step), middle{step, Place::Kind::branch, curve_->station()};
   double a = 0, b = step;
   while (b - a > 1e-5 * step) {
     check(VecWAXPY(middle.at.y, -1, ya, yb), "locating a branch point");
@@ -99,9 +105,14 @@ Follower::Place Follower::locate_branch_point(double step) {
   return place;
 }
 
-// False if the step ends the sweep, but no solution is found exactly there.
-bool Follower::find_places(Vec normal, double step, const Amplitude &next, std::vector<Place> &found) {
+// False if the step ends the sweep, but no solution is found exactly there. At a corner between here_ and trial_, which
+// planes across one leg may miss, the place is the one of the two that lies farther on, or higher.
+bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplitude &next, std::vector<Place> &found) {
   using Kind = Place::Kind;
+  const auto located = [&](Kind kind, double from, double to, bool rises, const Measured &f) {
+    if (!at_corner) return locate(kind, normal, step, from, to, f);
+    return std::optional(rises ? place_at(trial_, kind, step) : place_at(here_, kind, 0));
+  };
   const auto keep = [&](std::optional<Place> place) {
     if (!place) return false;
     place->amplitude = (*meter_)(place->at.y, place->at.t).value;
@@ -111,18 +122,19 @@ bool Follower::find_places(Vec normal, double step, const Amplitude &next, std::
   const double rate = system_->omega(here_.t), next_rate = system_->omega(trial_.t);
   const double low = 1e-12 / omega_unit_; // a sweep at one frequency has no folds
   if (rate * next_rate < 0 && std::max(std::abs(rate), std::abs(next_rate)) > low &&
-      !keep(locate(Kind::fold, normal, step, rate, next_rate, [&](Station &s) { return system_->omega(s.t); })))
+      !keep(located(Kind::fold, rate, next_rate, (trial_.omega - here_.omega) * rate > 0,
+                    [&](Station &s) { return system_->omega(s.t); })))
     ++summary_.counts.folds, note_bend(here_.omega),
         notify(BranchEvent::Kind::fold, "turning point, not located", here_.omega);
   if (amplitude_.slope > 0 && next.slope < 0 &&
-      !keep(locate(Kind::peak, normal, step, amplitude_.slope, next.slope,
-                   [&](Station &s) { return (*meter_)(s.y, s.t).slope; })))
+      !keep(located(Kind::peak, amplitude_.slope, next.slope, next.value > amplitude_.value,
+                    [&](Station &s) { return (*meter_)(s.y, s.t).slope; })))
     ++summary_.counts.peaks, notify(BranchEvent::Kind::peak, "maximum, not located", here_.omega, amplitude_.value);
   if (const double limit = settings_.stop_at_amplitude; limit > 0 && amplitude_.value < limit && next.value >= limit)
     keep(locate(Kind::limit, normal, step, amplitude_.value - limit, next.value - limit,
                 [&](Station &s) { return (*meter_)(s.y, s.t).value - limit; }));
   if (branch_point_) keep(std::move(branch_point_));
-  if (settings_.stability) find_stability_change(normal, step, found);
+  if (settings_.stability) find_stability_change(normal, step, at_corner, found);
 
   // Within each piece between turning points the frequency is monotone.
   const auto in_order = [](const Place &a, const Place &b) { return a.along < b.along; };
@@ -195,7 +207,7 @@ void Follower::tell_stability(double omega, double amplitude) {
 
 // Judges trial_. Where it differs from the last point that was certain: at a turning point, if there is one between
 // them, else by bisection where the largest exponent passes zero, unless uncertain points lie between.
-void Follower::find_stability_change(Vec normal, double step, std::vector<Place> &found) {
+void Follower::find_stability_change(Vec normal, double step, bool at_corner, std::vector<Place> &found) {
   using Verdict = Stability::Verdict;
   const auto before = verdict_;
   verdict_ = judge(trial_);
@@ -206,7 +218,9 @@ void Follower::find_stability_change(Vec normal, double step, std::vector<Place>
   const auto fold = std::exchange(fold_since_, std::nullopt);
   if (then < 0 || then == now) return;
   std::optional<Place> place;
-  if (!fold && before && before->verdict != Verdict::uncertain)
+  if (!fold && at_corner)
+    place = place_at(trial_, Place::Kind::stability, step);
+  else if (!fold && before && before->verdict != Verdict::uncertain)
     place = locate(Place::Kind::stability, normal, step, before->growth, verdict_->growth,
                    [&](Station &s) { return judge(s)->growth; });
   if (place)
