@@ -6,10 +6,13 @@ the width of the sweep. A step from one point to the next is suspect if
 - it is `LONG` times as long as both its neighbours, or
 - it points away, by more than `AWAY`, from both the step before and the step after: a corner of the curve turns off from one of them only.
 
-A suspect step is put to the test: the curve through its first point is followed again with steps some `FINER` times as short. If that comes
-by the second point, within `NEAR` of the step's length, there was none. If it comes by the first point and goes on, not back, for `BEYOND`
-steps as long as the neighbours without coming by the second, there was one. If it does neither, the step stays in doubt. Steps a method has
-announced as leaps are no jumps.
+A suspect step is put to the test: the curve is followed again, from points before, with much finer steps. If that comes by the first point
+and then by the second, within `NEAR` of the step's length and no later than `LOOP` of these lengths, or `BEYOND` of the neighbours', there
+was no jump. If it comes by the second later, the step cut off a loop of the curve, which counts as a jump. So does a curve that comes by
+the first point and goes on, not back, for `BEYOND` steps as long as the neighbours without coming by the second. As finer steps may go
+astray as well, several curves are followed, and one that finds no jump clears the step. If none says anything, or their steps there are no
+finer than `NEAR` of the step, it stays in doubt.
+Steps a method has announced are no jumps.
 """
 
 import numpy as np
@@ -18,6 +21,7 @@ LONG = 3.0
 AWAY = np.radians(50)
 FINER = 20
 NEAR = 0.25
+LOOP = 5
 BEYOND = 5
 MOST_SUSPECTS = 5  # put to the test, the worst first
 SHORTEST = 1e-6  # of a sweep: shorter steps than that jump nowhere
@@ -52,14 +56,20 @@ def suspects(z, announced=()):
     return sorted(found, key=found.get, reverse=True)
 
 
-def nearest(curve, place):
-    """Distance of a polyline (points, n) from a place, and the length along it to where it is nearest."""
+def passed(curve, place):
+    """Distances of a place from each piece of a polyline (points, n), and the lengths along it to where it is nearest to each."""
     along = np.diff(curve, axis=0)
     lengths = np.linalg.norm(along, axis=1)
     part = np.clip(np.sum((place - curve[:-1]) * along, axis=1) / np.maximum(lengths ** 2, 1e-300), 0, 1)
     distance = np.linalg.norm(curve[:-1] + part[:, None] * along - place, axis=1)
+    return distance, np.cumsum(lengths) - lengths + part * lengths
+
+
+def nearest(curve, place):
+    """Distance of a polyline (points, n) from a place, and the length along it to where it is nearest."""
+    distance, where = passed(curve, place)
     i = np.argmin(distance)
-    return distance[i], lengths[:i].sum() + part[i] * lengths[i]
+    return distance[i], where[i]
 
 
 def verdict(curve, before, first, second, beyond):
@@ -70,19 +80,25 @@ def verdict(curve, before, first, second, beyond):
     step = np.linalg.norm(second - first)
     if len(curve) < 2:
         return None
-    if nearest(curve, second)[0] < NEAR * step:
-        return "no jump"
     off, begins = nearest(curve, first)
-    length = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
+    if off > NEAR * step:
+        return None
+    distance, where = passed(curve, second)
+    comes = where[(distance < NEAR * step) & (where >= begins)]
+    if len(comes):
+        return "no jump" if comes[0] - begins < max(LOOP * step, beyond) else "jump"
+    lengths = np.linalg.norm(np.diff(curve, axis=0), axis=1)
+    ends = np.cumsum(lengths)
+    coarse = lengths[(ends > begins) & (ends - lengths < begins + step)].max(initial=0) > NEAR * step
     back, where = nearest(curve, before)
     goes_back = where > begins and back < NEAR * np.linalg.norm(first - before)
-    return "jump" if off < NEAR * step and length - begins > min(beyond, 1.5 * step) and not goes_back else None
+    return "jump" if ends[-1] - begins > min(beyond, 1.5 * step) and not goes_back and not coarse else None
 
 
 def silent_jumps(omega, coefficients, modes, width, announced, follow):
     """Steps proved to be silent jumps, and those that stay in doubt.
 
-    follow(i) : iterates over attempts, each a list of curves (omega, coefficients) that may lead through point i and on, with fine steps
+    follow(i) : iterates over curves (omega, coefficients) that may lead through points i and i + 1, with fine steps
     """
     if len(omega) < 4:
         return [], []
@@ -91,13 +107,12 @@ def silent_jumps(omega, coefficients, modes, width, announced, follow):
     jumps, doubts = [], []
     for i in suspects(z, announced)[:MOST_SUSPECTS]:
         said = set()
-        for attempt in follow(i):
-            for again in attempt:
-                if len(again[0]):
-                    both = coordinates(np.r_[omega, again[0]], joined(coefficients, again[1]), modes, width)
-                    said.add(verdict(both[len(omega):], *both[i - 1:i + 2], BEYOND * max(length[i - 1], length[i + 1])))
-            if said & {"jump", "no jump"}:
+        for again in follow(i):
+            if len(again[0]):
+                both = coordinates(np.r_[omega, again[0]], joined(coefficients, again[1]), modes, width)
+                said.add(verdict(both[len(omega):], *both[i - 1:i + 2], BEYOND * max(length[i - 1], length[i + 1])))
+            if "no jump" in said:
                 break
-        if "no jump" not in said:
+        else:
             (jumps if "jump" in said else doubts).append(int(i))
     return jumps, doubts

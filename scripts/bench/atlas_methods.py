@@ -30,7 +30,8 @@ class Run:
 
     sweep : (from, to) [rad/s];  newton : iterations;  seconds : of the processor;  said : its own words
     omega (points,), coefficients (points, N_a + 3 N_x, 2H+1) : the curve, user units
-    announced : steps (number of the point they lead to) of which the method says that they do not follow the curve
+    announced : steps (number of the point they lead to) of which the method says that they leave the curve, leave points of it out, or
+        solve other equations from there on
     """
 
     end: str
@@ -195,7 +196,7 @@ def dovetail(case, sweep, folder, limit, binary=BINARY):
         results = Results(folder / "results.h5")
         omega, coefficients = results.omega, results.coefficients
         newton = int(results.points("newton_iterations").sum())
-        announced = tuple(int(i) + 1 for i in results.events.of("leap", "integration").point)
+        announced = tuple(int(i) + 1 for i in results.events.of("leap", "integration", "outside", "harmonics", "sampling").point)
     end = "limit" if run.status is None else ENDS.get(about.get("end"), "crashed") if run.status in (0, 3) else "crashed"
     said = run.complaint.strip().splitlines()
     return Run(end, sweep, about.get("newton_iterations", newton), run.seconds, said[-1] if said else "", omega, coefficients,

@@ -19,6 +19,7 @@ HERE = Path(__file__).resolve().parent
 LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 12, "truth": 4, "again": 1}  # seconds of the processor; truth: for all three places
 MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
 FACTOR = 2
+STARTS = 3  # points from which a suspect step of Dovetail's is followed again
 
 
 def digest(*paths):
@@ -120,6 +121,18 @@ def only(results, point, path):
         old.visititems(copy)
 
 
+def starts(run, i, least):
+    """Points before the step from point i to the next, from which a sweep in the curve's own sense may come by both. Turning points are no
+    places to begin at a frequency, and where the frequency changes by less than `least` the sense is not known."""
+    for j in range(i, -1, -1):
+        if j < i and j + 1 in run.announced:
+            return
+        onwards = run.omega[j + 1] - run.omega[j]
+        turns = j > 0 and (run.omega[j] - run.omega[j - 1]) * onwards < 0
+        if abs(onwards) > least and not turns and min((run.omega[i:i + 2] - run.omega[j]) * np.sign(onwards)) >= 0:
+            yield j
+
+
 def follower(method, built, folder, run, limit):
     """The function that `atlas_jumps.silent_jumps` wants: by Dovetail itself for its own curve, by plain continuation for the others."""
     def again_plain(i):
@@ -134,26 +147,22 @@ def follower(method, built, folder, run, limit):
         beyond = run.omega[i], run.omega[i] * (1 + 100 * sense)
         points = (lambda: ((*point, 0) for point in islice(system.branch(*beyond, step, step, step / 1e3, q), 4 * atlas_jumps.FINER)))
         done = atlas_methods.collect(points, replace(built, omega=beyond), limit)
-        yield [(done.omega, done.coefficients)]
+        yield done.omega, done.coefficients
 
     def again_dovetail(i):
-        """Short sweeps from the point or one before it, as a turning point is no place to begin at a frequency; its steps are a hundredth
-        of the sweep at most."""
-        fine = folder / "again"
+        """Short sweeps from points before, with the harmonics the curve has there; their steps are a hundredth of the sweep at most."""
+        fine, width = folder / "again", abs(built.omega[1] - built.omega[0])
         fine.mkdir(exist_ok=True)
-        for j in [j for j in (i, i - 1, i - 3) if j >= 0]:
-            curves = []
-            span = max(3 * np.abs(run.omega[j:i + 2] - run.omega[j]).max(), 1e-3 * abs(built.omega[1] - built.omega[0]))
-            for sense in (1, -1):
-                narrow = replace(built, omega=(float(run.omega[j]), float(run.omega[j] + sense * span)), step=1e-4,
-                                 harmonics=run.coefficients.shape[2] // 2)
-                case = atlas_scenes.write(narrow, fine)
-                only(folder / "results.h5", j, fine / "start.h5")
-                case.write_text(case.read_text() + 'start = "start.h5"\nmax_points = 500\n')
-                done, _ = atlas_methods.dovetail(case, narrow.omega, fine, limit)
-                end = done.announced[0] if done.announced else done.points
-                if end and abs(done.omega[0] - run.omega[j]) <= 1e-12 * run.omega[j]:
-                    curves.append((done.omega[:end], done.coefficients[:end]))
-            yield curves
+        for j in islice(starts(run, i, atlas_jumps.SHORTEST * width), STARTS):
+            span = max(3 * np.abs(run.omega[j:i + 2] - run.omega[j]).max(), 1e-5 * width)
+            narrow = replace(built, omega=(float(run.omega[j]), float(run.omega[j] + np.copysign(span, run.omega[j + 1] - run.omega[j]))),
+                             step=1e-4, harmonics=int(np.flatnonzero(run.coefficients[j].any(axis=0))[-1] + 1) // 2)
+            case = atlas_scenes.write(narrow, fine)
+            only(folder / "results.h5", j, fine / "start.h5")
+            case.write_text(case.read_text() + 'start = "start.h5"\nmax_points = 500\n')
+            done, _ = atlas_methods.dovetail(case, narrow.omega, fine, limit)
+            end = done.announced[0] if done.announced else done.points
+            if end and abs(done.omega[0] - run.omega[j]) <= 1e-12 * run.omega[j]:
+                yield done.omega[:end], done.coefficients[:end]
 
     return again_dovetail if method == DOVETAIL else again_plain
