@@ -7,11 +7,8 @@
 namespace dovetail {
 namespace {
 
-constexpr PetscInt most_dofs = 300; // of a model that is integrated in time
 constexpr double least_load = 1e-3; // part of the load that the way to the first point begins with
 constexpr int most_load_steps = 200;
-constexpr double brief_work = 4e9; // of time integration
-constexpr int most_periods = 2000; // likewise: little damping takes many
 
 } // namespace
 
@@ -75,7 +72,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
 
   SteadyState steady;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
-  if (system_->layout().dofs() <= most_dofs) {
+  if (system_->layout().dofs() <= most_integrated) {
     IntegrationSettings settings{std::max(H, needed)};
     settings.periods = most_periods;
     if (settings_.briefly) settings.work = brief_work;

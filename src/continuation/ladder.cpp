@@ -15,9 +15,6 @@ constexpr double step_after = 1e-3;       // of a rung
 constexpr double most_change = 0.1;       // by other harmonics or samples, where 1 is the largest motion so far
 constexpr double most_unknowns = 1500;    // of a system whose harmonics are raised
 constexpr PetscInt most_assembled = 6000; // unknowns of a system that is factored where Krylov's method fails
-constexpr PetscInt most_dofs = 300;       // of a model that is integrated in time
-constexpr double most_work = 4e9;         // of one time integration
-constexpr int most_periods = 2000;        // likewise: little damping takes many
 
 } // namespace
 
@@ -134,7 +131,7 @@ bool Follower::better_sampling() {
 // By the rule that H Omega should reach twice the frequency of the closed contact; as far as size allows.
 int Follower::needed_harmonics(double omega) const {
   const PetscInt dofs = system_->layout().dofs();
-  if (dofs > most_dofs) return 0;
+  if (dofs > most_integrated) return 0;
   const double wanted = std::ceil(2 * closed_contact_frequency(dense_model(*system_)) / omega);
   return static_cast<int>(std::min(wanted, (most_unknowns / dofs - 1) / 2));
 }
@@ -182,7 +179,7 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model) {
   SteadyState steady;
   if (way == Way::integration) {
     IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(omega))};
-    settings.periods = most_periods, settings.work = most_work;
+    settings.periods = most_periods, settings.work = brief_work;
     steady = steady_state(model, omega, all_coefficients(system_->layout(), here_.y), settings);
     if (!steady.settled) return false;
     set_coefficients(system_->layout(), steady.coefficients, trial_.y);
@@ -196,7 +193,7 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model) {
 
 // On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so.
 bool Follower::leap(Way way, double from) {
-  const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_dofs;
+  const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_integrated;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   const std::string reason = refusal_;

@@ -27,6 +27,11 @@ constexpr int enough_still = 3;            // steps along which nothing but mean
 constexpr double most_beyond = 0.5; // of the sweep, and of its first frequency: so far a curve is followed before it
 constexpr double straight = 0.3;    // angle [rad] and correction [steps] up to which a curve runs on smoothly
 
+// Of the time integration that helps out.
+constexpr int most_integrated = 300; // dofs
+constexpr int most_periods = 2000;   // little damping takes many
+constexpr double brief_work = 4e9;   // where it is one way of several
+
 /// What successive halvings of a step tell. Halving makes angle and correction of a smooth curve 1/2 and 1/4 as large;
 /// at a corner the angle stays and the correction halves, at a jump to another branch both stay.
 class Halvings {
