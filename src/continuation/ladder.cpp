@@ -48,7 +48,8 @@ bool Follower::leave_from_farthest() {
   std::swap(here_, *farthest_);
   refusal_ = summary_.why;
   ended_ = false; // a leap may end the sweep
-  const bool left = leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega);
+  const bool left =
+      leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega) || leap(Way::anew, here_.omega);
   if (!left) std::swap(here_, *farthest_);
   farthest_.reset();
   ended_ = ended_ || !left;
