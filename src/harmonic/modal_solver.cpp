@@ -169,7 +169,9 @@ void ModalSolver::solve(Vec r, Vec x) {
   }
   solve_roughly(r, std::max(asked, single_accuracy));
   check(VecCopy(correction_, x), doing);
+  first_sign_.reset();
   for (double reached = single_accuracy; reached > asked; reached *= single_accuracy) {
+    if (!first_sign_) first_sign_ = sign_by_krylov(); // the rounds to come are short and meet few eigenvalues
     multiply(x, remainder_);
     check(VecAYPX(remainder_, -1, r), doing);
     solve_roughly(remainder_, std::max(asked / reached, single_accuracy));
@@ -198,7 +200,7 @@ void ModalSolver::solve_roughly(Vec r, double accuracy) {
 
 int ModalSolver::determinant_sign() {
   if (layout_.unknowns() > most_assembled) return 0;
-  const int sign = sign_by_krylov();
+  const int sign = first_sign_ ? *first_sign_ : sign_by_krylov();
   return sign_ = sign != 0 && (sign_ == 0 || sign == sign_) ? sign : sign_by_factors();
 }
 

@@ -3,6 +3,7 @@
 // [Phi^T J Phi, Phi^T b; (Phi^T c)^T, d], whose blocks are diagonal but for what the contacts do. GMRES, preconditioned
 // by that diagonal, bordered; in single precision, with rounds of refinement in double where more is asked for.
 #include <memory>
+#include <optional>
 
 #include "harmonic/assembled.hpp"
 #include "harmonic/modal_operator.hpp"
@@ -67,6 +68,7 @@ private:
   };
   std::unique_ptr<Twin> twin_;
   int sign_ = 0, krylov_count_ = 0; // of the determinant, and of the iterations, the last time
+  std::optional<int> first_sign_;   // of the determinant, by the first round of the last solve, where others followed
   int iterations_ = 0;
   Courier courier_;
 };
