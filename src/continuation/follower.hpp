@@ -55,7 +55,13 @@ private:
     double amplitude = 0;
   };
   using Measured = std::function<double(Station &)>;
-  std::optional<Place> locate(Place::Kind kind, Vec normal, double step, double from, double to, const Measured &f);
+  struct Bound { // of what is searched for a place
+    double along;
+    Vec y;
+    double value;
+  };
+  std::optional<Place> locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f);
+  std::vector<std::optional<Place>> find_folds(Vec normal, double step, bool at_corner);
   Place place_at(const Station &s, Place::Kind kind, double along);
   bool leads_back(double step, double missed);
   Place locate_branch_point(double step);

@@ -8,6 +8,8 @@
 namespace dovetail {
 namespace {
 
+constexpr double uneven = 0.25;          // part of the frequency's rate that is missing in the mean over a step
+constexpr int pieces = 4;                // of a step that may hide turning points
 constexpr double place_tolerance = 1e-8; // of the step, and of the measured quantity, unless Newton's is larger
 
 std::string in_words(Stability::Kind kind) {
@@ -25,18 +27,17 @@ std::string in_words(Stability::Kind kind) {
 
 } // namespace
 
-// Where f passes zero between here_ (f = from) and trial_ (f = to): regula falsi on planes across `normal`, halving the
-// interval where that is slow, for f may jump at a corner of the curve. Nothing if Newton fails in between.
-std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, double step, double from, double to,
-                                                const Measured &f) {
-  const double scale = std::max(std::abs(from), std::abs(to)),
+// Where f passes zero: regula falsi on planes across `normal`, halving the interval where that is slow, for f may jump
+// at a corner of the curve. Nothing if Newton fails in between.
+std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f) {
+  const double scale = std::max(std::abs(from.value), std::abs(to.value)), step = to.along - from.along,
                tolerance = std::max(place_tolerance, newton_.step_tolerance);
   curve_->precisely(true);
   const std::shared_ptr<void> usual(nullptr, [&](void *) { curve_->precisely(false); });
-  double a = 0, b = step, fa = from, fb = to;
+  double a = from.along, b = to.along, fa = from.value, fb = to.value;
   UniqueVec ya = system_->unknowns(), yb = system_->unknowns();
-  check(VecCopy(here_.y, ya), "locating a place");
-  check(VecCopy(trial_.y, yb), "locating a place");
+  check(VecCopy(from.y, ya), "locating a place");
+  check(VecCopy(to.y, yb), "locating a place");
   Place place{0, kind, curve_->station()};
   double before = b - a;
   int last_side = 0;
@@ -105,12 +106,44 @@ Follower::Place Follower::locate_branch_point(double step) {
   return place;
 }
 
+// Turning points within the step; none in the place of one that cannot be located. Two corners closer than a step may
+// have two between them that its ends do not show: then the frequency gained is less than by a rate that changes
+// steadily from one end to the other, and points in between are asked.
+std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, double step, bool at_corner) {
+  const auto rate_of = [&](Station &s) { return system_->omega(s.t); };
+  const double rate = rate_of(here_), next = rate_of(trial_), largest = std::max(std::abs(rate), std::abs(next)),
+               missing = ((rate + next) / 2 - (trial_.omega - here_.omega) / step) * (rate > 0 ? 1 : -1);
+  std::vector<std::optional<Place>> folds;
+  if (largest <= 1e-12 / omega_unit_) return folds; // a sweep at one frequency has none
+  if (at_corner) {
+    const bool rises = (trial_.omega - here_.omega) * rate > 0;
+    if (rate * next < 0)
+      folds.push_back(rises ? place_at(trial_, Place::Kind::fold, step) : place_at(here_, Place::Kind::fold, 0));
+    return folds;
+  }
+  std::vector<Station> between;
+  for (int i = 1; i < pieces && rate * next > 0 && missing > uneven * largest; ++i) {
+    Station s = curve_->station();
+    check(VecAXPBYPCZ(s.y, 1 - double(i) / pieces, double(i) / pieces, 0, here_.y, trial_.y),
+          "looking for turning points");
+    if (curve_->solve_across(normal, s, false, most_newton)) between.push_back(std::move(s));
+  }
+  std::vector<Bound> bounds{{0, here_.y, rate}};
+  for (Station &s : between)
+    bounds.push_back({curve_->plane(normal, s.y) - curve_->plane(normal, here_.y), s.y, rate_of(s)});
+  bounds.push_back({step, trial_.y, next});
+  for (std::size_t i = 1; i < bounds.size(); ++i)
+    if (bounds[i - 1].value * bounds[i].value < 0)
+      folds.push_back(locate(Place::Kind::fold, normal, bounds[i - 1], bounds[i], rate_of));
+  return folds;
+}
+
 // False if the step ends the sweep, but no solution is found exactly there. At a corner between here_ and trial_, which
 // planes across one leg may miss, the place is the one of the two that lies farther on, or higher.
 bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplitude &next, std::vector<Place> &found) {
   using Kind = Place::Kind;
   const auto located = [&](Kind kind, double from, double to, bool rises, const Measured &f) {
-    if (!at_corner) return locate(kind, normal, step, from, to, f);
+    if (!at_corner) return locate(kind, normal, {0, here_.y, from}, {step, trial_.y, to}, f);
     return std::optional(rises ? place_at(trial_, kind, step) : place_at(here_, kind, 0));
   };
   const auto keep = [&](std::optional<Place> place) {
@@ -119,19 +152,16 @@ bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplit
     found.push_back(std::move(*place));
     return true;
   };
-  const double rate = system_->omega(here_.t), next_rate = system_->omega(trial_.t);
-  const double low = 1e-12 / omega_unit_; // a sweep at one frequency has no folds
-  if (rate * next_rate < 0 && std::max(std::abs(rate), std::abs(next_rate)) > low &&
-      !keep(located(Kind::fold, rate, next_rate, (trial_.omega - here_.omega) * rate > 0,
-                    [&](Station &s) { return system_->omega(s.t); })))
-    ++summary_.counts.folds, note_bend(here_.omega),
-        notify(BranchEvent::Kind::fold, "turning point, not located", here_.omega);
+  for (auto &fold : find_folds(normal, step, at_corner))
+    if (!keep(std::move(fold)))
+      ++summary_.counts.folds, note_bend(here_.omega),
+          notify(BranchEvent::Kind::fold, "turning point, not located", here_.omega);
   if (amplitude_.slope > 0 && next.slope < 0 &&
       !keep(located(Kind::peak, amplitude_.slope, next.slope, next.value > amplitude_.value,
                     [&](Station &s) { return (*meter_)(s.y, s.t).slope; })))
     ++summary_.counts.peaks, notify(BranchEvent::Kind::peak, "maximum, not located", here_.omega, amplitude_.value);
   if (const double limit = settings_.stop_at_amplitude; limit > 0 && amplitude_.value < limit && next.value >= limit)
-    keep(locate(Kind::limit, normal, step, amplitude_.value - limit, next.value - limit,
+    keep(locate(Kind::limit, normal, {0, here_.y, amplitude_.value - limit}, {step, trial_.y, next.value - limit},
                 [&](Station &s) { return (*meter_)(s.y, s.t).value - limit; }));
   if (branch_point_) keep(std::move(branch_point_));
   if (settings_.stability) find_stability_change(normal, step, at_corner, found);
@@ -221,7 +251,7 @@ void Follower::find_stability_change(Vec normal, double step, bool at_corner, st
   if (!fold && at_corner)
     place = place_at(trial_, Place::Kind::stability, step);
   else if (!fold && before && before->verdict != Verdict::uncertain)
-    place = locate(Place::Kind::stability, normal, step, before->growth, verdict_->growth,
+    place = locate(Place::Kind::stability, normal, {0, here_.y, before->growth}, {step, trial_.y, verdict_->growth},
                    [&](Station &s) { return judge(s)->growth; });
   if (place)
     found.push_back(std::move(*place));
@@ -232,10 +262,11 @@ void Follower::find_stability_change(Vec normal, double step, bool at_corner, st
 // One row of the results for each place, and the words that go with it.
 Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
   using Kind = Place::Kind;
+  const auto folds = std::count_if(found.begin(), found.end(), [](const Place &p) { return p.kind == Kind::fold; });
+  bool higher = (system_->omega(trial_.t) > 0) == (folds % 2 == 1); // after the first of them
   for (Place &place : found) {
     Station &s = place.at;
     const std::optional<Stability> stability = judge(s);
-    const bool higher = system_->omega(trial_.t) > 0;
     report(s, arclength_ + place.along * plain, stability ? &*stability : nullptr);
     switch (place.kind) {
     case Kind::fold:
@@ -243,6 +274,7 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
       notify(BranchEvent::Kind::fold,
              std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") + " frequencies",
              s.omega, place.amplitude);
+      higher = !higher;
       note_bend(s.omega);
       if (summary_.counts.points < settings_.max_points &&
           (!farthest_ || (s.omega - farthest_->omega) * direction_ > 0))

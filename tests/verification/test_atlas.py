@@ -17,7 +17,7 @@ import atlas_scenes
 import atlas_table
 import atlas_truth
 
-from dovetail import reference
+from dovetail import Results, reference
 
 FIXED = ["dof5", "dof5_step_x40", "dof5_force_x10", "dof5_kn_100", "dof5_kn_100_down", "dof5_open_gap_H_25",
          "mass_1", "mass_2", "mass_2_back", "stop", "119", "140", "288", "295"]
@@ -189,7 +189,8 @@ def fixed(tmp_path_factory):
         patch.setattr(atlas_methods, "BINARY", BINARY)
         folder, scenes = tmp_path_factory.mktemp("atlas"), atlas_scenes.scenes()
         program = {part: "" for part in (*atlas_methods.METHODS, "truth")}
-        return {name: atlas_runs.run_scene(scenes[name], folder / name, program, ("dovetail", "truth")) for name in FIXED}
+        return {name: {"folder": folder / name, **atlas_runs.run_scene(scenes[name], folder / name, program, ("dovetail", "truth"))}
+                for name in FIXED}
 
 
 @pytest.mark.parametrize("name", FIXED)
@@ -206,6 +207,12 @@ def test_scene(fixed, name):
 def test_most_places_of_the_fixed_part_count(fixed):
     places = [place for scene in fixed.values() for place in scene["truth"]["places"]]
     assert sum(place.get("stays", False) for place in places) >= 0.8 * len(places)
+
+
+def test_two_turning_points_within_a_step(fixed):
+    """Between corners closer than a step: both are located, one after the other."""
+    folds = Results(fixed["295"]["folder"] / "results.h5").events.of("fold")
+    assert np.any(np.diff(folds.point) == 1)
 
 
 def test_crowds_are_passed(fixed):
