@@ -73,7 +73,8 @@ def test_template_case_explains_every_key():
     assert {section: set(keys) for section, keys in case.items() if isinstance(keys, dict)} == {
         "reduction": {"modes", "check_modes", "memory"}, "damping": {"stiffness"}, "excitation": {"fourier"},
         "contact": {"law", "normal_stiffness", "tangential_stiffness", "friction", "gap"}, "preload": {"initial"},
-        "harmonic_balance": {"harmonics", "samples"}, "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
+        "accuracy": {"tolerance", "estimates"}, "harmonic_balance": {"harmonics", "samples"},
+        "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
         "scaling": {"kind", "frequency", "modal", "contact"},
         "continuation": {"omega", "step", "adaptive", "max_points", "at", "start", "watch", "stop_after_peaks", "stop_at_amplitude"},
         "stability": {"enabled"}, "output": {"directory", "motion"}}
