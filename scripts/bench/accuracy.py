@@ -23,6 +23,7 @@ TOLERANCES = (1e-2, 1e-3, 1e-4)
 FREQUENCIES = 40
 OFFSET = 3e-6  # of the sweep: of the reference's points beside each frequency
 SOME = 1e-7  # true errors below are none
+LEAST = 1e-9  # and those below are drawn here
 
 
 class Bench:
@@ -125,6 +126,7 @@ def table(rows):
 def draw(rows, path):
     """A panel per scene: what harmonics buy, and the runs by tolerance as stars."""
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
     from dovetail.plot import STYLE
 
@@ -134,13 +136,19 @@ def draw(rows, path):
         for axis, name in zip(axes.flat, names):
             for key, marker, fill in (("harmonics", "o", "black"), ("tolerance", "*", "white")):
                 for row in (row for row in rows if row["scene"] == name and key in row):
-                    x, y = 1e3 * row["seconds"], max(row["error"], 1e-9)
+                    x, y = 1e3 * row["seconds"], max(row["error"], LEAST)
                     axis.loglog(x, y, marker, color="black", mfc=fill, ms=5 if key == "harmonics" else 11)
                     axis.annotate(f"{row[key]:g}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=8)
             fixed = [row for row in rows if row["scene"] == name and "harmonics" in row]
-            axis.loglog([1e3 * row["seconds"] for row in fixed], [max(row["error"], 1e-9) for row in fixed], color="0.6", lw=1, zorder=0)
+            axis.loglog([1e3 * row["seconds"] for row in fixed], [max(row["error"], LEAST) for row in fixed], color="0.6", lw=1, zorder=0)
             axis.set_title(f"{name}\n{SCENES[name].kind}", fontsize=9)
-            axis.margins(0.15)
+            axis.margins(0.18)
+            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+            axis.xaxis.set_minor_formatter(NullFormatter())
+            if max(row["error"] for row in fixed) < LEAST:
+                axis.set_ylim(LEAST / 10, 1e3 * LEAST)
+                axis.text(0.05, 0.9, f"all below {LEAST:g}", transform=axis.transAxes)
         for axis in axes.flat[len(names):]:
             axis.axis("off")
         axes.flat[-1].plot([], [], "o", color="black", label="fixed harmonics, their number")

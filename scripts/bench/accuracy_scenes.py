@@ -52,13 +52,13 @@ def blade(folder):
 SCENES = {
     "stuck": Scene("sticks, or is open, all the time", posts(0.5), (1, 3, 5), 20),
     "partial slip": Scene("two posts: some of nine points slip", posts(5), (1, 3, 5, 7, 10), 20),
-    "gross slip": Scene("one point, slides nearly all the time", small(cases.dof5, friction=[0.25, 0.25], omega=[0.9, 1.3]),
+    "gross slip": Scene("one point slides nearly all the time", small(cases.dof5, friction=[0.25, 0.25], omega=[0.9, 1.3]),
                         (1, 3, 5, 7, 10, 15, 20), 60),
-    "lift-off": Scene("a mass that lifts off and slips each cycle", small(cases.single_mass, 2, omega=[13, 11.6]),
+    "lift-off": Scene("one point slips and lifts off", small(cases.single_mass, 2, omega=[13, 11.6]),
                       (3, 5, 7, 10, 15, 20), 60),
-    "stiff impact": Scene("a mass bounces on a contact a hundred times as stiff as its springs", small(
+    "stiff impact": Scene("bounces on a contact 100 times as stiff", small(
         cases.single_mass, 1, omega=[14, 12.1], normal_stiffness=4000.0, fourier=[0, 0, 9]), (5, 10, 15, 20, 30, 40), 100),
     "blade root": Scene("102 points, most of them slip", blade, (1, 3, 5, 7), 28),
-    "three harmonics": Scene("four points slip and lift off, three harmonics in the force", small(
+    "three harmonics": Scene("four points slip and lift off", small(
         cases.several_points, fourier=[0.2, 1, 0.5, 0, 0.3, 0.3, 0.2], omega=[0.8, 1.2]), (3, 5, 7, 10, 15, 20), 50),
 }
