@@ -34,6 +34,7 @@ excitation = {{ fourier = [0, 0, 1] }}
 harmonic_balance = {{ harmonics = {harmonics}, solver = "{solver}" }}
 continuation = {{ omega = [2118.5, 2125.5], max_points = {most} }}
 stability = {{ enabled = false }}
+accuracy = {{ estimates = false }}
 output = {{ motion = [] }}
 """
 

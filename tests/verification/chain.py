@@ -16,6 +16,7 @@ contact = {{ normal_stiffness = {kn!r}, tangential_stiffness = {kt!r}, friction 
 harmonic_balance = {{ harmonics = {harmonics}, samples = {samples}, solver = "{solver}" }}
 continuation = {{ omega = [{omega[0]!r}, {omega[1]!r}], at = {at}, max_points = {most} }}
 stability = {{ enabled = false }}
+accuracy = {{ estimates = false }}
 """
 
 
