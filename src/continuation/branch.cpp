@@ -17,7 +17,9 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
       trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_),
       direction_(settings.to < settings.from ? -1 : 1) {
   if (settings.stability) begin_stability();
-  if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, omega_unit_, newton.residual_tolerance);
+  if (settings.estimates) // of a single point at its own frequency
+    estimator_ = std::make_unique<Estimator>(system, settings.to == settings.from ? 1e-3 * settings.from : omega_unit_,
+                                             newton.residual_tolerance);
 }
 
 BranchSummary Follower::run(Vec y, const std::string &why_there) {

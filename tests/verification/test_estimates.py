@@ -93,7 +93,17 @@ def test_harmonics_come_and_go(tmp_path):
     assert most[0] < most[1]
 
 
-def test_one_frequency(tmp_path):
+@pytest.mark.parametrize("omega", [1.0, 1.02, 1.04])
+def test_error_at_one_frequency(tmp_path, omega):
+    """Of a single point, which has no neighbours to make a curve, it is the error at its frequency."""
+    few, many = (run_of("slip", tmp_path, harmonics=H, omega=[omega, omega], at=None).points for H in (3, 40))
+    q, exact = few["coefficients"][0], many["coefficients"][0][:, :7]
+    rest = many["coefficients"][0][:, 7:]
+    true = np.hypot(np.linalg.norm(q[:, 1:] - exact[:, 1:]), np.linalg.norm(rest)) / np.linalg.norm(q[:, 1:])
+    assert few["error_harmonics"][0] == pytest.approx(true, rel=0.15)
+
+
+def test_tolerance_at_one_frequency(tmp_path):
     done = run_of("slip", tmp_path, harmonics=None, tolerance=1e-4, omega=[1.02, 1.02], at=None)
     assert list(done.points["omega"]) == [1.02] and done.points["error_harmonics"][0] < 1e-4 and done.points["harmonics"][0] > 3
 
