@@ -69,8 +69,8 @@ def settings(make, **more):
 BRANCHES = {
     "slip": Branch(settings(cases.dof5, omega=[0.98, 1.14]), 64, [], 1e-4),
     "lift-off": Branch(settings(lambda folder, **o: cases.single_mass(folder, 1, **o), omega=[9, 13]), 48, 2 * [JUMP]),
-    "lift-off with friction": Branch(settings(lambda folder, **o: cases.single_mass(folder, 2, **o), omega=[9, 13]), 48,
-                                     2 * [JUMP]),
+    "lift-off with friction": Branch(settings(lambda folder, **o: cases.single_mass(folder, 2, harmonics=20, **o), omega=[9, 13]), 48,
+                                     2 * [JUMP], 1e-4),  # with 10, 1e-3 off right beside a turning point, which lies elsewhere then
     "lift-off and slip": Branch(settings(loose, omega=[1.25, 0.85]), 192, [], 5e-3),
     "period doubling": Branch(settings(stop, static=-0.5, omega=[5, 3]), 48, 2 * [PERIOD_DOUBLING]),
     "resonance of a stop": Branch(settings(stop, static=1.0, omega=[1.55, 1.35]), 48, 2 * [JUMP]),
