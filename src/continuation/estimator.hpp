@@ -31,7 +31,7 @@ public:
 
 private:
   void build(std::unique_ptr<HarmonicSystem> finer);
-  double correct();                                 // correction_ from residual_: its length
+  double correct();                                 // y_ by the step that residual_ asks for: its length
   void measure_content(ErrorEstimate &found) const; // of y_
   double size(Vec y) const;
 
