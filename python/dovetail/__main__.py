@@ -151,7 +151,7 @@ def parser():
     command.add_argument("--tolerances", metavar="TOL", nargs="*", type=float, help="for harmonics that are chosen along the curve; "
                          "default: 1e-2 1e-3 1e-4; without a number: none")
     command.add_argument("--modes", metavar="N_A", nargs="+", type=int, help="default: those of the case")
-    command.add_argument("--solvers", nargs="+", choices=["auto", "assembled", "modal"], help="default: that of the case")
+    command.add_argument("--solvers", nargs="+", choices=["modal", "assembled"], help="default: that of the case")
     command.add_argument("--jobs", metavar="N", type=int, default=1, help="runs at a time; default: %(default)s")
     command.add_argument("--out", metavar="DIR", help="folder to write; default: CASE_study beside the case")
     command.add_argument("--binary", metavar="FILE",

@@ -44,7 +44,7 @@ class Events:
 
     kind : str
         Places, located: "fold" (turning point), "peak" (maximum of the watched amplitude), "branch" (another branch crosses),
-        "stability" (lost or regained). How the run helped itself: "start", "cut", "corner", "assembly", "sampling", "harmonics", "leap",
+        "stability" (lost or regained). How the run helped itself: "start", "cut", "corner", "sampling", "harmonics", "leap",
         "integration". "missed": a frequency of continuation.at without solution. "outside": the curve leaves the sweep at its
         beginning, and the next point is where it comes back.
     point : int

@@ -56,7 +56,7 @@ def grid(case, arguments):
     if arguments.modes and "reduced" in case.content:
         raise ValueError(f"{case.path}: names a reduced model, which is used as it stands: --modes has nothing to vary")
     modes = arguments.modes or [case.content.get("reduction", {}).get("modes")]
-    solvers = arguments.solvers or [own.get("solver", "auto")]
+    solvers = arguments.solvers or [own.get("solver", "modal")]
     for option, values in (("--harmonics", harmonics), ("--samples", samples), ("--modes", modes), ("--jobs", [arguments.jobs])):
         for value in values:
             if isinstance(value, int) and value < 1:
@@ -75,7 +75,7 @@ def grid(case, arguments):
 
 def reference_of(settings):
     """Twice the harmonics of the finest setting or more, exact contact forces, the most modes."""
-    return Setting(max(LEAST, *(2 * s.harmonics for s in settings if s.harmonics)), "exact", settings[-1].modes, "auto")
+    return Setting(max(LEAST, *(2 * s.harmonics for s in settings if s.harmonics)), "exact", settings[-1].modes, "modal")
 
 
 def computed_reference(reference, program):

@@ -151,7 +151,7 @@ class Report:
         for section, values in setting.values.items():
             own = self.case.content.get(section, {})
             chosen = {key: value for key, value in values.items()
-                      if key in ("harmonics", "samples", "tolerance") or value != own.get(key, "auto" if key == "solver" else None)}
+                      if key in ("harmonics", "samples", "tolerance") or value != own.get(key, "modal" if key == "solver" else None)}
             if chosen:
                 lines += [f"[{section}]", *(f"{key} = {json.dumps(value)}" for key, value in chosen.items())]
         return lines

@@ -39,9 +39,8 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   const std::string unit = preloaded.reduced.units == "SI" ? "m" : "length";
   HarmonicSystem system = stages.run("4 scaling", [&] {
     const Scales scales = earlier ? earlier->scales : choose_scales(study, preloaded);
-    const bool modal = solved_in_modes(study, preloaded.reduced.modes + 3 * preloaded.reduced.points);
     return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
-                          study.fourier, modal ? LinearForm::modal : LinearForm::assembled);
+                          study.fourier, study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   const Scales &scales = system.scales();
   const double w0 = scales.frequency, amplitude_unit = watched_scale(study, system.layout(), scales);

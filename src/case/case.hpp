@@ -54,7 +54,7 @@ struct Watch {
 };
 
 /// How the harmonic balance is solved: [harmonic_balance] solver.
-enum class SolverKind { automatic, assembled, modal };
+enum class SolverKind { modal, assembled };
 
 enum class ScalingKind { automatic, none, manual };
 
@@ -76,7 +76,7 @@ struct Case {
 
   int harmonics = 0; ///< H >= 1
   int samples = 0;   ///< N >= 2H+1; 0: exact, no sampling
-  SolverKind solver = SolverKind::automatic;
+  SolverKind solver = SolverKind::modal;
 
   double step_tolerance = 1e-8;     ///< eps_x, relative
   double residual_tolerance = 1e-8; ///< eps_f, in the scaled variables
@@ -124,9 +124,6 @@ int watched_dof(const Case &study, int modes, int points);
 
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);
-
-/// True if the harmonic balance of that many reduced dofs is to be solved in the modes of the stuck structure.
-bool solved_in_modes(const Case &study, int dofs);
 
 /// Every value in force, one per line: key, value, unit, and whether it was given or is the default.
 void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points);

@@ -42,9 +42,7 @@ std::string samples_text(const Case &study) {
   return cone ? "exact; cone: " + std::to_string(enough_samples(study.harmonics)) : "exact";
 }
 
-std::string solver_text(SolverKind kind) {
-  return kind == SolverKind::automatic ? "auto" : kind == SolverKind::modal ? "modal" : "assembled";
-}
+std::string solver_text(SolverKind kind) { return kind == SolverKind::modal ? "modal" : "assembled"; }
 
 std::string kind_text(ScalingKind kind) {
   return kind == ScalingKind::automatic ? "auto" : kind == ScalingKind::none ? "none" : "manual";

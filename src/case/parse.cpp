@@ -127,9 +127,8 @@ void read_harmonic_balance(const Document &document, Case &study) {
 
   if (const Entry solver = document["harmonic_balance.solver"]) {
     const std::string word = solver.words();
-    if (word != "auto" && word != "assembled" && word != "modal")
-      solver.refuse("must be \"auto\", \"assembled\" or \"modal\"");
-    study.solver = word == "auto" ? SolverKind::automatic : word == "modal" ? SolverKind::modal : SolverKind::assembled;
+    if (word != "modal" && word != "assembled") solver.refuse("must be \"modal\" or \"assembled\"");
+    study.solver = word == "modal" ? SolverKind::modal : SolverKind::assembled;
   }
   if (!samples) return;
   if (samples.is_words()) {

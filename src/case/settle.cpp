@@ -22,12 +22,4 @@ void settle_stability(Case &study, int dofs) {
   if (!study.stability) study.stability = double(dofs) * (2 * study.harmonics + 1) <= small;
 }
 
-bool solved_in_modes(const Case &study, int dofs) {
-  constexpr double many =
-      400; // unknowns: below, the assembled form costs little, and it knows the sign of its determinant
-  if (study.solver != SolverKind::automatic) return study.solver == SolverKind::modal;
-  if (study.tolerance > 0) return true; // how many harmonics there will be nobody knows
-  return double(dofs) * (2 * study.harmonics + 1) > many;
-}
-
 } // namespace dovetail

@@ -9,6 +9,9 @@ namespace dovetail {
 namespace {
 
 constexpr int most_harmonics = 64;
+constexpr double estimated_part = 0.5;  // of the linear solver's work on a point,
+constexpr double estimated_least = 3e7; // and more for the rest of it, some 1 ms;
+constexpr double estimated_ahead = 3e8; // so much may be saved up
 constexpr double most_part = 0.5;   // of the tolerance, for estimates may be half of the error where contacts are stiff
 constexpr double aimed_part = 0.35; // by harmonics added,
 constexpr double spare_part = 0.15; // and by those kept when some are dropped,
@@ -41,6 +44,17 @@ int Follower::least_harmonics() const { // those of the load
   for (std::size_t i = 0; i < f.size(); ++i)
     if (f[i] != 0) highest = std::max(highest, static_cast<int>(i + 1) / 2);
   return highest;
+}
+
+// Where contacts are stiff, twice the harmonics may cost ten times as much as the point: what estimates take is kept to
+// a part of what the points take. None: no number.
+const ErrorEstimate &Follower::affordable_error_of(Station &s) {
+  static const ErrorEstimate none{std::nan(""), std::nan(""), {}};
+  estimating_ = std::min(estimating_ + estimated_part * curve_->take_work() + estimated_least, estimated_ahead);
+  if (!s.error && estimating_ < 0) return none;
+  const ErrorEstimate &error = error_of(s);
+  estimating_ -= estimator_->take_work();
+  return error;
 }
 
 const ErrorEstimate &Follower::error_of(Station &s) {

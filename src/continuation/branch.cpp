@@ -237,11 +237,15 @@ Follower::Go Follower::after_step() {
   return ended_ ? Go::ended : Go::on;
 }
 
-void Follower::report(Station &s, double arclength, const Stability *stability) {
+void Follower::report(Station &s, double arclength, const Stability *stability, bool place) {
+  const bool always = place || settings_.tolerance > 0;
   const double whole = settings_.to - settings_.from;
   ++summary_.counts.points;
   observer_.point({s.y, *system_, s.omega, arclength, s.newton, s.activity, stability,
-                   estimator_ ? &error_of(s) : nullptr, whole == 0 ? 1 : (s.omega - settings_.from) / whole});
+                   !estimator_ ? nullptr
+                   : always    ? &error_of(s)
+                               : &affordable_error_of(s),
+                   whole == 0 ? 1 : (s.omega - settings_.from) / whole});
 }
 
 void Follower::notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude) {
@@ -278,7 +282,10 @@ BranchState Follower::state() {
                    double(raised_.harmonics),
                    raised_.error,
                    double(coarse_.harmonics),
-                   coarse_.error};
+                   coarse_.error,
+                   curve_->memory(),
+                   estimating_,
+                   integrating_};
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
@@ -297,9 +304,8 @@ BranchState Follower::state() {
 
 void Follower::restore(const BranchState &state) {
   summary_.counts = state.counts;
-  if (state.counts.assemblies > 0) changed_ = HarmonicSystem::assembled(*system_);
   if (state.harmonics != system_->harmonics() || state.samples != system_->samples()) {
-    auto system = std::make_unique<HarmonicSystem>(changed_ ? *changed_ : *system_, state.harmonics, state.samples);
+    auto system = std::make_unique<HarmonicSystem>(*system_, state.harmonics, state.samples);
     std::swap(changed_, system);
   }
   if (changed_) take_system(*changed_);
@@ -325,6 +331,8 @@ void Follower::restore(const BranchState &state) {
   crowd_.omega = take(), crowd_.newton = static_cast<long>(take());
   in_vain_ = take_int(), unchanged_ = take_int();
   for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
+  curve_->recall(take());
+  estimating_ = take(), integrating_ = take();
   const double behind = take(), along = take();
   trail_.restore(state.trail, behind, along);
   bends_.resize(static_cast<std::size_t>(take()));

@@ -52,7 +52,6 @@ struct BranchEvent {
     start,       ///< how a first point was found, when not plainly
     cut,         ///< step halved
     corner,      ///< went on along the curve beyond a corner
-    assembly,    ///< the Jacobian assembled and factored from here on, not solved with by Krylov's method
     sampling,    ///< contact forces evaluated better from here on
     harmonics,   ///< harmonics added from here on
     leap,        ///< on to the solution at a next frequency, which arc length does not lead to

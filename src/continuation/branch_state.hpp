@@ -8,7 +8,7 @@ namespace dovetail {
 struct Counts {
   int points = 0;
   int folds = 0, peaks = 0, branch_points = 0, stability_changes = 0; ///< located
-  int cuts = 0, corners = 0, assemblies = 0, samplings = 0, harmonics = 0, leaps = 0,
+  int cuts = 0, corners = 0, samplings = 0, harmonics = 0, leaps = 0,
       integrations = 0;        ///< rungs of the ladder
   int missed = 0;              ///< frequencies of `at` without solution
   int adaptations = 0;         ///< of the harmonics to the tolerance

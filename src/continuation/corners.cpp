@@ -16,11 +16,11 @@ constexpr double least_apart = 1e-3; // squared sine of the angle between lines 
 // meets it, however near. The Jacobian beyond the corner knows its tangent, and the sign of the determinant, which
 // stays the same along the curve, on which side of the corner it lies. Where parts of the structure are alike, several
 // contacts change at once, other branches may meet here, and the sign tells nothing: close to the corner the other side
-// is tried as well, and taken unless it is the leg we came by. Where there is no sign, but could be, that rung is next.
+// is tried as well, and taken unless it is the leg we came by.
 bool Follower::round_corner(double step, Go &outcome) {
   UniqueVec beyond = system_->unknowns(), t = system_->unknowns();
   for (const bool by_sign : {true, false}) {
-    if (by_sign ? here_.sign == 0 : step > close_to_corner || can_assemble()) continue;
+    if (by_sign ? here_.sign == 0 : step > close_to_corner) continue;
     std::vector<UniqueVec> tried;
     for (const double ahead : {1.0, 4.0, 0.25, 16.0, 64.0, 0.02}) {
       int sign;

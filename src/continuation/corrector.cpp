@@ -85,6 +85,7 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
 
 Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_search, int most) {
   border_ = border, target_ = target, most_ = most;
+  recall(memory());
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
   if (line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");

@@ -37,6 +37,10 @@ public:
   /// The same with the Jacobian at any y, on the curve or beside it, and a border.
   Direction tangent_at(Vec y, Vec border, Vec t);
 
+  double take_work() { return system_.take_solver_work(jacobian_); } ///< see linear_part.hpp
+  double memory() const { return system_.solver_memory(jacobian_); } ///< see linear_part.hpp
+  void recall(double memory) { system_.begin_solves(jacobian_, memory); }
+
   /// Of tangents, relative, where the solver iterates.
   double tangent_accuracy = usual_accuracy;
   static constexpr double usual_accuracy = 1e-6, high_accuracy = 1e-10;

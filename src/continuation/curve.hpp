@@ -40,6 +40,10 @@ public:
   /// Tangent and sign by the Jacobian at any y, to the side of `normal`. Collective.
   bool tangent_at(Vec y, Vec normal, Vec t, int &sign);
 
+  double take_work() { return corrector_.take_work(); } ///< of the linear solver, see linear_part.hpp
+  double memory() const { return corrector_.memory(); } ///< of the linear solver, see linear_part.hpp
+  void recall(double memory) { corrector_.recall(memory); }
+
   void set_omega(Vec y, double w) const;
   double plane(Vec normal, Vec y); ///< weighted product; differences of it are arc lengths along `normal`
 

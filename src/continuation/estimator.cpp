@@ -12,6 +12,7 @@ namespace {
 
 constexpr const char *doing = "estimating errors";
 constexpr double accuracy = 0.2; // of the linear solve, relative; with 1e-2 estimates are the same to a few per cent
+constexpr double few = 5;        // iterations expected
 
 // With one harmonic, two would show nothing of friction that is alike in both directions.
 int finer_harmonics(int harmonics) { return std::max(2 * harmonics, harmonics + 2); }
@@ -65,6 +66,7 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   check(VecRestoreArray(row_, &row), doing);
   check(VecRestoreArrayRead(t_, &tangent), doing);
 
+  finer_->begin_solves(jacobian_, few);
   finer_->jacobian(y_, row_, jacobian_);
   check(KSPSetOperators(ksp_, jacobian_, jacobian_), doing);
   if (system_->samples() == exactly) {

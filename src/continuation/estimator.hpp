@@ -26,6 +26,8 @@ public:
   /// From now on for points of the same model with other harmonics or samples.
   void match(const HarmonicSystem &system);
 
+  double take_work() { return finer_->take_solver_work(jacobian_); } ///< see linear_part.hpp
+
   /// At a solution y, with the curve's tangent t there.
   ErrorEstimate operator()(Vec y, Vec t);
 

@@ -75,8 +75,9 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
   if (system_->layout().dofs() <= most_integrated) {
     IntegrationSettings settings{std::max(H, needed)};
     settings.periods = most_periods;
-    if (settings_.briefly) settings.work = brief_work;
+    if (settings_.briefly || summary_.counts.points > 0) settings.work = std::min(brief_work, integration_left());
     steady = steady_state(dense_model(*system_), w, {}, settings);
+    if (summary_.counts.points > 0) integrating_ += steady.work;
     if (steady.settled && arrive(steady.coefficients, "time integration")) return true;
   }
   if (interrupted()) return false;
@@ -88,16 +89,6 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
   }
   if (good && arrive(q, "softer contacts")) return true;
   if (interrupted()) return false;
-
-  if (summary_.counts.points == 0 && can_assemble()) { // Krylov's method may be what fails
-    auto system = HarmonicSystem::assembled(*system_);
-    take_system(*system);
-    std::swap(changed_, system); // the old one goes last
-    ++summary_.counts.assemblies;
-    how += std::string(how.empty() ? "" : "; ") +
-           "the Jacobian is assembled and factored, for otherwise Newton finds nothing";
-    return first_point(w, y, first, how);
-  }
 
   q = begin;
   if (!settings_.briefly && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;

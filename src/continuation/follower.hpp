@@ -40,7 +40,7 @@ private:
   void choose_step(double step, double turned, int newton);
   void limit_step();
   Go after_step();
-  void report(Station &s, double arclength, const Stability *stability);
+  void report(Station &s, double arclength, const Stability *stability, bool place = false);
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
   BranchState state();
   void restore(const BranchState &state);
@@ -82,9 +82,7 @@ private:
   Go climb();
   bool leave_from_farthest();
   void take_system(HarmonicSystem &system);
-  bool can_assemble() const;
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
-  bool assembled_form();
   bool better_sampling();
   int needed_harmonics(double omega) const;
   bool more_harmonics();
@@ -97,6 +95,8 @@ private:
   // adapt.cpp
   int least_harmonics() const;
   const ErrorEstimate &error_of(Station &s);
+  double integration_left() const;
+  const ErrorEstimate &affordable_error_of(Station &s);
   bool refined_for(Station &s);
   void spare_harmonics();
   bool change_harmonics(int harmonics, double error);
@@ -130,8 +130,10 @@ private:
   struct Adapted {
     int harmonics = 0;
     double error = 0;
-  } raised_, coarse_; // before harmonics were added for the step at hand; and where more did not help
-  int in_vain_ = 0;   // harmonics for which more were tried and led nowhere
+  } raised_, coarse_;      // before harmonics were added for the step at hand; and where more did not help
+  double estimating_ = 0;  // work that estimates may take
+  double integrating_ = 0; // that time integration took
+  int in_vain_ = 0;        // harmonics for which more were tried and led nowhere
   std::string refusal_;
   std::optional<Place> branch_point_; // within the step being tried
   bool ended_ = false;

@@ -11,10 +11,9 @@ namespace dovetail {
 namespace {
 
 constexpr int most_leaps = 20, most_integrations = 20;
-constexpr double step_after = 1e-3;       // of a rung
-constexpr double most_change = 0.1;       // by other harmonics or samples, where 1 is the largest motion so far
-constexpr double most_unknowns = 1500;    // of a system whose harmonics are raised
-constexpr PetscInt most_assembled = 6000; // unknowns of a system that is factored where Krylov's method fails
+constexpr double step_after = 1e-3;    // of a rung
+constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
+constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
 
 } // namespace
 
@@ -22,8 +21,8 @@ constexpr PetscInt most_assembled = 6000; // unknowns of a system that is factor
 Follower::Go Follower::climb() {
   const std::string reason = refusal_, where = difference();
   if (settings_.steps_only) return end(End::stalled, reason + where);
-  if (assembled_form() || better_sampling() || more_harmonics() || leap(Way::newton, here_.omega) ||
-      leap(Way::integration, here_.omega) || leap(Way::anew, here_.omega))
+  if (better_sampling() || more_harmonics() || leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega) ||
+      leap(Way::anew, here_.omega))
     return ended_ ? Go::ended : Go::on;
   return interrupted() ? end(End::interrupted, "interrupted") : end(End::stalled, reason + where);
 }
@@ -38,7 +37,7 @@ void Follower::pass_crowd() {
   for (std::size_t i = 0; i < bends.size() && i < many_bends; ++i)
     farthest = std::max(farthest, direction_ * bends[bends.size() - 1 - i]);
   const double beyond = direction_ * (farthest + creeping_part * omega_unit_);
-  if (!leap(Way::integration, beyond) && !leap(Way::newton, beyond)) leap(Way::anew, beyond);
+  if (!leap(Way::newton, beyond) && !leap(Way::integration, beyond)) leap(Way::anew, beyond);
 }
 
 // A branch that runs back or in a circle is left at its farthest point, for the next one of the sweep's sense.
@@ -105,20 +104,6 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   return true;
 }
 
-bool Follower::can_assemble() const {
-  return system_->form() == LinearForm::modal && system_->layout().dofs() * system_->layout().width <= most_assembled;
-}
-
-// Krylov's method may fail where many contacts open, and knows no sign of the determinant.
-bool Follower::assembled_form() {
-  const std::string reason = refusal_;
-  if (!can_assemble() || !rebuild(HarmonicSystem::assembled(*system_))) return false;
-  ++summary_.counts.assemblies;
-  notify(BranchEvent::Kind::assembly,
-         "no step converges (" + reason + "): the Jacobian assembled and factored from here on", here_.omega);
-  return true;
-}
-
 bool Follower::better_sampling() {
   if (system_->samples() == exactly) return false;
   const std::string reason = refusal_;
@@ -174,14 +159,18 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
   return false;
 }
 
+// Work that the ways on may still take: where integration has led on it may again.
+double Follower::integration_left() const { return (2 + 2 * summary_.counts.integrations) * brief_work - integrating_; }
+
 // here_ becomes a solution at that frequency.
 bool Follower::arrive_at(double omega, Way way, const DenseModel &model) {
   check(VecCopy(here_.y, trial_.y), "predicting");
   SteadyState steady;
   if (way == Way::integration) {
     IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(omega))};
-    settings.periods = most_periods, settings.work = brief_work;
+    settings.periods = most_periods, settings.work = std::min(brief_work, integration_left());
     steady = steady_state(model, omega, all_coefficients(system_->layout(), here_.y), settings);
+    integrating_ += steady.work;
     if (!steady.settled) return false;
     set_coefficients(system_->layout(), steady.coefficients, trial_.y);
   }
@@ -197,6 +186,7 @@ bool Follower::leap(Way way, double from) {
   const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_integrated;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
+  if (way != Way::newton && !(integration_left() > 0)) return false;
   const std::string reason = refusal_;
   DenseModel model;
   if (integrate) model = dense_model(*system_);

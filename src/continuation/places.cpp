@@ -267,7 +267,7 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
   for (Place &place : found) {
     Station &s = place.at;
     const std::optional<Stability> stability = judge(s);
-    report(s, arclength_ + place.along * plain, stability ? &*stability : nullptr);
+    report(s, arclength_ + place.along * plain, stability ? &*stability : nullptr, true);
     switch (place.kind) {
     case Kind::fold:
       ++summary_.counts.folds;

@@ -1,20 +1,10 @@
 #include "harmonic/assembled.hpp"
 
-#include "support/condensed_lu.hpp"
 #include "support/error.hpp"
 #include "support/mumps.hpp"
 
 namespace dovetail {
 namespace {
-
-// Unknowns up to which, on one rank and with the modes eliminated, a dense factorisation is the quicker one.
-constexpr PetscInt most_condensed = 400;
-
-bool condensed(const Layout &layout) {
-  int ranks;
-  MPI_Comm_size(layout.comm, &ranks);
-  return ranks == 1 && layout.unknowns() - layout.modes * layout.width <= most_condensed;
-}
 
 UniqueMat square(const Layout &layout) {
   UniqueMat A;
@@ -120,16 +110,10 @@ void Assembled::fill(Mat J, const JacobianParts &parts) {
   check(MatSetValuesCOO(J, values_.data(), INSERT_VALUES), "evaluating the Jacobian");
 }
 
-void Assembled::set_up(KSP ksp, Mat J) const {
-  condensed(layout_) ? factor_condensed(ksp, J, layout_.modes * layout_.width, layout_.width) : factor_by_lu(ksp, J);
-}
+void Assembled::set_up(KSP ksp, Mat J) const { factor_by_lu(ksp, J); }
 
-std::string Assembled::recover(KSP ksp, Mat J) const {
-  return is_condensed(ksp) ? "the Jacobian is singular" : recover_lu(ksp, J);
-}
+std::string Assembled::recover(KSP ksp, Mat J) const { return recover_lu(ksp, J); }
 
-int Assembled::determinant_sign(KSP ksp) const {
-  return is_condensed(ksp) ? condensed_determinant_sign(ksp) : dovetail::determinant_sign(ksp);
-}
+int Assembled::determinant_sign(KSP ksp) const { return dovetail::determinant_sign(ksp); }
 
 } // namespace dovetail

@@ -1,6 +1,6 @@
 #pragma once
-// The harmonic system as one sparse matrix, (N_a + 3 N_x)(2H+1) + 1 unknowns, factored by MUMPS, or while it is small
-// and on one rank by LAPACK: exact, with the sign of the determinant, and quick while it is small.
+// The harmonic system as one sparse matrix, (N_a + 3 N_x)(2H+1) + 1 unknowns, factored by MUMPS: the plain way, which
+// the modal form is measured against.
 #include "harmonic/linear_part.hpp"
 
 namespace dovetail {

@@ -53,13 +53,6 @@ HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int sa
   fourier_.resize(layout_.width, 0.0);
 }
 
-std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &like) {
-  auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, like.samples_);
-  system->linear_ = std::make_unique<Assembled>(like.couplings(), system->layout_);
-  system->form_ = LinearForm::assembled;
-  return system;
-}
-
 std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like, int harmonics, int samples) {
   auto system = std::make_unique<HarmonicSystem>(like, harmonics, samples);
   if (like.form_ == LinearForm::modal) return system;

@@ -18,8 +18,6 @@ public:
 
   /// The same equations with other harmonics or samples, and k_n times `stiffness`. Collective.
   HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness = 1);
-  /// The same equations in the assembled form. Collective.
-  static std::unique_ptr<HarmonicSystem> assembled(const HarmonicSystem &like);
   /// The same equations with other harmonics or samples, in the modal form. Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
@@ -45,6 +43,9 @@ public:
   void set_up(KSP ksp, Mat J) const { linear_->set_up(ksp, J); }
   std::string recover(KSP ksp, Mat J) const { return linear_->recover(ksp, J); }            ///< see linear_part.hpp
   int determinant_sign(KSP ksp) const { return linear_->determinant_sign(ksp); }            ///< see linear_part.hpp
+  double take_solver_work(Mat J) const { return linear_->take_work(J); }                    ///< see linear_part.hpp
+  double solver_memory(Mat J) const { return linear_->memory(J); }                          ///< see linear_part.hpp
+  void begin_solves(Mat J, double memory) const { linear_->begin(J, memory); }              ///< see linear_part.hpp
   int linear_iterations(Mat J, int solves) const { return linear_->iterations(J, solves); } ///< see linear_part.hpp
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);

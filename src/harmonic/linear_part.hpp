@@ -2,6 +2,7 @@
 // The part of a harmonic system that is linear, K and M, and with it the form in which the Jacobian is held and solved
 // with: assembled and factored (assembled.hpp), or in the modes of the stuck structure by Krylov's method (modal.hpp).
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,6 +58,13 @@ public:
   virtual std::string recover(KSP ksp, Mat J) const = 0;
   /// Sign of the determinant of the matrix solved with last: +1 or -1; 0 where the solver does not tell.
   virtual int determinant_sign(KSP ksp) const = 0;
+  /// What the solver has learned from earlier Jacobians, as a number, and a beginning with nothing but that: what
+  /// follows then depends on no earlier solve, and a run that is restarted does the same.
+  virtual double memory(Mat) const { return 0; }
+  virtual void begin(Mat, double) const {}
+  /// Operations spent on solving with J since last asked, roughly, as ContactFactors::work; infinite where
+  /// they are not counted.
+  virtual double take_work(Mat) const { return std::numeric_limits<double>::infinity(); }
   /// Linear iterations done with J since last asked; `solves`, where every solve is one.
   virtual int iterations(Mat J, int solves) const = 0;
 };

@@ -142,6 +142,12 @@ int Modal::determinant_sign(KSP ksp) const {
   return solver_of(J).determinant_sign();
 }
 
+double Modal::take_work(Mat J) const { return solver_of(J).take_work(); }
+
+double Modal::memory(Mat J) const { return solver_of(J).memory(); }
+
+void Modal::begin(Mat J, double memory) const { solver_of(J).begin(memory); }
+
 int Modal::iterations(Mat J, int) const { return solver_of(J).take_iterations(); }
 
 } // namespace dovetail

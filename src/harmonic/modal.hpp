@@ -19,6 +19,9 @@ public:
   void set_up(KSP ksp, Mat J) const override;
   std::string recover(KSP ksp, Mat J) const override;
   int determinant_sign(KSP ksp) const override;
+  double take_work(Mat J) const override;
+  double memory(Mat J) const override;
+  void begin(Mat J, double memory) const override;
   int iterations(Mat J, int solves) const override;
 
 private:

@@ -1,79 +1,39 @@
 #include "harmonic/modal_solver.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr const char *doing = "solving in the stuck modes";
-constexpr int restart = 60, most_iterations = 300;
-constexpr PetscInt most_assembled = 6000; // unknowns of a matrix that is factored for the sign of its determinant
-constexpr double newton_accuracy = 1e-4;  // relative; 1e-3 costs more Newton steps than it saves iterations
-constexpr double single_accuracy = 1e-6;  // what a round in single precision can reach
-
-class Values { // of a vector, own share
-public:
-  explicit Values(Vec v) : v_(v) { check(VecGetArray(v_, &values_), doing); }
-  Values(const Values &) = delete;
-  ~Values() { VecRestoreArray(v_, &values_); }
-  operator double *() const { return values_; }
-
-private:
-  Vec v_;
-  double *values_;
-};
-
-class ReadValues {
-public:
-  explicit ReadValues(Vec v) : v_(v) { check(VecGetArrayRead(v_, &values_), doing); }
-  ReadValues(const ReadValues &) = delete;
-  ~ReadValues() { VecRestoreArrayRead(v_, &values_); }
-  operator const double *() const { return values_; }
-
-private:
-  Vec v_;
-  const double *values_;
-};
+constexpr PetscInt small_size = 150;       // unknowns of the contacts that are factored whatever they do
+constexpr double factored_accuracy = 1e-8; // of factors that are exact, unrefined
+constexpr int never = 1 << 20;             // iterations of a method that fails
+constexpr int most_refinements = 12;       // iterations with factors of the same Jacobian,
+constexpr double most_again = 40;          // and of an earlier one
+constexpr double least_tried = 10;         // iterations in the modes, at least, before factors are made instead
+constexpr double usual_reuse = 3;          // Jacobians solved with one set of factors
+constexpr double fading = 0.95;            // of what is expected in the modes, with every Jacobian factored
 
 } // namespace
 
 ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, const Layout &layout)
-    : basis_(std::move(basis)), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
-      own_modal_(own_.size() * layout.width), operator_(*basis_, layout) {
-  const PetscInt own = own_modal_ + (layout_.owns_omega() ? 1 : 0);
-  check(MatCreateShell(layout_.comm, own, own, layout_.unknowns(), layout_.unknowns(), this, matrix_.out()), doing);
-  const auto apply_in_modes = +[](Mat A, Vec y, Vec out) -> PetscErrorCode {
-    void *self;
-    MatShellGetContext(A, &self);
-    auto &solver = *static_cast<ModalSolver *>(self);
-    return solver.run([&] { solver.apply(y, out); });
-  };
-  check(MatShellSetOperation(matrix_, MATOP_MULT, reinterpret_cast<void (*)()>(apply_in_modes)), doing);
-  check(MatCreateVecs(matrix_, right_.out(), answer_.out()), doing);
+    : basis_(std::move(basis)), layout_(layout), in_modes_(*basis_, layout), factors_(*basis_, layout) {
   for (UniqueVec *v : {&remainder_, &correction_})
     check(VecCreateMPI(layout_.comm, layout_.own_unknowns(), layout_.unknowns(), v->out()), doing);
-  check(KSPCreate(layout_.comm, krylov_.out()), doing);
-  check(KSPSetOptionsPrefix(krylov_, "hb_modal_"), doing);
-  check(KSPSetOperators(krylov_, matrix_, matrix_), doing);
-  check(KSPSetType(krylov_, KSPGMRES), doing);
-  check(KSPGMRESSetRestart(krylov_, restart), doing);
-  check(KSPSetComputeEigenvalues(krylov_, PETSC_TRUE), doing);
-  PC pc;
-  check(KSPGetPC(krylov_, &pc), doing);
-  check(PCSetType(pc, PCSHELL), doing);
-  check(PCShellSetContext(pc, this), doing);
-  check(PCShellSetApply(pc,
-                        [](PC shell, Vec r, Vec out) -> PetscErrorCode {
-                          void *self;
-                          PCShellGetContext(shell, &self);
-                          auto &solver = *static_cast<ModalSolver *>(self);
-                          return solver.run([&] { solver.precondition(r, out); });
-                        }),
-        doing);
-  check(KSPSetTolerances(krylov_, newton_accuracy, 0, 1e30, most_iterations), doing);
-  check(KSPSetFromOptions(krylov_), doing);
-  check(KSPGetTolerances(krylov_, &newton_accuracy_, nullptr, nullptr, &most_iterations_), doing);
+  matrix_ = shell_matrix<&ModalSolver::multiply>(layout_.comm, layout_.own_unknowns(), layout_.unknowns(), this, doing);
+  check(KSPCreate(layout_.comm, ksp_.out()), doing);
+  check(KSPSetOptionsPrefix(ksp_, "hb_factors_"), doing);
+  check(KSPSetOperators(ksp_, matrix_, matrix_), doing);
+  check(KSPSetType(ksp_, KSPGMRES), doing);
+  check(KSPSetComputeEigenvalues(ksp_, PETSC_TRUE), doing);
+  shell_preconditioner<&ModalSolver::apply_factors>(ksp_, this, doing);
+  check(KSPSetFromOptions(ksp_), doing);
+  check(PetscOptionsGetInt(nullptr, "hb_factors_", "-most", &most_factored_, nullptr), doing);
 }
 
 void ModalSolver::fill(const JacobianParts &parts, LinearPart &linear) {
@@ -82,8 +42,7 @@ void ModalSolver::fill(const JacobianParts &parts, LinearPart &linear) {
   held_.clear();
   if (parts.held) held_.assign(parts.held, parts.held + 3 * layout_.own_points.size());
   column_.assign(parts.column, parts.column + layout_.own_coefficients());
-  border_.assign(parts.border, parts.border + layout_.own_coefficients());
-  corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
+  border_.assign(parts.border, parts.border + layout_.own_unknowns());
   stale_ = true;
 }
 
@@ -106,172 +65,136 @@ void ModalSolver::multiply(Vec x, Vec y) {
     if (i >= contact) out[i] += force_[i - contact];
     if (i >= contact && place == 0 && !held_.empty()) out[i] += held_[(i - contact) / n] * in[i];
   }
-  if (layout_.owns_omega()) out[count] = along + corner_ * last;
+  if (layout_.owns_omega()) out[count] = along;
 }
 
 void ModalSolver::set_up(KSP ksp, Mat J) {
   outer_ = ksp;
   check(KSPSetOperators(ksp, J, J), doing);
   check(KSPSetType(ksp, KSPPREONLY), doing);
-  PC pc;
-  check(KSPGetPC(ksp, &pc), doing);
-  check(PCSetType(pc, PCSHELL), doing);
-  check(PCShellSetContext(pc, this), doing);
-  check(PCShellSetApply(pc,
-                        [](PC shell, Vec r, Vec x) -> PetscErrorCode {
-                          void *self;
-                          PCShellGetContext(shell, &self);
-                          auto &solver = *static_cast<ModalSolver *>(self);
-                          return solver.run([&] { solver.solve(r, x); });
-                        }),
-        doing);
+  shell_preconditioner<&ModalSolver::solve>(ksp, this, doing);
 }
 
-// Diagonal blocks [a b; -b a] of each cosine-sine pair.
-template <class Work> void ModalSolver::pairs(Work &&work) {
-  for (PetscInt i = 0; i < own_.size(); ++i) {
-    const double lambda = basis_->lambda[own_.begin + i], damped = basis_->damped[own_.begin + i];
-    for (int k = 0; k <= layout_.width / 2; ++k) {
-      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * damped;
-      const double square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
-      work(i * layout_.width + (k == 0 ? 0 : cosine(k)), k, a / square, b / square);
-    }
-  }
+JacobianParts ModalSolver::parts() const {
+  return {omega_, damping_, *contact_, held_.empty() ? nullptr : held_.data(), column_.data(), border_.data()};
 }
 
-void ModalSolver::prepare_diagonal() {
-  b_.resize(own_modal_), c_.resize(own_modal_);
-  operator_.to_modes(column_.data(), b_.data());
-  int same = border_ == moved_border_; // it stays the same all through Newton's method
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
-  if (!same) operator_.to_modes(border_.data(), c_.data()), moved_border_ = border_;
-  inverse_b_.resize(own_modal_), inverse_c_.resize(own_modal_);
-  pairs([&](PetscInt at, int k, double a, double b) {
-    if (k == 0) {
-      inverse_b_[at] = a * b_[at], inverse_c_[at] = a * c_[at];
-      return;
-    }
-    inverse_b_[at] = a * b_[at] - b * b_[at + 1], inverse_b_[at + 1] = b * b_[at] + a * b_[at + 1];
-    inverse_c_[at] = a * c_[at] + b * c_[at + 1], inverse_c_[at + 1] = -b * c_[at] + a * c_[at + 1];
-  });
-  schur_ = corner_ - std::inner_product(c_.begin(), c_.end(), inverse_b_.begin(), 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, &schur_, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
-  if (schur_ == 0) schur_ = 1;
+bool ModalSolver::may_factor() const { return factors_.size() < most_factored_; }
+
+double ModalSolver::work_in_modes() const {
+  return in_modes_.work() + 5 * factors_.size() * padded<float>(layout_.width);
+}
+
+double ModalSolver::work_to_solve() const {
+  const double c = 3.0 * layout_.points, n = static_cast<double>(layout_.dofs());
+  return factors_.work_to_solve() + 8 * c * (n + c) * layout_.width + 2e5;
+}
+
+double ModalSolver::memory() const {
+  const double expected = taken_ > 0 ? taken_ : expected_;
+  return of_all_ ? -expected : expected;
+}
+
+void ModalSolver::begin(double memory) {
+  expected_ = std::abs(memory), of_all_ = memory < 0, taken_ = 0;
+  factors_.forget();
+}
+
+void ModalSolver::choose() {
+  if (taken_ > 0) expected_ = std::exchange(taken_, 0);
+  const bool small = 3 * layout_.points * layout_.width <= small_size; // in double precision: the same on all ranks
+  factors_.look_at(*contact_, of_all_ || small);
+  fresh_ = false;
+  by_factors_ =
+      may_factor() && (small || factors_.work() / usual_reuse + work_to_solve() < expected_ * work_in_modes());
+  if (by_factors_ && !factors_.factored()) by_factors_ = factor();
+  if (by_factors_)
+    expected_ *= fading;
+  else
+    in_modes_.take(parts());
+}
+
+bool ModalSolver::factor(bool precisely) {
+  work_ += factors_.work();
+  return fresh_ = factors_.factor(parts(), precisely);
+}
+
+// What damps the springs of points that stick is not always small.
+bool ModalSolver::factor_all() {
+  factors_.look_at(*contact_, true);
+  of_all_ = may_factor() && factor();
+  if (!of_all_) factors_.look_at(*contact_, false);
+  return of_all_ || factor();
 }
 
 void ModalSolver::solve(Vec r, Vec x) {
   PetscReal asked;
   check(KSPGetTolerances(outer_, &asked, nullptr, nullptr, nullptr), doing);
-  if (asked >= 0.5) asked = newton_accuracy_;
-  if (std::exchange(stale_, false)) {
-    operator_.take(*contact_, held_.empty() ? nullptr : held_.data(), omega_ * damping_);
-    prepare_diagonal();
+  if (asked >= 0.5) asked = in_modes_.usual_accuracy();
+  if (std::exchange(stale_, false)) choose();
+  if (!by_factors_) {
+    if (solve_in_modes(r, x, asked)) return;
+    taken_ = never;
+    by_factors_ = factor();
   }
-  solve_roughly(r, std::max(asked, single_accuracy));
-  check(VecCopy(correction_, x), doing);
-  first_sign_.reset();
-  for (double reached = single_accuracy; reached > asked; reached *= single_accuracy) {
-    if (!first_sign_) first_sign_ = sign_by_krylov(); // the rounds to come are short and meet few eigenvalues
-    multiply(x, remainder_);
-    check(VecAYPX(remainder_, -1, r), doing);
-    solve_roughly(remainder_, std::max(asked / reached, single_accuracy));
-    check(VecAXPY(x, 1, correction_), doing);
+  if (!by_factors_ || solve_with_factors(r, x, asked)) return;
+  if (!fresh_) {
+    by_factors_ = factor();
+    if (!by_factors_ || solve_with_factors(r, x, asked)) return;
   }
+  if (!factors_.of_all() && factor_all()) solve_with_factors(r, x, asked);
 }
 
-void ModalSolver::solve_roughly(Vec r, double accuracy) {
-  {
-    const ReadValues from(r);
-    const Values to(right_);
-    operator_.to_modes(from, to);
-    if (layout_.owns_omega()) to[own_modal_] = from[layout_.own_coefficients()];
+void ModalSolver::apply_factors(Vec r, Vec x) { factors_.solve(ReadValues(r), Values(x)); }
+
+bool ModalSolver::solve_with_factors(Vec r, Vec x, double asked) {
+  first_sign_.reset();
+  if (fresh_ && factors_.exact() && asked >= factored_accuracy) {
+    ++iterations_, work_ += work_to_solve();
+    apply_factors(r, x);
+    return true;
   }
-  check(KSPSetTolerances(krylov_, accuracy, 0, 1e30, most_iterations_), doing);
-  check(KSPSolve(krylov_, right_, answer_), doing);
+  const double worth = fresh_ ? most_refinements : std::clamp(0.5 * factors_.work() / work_to_solve(), 2.0, most_again);
   PetscInt count;
-  check(KSPGetIterationNumber(krylov_, &count), doing);
-  krylov_count_ = static_cast<int>(count);
-  iterations_ += krylov_count_;
-  const ReadValues from(answer_);
-  const Values to(correction_);
-  operator_.from_modes(from, to);
-  if (layout_.owns_omega()) to[layout_.own_coefficients()] = from[own_modal_];
+  KSPConvergedReason reason;
+  check(KSPSetTolerances(ksp_, asked, 0, 1e30, static_cast<PetscInt>(worth)), doing);
+  check(KSPSolve(ksp_, r, x), doing);
+  check(KSPGetIterationNumber(ksp_, &count), doing);
+  check(KSPGetConvergedReason(ksp_, &reason), doing);
+  iterations_ += static_cast<int>(count), work_ += count * work_to_solve();
+  return reason > 0;
+}
+
+bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
+  const int most = static_cast<int>(may_factor() ? std::max(least_tried, 2 * factors_.work() / work_in_modes())
+                                                 : ModalKrylov::most_iterations);
+  const auto round = [&](Vec from, Vec to, double accuracy) {
+    const bool good = in_modes_.solve(from, to, accuracy, most);
+    iterations_ += in_modes_.iterations(), taken_ += in_modes_.iterations();
+    work_ += in_modes_.iterations() * work_in_modes();
+    return good;
+  };
+  bool good = round(r, x, asked);
+  first_sign_.reset();
+  for (double reached = ModalKrylov::best_accuracy; good && reached > asked; reached *= ModalKrylov::best_accuracy) {
+    if (!first_sign_) first_sign_ = in_modes_.sign(); // the rounds to come are short and meet few eigenvalues
+    multiply(x, remainder_);
+    check(VecAYPX(remainder_, -1, r), doing);
+    good = round(remainder_, correction_, asked / reached);
+    check(VecAXPY(x, 1, correction_), doing);
+  }
+  return good || !may_factor();
 }
 
 int ModalSolver::determinant_sign() {
-  if (layout_.unknowns() > most_assembled) return 0;
-  const int sign = first_sign_ ? *first_sign_ : sign_by_krylov();
-  return sign_ = sign != 0 && (sign_ == 0 || sign == sign_) ? sign : sign_by_factors();
-}
-
-int ModalSolver::sign_by_krylov() const {
-  KSPConvergedReason reason;
-  check(KSPGetConvergedReason(krylov_, &reason), doing);
-  if (reason <= 0 || krylov_count_ == 0 || krylov_count_ > restart) return 0;
-  std::vector<double> real(krylov_count_), imaginary(krylov_count_);
-  PetscInt found;
-  check(KSPComputeEigenvalues(krylov_, krylov_count_, real.data(), imaginary.data(), &found), doing);
-  int sign = schur_ < 0 ? -1 : 1;
-  for (PetscInt i = 0; i < found; ++i)
-    if (imaginary[i] == 0 && real[i] < 0) sign = -sign;
-  return sign;
-}
-
-int ModalSolver::sign_by_factors() {
-  if (!twin_) {
-    twin_.reset(new Twin{Assembled(linear_->couplings(), layout_), {}, {}});
-    twin_->matrix = twin_->form.matrix(*contact_);
-    check(KSPCreate(layout_.comm, twin_->ksp.out()), doing);
-    twin_->form.set_up(twin_->ksp, twin_->matrix);
+  if (!may_factor()) return 0;
+  int sign = first_sign_    ? *first_sign_
+             : !by_factors_ ? in_modes_.sign()
+                            : factors_.determinant_sign() * (fresh_ ? 1 : sign_of_met(ksp_));
+  if ((!fresh_ || !factors_.exact()) && (sign == 0 || (sign_ != 0 && sign != sign_))) {
+    sign = factor(true) ? factors_.determinant_sign() : 0;
   }
-  border_.push_back(corner_);
-  twin_->form.fill(twin_->matrix, {omega_, damping_, *contact_, held_.empty() ? nullptr : held_.data(), column_.data(),
-                                   border_.data()});
-  border_.pop_back();
-  check(KSPSetOperators(twin_->ksp, twin_->matrix, twin_->matrix), doing);
-  check(KSPSetUp(twin_->ksp), doing);
-  const int sign = twin_->form.determinant_sign(twin_->ksp);
-  if (sign == 0) twin_->form.recover(twin_->ksp, twin_->matrix);
-  return sign;
-}
-
-void ModalSolver::apply(Vec y, Vec out) {
-  const ReadValues in(y);
-  const Values to(out);
-  double last = layout_.owns_omega() ? in[own_modal_] : 0,
-         along = std::inner_product(c_.begin(), c_.end(), static_cast<const double *>(in), 0.0);
-  operator_.apply(in, to, last, along);
-  for (PetscInt i = 0; i < own_.size(); ++i) {
-    const double lambda = basis_->lambda[own_.begin + i];
-    const double *row = in + i * layout_.width;
-    double *result = to + i * layout_.width;
-    result[0] += lambda * row[0];
-    for (int k = 1; k <= layout_.width / 2; ++k) {
-      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * lambda;
-      result[cosine(k)] += a * row[cosine(k)] + b * row[sine(k)];
-      result[sine(k)] += a * row[sine(k)] - b * row[cosine(k)];
-    }
-  }
-  for (PetscInt i = 0; i < own_modal_; ++i) to[i] += b_[i] * last;
-  if (layout_.owns_omega()) to[own_modal_] = along + corner_ * last;
-}
-
-void ModalSolver::precondition(Vec r, Vec out) {
-  const ReadValues in(r);
-  const Values to(out);
-  double last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), static_cast<const double *>(in), 0.0);
-  if (layout_.owns_omega()) last += in[own_modal_];
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &last, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
-  last /= schur_;
-  pairs([&](PetscInt at, int k, double a, double b) {
-    if (k == 0) {
-      to[at] = a * in[at];
-      return;
-    }
-    to[at] = a * in[at] - b * in[at + 1], to[at + 1] = b * in[at] + a * in[at + 1];
-  });
-  for (PetscInt i = 0; i < own_modal_; ++i) to[i] -= inverse_b_[i] * last;
-  if (layout_.owns_omega()) to[own_modal_] = last;
+  return sign_ = sign;
 }
 
 } // namespace dovetail

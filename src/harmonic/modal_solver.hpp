@@ -1,13 +1,13 @@
 #pragma once
-// Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure: with x = Phi y it becomes
-// [Phi^T J Phi, Phi^T b; (Phi^T c)^T, d], whose blocks are diagonal but for what the contacts do. GMRES, preconditioned
-// by that diagonal, bordered; in single precision, with rounds of refinement in double where more is asked for.
+// Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure (docs/points.md), one way or the
+// other: GMRES in single precision, with rounds of refinement in double where more is asked for (modal_krylov.hpp); or,
+// where few contacts move or many iterations would be wanted, factors of the contacts' part (contact_factors.hpp),
+// which serve the following Jacobians of the same Newton solve as well, as the preconditioner of GMRES in double.
 #include <memory>
 #include <optional>
 
-#include "harmonic/assembled.hpp"
-#include "harmonic/modal_operator.hpp"
-#include "support/error.hpp"
+#include "harmonic/contact_factors.hpp"
+#include "harmonic/modal_krylov.hpp"
 
 namespace dovetail {
 
@@ -22,54 +22,52 @@ public:
   void multiply(Vec x, Vec y);
   /// Makes `ksp` solve with it: well enough for Newton's method, or as accurately as its relative tolerance asks for.
   void set_up(KSP ksp, Mat J);
-  /// Sign of its determinant, from that of the preconditioner and the negative ones among the eigenvalues that GMRES
-  /// met when it solved last. Where that sign is new, or there is none, the assembled matrix is factored; 0 if too
-  /// large.
+  /// Sign of its determinant, from factors or from what GMRES met; confirmed by factors where it is new. 0 if too many
+  /// contacts move.
   int determinant_sign();
+  double memory() const; ///< see linear_part.hpp; sign and size: of_all_, expected_
+  void begin(double memory);
+  double take_work() { return std::exchange(work_, 0); }
   int take_iterations() { return std::exchange(iterations_, 0); }
 
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 
 private:
   void solve(Vec r, Vec x);
-  void solve_roughly(Vec r, double accuracy); // to correction_
-  void apply(Vec y, Vec out);                 // the bordered operator in the modes
-  void precondition(Vec r, Vec out);          // the inverse of its diagonal, bordered
-  void prepare_diagonal();
-  int sign_by_krylov() const;
-  int sign_by_factors();
-  template <class Work> void pairs(Work &&work); // (index of an own pair of coefficients, lambda, d, k)
+  void choose(); // one way or the other, for a new Jacobian
+  bool factor(bool precisely = false);
+  bool factor_all();
+  bool may_factor() const;
+  double work_in_modes() const; // of an iteration, as ContactFactors::work
+  double work_to_solve() const; // of an iteration with factors, likewise
+  void apply_factors(Vec r, Vec x);
+  bool solve_with_factors(Vec r, Vec x, double asked); // false: not within as many iterations as are worth it
+  bool solve_in_modes(Vec r, Vec x, double asked);     // likewise
+  JacobianParts parts() const;
 
   std::shared_ptr<const StuckBasis> basis_;
   Layout layout_;
-  Range own_;          // modal unknowns
-  PetscInt own_modal_; // their coefficients
-  ModalOperator operator_;
-  bool stale_ = true; // what operator_ took, and what follows from it
+  ModalKrylov in_modes_;
+  ContactFactors factors_;
+  bool by_factors_ = false, fresh_ = false; // these factors, of this Jacobian
+  bool of_all_ = false;                     // points, as if all of them moved
+  double expected_ = 10;                    // iterations in the modes with one Jacobian,
+  int taken_ = 0;                           // and with this one
+  bool stale_ = true;                       // not chosen yet
   const ContactForces *contact_ = nullptr;
   LinearPart *linear_ = nullptr;
-  double omega_ = 0, damping_ = 0, corner_ = 0;       // corner: last entry of the border, on the last rank
-  std::vector<double> held_, column_, border_;        // (own contact dofs), (own coefficients) twice
-  std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
-  double schur_ = 1;
-  std::vector<double> moved_border_;          // that c_ belongs to
-  std::vector<double> stiff_, heavy_, force_; // (own coefficients)
+  double omega_ = 0, damping_ = 0;
+  std::vector<double> held_, column_, border_; // (own contact dofs), (own coefficients), (own unknowns)
+  std::vector<double> stiff_, heavy_, force_;  // (own coefficients)
   UniqueMat matrix_;
-  UniqueKSP krylov_;
-  UniqueVec right_, answer_;         // modal
-  UniqueVec remainder_, correction_; // of the unknowns of the harmonic system
-  PetscReal newton_accuracy_;        // and most iterations, unless options say otherwise
-  PetscInt most_iterations_;
+  UniqueKSP ksp_; // with factors
+  UniqueVec remainder_, correction_;
+  PetscInt most_factored_ = 4000; // unknowns of contacts that move, unless an option says otherwise
   KSP outer_ = nullptr;
-  struct Twin { // of the Jacobian
-    Assembled form;
-    UniqueMat matrix;
-    UniqueKSP ksp;
-  };
-  std::unique_ptr<Twin> twin_;
-  int sign_ = 0, krylov_count_ = 0; // of the determinant, and of the iterations, the last time
-  std::optional<int> first_sign_;   // of the determinant, by the first round of the last solve, where others followed
+  int sign_ = 0;                  // of the determinant, the last time
+  std::optional<int> first_sign_; // by the first round of the last solve, where others followed
   int iterations_ = 0;
+  double work_ = 0;
   Courier courier_;
 };
 

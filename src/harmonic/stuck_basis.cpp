@@ -72,7 +72,7 @@ StuckBasis stuck_basis(const ReducedModel &model, const std::vector<ContactPoint
   });
   MPI_Bcast(basis.lambda.data(), static_cast<int>(n), MPI_DOUBLE, 0, layout.comm);
 
-  basis.phi = Slab<float>(layout.own_dofs(), n);
+  basis.exact = Slab<double>(layout.own_dofs(), n), basis.phi = Slab<float>(layout.own_dofs(), n);
   const auto rows_of = [&](int rank, std::vector<double> &rows) { // in the order of that rank's dofs
     const Range modes = share_of(layout.modes, rank, layout.size), points = share_of(layout.points, rank, layout.size);
     rows.clear();
@@ -96,7 +96,7 @@ StuckBasis stuck_basis(const ReducedModel &model, const std::vector<ContactPoint
   for (PetscInt i = 0; i < layout.own_dofs(); ++i) {
     const double *of_dof = &rows[i * n],
                  spring = i < layout.own_modes.size() ? 0 : basis.springs[i - layout.own_modes.size()];
-    std::copy_n(of_dof, n, basis.phi.row(i));
+    std::copy_n(of_dof, n, basis.exact.row(i)), std::copy_n(of_dof, n, basis.phi.row(i));
     for (std::size_t j = 0; j < n; ++j) basis.damped[j] -= spring * of_dof[j] * of_dof[j];
   }
   MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);

@@ -13,7 +13,8 @@ struct StuckBasis {
   std::vector<double> lambda;  ///< (n), n = N_a + 3 N_x, ascending; on every rank
   std::vector<double> damped;  ///< (n) diagonal of Phi^T K Phi; on every rank
   std::vector<double> springs; ///< (own contact dofs) K_t
-  Slab<float> phi;             ///< (own dofs, n) rows of the own modes, then of the own contact dofs
+  Slab<double> exact;          ///< (own dofs, n) Phi: rows of the own modes, then of the own contact dofs
+  Slab<float> phi;             ///< the same
 };
 
 /// A dense eigenproblem of all n dofs, on one rank. Collective. ComputeError: M is not positive definite.

@@ -13,7 +13,6 @@ template <class Numbers, class Act> void for_each_count(Numbers &counts, Act &&a
   act("stability_changes", counts.stability_changes);
   act("step_cuts", counts.cuts);
   act("corners", counts.corners);
-  act("assemblies", counts.assemblies);
   act("samplings", counts.samplings);
   act("harmonics", counts.harmonics);
   act("leaps", counts.leaps);

@@ -27,9 +27,9 @@ ContactRecord collect_contact(const Layout &layout, const Scales &scales, const 
 } // namespace
 
 const std::vector<const char *> &event_names() {
-  static const std::vector<const char *> names = {"fold", "peak",        "branch",   "stability", "start",
-                                                  "cut",  "corner",      "assembly", "sampling",  "harmonics",
-                                                  "leap", "integration", "missed",   "outside"};
+  static const std::vector<const char *> names = {"fold",        "peak",   "branch",   "stability", "start",
+                                                  "cut",         "corner", "sampling", "harmonics", "leap",
+                                                  "integration", "missed", "outside"};
   return names;
 }
 

@@ -141,7 +141,6 @@ void tell(const BranchStory &story) {
               many(counts.folds, "turning point", "turning points").c_str());
   const std::pair<int, std::string> rungs[] = {
       {counts.corners, many(counts.corners, "corner", "corners")},
-      {counts.assemblies, "the assembled form"},
       {counts.samplings, many(counts.samplings, "finer sampling", "finer samplings")},
       {counts.harmonics, "harmonics added " + many(counts.harmonics, "time", "times")},
       {counts.leaps, many(counts.leaps, "leap", "leaps")},

@@ -7,8 +7,9 @@
 namespace dovetail {
 namespace {
 
-// In the order of Work: contact laws; K q and M q; products with Phi; modal unknowns between ranks.
-constexpr std::array<const char *, 4> names{"HbContact", "HbMatrices", "HbModes", "HbExchange"};
+// In the order of Work: contact laws; K q and M q; products with Phi; modal unknowns between ranks; moving contacts
+// factored and solved with.
+constexpr std::array<const char *, 5> names{"HbContact", "HbMatrices", "HbModes", "HbExchange", "HbFactors"};
 
 std::array<PetscLogEvent, names.size()> registered() {
   PetscClassId id;

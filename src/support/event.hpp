@@ -4,7 +4,7 @@
 
 namespace dovetail {
 
-enum class Work { contact, matrices, modes, exchange };
+enum class Work { contact, matrices, modes, exchange, factors };
 
 /// Times the work within its scope; nothing but two calls without -log_view.
 class Timed {

@@ -105,7 +105,7 @@ private:
 
   SteadyState told(bool arrived) const {
     SteadyState out;
-    out.settled = arrived, out.periods = periods_, out.multiplier = multiplier_;
+    out.settled = arrived, out.periods = periods_, out.work = settings_.work - flow_.work, out.multiplier = multiplier_;
     out.change = changes_.empty() ? unknown : changes_.back();
     if (!alive_) return out;
     flow_.dofs_of(state_, out.q, out.v, out.w);

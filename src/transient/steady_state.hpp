@@ -10,6 +10,7 @@ namespace dovetail {
 struct SteadyState {
   bool settled = false; ///< the last two periods agree, and so would all to come, to the tolerance
   int periods = 0;      ///< integrated, those of shooting included
+  double work = 0;      ///< that it took, as IntegrationSettings::work
   double change = 0; ///< largest difference between the last two periods, each dof relative to its own motion; motions
                      ///< below 1e-4 of the largest mode or contact dof count as that large
   /// Largest modulus of the multipliers where the motion was found by shooting, else 0. Beyond 1 it is unstable: a

@@ -30,6 +30,8 @@ static int fails(const char *name) { /* the third call of that name on rank 1 */
   }
 
 GUARD(MatSetValuesCOO, (void *matrix, const double *values, int mode), (matrix, values, mode))
+GUARD(KSPSetTolerances, (void *solver, double relative, double absolute, double divergence, int most),
+      (solver, relative, absolute, divergence, most))
 GUARD(VecWAXPY, (void *w, double a, void *x, void *y), (w, a, x, y))
 """
 
@@ -42,9 +44,9 @@ def shim(tmp_path_factory):
     return folder / "shim.so"
 
 
-@pytest.mark.parametrize("call", ["MatSetValuesCOO", "VecWAXPY"])
-def test_run_ends(shim, call, tmp_path):
-    command, _ = line(cases.several_points(tmp_path), ranks=2)
+@pytest.mark.parametrize("call, solver", [("MatSetValuesCOO", "assembled"), ("KSPSetTolerances", "modal"), ("VecWAXPY", "modal")])
+def test_run_ends(shim, call, solver, tmp_path):
+    command, _ = line(cases.several_points(tmp_path, solver=solver), ranks=2)
     begin = time.monotonic()
     done = subprocess.run(command, env=SURROUNDINGS | {"LD_PRELOAD": str(shim), "FAILS": call}, capture_output=True, text=True,
                           timeout=SECONDS)

@@ -27,9 +27,9 @@ def edit(case, old, new):
     case.path.write_text(text.replace(old, new))
 
 
-def same(found, wanted, rows=slice(None)):
+def same(found, wanted, rows=slice(None), but=()):
     assert found.keys() == wanted.keys()
-    for name in wanted.keys() - {"seconds", "residual"}:
+    for name in wanted.keys() - {"seconds", "residual", *but}:
         scale = np.abs(wanted[name]).max(initial=1e-300)
         accuracy = 1e-3 if name.startswith("error_") else 1e-8  # estimates come from linear solves in single precision
         np.testing.assert_allclose(found[name], wanted[name][rows], rtol=0, atol=accuracy * scale, err_msg=name)
@@ -85,7 +85,7 @@ def test_signal_to_any_rank_stops_all(tmp_path, whom, number):
     count = len(read_points(folder)["omega"])
     done = run(case, "--restart", out="out", ranks=3 if whom is None else None)
     assert count < len(done.points["omega"]) and done.summary["parts"] == 2
-    same(done.points, whole.points)
+    same(done.points, whole.points, but=["linear_iterations"])  # round-off may ask for one more
 
 
 def test_second_signal_ends_the_run_at_once(tmp_path):

@@ -17,8 +17,8 @@ from launch import BINARY, ROOT
 
 GRID = ["--harmonics", "1", "5", "--samples", "32", "exact", "--tolerances", "1e-2", "1e-3", "--binary", str(BINARY)]
 SHORT = {"omega": [1.0, 1.06], "kind": "auto", "harmonics": 3, "samples": 64, **cases.TIGHT}
-FOLDERS = [f"H{h}_{n}_2modes_auto" for h in (1, 5) for n in ("N32", "exact")] + ["tolerance0.01_2modes_auto", "tolerance0.001_2modes_auto"]
-REFERENCE = "reference_H10_exact_2modes_auto"
+FOLDERS = [f"{setting}_2modes_modal" for setting in ("H1_N32", "H1_exact", "H5_N32", "H5_exact", "tolerance0.01", "tolerance0.001")]
+REFERENCE = "reference_H10_exact_2modes_modal"
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def test_leaves_table_numbers_and_chart(done):
     assert (out / "study.png").read_bytes().startswith(b"\x89PNG")
     table = (out / "study.txt").read_text()
     assert f"half its harmonics are {study_errors.largest(found['runs'][3]['errors']):.1e} from it" in table
-    assert all(str(label) in table for label in ("H 1, N 32, 2 modes, auto", "H 5, exact, 2 modes, auto", "reference: H 10, exact"))
+    assert all(str(label) in table for label in ("H 1, N 32, 2 modes, modal", "H 5, exact, 2 modes, modal", "reference: H 10, exact"))
     assert [run["folder"] for run in found["runs"]] == FOLDERS
     assert all(run["points"] > 40 and 0 < run["seconds_per_point"] < 1 and not run["reason"] for run in found["runs"])
     assert len(found["frequencies"]) == 41 and 1.0123 in found["frequencies"]
@@ -111,9 +111,9 @@ def test_runs_by_tolerance(done):
         assert run["setting"]["tolerance"] == tolerance and run["setting"]["harmonics"] is None
         assert study_errors.largest(run["errors"]) < tolerance
         most.append(Results(out / run["folder"] / "results.h5").points("harmonics").max())
-        assert f"# tolerance {tolerance:g}, 2 modes, auto: largest error" in table and "times H " in table
+        assert f"# tolerance {tolerance:g}, 2 modes, modal: largest error" in table and "times H " in table
         copy = tomllib.loads((out / run["folder"] / "case.toml").read_text())
-        assert copy["accuracy"] == {"tolerance": tolerance} and copy["harmonic_balance"] == {"solver": "auto"}
+        assert copy["accuracy"] == {"tolerance": tolerance} and copy["harmonic_balance"] == {"solver": "modal"}
     assert 1 <= most[0] < most[1] <= 10
 
 
@@ -125,7 +125,7 @@ def test_runs_are_lean_copies_of_the_case(done):
     assert copy.pop("accuracy") == {"estimates": False}
     assert copy["continuation"].pop("watch") == found["watched"]
     assert copy["continuation"].pop("at") == found["frequencies"]
-    assert copy.pop("harmonic_balance") == {"harmonics": 1, "samples": 32, "solver": "auto"}
+    assert copy.pop("harmonic_balance") == {"harmonics": 1, "samples": 32, "solver": "modal"}
     assert (out / FOLDERS[0] / copy.pop("model")).resolve() == out.parent / "model.h5"
     del own["model"], own["harmonic_balance"], own["continuation"]["at"]
     assert copy == own
@@ -212,14 +212,14 @@ exec "{BINARY}" "$@"
         failed, good = json.loads((tmp_path / "case_study/study.json").read_text())["runs"]
         assert failed["errors"] is None and failed["reason"] == "the sweep could not go on beyond 1.01 rad/s" and good["errors"]
         said = capsys.readouterr()
-        assert progress in said.err and "H 2, N 32, 2 modes, auto failed: the sweep could not go on" in " ".join(said.out.split())
+        assert progress in said.err and "H 2, N 32, 2 modes, modal failed: the sweep could not go on" in " ".join(said.out.split())
     assert not list(tmp_path.glob("case_study/H2_N32*/results.h5"))
 
 
 def test_nothing_to_compare_with(tmp_path, capsys):
     case = cases.dof5(tmp_path, **{**SHORT, "step_tolerance": 1e-15, "residual_tolerance": 1e-15, "max_iterations": 2})
     assert main(["study", str(case.path), *GRID]) == 3
-    assert "the reference, H 10, exact, 2 modes, auto, could not be computed" in capsys.readouterr().err
+    assert "the reference, H 10, exact, 2 modes, modal, could not be computed" in capsys.readouterr().err
 
 
 # -------------------------------------------------------------------------------------------------------- what it refuses
@@ -245,7 +245,7 @@ def test_modes_of_a_reduced_model_are_not_varied(tmp_path, capsys):
     assert main(["study", str(case.path), "--modes", "1"]) == 2
     assert "names a reduced model" in capsys.readouterr().err
     assert main(["study", str(case.path), "--harmonics", "2", "--samples", "exact"]) == 0
-    assert "H 2, exact, auto" in capsys.readouterr().out
+    assert "H 2, exact, modal" in capsys.readouterr().out
 
 
 def test_words_that_are_no_options(tmp_path):

@@ -33,7 +33,7 @@ def model(points):
     return Model(K.tocsc(), M.tocsc(), np.arange(3 * points).reshape(-1, 3), force, preload)
 
 
-def write(folder, points, harmonics=5, samples="exact", solver="auto", omega=(0.8, 2.6), at=(), most=20000):
+def write(folder, points, harmonics=5, samples="exact", solver="modal", omega=(0.8, 2.6), at=(), most=20000):
     """model.h5 and case.toml in a folder; path of the case."""
     folder.mkdir(parents=True, exist_ok=True)
     model(points).write(folder / "model.h5")

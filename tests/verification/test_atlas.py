@@ -20,7 +20,7 @@ import atlas_truth
 from dovetail import Results, reference
 
 FIXED = ["dof5", "dof5_step_x40", "dof5_force_x10", "dof5_kn_100", "dof5_kn_100_down", "dof5_open_gap_H_25",
-         "mass_1", "mass_2", "mass_2_back", "stop", "119", "140", "288", "295"]
+         "mass_1", "mass_2", "mass_2_back", "stop", "025", "119", "140", "288", "295"]
 
 
 # ------------------------------------------------------------------------------------------------------- the scenes
@@ -219,3 +219,11 @@ def test_crowds_are_passed(fixed):
     """Where the curve bends again and again: with more harmonics, or on beyond, and it says so."""
     assert fixed["288"]["dovetail"]["harmonics"] >= 1
     assert fixed["119"]["dovetail"]["leaps"] + fixed["119"]["dovetail"]["integrations"] >= 1
+
+
+def test_where_estimates_would_cost_too_much(fixed):
+    """Stiff contacts: some points have none, but all places that are located."""
+    results = Results(fixed["025"]["folder"] / "results.h5")
+    assert 0 < np.isnan(results.error).sum() < 0.5 * len(results.omega)
+    located = results.events.of("peak", "fold").point
+    assert len(located) > 10 and not np.any(np.isnan(results.error[located]))

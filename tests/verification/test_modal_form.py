@@ -99,7 +99,7 @@ def test_blade_root(blade, tmp_path, ranks):
 
 
 def test_mass_that_lifts_off(tmp_path):
-    """Check 1 of the single mass: two turning points."""
+    """Check 1 of the single mass: two great turning points, and small ones among corners close to each other."""
     points, folds = {}, {}
     for solver in ("assembled", "modal"):
         (tmp_path / solver).mkdir()
@@ -109,6 +109,5 @@ def test_mass_that_lifts_off(tmp_path):
     for omega in (12.5, 7.0, 6.0):
         one, other = (points[solver]["coefficients"][points[solver]["omega"] == omega][0] for solver in points)
         np.testing.assert_allclose(other, one, rtol=0, atol=1e-6 * np.abs(one).max())
-    assert len(folds["modal"]) == 2
-    np.testing.assert_allclose(max(folds["modal"]), max(folds["assembled"]), rtol=1e-7)
-    np.testing.assert_allclose(min(folds["modal"]), min(folds["assembled"]), rtol=1e-4)  # among corners that a step may pass over
+    assert len(folds["modal"]) > 2
+    np.testing.assert_allclose(folds["modal"], folds["assembled"], rtol=1e-8)

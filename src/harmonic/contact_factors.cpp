@@ -1,0 +1,280 @@
+#include "harmonic/contact_factors.hpp"
+
+#include <petscsys.h>
+
+#include <petscblaslapack.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "support/event.hpp"
+
+extern "C" { // PETSc knows the names of its own precision only
+void sgetrf_(PetscBLASInt *, PetscBLASInt *, float *, PetscBLASInt *, PetscBLASInt *, PetscBLASInt *);
+void sgetrs_(const char *, PetscBLASInt *, PetscBLASInt *, float *, PetscBLASInt *, PetscBLASInt *, float *,
+             PetscBLASInt *, PetscBLASInt *);
+}
+
+namespace dovetail {
+namespace {
+
+// C (m, n) = A B + beta C by columns, with op(A) (m, k), op(B) (k, n).
+void gemm(const char *ta, const char *tb, std::size_t m, std::size_t n, std::size_t k, const double *A, std::size_t lda,
+          const double *B, std::size_t ldb, double beta, double *C) {
+  const PetscBLASInt rows = static_cast<PetscBLASInt>(m), columns = static_cast<PetscBLASInt>(n),
+                     inner = static_cast<PetscBLASInt>(k), la = static_cast<PetscBLASInt>(lda),
+                     lb = static_cast<PetscBLASInt>(ldb);
+  const double one = 1;
+  if (m > 0 && n > 0) BLASgemm_(ta, tb, &rows, &columns, &inner, &one, A, &la, B, &lb, &beta, C, &rows);
+}
+
+} // namespace
+
+ContactFactors::ContactFactors(const StuckBasis &basis, const Layout &layout)
+    : basis_(basis), layout_(layout), n_(layout.dofs()), shares_(layout.size) {}
+
+void ContactFactors::look_at(const ContactForces &contact, bool all) {
+  moving_.clear();
+  for (int p = 0; p < contact.size(); ++p) {
+    const auto springs = stuck_springs(contact.points()[p]);
+    if (all || !contact.springs_only(p) || !std::equal(springs.begin(), springs.end(), &basis_.springs[3 * p]))
+      moving_.push_back(p);
+  }
+  const int own = static_cast<int>(moving_.size());
+  MPI_Allgather(&own, 1, MPI_INT, shares_.data(), 1, MPI_INT, layout_.comm);
+  std::vector<int> starts(layout_.size);
+  std::exclusive_scan(shares_.begin(), shares_.end(), starts.begin(), 0);
+  std::vector<PetscInt> numbers;
+  for (const int p : moving_) numbers.push_back(layout_.own_points.begin + p);
+  all_moving_.resize(starts.back() + shares_.back());
+  MPI_Allgatherv(numbers.data(), own, MPIU_INT, all_moving_.data(), shares_.data(), starts.data(), MPIU_INT,
+                 layout_.comm);
+}
+
+// LAPACK reaches more than half of what a core can do, the products of gather and fill less.
+double ContactFactors::work() const {
+  const double rows = 3.0 * all_moving_.size(), size = rows * layout_.width;
+  return size * size * size + 100 * size * size + 6.0 * layout_.width * rows * rows * n_ + 4e5;
+}
+
+double ContactFactors::work_to_solve() const {
+  const double rows = 3.0 * all_moving_.size(), size = rows * layout_.width, n = static_cast<double>(n_);
+  return 5 * size * size + 8 * n * layout_.width * (rows + n) + 1e5;
+}
+
+void ContactFactors::gather_rows() {
+  if (factored_ == all_moving_) return;
+  factored_ = all_moving_;
+  std::vector<double> own;
+  for (const int p : moving_)
+    for (int d = 0; d < 3; ++d) {
+      const double *row = basis_.exact.row(layout_.own_modes.size() + 3 * p + d);
+      own.insert(own.end(), row, row + n_);
+    }
+  rows_.resize(3 * factored_.size() * n_);
+  std::vector<int> counts(layout_.size), starts(layout_.size);
+  for (int r = 0; r < layout_.size; ++r) counts[r] = static_cast<int>(3 * shares_[r] * n_);
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, rows_.data(), counts.data(), starts.data(), MPI_DOUBLE,
+                 layout_.comm);
+}
+
+// D^-1. The damping of the stuck points' springs, which the structure does not have, leaves the diagonal.
+void ContactFactors::weigh() {
+  std::vector<double> damped(n_);
+  std::size_t next = 0;
+  for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
+    if (next < moving_.size() && moving_[next] == p) {
+      ++next;
+      continue;
+    }
+    for (int d = 0; d < 3; ++d) {
+      const double *row = basis_.exact.row(layout_.own_modes.size() + 3 * p + d), spring = basis_.springs[3 * p + d];
+      for (std::size_t j = 0; j < n_; ++j) damped[j] -= spring * row[j] * row[j];
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, damped.data(), static_cast<int>(n_), MPI_DOUBLE, MPI_SUM, layout_.comm);
+  const int harmonics = layout_.width / 2;
+  own_.resize(n_ * (harmonics + 1)), other_.resize(own_.size());
+  for (std::size_t j = 0, at = 0; j < n_; ++j)
+    for (int k = 0; k <= harmonics; ++k, ++at) {
+      const double lambda = basis_.lambda[j], a = lambda - k * omega_ * k * omega_,
+                   b = k * omega_ * damping_ * std::max(0.0, lambda + damped[j]),
+                   square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
+      own_[at] = a / square, other_[at] = b / square;
+    }
+}
+
+// Delta of all moving points.
+std::vector<double> ContactFactors::deltas(const JacobianParts &parts) const {
+  const int w = layout_.width;
+  const std::size_t block = static_cast<std::size_t>(w) * w;
+  std::vector<double> own(9 * block * moving_.size()), written(9 * block);
+  for (std::size_t m = 0; m < moving_.size(); ++m) {
+    const int p = moving_[m];
+    const auto &places = block_places(parts.contact.points()[p].law);
+    parts.contact.write(p, written.data());
+    double *of_point = &own[9 * block * m];
+    for (std::size_t b = 0; b < places.size(); ++b)
+      std::copy_n(&written[b * block], block, of_point + (3 * places[b].row + places[b].column) * block);
+    for (int d = 0; d < 3; ++d) {
+      double *diagonal = of_point + 4 * d * block;
+      const double spring = basis_.springs[3 * p + d];
+      if (parts.held) diagonal[0] += parts.held[3 * p + d];
+      for (int i = 0; i < w; ++i) {
+        diagonal[i * w + i] -= spring;
+        const double cross = spring * ((i + 1) / 2) * omega_ * damping_;
+        if (i > 0) diagonal[i * w + (i % 2 ? i + 1 : i - 1)] -= i % 2 ? cross : -cross;
+      }
+    }
+  }
+  if (layout_.size == 1) return own;
+  std::vector<double> all(9 * block * factored_.size());
+  std::vector<int> counts(layout_.size), starts(layout_.size);
+  for (int r = 0; r < layout_.size; ++r) counts[r] = static_cast<int>(9 * block * shares_[r]);
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE,
+                 layout_.comm);
+  return all;
+}
+
+// matrix_ = I + F Delta, harmonic by harmonic of its rows.
+void ContactFactors::fill() {
+  const int w = layout_.width, harmonics = w / 2;
+  const std::size_t rows = 3 * factored_.size(), size = rows * w, block = static_cast<std::size_t>(w) * w;
+  matrix_.assign(size * size, 0);
+  flexible_.resize(2 * rows * rows), scaled_.resize(rows * n_);
+  double *in_phase = flexible_.data(), *out_of_phase = in_phase + rows * rows;
+  for (int k = 0; k <= harmonics; ++k) {
+    for (const bool phase : {true, false}) {
+      if (k == 0 && !phase) break;
+      const double *weight = (phase ? own_ : other_).data() + k;
+      for (std::size_t i = 0; i < rows; ++i)
+        for (std::size_t j = 0; j < n_; ++j) scaled_[i * n_ + j] = weight[j * (harmonics + 1)] * rows_[i * n_ + j];
+      gemm("T", "N", rows, rows, n_, rows_.data(), n_, scaled_.data(), n_, 0, phase ? in_phase : out_of_phase);
+    }
+    for (std::size_t i = 0; i < rows; ++i)
+      for (std::size_t m = 0; m < rows; ++m) {
+        const double *part = &delta_[9 * block * (m / 3)] + 3 * (m % 3) * block; // the point's blocks of this row
+        const double a = in_phase[i * rows + m], b = k > 0 ? out_of_phase[i * rows + m] : 0;
+        for (int d = 0; d < 3; ++d, part += block) {
+          if (!acting_[9 * (m / 3) + 3 * (m % 3) + d]) continue;
+          const std::size_t column = (m / 3 * 3 + d) * w;
+          if (k == 0) {
+            double *to = &matrix_[i * w * size + column];
+            for (int j = 0; j < w; ++j) to[j] += a * part[j];
+            continue;
+          }
+          double *c = &matrix_[(i * w + cosine(k)) * size + column], *s = &matrix_[(i * w + sine(k)) * size + column];
+          const double *pc = part + cosine(k) * w, *ps = part + sine(k) * w;
+          for (int j = 0; j < w; ++j) c[j] += a * pc[j] - b * ps[j], s[j] += b * pc[j] + a * ps[j];
+        }
+      }
+  }
+  for (std::size_t i = 0; i < size; ++i) matrix_[i * size + i] += 1;
+}
+
+// Its sign is that of the pivots and of their exchanges.
+void ContactFactors::decompose(bool precisely) {
+  constexpr PetscInt small = 300;
+  PetscBLASInt n = static_cast<PetscBLASInt>(3 * factored_.size() * layout_.width), info = 0;
+  pivots_.resize(n), rough_.clear();
+  if (n > small && !precisely) {
+    rough_.assign(matrix_.begin(), matrix_.end());
+    sgetrf_(&n, &n, rough_.data(), &n, pivots_.data(), &info);
+  } else if (n > 0) {
+    LAPACKgetrf_(&n, &n, matrix_.data(), &n, pivots_.data(), &info);
+  }
+  sign_ = info == 0 ? 1 : 0;
+  for (PetscBLASInt i = 0; i < n; ++i) {
+    const std::size_t at = i + static_cast<std::size_t>(i) * n;
+    if ((rough_.empty() ? matrix_[at] : rough_[at]) < 0) sign_ = -sign_;
+    if (pivots_[i] != i + 1) sign_ = -sign_;
+  }
+}
+
+bool ContactFactors::factor(const JacobianParts &parts, bool precisely) {
+  const Timed timed(Work::factors);
+  omega_ = parts.omega, damping_ = parts.damping;
+  gather_rows();
+  weigh();
+  delta_ = deltas(parts);
+  acting_.resize(9 * factored_.size());
+  for (std::size_t b = 0, block = delta_.size() / std::max<std::size_t>(acting_.size(), 1); b < acting_.size(); ++b)
+    acting_[b] = std::any_of(&delta_[b * block], &delta_[b * block] + block, [](double value) { return value != 0; });
+  fill();
+  decompose(precisely);
+  to_modes(parts.column, b_);
+  to_modes(parts.border, c_);
+  if (sign_ != 0) solve_in_modes(b_);
+  double corner = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
+  MPI_Bcast(&corner, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  schur_ = corner - std::inner_product(c_.begin(), c_.end(), b_.begin(), 0.0);
+  if (!std::isfinite(schur_) || schur_ == 0) sign_ = 0;
+  if (schur_ < 0) sign_ = -sign_;
+  return sign_ != 0;
+}
+
+// y (n, 2H+1) = Phi^T of all ranks' coefficients.
+void ContactFactors::to_modes(const double *own, std::vector<double> &y) const {
+  const std::size_t w = layout_.width;
+  y.assign(n_ * w, 0);
+  gemm("N", "T", w, n_, layout_.own_dofs(), own, w, basis_.exact.row(0), basis_.exact.stride(), 0, y.data());
+  MPI_Allreduce(MPI_IN_PLACE, y.data(), static_cast<int>(y.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+}
+
+void ContactFactors::solve_in_modes(std::vector<double> &y) {
+  const int w = layout_.width;
+  const std::size_t rows = 3 * factored_.size(), size = rows * w;
+  const auto divide = [&] {
+    for (std::size_t j = 0, at = 0; j < n_; ++j)
+      for (int k = 0; k <= w / 2; ++k, ++at) {
+        double *of_mode = &y[j * w];
+        if (k == 0) {
+          of_mode[0] *= own_[at];
+          continue;
+        }
+        const double c = of_mode[cosine(k)], s = of_mode[sine(k)];
+        of_mode[cosine(k)] = own_[at] * c - other_[at] * s, of_mode[sine(k)] = other_[at] * c + own_[at] * s;
+      }
+  };
+  if (rows == 0) return divide();
+  y_ = y;
+  divide();
+  motion_.resize(size), force_.assign(size, 0);
+  gemm("N", "N", w, rows, n_, y.data(), w, rows_.data(), n_, 0, motion_.data());
+  PetscBLASInt n = static_cast<PetscBLASInt>(size), one = 1, info;
+  if (rough_.empty()) {
+    LAPACKgetrs_("T", &n, &one, matrix_.data(), &n, pivots_.data(), motion_.data(), &n, &info);
+  } else {
+    rough_motion_.assign(motion_.begin(), motion_.end());
+    sgetrs_("T", &n, &one, rough_.data(), &n, pivots_.data(), rough_motion_.data(), &n, &info);
+    std::copy(rough_motion_.begin(), rough_motion_.end(), motion_.begin());
+  }
+  const PetscBLASInt width = w;
+  const double plus = 1, minus = -1;
+  for (std::size_t b = 0; b < acting_.size(); ++b) // block b % 9 of point b / 9
+    if (acting_[b])
+      BLASgemv_("T", &width, &width, &minus, &delta_[b * w * w], &width, &motion_[(b / 9 * 3 + b % 3) * w], &one, &plus,
+                &force_[b / 3 * w], &one);
+  y.swap(y_);
+  gemm("N", "T", w, n_, rows, force_.data(), w, rows_.data(), n_, 1, y.data());
+  divide();
+}
+
+void ContactFactors::solve(const double *r, double *x) {
+  const Timed timed(Work::factors);
+  std::vector<double> y;
+  to_modes(r, y);
+  solve_in_modes(y);
+  double last = layout_.owns_omega() ? r[layout_.own_coefficients()] : 0;
+  MPI_Bcast(&last, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  last = (last - std::inner_product(c_.begin(), c_.end(), y.begin(), 0.0)) / schur_;
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] -= last * b_[i];
+  gemm("N", "N", layout_.width, layout_.own_dofs(), n_, y.data(), layout_.width, basis_.exact.row(0),
+       basis_.exact.stride(), 0, x);
+  if (layout_.owns_omega()) x[layout_.own_coefficients()] = last;
+}
+
+} // namespace dovetail

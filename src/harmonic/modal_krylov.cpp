@@ -1,0 +1,157 @@
+#include "harmonic/modal_krylov.hpp"
+
+#include <cmath>
+#include <numeric>
+
+#include "support/shell.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr const char *doing = "solving in the stuck modes";
+constexpr int restart = 60;
+constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
+
+} // namespace
+
+ModalKrylov::ModalKrylov(const StuckBasis &basis, const Layout &layout)
+    : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+      own_modal_(own_.size() * layout.width), operator_(basis_, layout) {
+  const PetscInt own = own_modal_ + (layout_.owns_omega() ? 1 : 0);
+  matrix_ = shell_matrix<&ModalKrylov::apply>(layout_.comm, own, layout_.unknowns(), this, doing);
+  check(MatCreateVecs(matrix_, right_.out(), answer_.out()), doing);
+  check(KSPCreate(layout_.comm, ksp_.out()), doing);
+  check(KSPSetOptionsPrefix(ksp_, "hb_modal_"), doing);
+  check(KSPSetOperators(ksp_, matrix_, matrix_), doing);
+  check(KSPSetType(ksp_, KSPGMRES), doing);
+  check(KSPGMRESSetRestart(ksp_, restart), doing);
+  check(KSPSetComputeEigenvalues(ksp_, PETSC_TRUE), doing);
+  shell_preconditioner<&ModalKrylov::precondition>(ksp_, this, doing);
+  check(KSPSetTolerances(ksp_, newton_accuracy, 0, 1e30, most_iterations), doing);
+  check(KSPSetFromOptions(ksp_), doing);
+  check(KSPGetTolerances(ksp_, &usual_accuracy_, nullptr, nullptr, &most_), doing);
+}
+
+void ModalKrylov::take(const JacobianParts &parts) {
+  omega_ = parts.omega, damping_ = parts.damping;
+  corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
+  operator_.take(parts.contact, parts.held, omega_ * damping_);
+  prepare_diagonal(parts);
+}
+
+// Products with Phi_c and its transpose, and the vectors that GMRES keeps.
+double ModalKrylov::work() const {
+  const double n = static_cast<double>(layout_.dofs()), c = 3.0 * layout_.points;
+  return (4 * c * padded<float>(layout_.width) + 60 * layout_.width) * n + 3e5;
+}
+
+bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
+  {
+    const ReadValues from(r);
+    const Values to(right_);
+    operator_.to_modes(from, to);
+    if (layout_.owns_omega()) to[own_modal_] = from[layout_.own_coefficients()];
+  }
+  PetscInt count;
+  KSPConvergedReason reason;
+  check(KSPSetTolerances(ksp_, std::max(accuracy, best_accuracy), 0, 1e30, std::min<PetscInt>(most, most_)), doing);
+  check(KSPSolve(ksp_, right_, answer_), doing);
+  check(KSPGetIterationNumber(ksp_, &count), doing);
+  check(KSPGetConvergedReason(ksp_, &reason), doing);
+  count_ = static_cast<int>(count);
+  const ReadValues from(answer_);
+  const Values to(x);
+  operator_.from_modes(from, to);
+  if (layout_.owns_omega()) to[layout_.own_coefficients()] = from[own_modal_];
+  return reason > 0;
+}
+
+int ModalKrylov::sign() const { return (schur_ < 0 ? -1 : 1) * sign_of_met(ksp_); }
+
+int sign_of_met(KSP ksp) {
+  KSPConvergedReason reason;
+  PetscInt count, found;
+  check(KSPGetConvergedReason(ksp, &reason), doing);
+  check(KSPGetIterationNumber(ksp, &count), doing);
+  if (reason <= 0 || count == 0 || count > restart) return 0;
+  std::vector<double> real(count), imaginary(count);
+  check(KSPComputeEigenvalues(ksp, count, real.data(), imaginary.data(), &found), doing);
+  int sign = 1;
+  for (PetscInt i = 0; i < found; ++i)
+    if (imaginary[i] == 0 && real[i] < 0) sign = -sign;
+  return sign;
+}
+
+// Diagonal blocks [a b; -b a] of each cosine-sine pair.
+template <class Work> void ModalKrylov::pairs(Work &&work) {
+  for (PetscInt i = 0; i < own_.size(); ++i) {
+    const double lambda = basis_.lambda[own_.begin + i], damped = basis_.damped[own_.begin + i];
+    for (int k = 0; k <= layout_.width / 2; ++k) {
+      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * damped;
+      const double square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
+      work(i * layout_.width + (k == 0 ? 0 : cosine(k)), k, a / square, b / square);
+    }
+  }
+}
+
+void ModalKrylov::prepare_diagonal(const JacobianParts &parts) {
+  b_.resize(own_modal_), c_.resize(own_modal_);
+  operator_.to_modes(parts.column, b_.data());
+  const std::vector<double> border(parts.border, parts.border + layout_.own_unknowns());
+  int same = border == moved_border_; // it stays the same all through Newton's method
+  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
+  if (!same) operator_.to_modes(border.data(), c_.data()), moved_border_ = border;
+  inverse_b_.resize(own_modal_), inverse_c_.resize(own_modal_);
+  pairs([&](PetscInt at, int k, double a, double b) {
+    if (k == 0) {
+      inverse_b_[at] = a * b_[at], inverse_c_[at] = a * c_[at];
+      return;
+    }
+    inverse_b_[at] = a * b_[at] - b * b_[at + 1], inverse_b_[at + 1] = b * b_[at] + a * b_[at + 1];
+    inverse_c_[at] = a * c_[at] + b * c_[at + 1], inverse_c_[at + 1] = -b * c_[at] + a * c_[at + 1];
+  });
+  schur_ = corner_ - std::inner_product(c_.begin(), c_.end(), inverse_b_.begin(), 0.0);
+  MPI_Allreduce(MPI_IN_PLACE, &schur_, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  if (schur_ == 0) schur_ = 1;
+}
+
+void ModalKrylov::apply(Vec y, Vec out) {
+  const ReadValues in(y);
+  const Values to(out);
+  double last = layout_.owns_omega() ? in[own_modal_] : 0,
+         along = std::inner_product(c_.begin(), c_.end(), static_cast<const double *>(in), 0.0);
+  operator_.apply(in, to, last, along);
+  for (PetscInt i = 0; i < own_.size(); ++i) {
+    const double lambda = basis_.lambda[own_.begin + i];
+    const double *row = in + i * layout_.width;
+    double *result = to + i * layout_.width;
+    result[0] += lambda * row[0];
+    for (int k = 1; k <= layout_.width / 2; ++k) {
+      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * lambda;
+      result[cosine(k)] += a * row[cosine(k)] + b * row[sine(k)];
+      result[sine(k)] += a * row[sine(k)] - b * row[cosine(k)];
+    }
+  }
+  for (PetscInt i = 0; i < own_modal_; ++i) to[i] += b_[i] * last;
+  if (layout_.owns_omega()) to[own_modal_] = along + corner_ * last;
+}
+
+void ModalKrylov::precondition(Vec r, Vec out) {
+  const ReadValues in(r);
+  const Values to(out);
+  double last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), static_cast<const double *>(in), 0.0);
+  if (layout_.owns_omega()) last += in[own_modal_];
+  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &last, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  last /= schur_;
+  pairs([&](PetscInt at, int k, double a, double b) {
+    if (k == 0) {
+      to[at] = a * in[at];
+      return;
+    }
+    to[at] = a * in[at] - b * in[at + 1], to[at + 1] = b * in[at] + a * in[at + 1];
+  });
+  for (PetscInt i = 0; i < own_modal_; ++i) to[i] -= inverse_b_[i] * last;
+  if (layout_.owns_omega()) to[own_modal_] = last;
+}
+
+} // namespace dovetail

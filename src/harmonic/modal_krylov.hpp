@@ -1,0 +1,58 @@
+#pragma once
+// Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure: with x = Phi y it becomes
+// [Phi^T J Phi, Phi^T b; (Phi^T c)^T, d], whose blocks are diagonal but for what the contacts do. GMRES, preconditioned
+// by that diagonal, bordered; in single precision.
+#include "harmonic/linear_part.hpp"
+#include "harmonic/modal_operator.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+
+/// Sign of the determinant of what GMRES inverts, preconditioned, from the negative ones among the eigenvalues that it
+/// met when it solved last; 0 if it may have met too few.
+int sign_of_met(KSP ksp);
+
+class ModalKrylov {
+public:
+  /// `basis` must outlive this.
+  ModalKrylov(const StuckBasis &basis, const Layout &layout);
+  ModalKrylov(const ModalKrylov &) = delete; // PETSc knows where it is
+
+  void take(const JacobianParts &parts); ///< Collective.
+  /// x = inverse times r, unknowns of the harmonic system, to a relative `accuracy` no better than `best_accuracy`.
+  /// False: not within `most` iterations, or the fewer that PETSc's options allow. Collective.
+  bool solve(Vec r, Vec x, double accuracy, int most);
+  int iterations() const { return count_; }                 ///< of the last solve
+  int sign() const;                                         ///< of the determinant, by the last solve; 0: unknown
+  double usual_accuracy() const { return usual_accuracy_; } ///< for Newton's method
+  double work() const; ///< of an iteration but for the contacts' blocks, as ContactFactors::work
+
+  static constexpr double best_accuracy = 1e-6;
+  static constexpr int most_iterations = 300;
+  template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
+
+private:
+  void prepare_diagonal(const JacobianParts &parts);
+  void apply(Vec y, Vec out);                    // the bordered operator
+  void precondition(Vec r, Vec out);             // the inverse of its diagonal, bordered
+  template <class Work> void pairs(Work &&work); // (index of an own pair of coefficients, lambda, d, k)
+
+  const StuckBasis &basis_;
+  Layout layout_;
+  Range own_;          // modal unknowns
+  PetscInt own_modal_; // their coefficients
+  ModalOperator operator_;
+  double omega_ = 0, damping_ = 0, corner_ = 0;       // corner: last entry of the border, on the last rank
+  std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
+  double schur_ = 1;
+  std::vector<double> moved_border_; // that c_ belongs to
+  UniqueMat matrix_;
+  UniqueKSP ksp_;
+  UniqueVec right_, answer_; // modal
+  PetscReal usual_accuracy_; // and most iterations, unless options say otherwise
+  PetscInt most_;
+  int count_ = 0;
+  Courier courier_;
+};
+
+} // namespace dovetail
