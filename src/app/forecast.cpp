@@ -11,13 +11,31 @@ namespace {
 
 constexpr double gib = 1024.0 * 1024 * 1024;
 
+// Bytes of one system in the stuck modes beyond the matrices: blocks of the contacts, vectors of GMRES, and factors of
+// the points that move, as many as may be (modal_solver.hpp).
+double beyond_matrices(double dofs, double points, double harmonics) {
+  const double n = 2 * harmonics + 1, factored = std::min(3 * points * n, 4000.0);
+  return 28 * points * n * n + 8 * 62 * dofs * n + 12 * factored * factored + 24 * n * factored;
+}
+
+// K, M and Phi by rows, the reduced model they come from, and the eigenproblem that Phi solves.
+double dense_matrices(double dofs, double contact_dofs) {
+  return 24 * contact_dofs * (dofs + contact_dofs) + (12 + 32) * dofs * dofs;
+}
+
 void harmonic_balance(Forecast &sizes, const Case &study) {
   const double h = study.harmonics, n = 2 * h + 1, na = sizes.modes, nc = 3.0 * sizes.points;
+  sizes.unknowns = (na + nc) * n + 1;
+  if (study.solver == SolverKind::modal) {
+    sizes.solve_gib = (dense_matrices(na + nc, nc) + beyond_matrices(na + nc, sizes.points, h) +
+                       (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /
+                      gib;
+    return;
+  }
   double blocks = 0; // of the contact laws; the pattern of K_xx has 1 + 4H entries of each already
   const auto &laws = study.contact.law.values;
   for (PetscInt p = 0; p < sizes.points; ++p) // their number is checked after this
     blocks += block_places(laws[std::min<std::size_t>(p, laws.size() - 1)]).size();
-  sizes.unknowns = (na + nc) * n + 1;
   const double pairs = nc * nc + na; // of the reduced matrices with stiffness; modes and contact meet in the mass only
   sizes.jacobian_entries =
       pairs * (1 + 4 * h) + 2 * na * nc * 2 * h + blocks * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
@@ -53,9 +71,13 @@ void describe(std::ostream &out, const Forecast &sizes) {
   std::snprintf(line, sizeof line, "  reduced model            %ld modes, %ld contact points\n", long(sizes.modes),
                 long(sizes.points));
   out << line;
-  std::snprintf(line, sizeof line, "  harmonic balance         %.0f unknowns, %.3g Jacobian entries\n", sizes.unknowns,
-                sizes.jacobian_entries);
+  std::snprintf(line, sizeof line, "  harmonic balance         %.0f unknowns", sizes.unknowns);
   out << line;
+  if (sizes.jacobian_entries > 0) {
+    std::snprintf(line, sizeof line, ", %.3g Jacobian entries", sizes.jacobian_entries);
+    out << line;
+  }
+  out << '\n';
   std::snprintf(line, sizeof line, "memory\n  harmonic balance         roughly %.2g GiB over all ranks\n",
                 sizes.solve_gib);
   out << line;

@@ -11,9 +11,9 @@ struct Forecast {
   PetscInt dofs = 0;   ///< of the full model; 0 when the reduced one is given
   double nonzeros = 0; ///< stored entries of its K
   PetscInt modes = 0, points = 0;
-  double unknowns = 0; ///< (N_a + 3 N_x)(2H+1) + 1
-  double jacobian_entries = 0;
-  double solve_gib = 0; ///< of the harmonic balance, over all ranks
+  double unknowns = 0;         ///< (N_a + 3 N_x)(2H+1) + 1
+  double jacobian_entries = 0; ///< of the assembled form
+  double solve_gib = 0;        ///< of the harmonic balance, over all ranks
 };
 
 Forecast forecast(const ModelHeader &header, const Case &study);
