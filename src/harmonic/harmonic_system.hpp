@@ -28,7 +28,6 @@ public:
   const Scales &scales() const { return scaled_.scales; }
   int harmonics() const { return harmonics_; }
   int samples() const { return samples_; }
-  LinearForm form() const { return form_; }
   const ScaledModel &scaled() const { return scaled_; }                    ///< without the matrices
   std::vector<Coupling> couplings() const { return linear_->couplings(); } ///< the matrices; this rank's share
   const std::vector<double> &fourier() const { return fourier_; }          ///< f(t), (2H+1)

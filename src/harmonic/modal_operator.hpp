@@ -51,7 +51,6 @@ private:
   std::vector<Real> cross_;     // k Om xi per coefficient, with the sign that the other of its pair enters with
   Aligned<Real> blocks_;        // (width, padded) each: columns, one after the other
   std::vector<double> written_; // of one point, as the contact law gives them
-  std::size_t used_ = 0;
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more
   Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
 };
