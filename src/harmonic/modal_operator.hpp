@@ -48,9 +48,9 @@ private:
   int padded_;
   std::vector<int> counts_, starts_; // of the ranks' modal unknowns, padded; the last one has one more
   std::vector<Point> points_;
-  std::vector<Real> cross_;     // k Om xi per coefficient, with the sign that the other of its pair enters with
-  Aligned<Real> blocks_;        // (width, padded) each: columns, one after the other
-  std::vector<double> written_; // of one point, as the contact law gives them
+  std::vector<Real> cross_;         // k Om xi per coefficient, with the sign that the other of its pair enters with
+  Aligned<Real> blocks_;            // (width, padded) each: columns, one after the other
+  std::vector<double> written_;     // of one point, as the contact law gives them
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more
   Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
 };
