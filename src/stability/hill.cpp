@@ -12,31 +12,47 @@ namespace {
 constexpr double shift = 1e-3;    // where exponents are sought around, over Omega: J may be singular at 0
 constexpr double further = 0.15;  // than the strip is wide: exponents that must be found
 constexpr double accuracy = 1e-6; // of those: what they may be off, over Omega
+using Complex = std::complex<double>;
+
 constexpr int first_look = 16, between_looks = 8, most_steps = 120;
+
+// Waves are counted by their sines, the mean by itself.
+constexpr int first_wave(Waves waves) { return waves == Waves::whole ? 0 : 1; }
+
+// to += z from for one wave: z = a + i b takes (cos, sin) to (a cos + b sin, a sin - b cos).
+void add_wave(Complex z, const double *from, int i, double *to) {
+  to[i] += z.real() * from[i];
+  if (i == 0) return;
+  to[i] -= z.imag() * from[i - 1];
+  to[i - 1] += z.real() * from[i - 1] + z.imag() * from[i];
+}
 
 } // namespace
 
-void Hill::assemble(Waves waves, int harmonics, double omega, const std::vector<double> &blocks) {
-  const int n = model_.dofs(), w = wave_coefficients(waves, harmonics);
-  waves_ = waves, omega_ = omega, width_ = w;
-  J_.reset(n * w, n * w);
-  for (int c = 0; c < n; ++c)
-    for (int r = 0; r < n; ++r) {
-      const double k = model_.K[static_cast<std::size_t>(r) * n + c], m = model_.M[static_cast<std::size_t>(r) * n + c];
-      if (k == 0 && m == 0) continue;
-      for (int i = 0; i < w; ++i) {
-        const double turn = wave_number(waves, i) * omega, cross = turn * model_.damping * k;
-        J_(r * w + i, c * w + i) = k - turn * turn * m;
-        if (is_sine(waves, i)) J_(r * w + i, c * w + i - 1) = -cross, J_(r * w + i - 1, c * w + i) = cross;
-      }
-    }
-  const double *next = blocks.data();
+void Hill::assemble(Waves waves, int harmonics, double omega, std::vector<double> blocks) {
+  waves_ = waves, omega_ = omega, width_ = wave_coefficients(waves, harmonics);
+  blocks_ = std::move(blocks);
+}
+
+template <class Take> void Hill::for_each_block(Take take) const {
+  const double *next = blocks_.data();
   for (int p = 0; p < model_.points; ++p)
     for (const BlockPlace place : block_places(model_.contact[p].law)) {
-      const int row = (model_.modes + 3 * p + place.row) * w, column = (model_.modes + 3 * p + place.column) * w;
-      for (int i = 0; i < w; ++i)
-        for (int j = 0; j < w; ++j) J_(row + i, column + j) += *next++;
+      take((3 * p + place.row) * width_, (3 * p + place.column) * width_, next);
+      next += static_cast<std::size_t>(width_) * width_;
     }
+}
+
+void Hill::stiffness_times(const double *p, double *out) const {
+  const int n = model_.dofs(), w = width_, contact = model_.modes * w;
+  std::fill_n(out, n * w, 0.0);
+  for (int r = 0; r < n; ++r)
+    for (int c = 0; c < n; ++c)
+      for (int i = first_wave(waves_); i < w; i += 2) add_wave(dynamic(0, i, r, c), p + c * w, i, out + r * w);
+  for_each_block([&](int row, int column, const double *block) {
+    for (int i = 0; i < w; ++i)
+      for (int j = 0; j < w; ++j) out[contact + row + i] += block[i * w + j] * p[contact + column + j];
+  });
 }
 
 void Hill::mass_times(const double *p, double *out) const {
@@ -67,21 +83,63 @@ void Hill::rate_times(const double *p, double *out) const {
     }
 }
 
-// Q = J + a D + b M
-Dense Hill::shifted(double a, double b) const {
-  const int n = model_.dofs(), w = width_;
-  Dense Q = J_;
-  for (int c = 0; c < n; ++c)
-    for (int r = 0; r < n; ++r) {
-      const std::size_t at = static_cast<std::size_t>(r) * n + c;
-      const double k = model_.K[at], m = model_.M[at];
-      for (int i = 0; (k != 0 || m != 0) && i < w; ++i) {
-        const double turn = 2 * omega_ * m * wave_number(waves_, i);
-        Q(r * w + i, c * w + i) += a * model_.damping * k + b * m;
-        if (is_sine(waves_, i)) Q(r * w + i - 1, c * w + i) += a * turn, Q(r * w + i, c * w + i - 1) -= a * turn;
-      }
+// J + lambda D + lambda^2 M of the structure alone, rows r and columns c, for the wave whose sine is coefficient i:
+// a number, since all of its parts turn cosine and sine like complex numbers; real for the mean, i = 0.
+Complex Hill::dynamic(double lambda, int i, int r, int c) const {
+  const std::size_t at = static_cast<std::size_t>(r) * model_.dofs() + c;
+  const double k = model_.K[at], m = model_.M[at], turn = wave_number(waves_, i) * omega_;
+  return {k - turn * turn * m + lambda * (model_.damping * k + lambda * m),
+          turn * (model_.damping * k + 2 * lambda * m)};
+}
+
+// Modes are coupled with one another by nothing: they are eliminated wave by wave, and the contact dofs are left.
+bool Hill::factor(double lambda) {
+  const int modes = model_.modes, rows = 3 * model_.points, w = width_;
+  Dense S(rows * w, rows * w);
+  for_each_block([&](int row, int column, const double *block) {
+    for (int i = 0; i < w; ++i)
+      for (int j = 0; j < w; ++j) S(row + i, column + j) += block[i * w + j];
+  });
+  inverse_.clear(), coupling_.clear();
+  for (int i = first_wave(waves_); i < w; i += 2) {
+    const std::size_t done = inverse_.size();
+    for (int a = 0; a < modes; ++a) {
+      inverse_.push_back(1.0 / dynamic(lambda, i, a, a));
+      if (!std::isfinite(std::abs(inverse_.back()))) return false;
+      for (int c = 0; c < rows; ++c) coupling_.push_back(dynamic(lambda, i, a, modes + c));
     }
-  return Q;
+    for (int c = 0; c < rows; ++c)
+      for (int r = 0; r < rows; ++r) {
+        Complex z = dynamic(lambda, i, modes + r, modes + c);
+        for (int a = 0; a < modes; ++a) {
+          const Complex *of_mode = &coupling_[(done + a) * rows];
+          z -= of_mode[r] * inverse_[done + a] * of_mode[c];
+        }
+        S(r * w + i, c * w + i) += z.real();
+        if (i == 0) continue;
+        S(r * w + i - 1, c * w + i - 1) += z.real();
+        S(r * w + i - 1, c * w + i) += z.imag(), S(r * w + i, c * w + i - 1) -= z.imag();
+      }
+  }
+  return schur_.factor(S);
+}
+
+void Hill::solve(double *b) const {
+  const int modes = model_.modes, rows = 3 * model_.points, w = width_;
+  double *contact = b + modes * w;
+  const Complex *inverse = inverse_.data(), *coupling = coupling_.data();
+  for (int i = first_wave(waves_); i < w; i += 2)
+    for (int a = 0; a < modes; ++a, ++inverse)
+      for (int c = 0; c < rows; ++c) add_wave(-*coupling++ * *inverse, b + a * w, i, contact + c * w);
+  schur_.solve(contact);
+  inverse = inverse_.data(), coupling = coupling_.data();
+  std::vector<double> solved(modes * w);
+  for (int i = first_wave(waves_); i < w; i += 2)
+    for (int a = 0; a < modes; ++a, ++inverse) {
+      for (int c = 0; c < rows; ++c) add_wave(-*coupling++, contact + c * w, i, b + a * w);
+      add_wave(*inverse, b + a * w, i, &solved[a * w]);
+    }
+  std::copy(solved.begin(), solved.end(), b);
 }
 
 // Arnoldi's iteration. With lambda = (shift + t) Omega and Q = J + lambda D + lambda^2 M at t = 0, the problem
@@ -90,7 +148,7 @@ Hill::Exponents Hill::near_zero(double strip) {
   const int N = size(), most = std::min(2 * N, most_steps);
   const double scale = omega_ * omega_;
   Exponents out;
-  if (!factors_.factor(shifted(shift * omega_, shift * shift * scale))) return out;
+  if (!factor(shift * omega_)) return out;
   std::vector<double> inertia(N), product(N), h(most + 1);
   basis_.reset(2 * N, most + 1), hessenberg_.reset(most + 1, most);
   const auto normalise = [&](double *v) {
@@ -107,7 +165,7 @@ Hill::Exponents Hill::near_zero(double strip) {
     for (int i = 0; i < N; ++i) inertia[i] = 2 * shift * p[i] + r[i];
     rate_times(p, next), mass_times(inertia.data(), product.data());
     for (int i = 0; i < N; ++i) next[i] = -omega_ * next[i] - scale * product[i], next[N + i] = p[i];
-    factors_.solve(next);
+    solve(next);
     for (int pass = 0; pass < 2; ++pass) {
       transposed_times(basis_, j + 1, next, h.data());
       subtract_columns(basis_, j + 1, h.data(), next);
@@ -124,7 +182,7 @@ Hill::Exponents Hill::near_zero(double strip) {
 void Hill::look_at_ritz_values(int steps, double strip, Exponents &out) {
   Dense square(steps, steps), vectors;
   for (int c = 0; c < steps; ++c) std::copy_n(hessenberg_.column(c), std::min(steps, c + 2), square.column(c));
-  const std::vector<std::complex<double>> inverse = eigenvalues(square, &vectors);
+  const std::vector<Complex> inverse = eigenvalues(square, &vectors);
   out.steps = steps, out.found = !inverse.empty();
   out.values.clear();
   for (std::size_t i = 0; i < inverse.size(); ++i) {
@@ -132,7 +190,7 @@ void Hill::look_at_ritz_values(int steps, double strip, Exponents &out) {
     const int other = inverse[i].imag() == 0 ? -1 : inverse[i].imag() > 0 ? 1 : -1;
     const double last = inverse[i].imag() == 0 ? std::abs(vectors(steps - 1, i))
                                                : std::hypot(vectors(steps - 1, i), vectors(steps - 1, i + other));
-    const std::complex<double> t = 1.0 / inverse[i], s = shift + t;
+    const Complex t = 1.0 / inverse[i], s = shift + t;
     const double error = hessenberg_(steps, steps - 1) * last * std::norm(t); // |dt| = |d(1/t)| |t|^2
     if (std::abs(s) < strip + further && error > accuracy) out.found = false;
     if (error <= accuracy && std::abs(s.imag()) <= strip + accuracy) out.values.push_back(s);

@@ -19,12 +19,12 @@ public:
   explicit Hill(const DenseModel &model) : model_(model) {} ///< `model` must outlive it
 
   /// `blocks`: of all contact points one after the other, as write_waves gives them.
-  void assemble(Waves waves, int harmonics, double omega, const std::vector<double> &blocks);
+  void assemble(Waves waves, int harmonics, double omega, std::vector<double> blocks);
 
-  int size() const { return model_.dofs() * width_; }  ///< of p: (n, coefficients of the waves)
-  const Dense &jacobian() const { return J_; }         ///< J
-  void rate_times(const double *p, double *out) const; ///< (C + 2 Omega M d/dtheta) p
-  void mass_times(const double *p, double *out) const; ///< M p
+  int size() const { return model_.dofs() * width_; }       ///< of p: (n, coefficients of the waves)
+  void stiffness_times(const double *p, double *out) const; ///< J p
+  void rate_times(const double *p, double *out) const;      ///< (C + 2 Omega M d/dtheta) p
+  void mass_times(const double *p, double *out) const;      ///< M p
 
   struct Exponents {
     bool found = false;                       ///< false: the iteration did not converge
@@ -35,15 +35,21 @@ public:
   Exponents near_zero(double strip = 0.25);
 
 private:
-  Dense shifted(double a, double b) const;
+  /// `take`(row, column, values): the blocks of the contact points, rows and columns counted from the first of them.
+  template <class Take> void for_each_block(Take take) const;
+  std::complex<double> dynamic(double lambda, int i, int r, int c) const;
+  bool factor(double lambda);
+  void solve(double *b) const;
   void look_at_ritz_values(int steps, double strip, Exponents &out);
 
   const DenseModel &model_;
   Waves waves_ = Waves::whole;
   int width_ = 0;
   double omega_ = 1;
-  Dense J_, basis_, hessenberg_;
-  Factors factors_;
+  std::vector<double> blocks_;
+  Dense basis_, hessenberg_;
+  std::vector<std::complex<double>> inverse_, coupling_; // of factor(): (waves, modes), (waves, modes, contact dofs)
+  Factors schur_;                                        // of the contact dofs, modes eliminated
 };
 
 } // namespace dovetail

@@ -28,6 +28,25 @@ inline DenseModel dense_scene(std::vector<ContactPoint> contact, double k, doubl
   return model;
 }
 
+/// The same with modes before the contact dofs that these are coupled with by their masses, as Craig & Bampton's are.
+inline DenseModel with_modes(const DenseModel &model, const std::vector<double> &squares) {
+  DenseModel out = model;
+  out.modes = static_cast<int>(squares.size());
+  const int n = out.dofs(), old = model.dofs();
+  out.K.assign(n * n, 0), out.M.assign(n * n, 0), out.force.assign(n, 0);
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const int r = i - out.modes, c = j - out.modes;
+      if (r >= 0 && c >= 0)
+        out.K[i * n + j] = model.K[r * old + c], out.M[i * n + j] = model.M[r * old + c];
+      else if (i == j)
+        out.K[i * n + j] = squares[i], out.M[i * n + j] = 1;
+      else if ((r < 0) != (c < 0))
+        out.M[i * n + j] = 0.2 * wave(std::min(i, j), std::max(i, j));
+    }
+  return out;
+}
+
 /// Largest distance from a value of `some` to the nearest of `all`.
 inline double farthest(const std::vector<std::complex<double>> &some, const std::vector<std::complex<double>> &all) {
   double most = 0;

@@ -96,20 +96,22 @@ TEST(Waves, half_ones_give_that_of_twice_the_period) {
 
 namespace {
 
-// Hill's problem of three coupled points under some motion.
+// Hill's problem of two modes and three coupled points under some motion.
 class HillScene {
 public:
   HillScene(Law law, int harmonics, double amplitude, int seed)
-      : model_(dense_scene(
-            {{law, 5, {3, 4}, {0.4, 0.3}, 0}, {law, 4, {2, 2}, {0.5, 0.4}, -0.1}, {law, 6, {3, 3}, {0.2, 0.2}, 0}}, 2,
-            1, 0.05, 0.05)),
+      : model_(with_modes(
+            dense_scene(
+                {{law, 5, {3, 4}, {0.4, 0.3}, 0}, {law, 4, {2, 2}, {0.5, 0.4}, -0.1}, {law, 6, {3, 3}, {0.2, 0.2}, 0}},
+                2, 1, 0.05, 0.05),
+            {1.3, 4})),
         hill_(model_), harmonics_(harmonics), reading_(model_, harmonics) {
     std::mt19937 random(seed);
     const int few = 3, n = coefficient_count(few), w = coefficient_count(harmonics);
     std::vector<double> X(static_cast<std::size_t>(model_.dofs()) * w);
     for (int p = 0; p < 3; ++p) {
       const std::vector<double> of_point = random_motion(random, few, amplitude, 1);
-      for (int d = 0; d < 3; ++d) std::copy_n(&of_point[d * n], n, &X[(3 * p + d) * w]);
+      for (int d = 0; d < 3; ++d) std::copy_n(&of_point[d * n], n, &X[(model_.modes + 3 * p + d) * w]);
     }
     reading_.read(X);
   }
@@ -139,7 +141,7 @@ std::vector<Complex> all_exponents(const Hill &hill, double omega) {
   for (int c = 0; c < N; ++c) {
     unit.assign(N, 0), unit[c] = 1;
     hill.rate_times(unit.data(), rate.data());
-    std::copy_n(hill.jacobian().column(c), N, stiffness.begin());
+    hill.stiffness_times(unit.data(), stiffness.data());
     factors.solve(rate.data()), factors.solve(stiffness.data());
     A(c, N + c) = 1;
     for (int r = 0; r < N; ++r) A(N + r, c) = -stiffness[r] / (omega * omega), A(N + r, N + c) = -rate[r] / omega;
