@@ -26,17 +26,17 @@ FOLDER = OUTPUT / "atlas"
 PARTS = (*METHODS, "truth")
 
 
-def one(name, folder, program, parts):
+def one(name, folder, program, parts, patience):
     """In a process of its own: a scene by name, and its parts."""
     scene = atlas_scenes.scenes()[name]
-    return {"scene": asdict(scene), **atlas_runs.run_scene(scene, folder / name, program, parts)}
+    return {"scene": asdict(scene), **atlas_runs.run_scene(scene, folder / name, program, parts, patience)}
 
 
-def run(names, folder, parts, jobs):
+def run(names, folder, parts, jobs, patience=1):
     """Rows of all scenes, in order; says how far it is."""
     program, start, rows = atlas_runs.programs(), time.perf_counter(), {}
     with ProcessPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(one, name, folder, program, parts): name for name in names}
+        waiting = {pool.submit(one, name, folder, program, parts, patience): name for name in names}
         for done, future in enumerate(as_completed(waiting), 1):
             rows[waiting[future]] = row = future.result()
             ends = "  ".join(f"{method} {row[method]['end'] if row[method] else '-':11}" for method in METHODS)
@@ -50,6 +50,8 @@ def main():
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS, help="make these only; what is there is shown all the same")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
                         help="scenes at a time; default: one a core")
+    parser.add_argument("--patience", type=float, default=1, metavar="N",
+                        help="N times the usual limit for Dovetail; scenes that met a shorter one are run again")
     parser.add_argument("--fresh", action="store_true", help="forget what was kept")
     parser.add_argument("--map", metavar="PNG", help="draw the map there")
     options = parser.parse_args()
@@ -61,11 +63,12 @@ def main():
             for part in PARTS:
                 (FOLDER / name / f"{part}.json").unlink(missing_ok=True)
     around, start = surroundings(), time.perf_counter()
-    rows = run(names, FOLDER, options.parts, options.jobs)
+    rows = run(names, FOLDER, options.parts, options.jobs, options.patience)
     around["seconds"] = time.perf_counter() - start
     print("\n".join(atlas_table.lines(rows)))
     if not options.scenes:
-        keep("atlas", {**around, "limits": atlas_runs.LIMITS, "figures": atlas_table.figures(rows), "scenes": rows})
+        limits = {"limits": atlas_runs.LIMITS, "patience": options.patience}
+        keep("atlas", {**around, **limits, "figures": atlas_table.figures(rows), "scenes": rows})
     if options.map:
         import atlas_map
         atlas_map.draw(rows, options.map)

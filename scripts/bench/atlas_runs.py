@@ -38,11 +38,11 @@ def programs():
     return {ORIGINAL: python, PLAIN: python, DOVETAIL: core, "truth": f"{core} {judge}"}
 
 
-def kept(path, key):
-    """A part from the run before, if it was made with the same things."""
+def kept(path, key, limit):
+    """A part from the run before, if it was made with the same things and has not met a limit below this one."""
     if path.exists():
         part = json.loads(path.read_text())
-        if part.get("key") == key:
+        if part.get("key") == key and not (part.get("end") == "limit" and part.get("allowed", limit) < limit):
             return part
     return None
 
@@ -52,17 +52,19 @@ def keep(path, key, part):
     return part
 
 
-def run_scene(scene, folder, program, parts):
-    """Every part in `parts` of a scene that is not there yet; a dict with all parts there are. program : as `programs` has it"""
+def run_scene(scene, folder, program, parts, patience=1):
+    """Every part in `parts` of a scene that is not there yet; a dict with all parts there are. program : as `programs` has it;
+    patience : so many times the usual limit for Dovetail"""
     folder.mkdir(parents=True, exist_ok=True)
     longer = FACTOR if scene.points > MANY or scene.family == "evidence" else 1
     limits = {name: limit * longer for name, limit in LIMITS.items()}
+    limits[DOVETAIL] *= patience
     built = atlas_scenes.build(scene)
     key = {part: f"{built.fingerprint()} {program}" for part, program in program.items()}
-    made = {}
+    made, anew = {}, set()
     for part in (ORIGINAL, PLAIN, DOVETAIL, "truth"):
         path = folder / f"{part}.json"
-        made[part] = kept(path, key[part])
+        made[part] = None if part == "truth" and DOVETAIL in anew else kept(path, key[part], limits[part])
         if made[part] is not None or part not in parts:
             continue
         case = folder / "case.toml"
@@ -82,7 +84,8 @@ def run_scene(scene, folder, program, parts):
         follow = follower(part, built, folder, run, limits["again"])
         jumps, doubts = atlas_jumps.silent_jumps(run.omega, run.coefficients, built.modes, abs(built.omega[1] - built.omega[0]),
                                                  run.announced, follow)
-        made[part] = keep(path, key[part], {**run.figures(), **more, "jumps": jumps, "doubts": doubts})
+        made[part] = keep(path, key[part], {**run.figures(), **more, "allowed": limits[part], "jumps": jumps, "doubts": doubts})
+        anew.add(part)
     if made["truth"] is not None:
         made["errors"] = errors_of_the_others(folder, made, built)
     return made

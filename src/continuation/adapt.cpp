@@ -17,6 +17,9 @@ constexpr double aimed_part = 0.35; // by harmonics added,
 constexpr double spare_part = 0.15; // and by those kept when some are dropped,
 constexpr double least_saving = 0.8;   // unless hardly any would be
 constexpr int least_stay = 4;          // points between a change and the next drop
+constexpr int lent_for = 20;           // points, for harmonics that a rung of the ladder added,
+constexpr int lent_again = 60;         // points more, where fewer led nowhere,
+constexpr double lent_until = 3e-3;    // until as few are as good as that
 constexpr int enough_added = 8;        // harmonics, to see whether they help
 constexpr double most_left = 0.7;      // of the error, by harmonics that were worth it,
 constexpr double most_left_then = 0.5; // or where they were not before, and are tried again: where the error is
@@ -84,17 +87,25 @@ bool Follower::refined_for(Station &s) {
   return true;
 }
 
+// Without a tolerance, those go again that a rung of the ladder or a first point took beyond what the case has.
 void Follower::spare_harmonics() {
-  if (settings_.tolerance <= 0 || ++unchanged_ < least_stay || !here_.error) return;
-  const int H = system_->harmonics(),
-            fewer = harmonics_for(*here_.error, H, least_harmonics(), spare_part * settings_.tolerance);
-  if (fewer <= least_saving * H && change_harmonics(fewer, here_.error->total())) raised_ = {};
+  const bool aimed = settings_.tolerance > 0;
+  const int H = system_->harmonics(), least = aimed ? least_harmonics() : lent_from_;
+  if (++unchanged_ < (aimed ? least_stay : lent_for) || !here_.error || H <= least) return;
+  const double error = here_.error->total();
+  int fewer = harmonics_for(*here_.error, H, least, aimed ? spare_part * settings_.tolerance : lent_until);
+  bool changed = false; // with so many fewer the motion may be no longer near
+  for (; fewer <= least_saving * H && !changed; fewer = (fewer + H + 1) / 2) changed = change_harmonics(fewer, error);
+  if (changed) raised_ = {};
+  if (!changed) unchanged_ = aimed ? 1 : -lent_again;
 }
 
 bool Follower::change_harmonics(int harmonics, double error) {
   const int before = system_->harmonics();
   const double step = step_;
-  if (!rebuild(std::make_unique<HarmonicSystem>(*system_, harmonics, system_->samples()), most_newton)) return false;
+  if (!rebuild(std::make_unique<HarmonicSystem>(*system_, harmonics, system_->samples()),
+               settings_.tolerance > 0 ? most_newton : 0))
+    return false;
   step_ = step;
   unchanged_ = 0;
   ++summary_.counts.adaptations;

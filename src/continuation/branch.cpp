@@ -14,7 +14,7 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
       omega_unit_(settings.to != settings.from ? std::abs(settings.to - settings.from) : 1),
       curve_(std::make_unique<Curve>(system, newton, omega_unit_, settings.adaptive, summary_.counts)),
       meter_(std::make_unique<AmplitudeMeter>(system.layout(), settings.watched)), here_(curve_->station()),
-      trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_),
+      trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_), lent_from_(system.harmonics()),
       direction_(settings.to < settings.from ? -1 : 1) {
   if (settings.stability) begin_stability();
   if (settings.estimates) // of a single point at its own frequency
@@ -278,6 +278,7 @@ BranchState Follower::state() {
                    crowd_.omega,
                    double(crowd_.newton),
                    double(in_vain_),
+                   double(lent_from_),
                    double(unchanged_),
                    double(raised_.harmonics),
                    raised_.error,
@@ -329,7 +330,7 @@ void Follower::restore(const BranchState &state) {
   last_verdict_ = take_int(), curvature_ = take();
   next += 2; // direction and beginning: see follow_branch
   crowd_.omega = take(), crowd_.newton = static_cast<long>(take());
-  in_vain_ = take_int(), unchanged_ = take_int();
+  in_vain_ = take_int(), lent_from_ = take_int(), unchanged_ = take_int();
   for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
   curve_->recall(take());
   estimating_ = take(), integrating_ = take();

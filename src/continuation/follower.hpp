@@ -134,6 +134,7 @@ private:
   double estimating_ = 0;  // work that estimates may take
   double integrating_ = 0; // that time integration took
   int in_vain_ = 0;        // harmonics for which more were tried and led nowhere
+  int lent_from_;          // fewest that are gone back to after more were taken: the case's, or more than had failed
   std::string refusal_;
   std::optional<Place> branch_point_; // within the step being tried
   bool ended_ = false;

@@ -130,6 +130,7 @@ bool Follower::more_harmonics() {
   for (const int more : {2 * H, needed}) {
     if (more <= H || more > std::max(needed, 1)) continue;
     if (!rebuild(std::make_unique<HarmonicSystem>(*system_, more, system_->samples()))) continue;
+    lent_from_ = H + 1, unchanged_ = 0;
     ++summary_.counts.harmonics;
     notify(BranchEvent::Kind::harmonics,
            "no step converges (" + reason + "): " + std::to_string(more) +
@@ -153,6 +154,7 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
     take_system(*system);
     std::swap(changed_, system); // the old one goes last
     here_ = std::move(s);
+    unchanged_ = 0;
     ++summary_.counts.harmonics;
     return true;
   }
