@@ -19,7 +19,8 @@ constexpr double close_to_one = 0.1; // multipliers so close to 1 or -1: Hill's 
 constexpr double passing = 1e-6;     // if their growth is that small, or hardly more than its doubt
 constexpr double coarse = 1e-3;      // error of harmonic balance beyond which Hill's method is asked in any case
 constexpr double sure = 0.25;        // doubt over growth that leaves no doubt about its sign
-constexpr int largest_hill = 600;    // unknowns of contact points: as much work as a point of the curve
+constexpr int second_opinion = 600;  // unknowns of contact points up to which Hill's method is asked besides, and
+constexpr int only_opinion = 2500;   // where there is no other: 50 MB
 
 bool passes_one(const Multipliers &multipliers, double doubt) {
   return std::any_of(multipliers.begin(), multipliers.end(), [&](std::complex<double> m) {
@@ -60,7 +61,7 @@ struct StabilityTest::Workspace {
     opinions.by_monodromy = fine.value, opinions.doubt = std::abs(fine.value - plain.value);
     const bool trusted = opinions.doubt < sure * std::abs(fine.value);
     const bool clear = trusted && change < coarse && !passes_one(multipliers, opinions.doubt);
-    if (clear || !hill_affordable()) return conclude(fine, unknown, trusted);
+    if (clear || contact_unknowns() > second_opinion) return conclude(fine, unknown, trusted);
     return conclude(fine, larger(by_hill(Waves::whole, *reading, omega), by_hill(Waves::half, *reading, omega)),
                     trusted);
   }
@@ -72,10 +73,10 @@ struct StabilityTest::Workspace {
     reading.emplace(model, 2 * H), finer.emplace(model, 2 * H);
   }
 
-  bool hill_affordable() const { return 3 * model.points * coefficient_count(harmonics) <= largest_hill; }
+  int contact_unknowns() const { return 3 * model.points * coefficient_count(harmonics); }
 
   Growth by_hill(Waves waves, const ContactReading &from, double omega, double strip = 0.25) {
-    if (!hill_affordable()) return {};
+    if (contact_unknowns() > only_opinion) return {};
     hill.assemble(waves, harmonics, omega, from.answers(waves, harmonics));
     const Hill::Exponents exponents = hill.near_zero(strip);
     if (!exponents.found) return {};
