@@ -17,7 +17,7 @@ from .reference import LAWS
 DIRECTIONS = ("t1", "t2", "n")
 NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
 EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f"}
-ESTIMATED = ("error_harmonics", "error_sampling")
+ESTIMATED = ("error_harmonics", "error_sampling", "error_modes")
 JUDGED = {"stable": "i", "multiplier": "f", "instability": "i"}
 READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
 
@@ -138,8 +138,8 @@ class Results:
             self.stable, self.multiplier, self.instability = (
                 numbers(file, f"points/{name}", (None,), kind)[:self._n] for name, kind in JUDGED.items())
         self.error = None
-        if all(name in points for name in ESTIMATED):
-            self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED)
+        if ESTIMATED[0] in points:  # that of the modes only where something is known of those left out
+            self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED if name in points)
         self._has_activity = bool(activity)
         self.events = self._load_events(file)
 

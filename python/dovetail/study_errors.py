@@ -87,7 +87,8 @@ def distances(results, reference, scales, sweep, frequencies, offset):
     Parameters
     ----------
     results, reference : Results
-        The reference has points at every frequency and `offset` below and above it, for the tangent of its curve.
+        The reference has points at every frequency and `offset` below and above it, for the tangent of its curve; its modes
+        are those of `results` and maybe more.
     scales : (3,)
         Of frequency, modes and contact motion, as in state.h5.
     sweep : float
@@ -102,12 +103,11 @@ def distances(results, reference, scales, sweep, frequencies, offset):
         To the nearest passage of the reference: of the motion without its means, relative to its size, and of the frequency,
         relative to the sweep, as one root of squares.
     """
-    H = max(results.harmonics, reference.harmonics)
+    H, modes = max(results.harmonics, reference.harmonics), max(results.modes, reference.modes)
 
     def motion(run):
-        q = run.coefficients.copy()
-        q[:, :run.modes] /= scales[1]
-        q[:, run.modes:] /= scales[2]
+        q = run.coefficients / np.where(np.arange(run.modes + 3 * run.contact_points) < run.modes, scales[1], scales[2])[:, None]
+        q = np.insert(q, [run.modes] * (modes - run.modes), 0, axis=1)  # modes left out of it
         q[:, :, 0] = 0
         return np.pad(q, ((0, 0), (0, 0), (0, 2 * (H - run.harmonics)))).reshape(len(q), -1)
 

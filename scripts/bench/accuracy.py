@@ -21,6 +21,7 @@ from dovetail.study_runs import toml
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 FREQUENCIES = 40
+WITH_MODES = 3  # harmonics, where modes are what differs
 OFFSET = 3e-6  # of the sweep: of the reference's points beside each frequency
 SOME = 1e-7  # true errors below are none
 LEAST = 1e-9  # and those below are drawn here
@@ -38,11 +39,14 @@ class Bench:
         self.sweep, self.down = abs(end - begin), end < begin
         self.frequencies = np.linspace(begin, end, FREQUENCIES + 2)[1:-1]
         self.content["continuation"].pop("max_points", None)
-        offsets = [f + shift * OFFSET * self.sweep for f in self.frequencies for shift in (-1, 0, 1)]
-        folder, _ = self.run("reference", {"harmonics": self.scene.reference}, {"estimates": False}, offsets, runs=1)
-        self.reference = Results(folder / "results.h5")
+        self.reference = self.finest("reference", self.scene.reference)
 
-    def run(self, name, balance, accuracy, at, runs=None):
+    def finest(self, name, harmonics, modes=None):
+        offsets = [f + shift * OFFSET * self.sweep for f in self.frequencies for shift in (-1, 0, 1)]
+        folder, _ = self.run(name, {"harmonics": harmonics}, {"estimates": False}, offsets, runs=1, modes=modes)
+        return Results(folder / "results.h5")
+
+    def run(self, name, balance, accuracy, at, runs=None, modes=None):
         """The folder, and figures: points, and the median of processor times per point [s]."""
         folder = self.folder / name
         folder.mkdir(exist_ok=True)
@@ -51,8 +55,10 @@ class Bench:
                                            if key == "solver"}, **balance},
                    "continuation": {**self.content["continuation"], "at": sorted(map(float, at), reverse=self.down)}}
         content["output"] = {"motion": []} if "model" in content else {}
+        if modes is not None:
+            content["reduction"] = {**content["reduction"], "modes": modes}
         (folder / "case.toml").write_text(toml(content))
-        if (made := self.folder / "reference/reduced.h5").exists() and folder.name != "reference":  # the same for every run
+        if modes is None and (made := self.folder / "reference/reduced.h5").exists() and folder.name != "reference":  # the same for every run
             shutil.copy(made, folder)
         times = []
         for _ in range(runs or self.runs):
@@ -62,31 +68,51 @@ class Bench:
             times.append(cpu / summary["points"])
         return folder, {"points": summary["points"], "end": summary["end"], "seconds": statistics.median(times)}
 
-    def true_errors(self, folder):
+    def true_errors(self, folder, reference=None):
         results = Results(folder / "results.h5")
         with h5py.File(folder / "state.h5") as state:
             scales = state["scales"][()]
-        at, true = distances(results, self.reference, scales, self.sweep, self.frequencies, OFFSET * self.sweep)
+        at, true = distances(results, reference or self.reference, scales, self.sweep, self.frequencies, OFFSET * self.sweep)
         return results, at, true
 
     def fixed(self, harmonics):
         _, plain = self.run(f"H{harmonics}", {"harmonics": harmonics}, {"estimates": False}, self.frequencies)
         folder, estimated = self.run(f"H{harmonics}_estimated", {"harmonics": harmonics}, {"estimates": True}, self.frequencies)
         results, at, true = self.true_errors(folder)
-        row = {"scene": self.name, "harmonics": harmonics, **plain, "with_estimates": estimated["seconds"], **spread(true)}
-        some = true > SOME
-        if some.any():
-            ratio = true[some] / results.error[at[some]]
-            row |= {"ratios": [float(q) for q in np.quantile(ratio, (0.05, 0.5, 0.95))], "judged": int(some.sum()),
-                    "within_5": float(np.mean((ratio > 0.2) & (ratio < 5)))}
-        return row
+        return {"scene": self.name, "harmonics": harmonics, **plain, "with_estimates": estimated["seconds"], **spread(true),
+                **judged(true, of_balance(results)[at])}
+
+    def by_modes(self):
+        """Rows for all numbers of modes but the last, which is the reference."""
+        *counts, most = self.scene.modes
+        reference, rows = self.finest("most_modes", WITH_MODES, most), []
+        for count in counts:
+            folder, figures = self.run(f"modes{count}", {"harmonics": WITH_MODES}, {}, self.frequencies, runs=1, modes=count)
+            results, at, true = self.true_errors(folder, reference)
+            rows.append({"scene": self.name, "modes": count, **figures, **spread(true), **judged(true, results.points("error_modes")[at])})
+        return rows
 
     def by_tolerance(self, tolerance):
         folder, figures = self.run(f"tolerance{tolerance:g}", {}, {"tolerance": tolerance}, self.frequencies)
         results, _, true = self.true_errors(folder)
         used = results.points("harmonics")
         return {"scene": self.name, "tolerance": tolerance, **figures, **spread(true), "within": float(np.mean(true <= tolerance)),
-                "fewest": int(used.min()), "most": int(used.max()), "told_above": int(np.sum(results.error > tolerance))}
+                "fewest": int(used.min()), "most": int(used.max()), "told_above": int(np.sum(of_balance(results) > tolerance))}
+
+
+def of_balance(results):
+    """Estimated errors by harmonics and samples: references have the same modes."""
+    return results.points("error_harmonics") + results.points("error_sampling")
+
+
+def judged(true, estimated):
+    """Quantiles of true by estimated error, and how many are within a factor of 5, where there is any error."""
+    some = true > SOME
+    if not some.any():
+        return {}
+    ratio = true[some] / estimated[some]
+    return {"ratios": [float(q) for q in np.quantile(ratio, (0.05, 0.5, 0.95))], "judged": int(some.sum()),
+            "within_5": float(np.mean((ratio > 0.2) & (ratio < 5)))}
 
 
 def spread(true):
@@ -104,15 +130,20 @@ def compare(rows):
             row["times_rival"] = best and row["seconds"] / best["seconds"]
 
 
+def in_words(row):
+    ratios = " ".join(f"{q:6.2f}" for q in row.get("ratios", ())) or "     none"
+    return f"{ratios:27} " + (f"{100 * row['within_5']:3.0f} % of {row['judged']}" if "ratios" in row else "")
+
+
 def table(rows):
     """Lines of text."""
     lines = ["scene            harmonics  points  ms/point  with estimates  error: 95 %  largest   true/estimate 5, 50, 95 %   within 5"]
-    for row in rows:
-        if "harmonics" in row:
-            ratios = " ".join(f"{q:6.2f}" for q in row.get("ratios", ())) or "     none"
-            share = f"{100 * row['within_5']:3.0f} % of {row['judged']}" if "ratios" in row else ""
-            lines.append(f"{row['scene']:16} {row['harmonics']:9d} {row['points']:7d} {1e3 * row['seconds']:9.3g}"
-                         f"{1e3 * row['with_estimates']:16.3g} {row['error']:12.1e} {row['largest']:8.1e}   {ratios:27} {share}")
+    for row in (row for row in rows if "harmonics" in row):
+        lines.append(f"{row['scene']:16} {row['harmonics']:9d} {row['points']:7d} {1e3 * row['seconds']:9.3g}"
+                     f"{1e3 * row['with_estimates']:16.3g} {row['error']:12.1e} {row['largest']:8.1e}   {in_words(row)}")
+    lines += ["", f"scene (H = {WITH_MODES})        modes  points  error: 95 %  largest   true/estimate 5, 50, 95 %   within 5"]
+    for row in (row for row in rows if "modes" in row):
+        lines.append(f"{row['scene']:16} {row['modes']:9d} {row['points']:7d} {row['error']:12.1e} {row['largest']:8.1e}   {in_words(row)}")
     lines += ["", "scene            tolerance  points  ms/point  harmonics  error: 95 %  largest   kept at   against"]
     for row in rows:
         if "tolerance" in row:
@@ -170,6 +201,8 @@ def main():
         bench = Bench(name, options.runs)
         rows += [bench.fixed(harmonics) for harmonics in bench.scene.harmonics]
         rows += [bench.by_tolerance(tolerance) for tolerance in TOLERANCES]
+        if bench.scene.modes:
+            rows += bench.by_modes()
         print(f"{name}: done", file=sys.stderr)
     compare(rows)
     print("\n".join(table(rows)))

@@ -52,7 +52,7 @@ int Follower::least_harmonics() const { // those of the load
 // Where contacts are stiff, twice the harmonics may cost ten times as much as the point: what estimates take is kept to
 // a part of what the points take. None: no number.
 const ErrorEstimate &Follower::affordable_error_of(Station &s) {
-  static const ErrorEstimate none{std::nan(""), std::nan(""), {}};
+  static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan(""), {}};
   estimating_ = std::min(estimating_ + estimated_part * curve_->take_work() + estimated_least, estimated_ahead);
   if (!s.error && estimating_ < 0) return none;
   const ErrorEstimate &error = error_of(s);
@@ -68,9 +68,9 @@ const ErrorEstimate &Follower::error_of(Station &s) {
 // More harmonics at here_, if the error at `s` asks for them; or back to what they were, if the last ones were added in
 // vain. Where contacts are stiff, no number that can be had may be enough, and more may be worse than fewer.
 bool Follower::refined_for(Station &s) {
-  if (settings_.tolerance <= 0 || !(error_of(s).total() > most_part * settings_.tolerance)) return false;
+  if (settings_.tolerance <= 0 || !(error_of(s).balance() > most_part * settings_.tolerance)) return false;
   const int H = system_->harmonics();
-  const double error = s.error->total();
+  const double error = s.error->balance();
   if (unchanged_ > 0 || raised_.harmonics == 0) raised_ = {H, error}; // else further harmonics for the same step
   const double left = raised_.harmonics == coarse_.harmonics ? most_left_then : most_left;
   if (H >= raised_.harmonics + enough_added && error > left * raised_.error) {
@@ -92,7 +92,7 @@ void Follower::spare_harmonics() {
   const bool aimed = settings_.tolerance > 0;
   const int H = system_->harmonics(), least = aimed ? least_harmonics() : lent_from_;
   if (++unchanged_ < (aimed ? least_stay : lent_for) || !here_.error || H <= least) return;
-  const double error = here_.error->total();
+  const double error = here_.error->balance();
   int fewer = harmonics_for(*here_.error, H, least, aimed ? spare_part * settings_.tolerance : lent_until);
   bool changed = false; // with so many fewer the motion may be no longer near
   for (; fewer <= least_saving * H && !changed; fewer = (fewer + H + 1) / 2) changed = change_harmonics(fewer, error);

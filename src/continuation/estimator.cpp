@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "harmonic/dense_model.hpp"
+#include "harmonic/left_out_forces.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -52,7 +53,9 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   check(VecSet(residual_, 0), doing);
   finer_->residual(y_, residual_);
   check(VecNorm(residual_, NORM_2, &residual), doing);
-  if (residual < negligible_) { // as where contacts stick or are open all round
+  const bool balanced = residual < negligible_, // as where contacts stick or are open all round
+      whole = system_->scaled().model.reduced.left_out.squares.empty();
+  if (balanced && whole) {
     measure_content(found);
     return found;
   }
@@ -69,7 +72,16 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   finer_->begin_solves(jacobian_, few);
   finer_->jacobian(y_, row_, jacobian_);
   check(KSPSetOperators(ksp_, jacobian_, jacobian_), doing);
-  if (system_->samples() == exactly) {
+  if (!whole) {
+    UniqueVec kept = finer_->unknowns(), force = finer_->unknowns();
+    check(VecCopy(y_, kept), doing);
+    check(VecCopy(residual_, force), doing);
+    found.modes = left_out();
+    check(VecCopy(kept, y_), doing);
+    check(VecCopy(force, residual_), doing);
+  }
+  if (balanced) { // nothing to mend
+  } else if (system_->samples() == exactly) {
     found.harmonics = correct();
   } else { // what is left out, then what is wrong in the harmonics that are there: each to its own accuracy
     UniqueVec both = finer_->unknowns();
@@ -98,6 +110,11 @@ void Estimator::measure_content(ErrorEstimate &found) const {
   check(VecRestoreArrayRead(y_, &q), doing);
   MPI_Allreduce(MPI_IN_PLACE, squares.data(), n / 2 + 1, MPI_DOUBLE, MPI_SUM, layout.comm);
   for (const double square : squares) found.content.push_back(std::sqrt(square) / motion_);
+}
+
+double Estimator::left_out() {
+  const double own = left_out_forces(*finer_, y_, residual_);
+  return std::hypot(correct(), finer_->layout().modes > 0 ? own / motion_ : 0); // without modes they have no scale
 }
 
 double Estimator::correct() {

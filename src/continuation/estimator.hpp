@@ -13,9 +13,10 @@ namespace dovetail {
 /// relative to the sweep, as one root of squares. NaN where the linear solver failed.
 struct ErrorEstimate {
   double harmonics = 0, sampling = 0; ///< by what is missing; they add up as vectors, so their sum bounds the whole
+  double modes = 0;                   ///< by modes that the reduced model leaves out, as far as they are known
   std::vector<double> content;        ///< size of each harmonic, 0 .. finer H, of the corrected motion; relative
 
-  double total() const { return harmonics + sampling; }
+  double balance() const { return harmonics + sampling; } ///< what more harmonics would mend
 };
 
 class Estimator {
@@ -34,6 +35,7 @@ public:
 private:
   void build(std::unique_ptr<HarmonicSystem> finer);
   double correct();                                 // y_ by the step that residual_ asks for: its length
+  double left_out();                                // by modes left out
   void measure_content(ErrorEstimate &found) const; // of y_
   double size(Vec y) const;
 

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "reduction/elastic_modes.hpp"
+#include "reduction/left_out.hpp"
 #include "reduction/reduced_model.hpp"
 #include "support/error.hpp"
 
@@ -192,6 +193,8 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
   force.values = parts.force_e;
   model.fa = gram(comm, phi, 0, modes, force, 0, 1); // eq (17)
 
+  Tall probes(own_rows, modes < parts.elastic ? std::min(nc + 1, lanczos_block) : 0);
+  if (probes.columns > 0) std::copy(force.values.begin(), force.values.end(), probes.column(0));
   const UniqueMat sides = on_host(parts.K.ce);
   Tall psi(own_rows, plan.keep_psi ? nc : std::min(plan.block, nc));
   for (PetscInt first = 0; first < nc; first += plan.block) {
@@ -205,6 +208,7 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       add_block(model.mxx, nc, first, 1, multiply(parts.M.ce, psi, at, count)); // M_cc + M_ce Psi + ...
       Tall carried = multiply(parts.M.ee, psi, at, count);                      // M_ee Psi + M_ec
       add_columns(parts.M.ec, first, carried);
+      mix_probes(carried, first, nc, probes);
       const auto coupling = gram(comm, phi, 0, modes, carried, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
       const auto loaded = gram(comm, psi, at, count, force, 0, 1);        // F_x = Psi^T F_e + F_c, eq (18)
       for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j) {
@@ -220,6 +224,8 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
                  [&] { add_block(model.mxx, nc, first, -1, multiply(parts.K.ce, solver.solve(inertia))); });
   }
   psi = Tall(); // no longer needed, and a count of modes takes a factorisation
+  if (probes.columns > 0)
+    model.left_out = stages.run("2f projections", [&] { return left_out(parts, phi, std::move(probes)); });
   mirror_upper(comm, model.points, model.kxx);
   mirror_upper(comm, model.points, model.mxx);
   if (settings.check_modes && modes > 0) {

@@ -55,7 +55,7 @@ MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt k
     const double n = std::min<double>(block, nc);
     const double psi = 8 * rows * (keep ? nc : n + n); // without Psi the second solution takes its place
     plan.keep_psi = keep, plan.block = block;
-    const double solves = kept + psi + 8 * rows * n + solving(rows, n, alone) + 2 * 8 * nc * n;
+    const double solves = kept + psi + 8 * rows * (n + b) + solving(rows, n, alone) + 2 * 8 * nc * n;
     plan.bytes = now + std::max(factor + std::max(search, solves), counting);
     plan.machine_bytes = sum_on_machine(comm, plan.bytes);
     MPI_Allreduce(MPI_IN_PLACE, &plan.machine_bytes, 1, MPI_DOUBLE, MPI_MAX, comm);

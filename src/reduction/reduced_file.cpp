@@ -13,13 +13,21 @@ namespace {
 
 using h5::Extent;
 
-constexpr int method = 2; // to be raised whenever the reduction computes something else from the same model
+constexpr int method = 3; // to be raised whenever the reduction computes something else from the same model
 
 std::string text_of(const Source &source) {
   char text[96];
   std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld modes, method %d, motion ", source.hash,
                 static_cast<long>(source.modes), method);
   return text + source.motion + ", units " + source.units;
+}
+
+// Rows become columns: (m, n) row-major to (n, m).
+std::vector<double> transposed(const std::vector<double> &A, hsize_t m, hsize_t n) {
+  std::vector<double> out(A.size());
+  for (hsize_t i = 0; i < m; ++i)
+    for (hsize_t j = 0; j < n; ++j) out[j * m + i] = A[i * n + j];
+  return out;
 }
 
 } // namespace
@@ -50,10 +58,13 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     file.rows("/Mxx", {nc, nc}, first, rows, model.mxx.data());
     file.rows("/Fx", {nc}, first, rows, model.fx.data());
     file.rows("/R", {nc}, first, rows, model.r.data());
-    std::vector<double> max(model.mxa.size()); // own columns of M_ax
-    for (hsize_t i = 0; i < na; ++i)
-      for (hsize_t j = 0; j < rows; ++j) max[i * rows + j] = model.mxa[j * na + i];
-    file.slab("/Max", {na, nc}, {0, first}, {na, rows}, max.data());
+    file.slab("/Max", {na, nc}, {0, first}, {na, rows}, transposed(model.mxa, rows, na).data());
+    if (const LeftOut &left = model.left_out; !left.squares.empty()) {
+      const hsize_t r = left.squares.size();
+      file.rows("/left_out/Kaa", {r}, 0, rank == 0 ? r : 0, left.squares.data());
+      file.rows("/left_out/Fa", {r}, 0, rank == 0 ? r : 0, left.load.data());
+      file.slab("/left_out/Max", {r, nc}, {0, first}, {r, rows}, transposed(left.coupling, rows, r).data());
+    }
     std::vector<long> contact;
     for (const auto &point : source.contact_dofs) contact.insert(contact.end(), point.begin(), point.end());
     file.rows("/recovery/contact_dofs", {nc / 3, 3}, 0, rank == 0 ? nc / 3 : 0, contact.data());
@@ -144,10 +155,17 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
             throw InputError(file.place(name) + ": not symmetric, row " + std::to_string(first + i) + ", column " +
                              std::to_string(j) + " (of 0..)");
     }
-    const auto max = finite("/Max", file.doubles("/Max", {0, first}, {na, rows})); // own columns: rows of M_xa
-    model.mxa.resize(max.size());
-    for (hsize_t i = 0; i < na; ++i)
-      for (hsize_t j = 0; j < rows; ++j) model.mxa[j * na + i] = max[i * rows + j];
+    model.mxa = transposed(finite("/Max", file.doubles("/Max", {0, first}, {na, rows})), na, rows);
+    if (!file.has("/left_out/Kaa")) return;
+    LeftOut &left = model.left_out;
+    left.squares = finite("/left_out/Kaa", file.doubles("/left_out/Kaa"));
+    left.load = finite("/left_out/Fa", file.doubles("/left_out/Fa"));
+    const hsize_t r = left.squares.size();
+    if (left.load.size() != r || file.extent("/left_out/Max") != Extent{r, nc})
+      throw InputError(file.place("/left_out") + ": shapes (r,), (r,) and (r, 3 N_x) are wanted of Kaa, Fa and Max");
+    for (const double square : left.squares)
+      if (!(square > 0)) throw InputError(file.place("/left_out/Kaa") + ": squared frequencies above 0 are wanted");
+    left.coupling = transposed(finite("/left_out/Max", file.doubles("/left_out/Max", {0, first}, {r, rows})), r, rows);
   });
   return model;
 }

@@ -9,6 +9,14 @@
 
 namespace dovetail {
 
+/// Modes beyond the N_a lowest, as good as a few right-hand sides tell: what is left out of the model, for estimates of
+/// what that does. Nothing in it if that is not known, or if nothing is left out.
+struct LeftOut {
+  std::vector<double> squares;  ///< (r) squares of their frequencies, ascending [rad^2/s^2]; on every rank
+  std::vector<double> load;     ///< (r) like F_a; on every rank
+  std::vector<double> coupling; ///< (3 own, r) row-major, like M_xa
+};
+
 struct ReducedModel {
   MPI_Comm comm = MPI_COMM_NULL;
   std::string units = "SI";    ///< a label, passed on to the results
@@ -24,6 +32,8 @@ struct ReducedModel {
   std::vector<double> kxx; ///< (3 own, 3 N_x)
   std::vector<double> fx;  ///< (3 own) F_x
   std::vector<double> r;   ///< (3 own) R of eq (2)
+
+  LeftOut left_out;
 
   PetscInt contact_dofs() const { return 3 * points; }
   PetscInt own_contact_dofs() const { return 3 * own_points.size(); }

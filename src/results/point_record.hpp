@@ -27,7 +27,7 @@ struct PointRecord {
   double progress = 0;
   int stable = 0, instability = 0; ///< numbers of Stability's Verdict and Kind, where points are judged
   double multiplier = 0;
-  double harmonics_error = 0, sampling_error = 0; ///< where they are estimated
+  double harmonics_error = 0, sampling_error = 0, modes_error = 0; ///< where they are estimated
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
 };
@@ -42,8 +42,8 @@ struct EventRecord {
 
 /// Of a point, how far it is from the exact curve.
 struct EstimateRecord {
-  double omega = 0;                   ///< [rad/s]
-  double harmonics = 0, sampling = 0; ///< see ErrorEstimate
+  double omega = 0;                              ///< [rad/s]
+  double harmonics = 0, sampling = 0, modes = 0; ///< see ErrorEstimate
 };
 
 /// The names of BranchEvent::Kind, by their numbers.

@@ -45,7 +45,7 @@ private:
   std::vector<Column<PointRecord>> columns_; // coefficients first
   std::vector<Column<EventRecord>> event_columns_;
   std::vector<EventRecord> events_;
-  bool estimated_ = false;
+  bool estimated_ = false, modes_estimated_ = false;
   std::vector<EstimateRecord> estimates_;
 };
 

@@ -60,7 +60,7 @@ std::string places(const std::vector<EventRecord> &events, Kind kind, bool ampli
 struct Accuracy {
   double largest = 0, omega = 0; // and where
   double most_points = 0;        // 95 % of them are below
-  double harmonics = 0, sampling = 0;
+  double harmonics = 0, sampling = 0, modes = 0;
   int above = 0, unknown = 0; // the tolerance; where the estimate failed
 };
 
@@ -68,7 +68,7 @@ Accuracy accuracy_of(const BranchStory &story) {
   Accuracy found;
   std::vector<double> totals;
   for (const EstimateRecord &estimate : story.estimates) {
-    const double total = estimate.harmonics + estimate.sampling;
+    const double total = estimate.harmonics + estimate.sampling + estimate.modes;
     if (!std::isfinite(total)) {
       ++found.unknown;
       continue;
@@ -77,6 +77,7 @@ Accuracy accuracy_of(const BranchStory &story) {
     found.above += story.tolerance > 0 && total > story.tolerance;
     found.harmonics = std::max(found.harmonics, estimate.harmonics);
     found.sampling = std::max(found.sampling, estimate.sampling);
+    found.modes = std::max(found.modes, estimate.modes);
     if (total > found.largest) found.largest = total, found.omega = estimate.omega;
   }
   std::sort(totals.begin(), totals.end());
@@ -91,7 +92,7 @@ std::string accuracy_in_json(const BranchStory &story) {
       "  \"accuracy\": {\"largest\": " + number("%.3g", found.largest) +
       ", \"omega\": " + number("%.17g", found.omega) + ", \"most_points\": " + number("%.3g", found.most_points) +
       ", \"harmonics\": " + number("%.3g", found.harmonics) + ", \"sampling\": " + number("%.3g", found.sampling) +
-      ", \"unknown\": " + std::to_string(found.unknown);
+      ", \"modes\": " + number("%.3g", found.modes) + ", \"unknown\": " + std::to_string(found.unknown);
   if (story.tolerance > 0)
     out += ", \"tolerance\": " + number("%.17g", story.tolerance) + ", \"above\": " + std::to_string(found.above);
   return out + "},\n";
@@ -126,11 +127,15 @@ void tell_accuracy(const BranchStory &story) {
   if (found.unknown < points)
     std::printf("  estimated errors: at most %.1e (at %.9g rad/s), %.1e or less at 95 %% of the points%s\n",
                 found.largest, found.omega, found.most_points,
-                found.sampling > found.harmonics ? "; mostly by too few samples" : "");
+                found.modes > std::max(found.sampling, found.harmonics) ? "; mostly by modes left out: more of them "
+                                                                          "with a larger reduction.modes"
+                : found.sampling > found.harmonics                      ? "; mostly by too few samples"
+                                                                        : "");
   if (found.unknown > 0) std::printf("  no estimate at %d of %d points\n", found.unknown, points);
   if (found.above > 0)
-    std::printf("  the tolerance of %g is not kept at %d of %d points: more harmonics would not have helped there\n",
-                story.tolerance, found.above, points);
+    std::printf("  the tolerance of %g is not kept at %d of %d points: %s\n", story.tolerance, found.above, points,
+                found.modes > 0.5 * story.tolerance ? "modes left out take too much of it; raise reduction.modes"
+                                                    : "more harmonics would not have helped there");
 }
 
 // The same in words.

@@ -58,6 +58,9 @@ ScaledModel scaled(PreloadedModel model, double damping, const Scales &scales) {
   multiply(reduced.fa, 1 / (a * w0 * w0));
   multiply(reduced.fx, force);
   multiply(reduced.r, force);
+  multiply(reduced.left_out.squares, 1 / (w0 * w0));
+  multiply(reduced.left_out.load, 1 / (a * w0 * w0));
+  multiply(reduced.left_out.coupling, b / a);
   for (std::size_t p = 0; p < model.contact.size(); ++p) {
     ContactPoint &point = model.contact[p];
     Standstill &at_rest = model.standstill[p];

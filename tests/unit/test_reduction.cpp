@@ -201,6 +201,62 @@ TEST(Reduction, ModesEqualThoseOfSlepc) {
   }
 }
 
+ReducedModel small_reduced(PetscInt kept, int points, const MemoryPlan &plan) {
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 6, 3, points));
+  ReductionSettings settings{kept < 0 ? parts.elastic + kept : kept, false,
+                             std::vector<char>(parts.elastic_dofs.size(), 0)};
+  Stages stages;
+  return craig_bampton(std::move(parts), settings, plan, stages).model;
+}
+
+TEST(Reduction, ModesLeftOutAreTheRestWhereFewAreLeft) {
+  for (const auto &plan : {roomy(), roomy(false, 4)}) {
+    const ReducedModel all = small_reduced(147, 5, plan), most = small_reduced(-5, 5, plan);
+    const LeftOut &left = most.left_out;
+    ASSERT_EQ(all.modes, most.modes + 5);
+    EXPECT_TRUE(all.left_out.squares.empty());
+    ASSERT_EQ(left.squares.size(), 5u);
+    for (int j = 0; j < 5; ++j) {
+      const int mode = most.modes + j;
+      EXPECT_NEAR(left.squares[j] / all.kaa[mode], 1, 1e-8);
+      EXPECT_NEAR(std::abs(left.load[j]), std::abs(all.fa[mode]), 1e-7 * largest(all.fa));
+      for (PetscInt i = 0; i < most.own_contact_dofs(); ++i)
+        ASSERT_NEAR(std::abs(left.coupling[5 * i + j]), std::abs(all.mxa[i * all.modes + mode]),
+                    1e-7 * largest(all.mxa));
+    }
+  }
+}
+
+// sum_l g_l^2 / w_l^2 over the modes left out, g = load + s M_lx x: what they yield to a motion x of the contacts.
+double yielding(const ReducedModel &model, PetscInt from, const std::vector<double> &squares,
+                const std::vector<double> &load, const std::vector<double> &coupling, double s) {
+  const PetscInt all = static_cast<PetscInt>(squares.size());
+  std::vector<double> g(all, 0.0);
+  for (PetscInt i = 0; i < model.own_contact_dofs(); ++i)
+    for (PetscInt l = 0; l < all; ++l)
+      g[l] += s * std::cos(0.1 * (3 * model.own_points.begin + i)) * coupling[i * all + l];
+  MPI_Allreduce(MPI_IN_PLACE, g.data(), all, MPI_DOUBLE, MPI_SUM, model.comm);
+  double sum = 0;
+  for (PetscInt l = from; l < all; ++l) sum += (g[l] + load[l]) * (g[l] + load[l]) / squares[l];
+  return sum;
+}
+
+TEST(Reduction, ModesLeftOutYieldLikeAllThatAreLeft) {
+  for (const auto &[points, tolerance] : {std::pair{5, 1e-8}, std::pair{9, 0.2}}) { // as many probes as dofs, or not
+    const ReducedModel all = small_reduced(162 - 3 * points, points, roomy());
+    for (const PetscInt kept : {0, 3, 20}) {
+      const ReducedModel few = small_reduced(kept, points, roomy());
+      const LeftOut &left = few.left_out;
+      ASSERT_LE(left.squares.size(), 16u);
+      for (const double s : {0.0, 1e3, 1e5}) {
+        const double found = yielding(few, 0, left.squares, left.load, left.coupling, s);
+        EXPECT_NEAR(found / yielding(all, kept, all.kaa, all.fa, all.mxa, s), 1, tolerance)
+            << kept << " modes kept, s = " << s;
+      }
+    }
+  }
+}
+
 TEST(Reduction, LanczosRestartsAndFindsThemAll) { // a basis too narrow for one pass
   ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, length, width, points));
   parts.solver->factor();

@@ -44,6 +44,11 @@ def scene(request, tmp_path_factory):
     return name, truth
 
 
+def of_balance(results):
+    """Estimated errors by harmonics and samples: the references of the scenes have the same modes."""
+    return results.points("error_harmonics") + results.points("error_sampling")
+
+
 def run_of(name, folder, where=None, **keys):
     make, keys, frequencies, _ = settings(name, **keys)
     return run(make(folder, **{"at": list(frequencies), **keys}), **(where or {}))
@@ -57,8 +62,8 @@ def test_estimates_are_near_the_true_errors(scene, tmp_path, harmonics, samples)
         pytest.skip("the load has two harmonics")
     results, points, true = truth(run_of(name, tmp_path, harmonics=harmonics, samples=samples).folder)
     some = true > 1e-6
-    assert np.all(results.error[points[~some]] < 1e-5)
-    ratio = true[some] / results.error[points[some]]
+    assert np.all(of_balance(results)[points[~some]] < 1e-5)
+    ratio = true[some] / of_balance(results)[points[some]]
     assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.9, ratio
 
 
@@ -70,6 +75,29 @@ def test_sampling_is_told_from_harmonics(tmp_path, harmonics):
     assert 3e-3 < with_few["error_sampling"].max() < 5e-3
     share, alone = (run["error_harmonics"][np.isin(run["omega"], settings("slip")[2])] for run in (with_few, exact))
     np.testing.assert_allclose(share, alone, rtol=0.03, atol=1e-7)
+
+
+# Kind of motion -> (maker, all modes, harmonics, sweep).
+WITH_MODES = {"slip": (cases.dof5, 2, 9, [0.95, 1.1]), "stick": (cases.always_stuck, 12, 3, [0.8, 1.6]),
+              "both": (cases.several_points, 12, 9, [0.8, 1.2])}
+
+
+@pytest.mark.parametrize("name, modes", [("slip", 1), ("stick", 5), ("stick", 8), ("both", 4), ("both", 7), ("both", 10)])
+def test_modes_left_out_are_estimated(tmp_path, name, modes):
+    """Against the same case with all modes."""
+    make, most, harmonics, omega = WITH_MODES[name]
+    frequencies, sweep = np.linspace(*omega, 17)[1:-1], omega[1] - omega[0]
+    at = sorted(f + shift * OFFSET * sweep for f in frequencies for shift in (-1, 0, 1))
+    keys = {"harmonics": harmonics, "samples": None, "omega": omega, "adaptive": True, "step": 0.02, "kind": "auto", **cases.TIGHT}
+    few, every = (run(make(tmp_path, modes=count, at=at, **keys), out=f"{count}") for count in (modes, most))
+    results, reference = (Results(done.folder / "results.h5") for done in (few, every))
+    assert "error_modes" not in every.points  # nothing is left out
+    with h5py.File(few.folder / "state.h5") as state:
+        points, true = distances(results, reference, state["scales"][()], sweep, frequencies, OFFSET * sweep)
+    assert len(points) >= len(frequencies)
+    ratio = true / few.points["error_modes"][points]
+    assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.9, ratio
+    assert few.summary["accuracy"]["modes"] == pytest.approx(few.points["error_modes"].max(), rel=1e-2)
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])

@@ -1,0 +1,56 @@
+#include "harmonic/left_out_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr const char *doing = "estimating what modes do that are left out";
+// Of its stiffness, at least so much resists in a mode left out. Nearer to their resonances, which are not known that
+// well, it counts as if the harmonic were so far away.
+constexpr double least_resistance = 0.1;
+
+} // namespace
+
+double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual) {
+  const Layout &layout = system.layout();
+  const LeftOut &left = system.scaled().model.reduced.left_out;
+  const PetscInt r = static_cast<PetscInt>(left.squares.size()), first = layout.own_point_offset(0), n = layout.width,
+                 own = 3 * layout.own_points.size();
+  const double omega = system.omega(y), xi = system.scaled().damping;
+  std::vector<double> z(r * n, 0.0); // M_lx x, then the modes' motion: (r, 2H+1)
+  const double *q;
+  double *out, squares = 0;
+  check(VecGetArrayRead(y, &q), doing);
+  for (PetscInt i = 0; i < own; ++i)
+    for (PetscInt j = 0; j < r; ++j)
+      for (PetscInt c = 1; c < n; ++c) z[j * n + c] += left.coupling[i * r + j] * q[first + i * n + c];
+  check(VecRestoreArrayRead(y, &q), doing);
+  MPI_Allreduce(MPI_IN_PLACE, z.data(), static_cast<int>(z.size()), MPI_DOUBLE, MPI_SUM, layout.comm);
+  for (PetscInt j = 0; j < r; ++j) // eq (11) of each mode by itself, driven by the load and by moving contacts
+    for (int k = 1; k <= system.harmonics(); ++k) {
+      const double w2 = k * omega * k * omega, least = least_resistance * left.squares[j],
+                   d = k * omega * xi * left.squares[j], a = left.squares[j] - w2;
+      const double stiffness = std::abs(a) < least ? std::copysign(least, a) : a, size = stiffness * stiffness + d * d;
+      double &c = z[j * n + cosine(k)], &s = z[j * n + sine(k)];
+      const double fc = left.load[j] * system.fourier()[cosine(k)] + w2 * c,
+                   fs = left.load[j] * system.fourier()[sine(k)] + w2 * s;
+      c = (stiffness * fc - d * fs) / size, s = (stiffness * fs + d * fc) / size;
+      squares += c * c + s * s;
+    }
+  check(VecSet(residual, 0), doing);
+  check(VecGetArray(residual, &out), doing);
+  for (PetscInt i = 0; i < own; ++i) // -(k Omega)^2 M_xl times their motion
+    for (PetscInt j = 0; j < r; ++j)
+      for (PetscInt c = 1; c < n; ++c) {
+        const double k = (c + 1) / 2 * omega;
+        out[first + i * n + c] -= k * k * left.coupling[i * r + j] * z[j * n + c];
+      }
+  check(VecRestoreArray(residual, &out), doing);
+  return std::sqrt(squares);
+}
+
+} // namespace dovetail
