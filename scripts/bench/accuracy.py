@@ -58,7 +58,8 @@ class Bench:
         if modes is not None:
             content["reduction"] = {**content["reduction"], "modes": modes}
         (folder / "case.toml").write_text(toml(content))
-        if modes is None and (made := self.folder / "reference/reduced.h5").exists() and folder.name != "reference":  # the same for every run
+        # reduced once for every run
+        if modes is None and (made := self.folder / "reference/reduced.h5").exists() and folder.name != "reference":
             shutil.copy(made, folder)
         times = []
         for _ in range(runs or self.runs):

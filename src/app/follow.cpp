@@ -14,6 +14,8 @@ double watched_scale(const Case &study, const Layout &layout, const Scales &scal
   return modal ? scales.modal : scales.contact;
 }
 
+} // namespace
+
 BranchSettings settings_of(const Case &study, const Layout &layout, const Scales &scales) {
   BranchSettings settings;
   settings.from = study.omega_from / scales.frequency;
@@ -30,8 +32,6 @@ BranchSettings settings_of(const Case &study, const Layout &layout, const Scales
   settings.tolerance = study.tolerance;
   return settings;
 }
-
-} // namespace
 
 Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, const SavedRun *earlier,
                 SavedRun begin, Stages &stages, const Voice &voice) {

@@ -14,6 +14,9 @@ struct Followed {
   int signal = 0; ///< that interrupted it
 };
 
+/// What the case asks of the branch, in scaled numbers.
+BranchSettings settings_of(const Case &study, const Layout &layout, const Scales &scales);
+
 /// `earlier`: where to go on from, or null; `begin`: what the state file says of this run before its first step.
 /// Collective.
 Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, const SavedRun *earlier,

@@ -37,6 +37,8 @@ Motion wanted_motion(const Case &study, PetscInt elastic, PetscInt columns) {
   return motion;
 }
 
+ModeKind kind_of(const Case &study) { return study.residuals ? ModeKind::residual : ModeKind::eigen; }
+
 struct Prepared { // for the reduction: parts, what is kept of the fields, and what it will take
   ClampedStructure parts;
   ReductionSettings settings;
@@ -48,6 +50,7 @@ Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
   prepared.parts = clamp(std::move(model));
   auto &[parts, settings, plan] = prepared;
   settings.modes = study.modes, settings.check_modes = study.check_modes;
+  settings.kind = kind_of(study);
   settings.wanted.assign(parts.elastic_dofs.size(), motion.all);
   for (std::size_t i = 0; i < parts.elastic_dofs.size(); ++i)
     if (std::binary_search(motion.dofs.begin(), motion.dofs.end(), parts.elastic_dofs[i])) settings.wanted[i] = 1;
@@ -80,7 +83,7 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
   FullModel model = stages.run("1 model", [&] { return read_full_model(comm, study.model); });
   refuse_too_many_modes(study, model);
   const Motion motion = agreed_motion(comm, study, model);
-  Source source{model.file,        model.hash,      model.units, study.modes,
+  Source source{model.file,        model.hash,      model.units, study.modes,       kind_of(study),
                 study.check_modes, motion.in_words, "none",      model.contact_dofs};
   if (matches(comm, file, source)) {
     voice.say("reduction: " + file.string() + " still fits the model, reused");
@@ -106,8 +109,11 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
     char line[160];
     if (study.modes > 0) {
       std::snprintf(line, sizeof line, "  fixed-interface frequencies %.6g .. %.6g Hz%s",
-                    std::sqrt(reduction.model.kaa[0]) / (2 * M_PI), std::sqrt(reduction.model.kaa.back()) / (2 * M_PI),
-                    study.check_modes ? ", none missed" : " (reduction.check_modes = true counts them)");
+                    std::sqrt(reduction.model.kaa[0]) / (2 * M_PI),
+                    std::sqrt(*std::max_element(reduction.model.kaa.begin(), reduction.model.kaa.end())) / (2 * M_PI),
+                    study.residuals     ? ", residuals of the others among them"
+                    : study.check_modes ? ", none missed"
+                                        : " (reduction.check_modes = true counts them)");
       voice.say(line);
     }
     if (!motion.all && !study.motion.given)

@@ -3,11 +3,11 @@
 #include <iostream>
 #include <optional>
 
+#include "app/choose_modes.hpp"
 #include "app/earlier_run.hpp"
 #include "app/ending.hpp"
 #include "app/follow.hpp"
 #include "app/forecast.hpp"
-#include "app/reduce.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/signals.hpp"
@@ -34,6 +34,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     if (study.reduced.empty()) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
+      if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
       checked.sizes = forecast(header, study);
     } else {
       checked.sizes = forecast(read_reduced_header(study.reduced), study);
@@ -71,12 +72,16 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
 }
 
 // The job; ends with summary.json written unless it throws.
-void work(MPI_Comm comm, const Checked &checked, bool reduce_only, Stages &stages, const Voice &voice) {
-  const Case &study = checked.study;
+void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, const Voice &voice) {
+  Case &study = checked.study;
   const SavedRun *earlier = checked.earlier ? &*checked.earlier : nullptr;
   const std::filesystem::path own_file = study.directory / "reduced.h5";
   std::optional<ReductionFigures> figures;
-  ReducedModel reduced = reduced_model(comm, study, own_file, stages, voice, figures); // eqs (2), (5), (15)-(18)
+  ReducedModel reduced = // eqs (2), (5), (15)-(18)
+      study.modes_by_tolerance && !earlier && !reduce_only
+          ? reduced_to_tolerance(comm, study, checked.sizes.dofs - 3 * checked.sizes.points, own_file, checked.contact,
+                                 checked.initial, stages, voice, figures)
+          : reduced_model(comm, study, own_file, stages, voice, figures);
   const ReductionFigures *reduction = figures ? &*figures : nullptr;
   if (reduce_only) {
     write_summary(comm, study.directory, nullptr, stages, reduction);
@@ -116,7 +121,7 @@ void work(MPI_Comm comm, const Checked &checked, bool reduce_only, Stages &stage
 
 void run_case(MPI_Comm comm, const Request &request) {
   const Voice voice(comm);
-  const Checked checked = check_input(comm, request);
+  Checked checked = check_input(comm, request);
   const Case &study = checked.study;
   if (request.dry_run) return show(comm, checked, voice);
   if (checked.earlier && nothing_left(study, *checked.earlier))

@@ -66,6 +66,8 @@ struct Case {
   std::filesystem::path reduced; ///< reduced model used as it stands, or empty
 
   int modes = 0;                             ///< N_a (only with `model`)
+  bool residuals = false;                    ///< some of the modes made for the loads, not eigenmodes
+  bool modes_by_tolerance = false;           ///< N_a is not given: as many as `tolerance` wants
   bool check_modes = false;                  ///< count the modes below the last one
   double memory = 0;                         ///< what the reduction may take on one machine [GiB]; 0: all that is free
   double damping = 0;                        ///< xi [s]

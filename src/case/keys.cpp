@@ -57,6 +57,8 @@ const std::vector<Key> &keys() {
       {"model", "", [](C c) { return c.model.string(); }},
       {"reduced", "", [](C c) { return c.reduced.string(); }},
       {"reduction.modes", "-", [](C c) { return c.model.empty() ? "" : std::to_string(c.modes); }},
+      {"reduction.kind", "",
+       [](C c) { return c.model.empty() ? "" : std::string(c.residuals ? "residual" : "craig-bampton"); }},
       {"reduction.check_modes", "",
        [](C c) { return c.model.empty() ? "" : std::string(c.check_modes ? "true" : "false"); }},
       {"reduction.memory", "GiB",

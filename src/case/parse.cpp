@@ -87,9 +87,18 @@ void read_model(const Document &document, Case &study) {
   read_input_file(model, study, study.model);
   read_input_file(reduced, study, study.reduced);
   if (reduced && modes) modes.refuse("the reduced file has its own modes; delete this key");
-  if (model && !modes) document.missing("reduction.modes", "modes = 10");
+  study.modes_by_tolerance = model && !modes;
+  if (study.modes_by_tolerance && !document["accuracy.tolerance"])
+    document.missing("reduction.modes", "modes = 10, or [accuracy] tolerance = 1e-3,");
   read_whole(modes, study.modes, 0, most);
-  for (const char *key : {"reduction.check_modes", "reduction.memory", "output.motion"})
+  if (const Entry kind = document["reduction.kind"]) {
+    const std::string word = kind.words();
+    if (word != "craig-bampton" && word != "residual") kind.refuse("must be \"craig-bampton\" or \"residual\"");
+    study.residuals = word == "residual";
+  } else {
+    study.residuals = study.modes_by_tolerance;
+  }
+  for (const char *key : {"reduction.kind", "reduction.check_modes", "reduction.memory", "output.motion"})
     if (const Entry entry = document[key]; reduced && entry) entry.refuse("needs a full model; delete this key");
   if (const Entry check_modes = document["reduction.check_modes"]) study.check_modes = check_modes.truth();
   read_positive(document["reduction.memory"], study.memory);

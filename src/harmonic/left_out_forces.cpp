@@ -18,16 +18,18 @@ constexpr double least_resistance = 0.1;
 double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual) {
   const Layout &layout = system.layout();
   const LeftOut &left = system.scaled().model.reduced.left_out;
-  const PetscInt r = static_cast<PetscInt>(left.squares.size()), first = layout.own_point_offset(0), n = layout.width,
-                 own = 3 * layout.own_points.size();
+  const PetscInt r = static_cast<PetscInt>(left.squares.size()), n = layout.width, modes = layout.own_modes.size();
+  const auto mass = [&](PetscInt d) { // (r) that an own dof has in common with them
+    return d < modes ? &left.with_modes[(layout.own_modes.begin + d) * r] : &left.coupling[(d - modes) * r];
+  };
   const double omega = system.omega(y), xi = system.scaled().damping;
-  std::vector<double> z(r * n, 0.0); // M_lx x, then the modes' motion: (r, 2H+1)
+  std::vector<double> z(r * n, 0.0); // M_lx x + M_la a, then the modes' motion: (r, 2H+1)
   const double *q;
   double *out, squares = 0;
   check(VecGetArrayRead(y, &q), doing);
-  for (PetscInt i = 0; i < own; ++i)
+  for (PetscInt d = 0; d < layout.own_dofs(); ++d)
     for (PetscInt j = 0; j < r; ++j)
-      for (PetscInt c = 1; c < n; ++c) z[j * n + c] += left.coupling[i * r + j] * q[first + i * n + c];
+      for (PetscInt c = 1; c < n; ++c) z[j * n + c] += mass(d)[j] * q[d * n + c];
   check(VecRestoreArrayRead(y, &q), doing);
   MPI_Allreduce(MPI_IN_PLACE, z.data(), static_cast<int>(z.size()), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (PetscInt j = 0; j < r; ++j) // eq (11) of each mode by itself, driven by the load and by moving contacts
@@ -43,11 +45,11 @@ double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual) {
     }
   check(VecSet(residual, 0), doing);
   check(VecGetArray(residual, &out), doing);
-  for (PetscInt i = 0; i < own; ++i) // -(k Omega)^2 M_xl times their motion
+  for (PetscInt d = 0; d < layout.own_dofs(); ++d) // -(k Omega)^2 times the mass in common times their motion
     for (PetscInt j = 0; j < r; ++j)
       for (PetscInt c = 1; c < n; ++c) {
         const double k = (c + 1) / 2 * omega;
-        out[first + i * n + c] -= k * k * left.coupling[i * r + j] * z[j * n + c];
+        out[d * n + c] -= k * k * mass(d)[j] * z[j * n + c];
       }
   check(VecRestoreArray(residual, &out), doing);
   return std::sqrt(squares);

@@ -175,25 +175,15 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
   const auto held = multiply(parts.K.ce, xe0).values;
   for (std::size_t i = 0; i < held.size(); ++i) model.r[i] += held[i]; // R = K_ce x_e0 - P_c
 
-  const ElasticModes found = stages.run("2d modes", [&] { // eq (15)
-    return elastic_modes(solver, parts.K.ee, parts.M.ee, parts.elastic_dofs, modes, parts.full.file.string());
-  });
-  model.kaa = found.squares;
-  const Tall &phi = found.shapes;
-
   std::vector<PetscInt> kept;
   for (PetscInt i = 0; i < own_rows; ++i)
     if (settings.wanted[i])
       kept.push_back(i), recovery.elastic_dofs.push_back(parts.elastic_dofs[i]), recovery.xe0.push_back(xe0.values[i]);
-  recovery.phi.resize(kept.size() * modes);
   recovery.psi.resize(kept.size() * nc);
-  keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
 
   Tall force(own_rows, 1);
   force.values = parts.force_e;
-  model.fa = gram(comm, phi, 0, modes, force, 0, 1); // eq (17)
-
-  Tall probes(own_rows, modes < parts.elastic ? std::min(nc + 1, lanczos_block) : 0);
+  Tall probes(own_rows, std::min(nc + 1, lanczos_block));
   if (probes.columns > 0) std::copy(force.values.begin(), force.values.end(), probes.column(0));
   const UniqueMat sides = on_host(parts.K.ce);
   Tall psi(own_rows, plan.keep_psi ? nc : std::min(plan.block, nc));
@@ -209,13 +199,9 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       Tall carried = multiply(parts.M.ee, psi, at, count);                      // M_ee Psi + M_ec
       add_columns(parts.M.ec, first, carried);
       mix_probes(carried, first, nc, probes);
-      const auto coupling = gram(comm, phi, 0, modes, carried, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
-      const auto loaded = gram(comm, psi, at, count, force, 0, 1);        // F_x = Psi^T F_e + F_c, eq (18)
-      for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j) {
-        std::copy_n(coupling.data() + static_cast<std::size_t>(j - first) * modes, modes,
-                    model.mxa.data() + static_cast<std::size_t>(j - first_own) * modes);
+      const auto loaded = gram(comm, psi, at, count, force, 0, 1); // F_x = Psi^T F_e + F_c, eq (18)
+      for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j)
         model.fx[j - first_own] += loaded[j - first];
-      }
       if (plan.keep_psi) add_upper(comm, model.points, psi, carried, first, model.mxx); // ... + Psi^T (M_ee Psi + M_ec)
       return carried;
     });
@@ -224,13 +210,29 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
                  [&] { add_block(model.mxx, nc, first, -1, multiply(parts.K.ce, solver.solve(inertia))); });
   }
   psi = Tall(); // no longer needed, and a count of modes takes a factorisation
-  if (probes.columns > 0)
-    model.left_out = stages.run("2f projections", [&] { return left_out(parts, phi, std::move(probes)); });
+  std::vector<double> lowest;
+  const ElasticModes found = stages.run("2d modes", [&] { // eq (15)
+    if (probes.columns > 0) probes = solver.solve(probes);
+    ElasticModes eigen =
+        elastic_modes(solver, parts.K.ee, parts.M.ee, parts.elastic_dofs, modes, parts.full.file.string());
+    lowest = eigen.squares;
+    if (settings.kind == ModeKind::residual && modes > 0) probes = with_residuals(parts, eigen, probes);
+    return eigen;
+  });
+  stages.run("2f projections", [&] {
+    const Tall &phi = found.shapes;
+    model.kaa = found.squares;
+    model.fa = gram(comm, phi, 0, modes, force, 0, 1); // eq (17)
+    if (modes > 0) model.mxa = carried_by(parts, phi); // M_xa = (M_ee Psi + M_ec)^T Phi
+    if (probes.columns > 0 && modes < parts.elastic) model.left_out = left_out(parts, found, probes);
+    recovery.phi.resize(kept.size() * modes);
+    keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
+  });
   mirror_upper(comm, model.points, model.kxx);
   mirror_upper(comm, model.points, model.mxx);
   if (settings.check_modes && modes > 0) {
     parts.solver.reset();
-    stages.run("2g count of modes", [&] { check_none_missed(parts.K.ee, parts.M.ee, found.squares); });
+    stages.run("2g count of modes", [&] { check_none_missed(parts.K.ee, parts.M.ee, lowest); });
   }
   return out;
 }

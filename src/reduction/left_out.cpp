@@ -30,27 +30,42 @@ Eigen eigen(MPI_Comm comm, std::vector<double> A, PetscBLASInt n) {
   MPI_Bcast(&info, 1, MPI_INT, 0, comm); // the same on all ranks to the last bit
   MPI_Bcast(A.data(), n * n, MPI_DOUBLE, 0, comm);
   MPI_Bcast(out.values.data(), n, MPI_DOUBLE, 0, comm);
-  if (info != 0) throw ComputeError("modes left out: LAPACK's syev failed (" + std::to_string(info) + ")");
+  if (info != 0) throw ComputeError("modes made for the loads: LAPACK's syev failed (" + std::to_string(info) + ")");
   out.vectors = std::move(A);
   return out;
 }
 
-// Columns [from, n) of (n, n) V, each times scale[column].
-std::vector<double> columns(const Eigen &found, PetscInt n, PetscInt from, const std::vector<double> &scale) {
-  std::vector<double> T;
-  for (PetscInt j = from; j < n; ++j)
-    for (PetscInt i = 0; i < n; ++i) T.push_back(found.vectors[j * n + i] * scale[j]);
-  return T;
+std::vector<double> norms(MPI_Comm comm, Mat A, const Tall &S) { // s^T A s of each column
+  const Tall AS = multiply(A, S);
+  std::vector<double> out(S.columns, 0.0);
+  for (PetscInt j = 0; j < S.columns; ++j)
+    for (PetscInt i = 0; i < S.rows; ++i) out[j] += S.column(j)[i] * AS.column(j)[i];
+  MPI_Allreduce(MPI_IN_PLACE, out.data(), S.columns, MPI_DOUBLE, MPI_SUM, comm);
+  return out;
 }
 
-// A B, A (m, k), B (k, n), column-major; A^T B if `transposed`, A (k, m).
-std::vector<double> product(const std::vector<double> &A, const std::vector<double> &B, PetscInt m, PetscInt k,
-                            PetscInt n, bool transposed) {
-  std::vector<double> C(m * n, 0.0);
-  for (PetscInt j = 0; j < n; ++j)
-    for (PetscInt i = 0; i < m; ++i)
-      for (PetscInt l = 0; l < k; ++l) C[j * m + i] += (transposed ? A[i * k + l] : A[l * m + i]) * B[j * k + l];
-  return C;
+// S^T A S = 1, without the columns of which nothing is left, by what they had `before`, and without dependent ones.
+void independent(MPI_Comm comm, Mat A, const std::vector<double> &before, Tall &S) {
+  const std::vector<double> after = norms(comm, A, S);
+  PetscInt n = 0, left = 0;
+  for (PetscInt j = 0; j < S.columns; ++j)
+    if (after[j] > none * before[j])
+      std::transform(S.column(j), S.column(j) + S.rows, S.column(n++),
+                     [&](double value) { return value / std::sqrt(before[j]); });
+  S.drop_columns_from(n);
+  if (n == 0) return;
+  const Eigen found = eigen(comm, gram(comm, S, 0, n, multiply(A, S), 0, n), static_cast<int>(n));
+  std::vector<double> T;
+  for (PetscInt j = n - 1; j >= 0 && found.values[j] > none; --j, ++left)
+    for (PetscInt i = 0; i < n; ++i) T.push_back(found.vectors[j * n + i] / std::sqrt(found.values[j]));
+  if (left > 0) rotate(S, n, left, T.data());
+  S.drop_columns_from(left);
+}
+
+Tall part(const Tall &S, PetscInt first, PetscInt count) {
+  Tall out(S.rows, count);
+  std::copy(S.column(first), S.column(first + count), out.column(0));
+  return out;
 }
 
 } // namespace
@@ -67,57 +82,72 @@ void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, Tall
   subtract_product(carried, count, less, probes);
 }
 
-LeftOut left_out(const ClampedStructure &parts, const Tall &phi, Tall probes) {
+std::vector<double> carried_by(const ClampedStructure &parts, const Tall &phi) {
+  const Tall own = multiply(parts.M.ce, phi), // B^T = M_ce + Psi^T M_ee, Psi^T = -K_ce K_ee^-1
+      held = multiply(parts.K.ce, parts.solver->solve(multiply(parts.M.ee, phi)));
+  std::vector<double> rows(own.values.size());
+  for (PetscInt j = 0; j < own.columns; ++j)
+    for (PetscInt i = 0; i < own.rows; ++i) rows[i * own.columns + j] = own.column(j)[i] - held.column(j)[i];
+  return rows;
+}
+
+ElasticModes ritz_modes(const ClampedStructure &parts, const ElasticModes &kept, Tall S) {
   const MPI_Comm comm = parts.full.comm;
-  const PetscInt n = probes.columns, own_contact = 3 * parts.own_points.size();
-  const auto square = [&](const Tall &S, const Tall &AS) { return gram(comm, S, 0, S.columns, AS, 0, AS.columns); };
-  Tall S = parts.solver->solve(probes);
-  const std::vector<double> before = square(S, probes); // S^T K_ee S
-  if (phi.columns > 0) {
-    const Tall MS = multiply(parts.M.ee, S);
-    subtract_product(phi, phi.columns, gram(comm, phi, 0, phi.columns, MS, 0, n), S);
+  const PetscInt m = kept.shapes.columns;
+  const std::vector<double> before = norms(comm, parts.K.ee, S);
+  if (m > 0 && S.columns > 0) {
+    std::vector<double> C = gram(comm, kept.shapes, 0, m, multiply(parts.K.ee, S), 0, S.columns);
+    for (std::size_t at = 0; at < C.size(); ++at) C[at] /= kept.squares[at % m];
+    subtract_product(kept.shapes, m, C, S);
   }
-  std::vector<double> K = square(S, multiply(parts.K.ee, S)), M = square(S, multiply(parts.M.ee, S));
-  for (PetscInt j = 0; j < n; ++j) // probes weigh alike
-    for (PetscInt i = 0; i < n; ++i) {
-      const double weight = std::sqrt(before[i * n + i] * before[j * n + j]);
-      K[j * n + i] = weight > 0 ? K[j * n + i] / weight : 0;
-      M[j * n + i] = weight > 0 ? M[j * n + i] / weight : 0;
+  independent(comm, parts.K.ee, before, S);
+  ElasticModes out;
+  if (S.columns > 0) {
+    const PetscInt r = S.columns;
+    const Eigen found = eigen(comm, gram(comm, S, 0, r, multiply(parts.M.ee, S), 0, r), static_cast<int>(r));
+    std::vector<double> T; // the most flexible first, M-normal; massless ones follow at once, and hinder no motion
+    for (PetscInt j = r - 1; j >= 0 && found.values[j] > none * found.values.back(); --j) {
+      out.squares.push_back(1 / found.values[j]);
+      for (PetscInt i = 0; i < r; ++i) T.push_back(found.vectors[j * r + i] / std::sqrt(found.values[j]));
     }
+    rotate(S, r, static_cast<PetscInt>(out.squares.size()), T.data());
+  }
+  S.drop_columns_from(static_cast<PetscInt>(out.squares.size()));
+  out.shapes = std::move(S);
+  return out;
+}
 
-  const Eigen energy = eigen(comm, K, n);
-  std::vector<double> scale(n);
-  PetscInt from = 0;
-  while (from < n && !(energy.values[from] > none)) ++from;
-  for (PetscInt j = from; j < n; ++j) scale[j] = 1 / std::sqrt(energy.values[j]);
-  const PetscInt r = n - from;
-  if (r == 0) return {};
-  std::vector<double> T = columns(energy, n, from, scale); // T^T K T = 1
-  const Eigen flexible = eigen(comm, product(T, product(M, T, n, n, r, false), r, n, r, true), static_cast<int>(r));
-  PetscInt first = 0; // massless ones follow at once: they are not left out of any motion's inertia
-  while (first < r && !(flexible.values[first] > none * flexible.values.back())) ++first;
+Tall with_residuals(const ClampedStructure &parts, ElasticModes &modes, const Tall &S) {
+  const PetscInt all = modes.shapes.columns;
+  ElasticModes lowest, residual;
+  PetscInt count = std::min(S.columns, all / 2);
+  for (PetscInt wanted = -1; wanted != count;) { // of some probes nothing may be left
+    wanted = count;
+    lowest = {{modes.squares.begin(), modes.squares.begin() + (all - count)}, part(modes.shapes, 0, all - count)};
+    residual = ritz_modes(parts, lowest, part(S, 0, count));
+    count = residual.shapes.columns;
+  }
+  const Tall beyond = parts.solver->solve(multiply(parts.M.ee, residual.shapes));
+  std::copy(residual.squares.begin(), residual.squares.end(), modes.squares.end() - count);
+  std::copy(residual.shapes.values.begin(), residual.shapes.values.end(), modes.shapes.column(all - count));
+  Tall next(S.rows, S.columns);
+  std::copy(S.column(count), S.column(S.columns), next.column(0));
+  std::copy(beyond.values.begin(), beyond.values.end(), next.column(S.columns - count));
+  return next;
+}
+
+LeftOut left_out(const ClampedStructure &parts, const ElasticModes &kept, const Tall &S) {
+  const MPI_Comm comm = parts.full.comm;
+  const ElasticModes rest = ritz_modes(parts, kept, S);
+  const PetscInt left = rest.shapes.columns, m = kept.shapes.columns;
   LeftOut out;
-  std::vector<double> normal(r);
-  for (PetscInt j = r - 1; j >= first; --j) out.squares.push_back(1 / flexible.values[j]);
-  for (PetscInt j = first; j < r; ++j) normal[j] = 1 / std::sqrt(flexible.values[j]);
-  std::vector<double> V = product(T, columns(flexible, r, first, normal), n, r, r - first, false);
-  for (PetscInt i = 0; i < n; ++i)
-    for (PetscInt j = 0; j < r - first; ++j)
-      V[j * n + i] = before[i * n + i] > 0 ? V[j * n + i] / std::sqrt(before[i * n + i]) : 0;
-  rotate(S, n, r - first, V.data());
-  S.drop_columns_from(r - first); // M-normal; columns by descending square
-
+  if (left == 0) return out;
+  out.squares = rest.squares;
   Tall force(S.rows, 1);
   force.values = parts.force_e;
-  out.load = gram(comm, S, 0, S.columns, force, 0, 1);
-  const Tall carried = multiply(parts.M.ce, S), // B^T S = M_ce S + Psi^T M_ee S, Psi^T = -K_ce K_ee^-1
-      held = multiply(parts.K.ce, parts.solver->solve(multiply(parts.M.ee, S)));
-  out.coupling.resize(static_cast<std::size_t>(own_contact) * S.columns);
-  for (PetscInt j = 0; j < S.columns; ++j) // ascending
-    for (PetscInt i = 0; i < own_contact; ++i)
-      out.coupling[static_cast<std::size_t>(i) * S.columns + S.columns - 1 - j] =
-          carried.column(j)[i] - held.column(j)[i];
-  std::reverse(out.load.begin(), out.load.end());
+  out.load = gram(comm, rest.shapes, 0, left, force, 0, 1);
+  out.coupling = carried_by(parts, rest.shapes);
+  if (m > 0) out.with_modes = gram(comm, rest.shapes, 0, left, multiply(parts.M.ee, kept.shapes), 0, m);
   return out;
 }
 

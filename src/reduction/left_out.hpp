@@ -1,7 +1,8 @@
 #pragma once
-// What the fixed-interface modes leave out of the elastic motion: the part that moving contacts and the load excite
-// most.
+// Modes of the clamped structure made for the loads there are, moving contacts and the excitation: instead of
+// eigenmodes, beside them, or to tell what they leave out.
 #include "reduction/clamped_structure.hpp"
+#include "reduction/elastic_modes.hpp"
 #include "reduction/reduced_model.hpp"
 
 namespace dovetail {
@@ -11,8 +12,20 @@ namespace dovetail {
 /// columns of B.
 void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, Tall &probes);
 
-/// Modes left out, by the Rayleigh-Ritz method on K_ee^-1 times the probes less the modes that are kept. As exact
-/// statically as the probes reach, and all of what is left if that is no more than they are. Collective.
-LeftOut left_out(const ClampedStructure &parts, const Tall &phi, Tall probes);
+/// Modes that S holds beyond those that are kept, by the Rayleigh-Ritz method on S less its part in them: all of what
+/// is left if that is no more than S. Orthogonal to the kept ones as K_ee weighs, so that how those answer statically
+/// stays as it is. Collective.
+ElasticModes ritz_modes(const ClampedStructure &parts, const ElasticModes &kept, Tall S);
+
+/// Puts modes of S, K_ee^-1 times the probes, in place of the highest half of the modes at most: what moving contacts
+/// and the load ask of all modes that are left out, statically and, as M_ee Psi is in B, of their mass. Returns what
+/// these lead to in turn. Collective.
+Tall with_residuals(const ClampedStructure &parts, ElasticModes &modes, const Tall &S);
+
+/// What of S is left out of the modes. Collective.
+LeftOut left_out(const ClampedStructure &parts, const ElasticModes &kept, const Tall &S);
+
+/// Own rows of B^T phi, B = M_ee Psi + M_ec: (3 own, phi.columns) row-major. Collective.
+std::vector<double> carried_by(const ClampedStructure &parts, const Tall &phi);
 
 } // namespace dovetail

@@ -17,8 +17,9 @@ constexpr int method = 3; // to be raised whenever the reduction computes someth
 
 std::string text_of(const Source &source) {
   char text[96];
-  std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld modes, method %d, motion ", source.hash,
-                static_cast<long>(source.modes), method);
+  std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld %s, method %d, motion ", source.hash,
+                static_cast<long>(source.modes), source.kind == ModeKind::residual ? "modes with residuals" : "modes",
+                method);
   return text + source.motion + ", units " + source.units;
 }
 
@@ -64,6 +65,7 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
       file.rows("/left_out/Kaa", {r}, 0, rank == 0 ? r : 0, left.squares.data());
       file.rows("/left_out/Fa", {r}, 0, rank == 0 ? r : 0, left.load.data());
       file.slab("/left_out/Max", {r, nc}, {0, first}, {r, rows}, transposed(left.coupling, rows, r).data());
+      if (na > 0) file.rows("/left_out/Maa", {na, r}, 0, all, left.with_modes.data());
     }
     std::vector<long> contact;
     for (const auto &point : source.contact_dofs) contact.insert(contact.end(), point.begin(), point.end());
@@ -165,6 +167,11 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
       throw InputError(file.place("/left_out") + ": shapes (r,), (r,) and (r, 3 N_x) are wanted of Kaa, Fa and Max");
     for (const double square : left.squares)
       if (!(square > 0)) throw InputError(file.place("/left_out/Kaa") + ": squared frequencies above 0 are wanted");
+    if (na > 0) {
+      left.with_modes = finite("/left_out/Maa", file.doubles("/left_out/Maa"));
+      if (left.with_modes.size() != na * r)
+        throw InputError(file.place("/left_out/Maa") + ": shape (N_a, r) is wanted");
+    }
     left.coupling = transposed(finite("/left_out/Max", file.doubles("/left_out/Max", {0, first}, {r, rows})), r, rows);
   });
   return model;

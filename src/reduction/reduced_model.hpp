@@ -12,9 +12,10 @@ namespace dovetail {
 /// Modes beyond the N_a lowest, as good as a few right-hand sides tell: what is left out of the model, for estimates of
 /// what that does. Nothing in it if that is not known, or if nothing is left out.
 struct LeftOut {
-  std::vector<double> squares;  ///< (r) squares of their frequencies, ascending [rad^2/s^2]; on every rank
-  std::vector<double> load;     ///< (r) like F_a; on every rank
-  std::vector<double> coupling; ///< (3 own, r) row-major, like M_xa
+  std::vector<double> squares;    ///< (r) squares of their frequencies, ascending [rad^2/s^2]; on every rank
+  std::vector<double> load;       ///< (r) like F_a; on every rank
+  std::vector<double> coupling;   ///< (3 own, r) row-major, like M_xa
+  std::vector<double> with_modes; ///< (N_a, r) row-major: their mass in common with the N_a; on every rank
 };
 
 struct ReducedModel {
@@ -55,7 +56,14 @@ struct Reduction {
       0; ///< of the first column of Psi: || K_ee psi + k_ec || / (|| K_ee || || psi || + || k_ec ||)
 };
 
+/// Which modes are kept beside the constraint modes.
+enum class ModeKind {
+  eigen,   ///< the lowest fixed-interface modes: Craig-Bampton
+  residual ///< fewer of them, and residuals of the rest: with_residuals()
+};
+
 struct ReductionSettings {
+  ModeKind kind = ModeKind::eigen;
   PetscInt modes = 0;       ///< N_a
   bool check_modes = false; ///< count the modes below the last one by a factorisation of its own
   std::vector<char> wanted; ///< (own elastic dofs) 1 where the motion is wanted later
@@ -72,6 +80,7 @@ struct Source {
   std::uint64_t hash = 0; ///< FullModel::hash
   std::string units;
   PetscInt modes = 0;
+  ModeKind kind = ModeKind::eigen;
   bool modes_counted = false; ///< none missed below the last one: made sure of
   std::string motion;         ///< which rows of Phi and Psi are kept, in words or as a number made of them
   std::string ordering;

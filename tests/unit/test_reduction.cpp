@@ -21,7 +21,7 @@ MemoryPlan roomy(bool keep_psi = true, PetscInt block = 256) {
 
 Reduction reduced(const MemoryPlan &plan, bool check_modes = false) {
   ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, length, width, points));
-  ReductionSettings settings{modes, check_modes, std::vector<char>(parts.elastic_dofs.size(), 1)};
+  ReductionSettings settings{ModeKind::eigen, modes, check_modes, std::vector<char>(parts.elastic_dofs.size(), 1)};
   Stages stages;
   return craig_bampton(std::move(parts), settings, plan, stages);
 }
@@ -201,9 +201,9 @@ TEST(Reduction, ModesEqualThoseOfSlepc) {
   }
 }
 
-ReducedModel small_reduced(PetscInt kept, int points, const MemoryPlan &plan) {
+ReducedModel small_reduced(PetscInt kept, int points, const MemoryPlan &plan, ModeKind kind = ModeKind::eigen) {
   ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 6, 3, points));
-  ReductionSettings settings{kept < 0 ? parts.elastic + kept : kept, false,
+  ReductionSettings settings{kind, kept < 0 ? parts.elastic + kept : kept, false,
                              std::vector<char>(parts.elastic_dofs.size(), 0)};
   Stages stages;
   return craig_bampton(std::move(parts), settings, plan, stages).model;
@@ -254,6 +254,24 @@ TEST(Reduction, ModesLeftOutYieldLikeAllThatAreLeft) {
             << kept << " modes kept, s = " << s;
       }
     }
+  }
+}
+
+TEST(Reduction, ResidualsYieldForAllThatIsLeftOut) { // with as many probes as contact dofs and loads
+  const ReducedModel all = small_reduced(147, 5, roomy());
+  for (const PetscInt kept : {32, 45}) {
+    const ReducedModel few = small_reduced(kept, 5, roomy(), ModeKind::residual),
+                       plain = small_reduced(kept, 5, roomy());
+    ASSERT_EQ(few.modes, kept);
+    for (PetscInt j = 0; j < kept - 16; ++j) EXPECT_NEAR(few.kaa[j] / plain.kaa[j], 1, 1e-12);
+    for (const double s : {0.0, 1e3, 1e5}) {
+      const double wanted = yielding(all, 0, all.kaa, all.fa, all.mxa, s);
+      EXPECT_NEAR(yielding(few, 0, few.kaa, few.fa, few.mxa, s) / wanted, 1, 1e-8);
+      EXPECT_GT(std::abs(yielding(plain, 0, plain.kaa, plain.fa, plain.mxa, s) / wanted - 1), 1e-4);
+      const LeftOut &left = few.left_out; // of what these lead to: nothing yields by itself
+      EXPECT_NEAR(yielding(few, 0, left.squares, left.load, left.coupling, s) / wanted, 0, 1e-8);
+    }
+    EXPECT_GT(largest(few.left_out.with_modes), 1e-3); // but it has mass in common
   }
 }
 

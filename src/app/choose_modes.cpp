@@ -1,0 +1,79 @@
+#include "app/choose_modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "app/follow.hpp"
+#include "support/signals.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr int few = 20;       // modes to begin with: 16 at most are residuals
+constexpr double part = 0.25; // of the tolerance, for modes left out: they cost little in what follows
+constexpr int most_tried = 5; // reductions
+
+struct Trial {
+  double error = 0; // by modes left out, the largest of all points
+  int points = 0;
+};
+
+Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
+  const Scales scales = choose_scales(study, preloaded);
+  HarmonicSystem system(scaled(std::move(preloaded), study.damping, scales), study.harmonics, 0, study.fourier,
+                        study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
+  BranchSettings settings = settings_of(study, system.layout(), scales);
+  settings.stability = false, settings.tolerance = 0, settings.at.clear();
+  Trial trial;
+  BranchObserver observer;
+  observer.point = [&](const BranchPoint &point) {
+    ++trial.points;
+    if (point.error && std::isfinite(point.error->modes)) trial.error = std::max(trial.error, point.error->modes);
+  };
+  observer.event = [](const BranchEvent &) {};
+  observer.state = [](const BranchState &) {};
+  observer.interrupted = [&] { return noted_signal(system.layout().comm) != 0; };
+  UniqueVec y = system.unknowns();
+  follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y, observer,
+                nullptr);
+  return trial;
+}
+
+} // namespace
+
+void first_modes(Case &study, PetscInt elastic) {
+  study.modes = static_cast<int>(std::clamp<PetscInt>(few, 0, std::max<PetscInt>(elastic, 0)));
+  const std::filesystem::path file = study.directory / "reduced.h5";
+  std::error_code unreadable;
+  if (!std::filesystem::exists(file, unreadable)) return;
+  try {
+    study.modes = static_cast<int>(std::min(read_reduced_header(file).modes, std::max<PetscInt>(elastic, 0)));
+  } catch (const InputError &) { // damaged or foreign: it will be written anew, or refused
+  }
+}
+
+ReducedModel reduced_to_tolerance(MPI_Comm comm, Case &study, PetscInt elastic, const std::filesystem::path &file,
+                                  const std::vector<ContactPoint> &contact, const std::vector<double> &initial,
+                                  Stages &stages, const Voice &voice, std::optional<ReductionFigures> &figures) {
+  for (int tried = 1;; ++tried) {
+    ReducedModel reduced = reduced_model(comm, study, file, stages, voice, figures);
+    if (reduced.left_out.squares.empty() || tried == most_tried) return reduced; // nothing, or nothing known
+    const Trial trial = stages.run("3 modes tried", [&] {
+      const Range own = reduced.own_points;
+      std::string note;
+      return along_the_curve(study,
+                             contact_preload(reduced, {contact.begin() + own.begin, contact.begin() + own.end},
+                                             {initial.begin() + 3 * own.begin, initial.begin() + 3 * own.end}, note));
+    });
+    char line[160];
+    std::snprintf(line, sizeof line,
+                  "modes: %d leave out %.1e at most of the motion (%d points of a trial run), %.1e allowed",
+                  study.modes, trial.error, trial.points, part * study.tolerance);
+    voice.say(line);
+    if (!(trial.error > part * study.tolerance) || noted_signal(comm) != 0) return reduced;
+    study.modes = static_cast<int>(std::min<PetscInt>(2 * study.modes, elastic));
+  }
+}
+
+} // namespace dovetail
