@@ -13,6 +13,7 @@ from .study_runs import Program, Run, RunFailed, Setting, UserCase, compute, has
 
 HARMONICS = (1, 3, 5, 7, 10, 15, 20, 30, 40)  # by default those up to twice the case's own
 USUAL = 10  # harmonics of a case that leaves them to a tolerance
+USUAL_MODES = 20  # likewise
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 SAMPLES = (64, 256, "exact")
 LEAST = 10  # harmonics of a reference; twice 1 would be 2, which with friction is no better
@@ -55,7 +56,8 @@ def grid(case, arguments):
     samples = arguments.samples or [own.get("samples", "exact"), *SAMPLES]
     if arguments.modes and "reduced" in case.content:
         raise ValueError(f"{case.path}: names a reduced model, which is used as it stands: --modes has nothing to vary")
-    modes = arguments.modes or [case.content.get("reduction", {}).get("modes")]
+    usual = None if "reduced" in case.content else USUAL_MODES  # of a case that leaves them to a tolerance
+    modes = arguments.modes or [case.content.get("reduction", {}).get("modes", usual)]
     solvers = arguments.solvers or [own.get("solver", "modal")]
     for option, values in (("--harmonics", harmonics), ("--samples", samples), ("--modes", modes), ("--jobs", [arguments.jobs])):
         for value in values:

@@ -12,6 +12,7 @@ import re
 import shutil
 import statistics
 import sys
+import time
 
 import numpy as np
 from measure import BINARY, OUTPUT, ROOT, keep, summary_of, surroundings, weigh
@@ -73,8 +74,30 @@ def measured(scene, points, harmonics, solver, ranks, runs):
             shutil.copy(folder / "reduced.h5", kept)
         each.append(figures(folder))
     middle = {key: statistics.median(run[key] for run in each) for key in each[0]}
-    return {"scene": scene, "points": points, "harmonics": harmonics, "solver": solver, "ranks": ranks, **middle,
-            "shares": shares(text, folder)}
+    row = {"scene": scene, "points": points, "harmonics": harmonics, "solver": solver, "ranks": ranks, **middle,
+           "shares": shares(text, folder)}
+    return row | rates(row, Results(folder / "results.h5"))
+
+
+def rates(row, results):
+    """Operations and bytes per second of the products with Phi: two per linear iteration, in single precision."""
+    contact = 3 * row["points"]
+    seconds = row["shares"][WORK["HbModes"]] * row["mean"] * row["curve_points"]
+    entries = 2 * row["iterations"] * contact * (contact + results.modes)
+    if row["solver"] != "modal" or seconds < 1e-2:
+        return {"gflops": float("nan"), "gbytes": float("nan")}
+    return {"gflops": 2e-9 * entries * (2 * row["harmonics"] + 1) / seconds, "gbytes": 4e-9 * entries / seconds}
+
+
+def machine():
+    """What one thread does at its best, in single precision: a matrix product [GFLOP/s], a product of long vectors [GB/s]."""
+    A, (v, w), best = np.ones((2000, 2000), np.float32), np.ones((2, 50_000_000), np.float32), [np.inf, np.inf]
+    for _ in range(5):
+        for which, work in enumerate((lambda: A @ A, lambda: v @ w)):
+            start = time.perf_counter()
+            work()
+            best[which] = min(best[which], time.perf_counter() - start)
+    return {"gflops": 2e-9 * 2000**3 / best[0], "gbytes": 2e-9 * v.nbytes / best[1]}
 
 
 def figures(folder):
@@ -83,12 +106,12 @@ def figures(folder):
     summary, _ = summary_of(folder)
     branch = next(stage for stage in summary["stages"] if stage["name"] == "5 branch")
     seconds, newton, linear = (results.points(name) for name in ("seconds", "newton_iterations", "linear_iterations"))
-    steps = len(seconds)
+    steps, solves = len(seconds), summary.get("linear_iterations", 0)  # those of tangents and located places as well
     return {"curve_points": steps, "wall": float(np.median(seconds[1:])), "mean": max(branch["seconds"]) / steps,
             "cpu": sum(branch["cpu"]) / steps, "newton": float(newton.mean()), "linear": float(linear.sum() / newton.sum()),
             "tangent": (summary["linear_iterations"] - linear.sum()) / steps if "linear_iterations" in summary else float("nan"),
-            "cuts": summary["step_cuts"], "slip": float(results.points("slip")[-1]), "open": float(results.points("open").max()),
-            "peak_mib": max(branch["peak_mib"])}
+            "iterations": solves, "cuts": summary["step_cuts"], "slip": float(results.points("slip")[-1]),
+            "open": float(results.points("open").max()), "peak_mib": max(branch["peak_mib"])}
 
 
 def shares(text, folder):
@@ -106,12 +129,13 @@ def shares(text, folder):
 
 def table(rows):
     lines = [f"{'':11}{'points':>7}{'H':>4}{'solver':>11}{'ranks':>6}{'ms/point':>10}{'mean':>9}{'cpu':>9}{'Newton':>8}"
-             f"{'linear':>8}{'slip':>6}{'open':>6}{'MiB':>7}   shares: contact, matrices, Phi, ranks, orthog."]
+             f"{'linear':>8}{'slip':>6}{'open':>6}{'MiB':>7}{'GFLOP/s':>9}{'GB/s':>6}   "
+             "shares: contact, matrices, Phi, ranks, orthog."]
     for row in rows:
         parts = "  ".join(f"{100 * part:3.0f}" for part in row["shares"].values())
         lines.append(f"{row['scene']:11}{row['points']:7}{row['harmonics']:4}{row['solver']:>11}{row['ranks']:6}{1e3 * row['wall']:10.2f}"
                      f"{1e3 * row['mean']:9.2f}{1e3 * row['cpu']:9.2f}{row['newton']:8.2f}{row['linear']:8.2f}{row['slip']:6.2f}"
-                     f"{row['open']:6.2f}{row['peak_mib']:7.0f}   {parts} %")
+                     f"{row['open']:6.2f}{row['peak_mib']:7.0f}{row['gflops']:9.1f}{row['gbytes']:6.1f}   {parts} %")
     return lines
 
 
@@ -149,7 +173,7 @@ def main():
     parser.add_argument("--add", action="store_true", help="to the figures in build/bench/points.json, in table and chart as well")
     parser.add_argument("--picture", metavar="PNG", help="chart of processor time per point on one rank")
     options = parser.parse_args()
-    around = surroundings()
+    around, best = surroundings(), machine()
     rows = json.loads((OUTPUT / "points.json").read_text())["rows"] if options.add else []
     for scene, sizes in (("chain", options.chain), ("blade root", options.blade)):
         for harmonics in options.harmonics:
@@ -164,10 +188,12 @@ def main():
           f"{os.getloadavg()[0]:.1f} after\n")
     print("\n".join(table(rows)))
     print("\nms/point: median of the points of a curve, wall; mean, cpu: of the whole curve with its failed steps, CPU of all ranks;\n"
-          "Newton: iterations per point; linear: per Newton iteration; slip: points that slip at the last point; open: most that open")
+          "Newton: iterations per point; linear: per Newton iteration; slip: points that slip at the last point; open: most that open;\n"
+          "GFLOP/s, GB/s: of the products with Phi; one thread at its best, a matrix product and a product of long vectors: "
+          f"{best['gflops']:.0f} GFLOP/s, {best['gbytes']:.1f} GB/s")
     print("published tools on the chain, H = 5, N = 128, ms per point (not run here): " + "; ".join(
         f"{name} " + ", ".join(f"{points}: {1e3 * t:g}" for points, t in times.items()) for name, times in PEERS.items()))
-    keep("points", {**around, "runs": options.runs, "rows": rows, "peers_measured_elsewhere": PEERS})
+    keep("points", {**around, "machine": best, "runs": options.runs, "rows": rows, "peers_measured_elsewhere": PEERS})
     if options.picture:
         draw(rows, options.picture)
 

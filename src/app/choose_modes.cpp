@@ -21,7 +21,7 @@ struct Trial {
 
 Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
   const Scales scales = choose_scales(study, preloaded);
-  HarmonicSystem system(scaled(std::move(preloaded), study.damping, scales), study.harmonics, 0, study.fourier,
+  HarmonicSystem system(scaled(std::move(preloaded), study.damping, scales), 2 * study.harmonics + 1, 0, study.fourier,
                         study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   BranchSettings settings = settings_of(study, system.layout(), scales);
   settings.stability = false, settings.tolerance = 0, settings.at.clear();

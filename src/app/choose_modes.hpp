@@ -9,7 +9,7 @@ namespace dovetail {
 /// as there are. Each rank on its own.
 void first_modes(Case &study, PetscInt elastic);
 
-/// Modes enough for the tolerance: a trial run along the whole curve, with the fewest harmonics, whose points tell what
+/// Modes enough for the tolerance: a trial run along the whole curve, with few harmonics, whose points tell what
 /// the modes left out do; where that is too much, a new reduction. Sets study.modes, `elastic` at most. Collective.
 ReducedModel reduced_to_tolerance(MPI_Comm comm, Case &study, PetscInt elastic, const std::filesystem::path &file,
                                   const std::vector<ContactPoint> &contact, const std::vector<double> &initial,

@@ -115,9 +115,9 @@ def random_structure(elastic=12, points=4, seed=7):
     return Structure((K + K.T) / 2, mixing @ mixing, dofs, rng.normal(size=n), preload)
 
 
-def several_points(folder, **overrides):
+def several_points(folder, elastic=12, **overrides):
     """Four contact points with different parameters, of which some slip and some lift off near the first resonance."""
-    return full(folder, "random structure", random_structure(), overrides, modes=5, stiffness=0.02,
+    return full(folder, "random structure", random_structure(elastic), overrides, modes=5, stiffness=0.02,
                 fourier=[0.2, 1, 0.5, 0, 0.3], normal_stiffness=[3.0, 4.0, 5.0, 6.0],
                 tangential_stiffness=[[1.0, 2.0], [2.0, 1.0], [1.5, 1.5], [3.0, 2.0]],
                 friction=[[0.3, 0.4], [0.2, 0.3], [0.5, 0.6], [0.4, 0.2]], gap=[-0.1, 0.0, -0.2, 0.1], initial=0.0,
@@ -142,8 +142,8 @@ def full(folder, title, structure, overrides, **settings):
     """A case that starts from a full model."""
     Model(structure.K, structure.M, structure.contact_dofs, structure.force, structure.preload).write(Path(folder) / "model.h5")
     modes = overrides.get("modes", settings["modes"])
-    reduced = reference.craig_bampton(structure.K, structure.M, structure.contact_dofs, structure.force, structure.preload,
-                                      modes)
+    reduced = modes and reference.craig_bampton(structure.K, structure.M, structure.contact_dofs, structure.force,
+                                                structure.preload, modes)
     return write(folder, title, "model.h5", structure, reduced, overrides, **{"kind": "none", **settings})
 
 

@@ -44,6 +44,11 @@ def scene(request, tmp_path_factory):
     return name, truth
 
 
+def make_folder(parent, name):
+    (parent / name).mkdir()
+    return parent / name
+
+
 def of_balance(results):
     """Estimated errors by harmonics and samples: the references of the scenes have the same modes."""
     return results.points("error_harmonics") + results.points("error_sampling")
@@ -98,6 +103,42 @@ def test_modes_left_out_are_estimated(tmp_path, name, modes):
     ratio = true / few.points["error_modes"][points]
     assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.9, ratio
     assert few.summary["accuracy"]["modes"] == pytest.approx(few.points["error_modes"].max(), rel=1e-2)
+
+
+def test_residuals_leave_out_less(tmp_path):
+    """As many modes, some of them residuals: nearer to all modes, and the estimate knows."""
+    keys = {"elastic": 60, "harmonics": 5, "samples": None, "omega": [0.3, 0.5], "step": 0.02, "adaptive": True, "at": [0.35, 0.4, 0.45],
+            "kind": "none", **cases.TIGHT}
+    every, plain, residual = (cases.several_points(make_folder(tmp_path, name), modes=modes, **keys)
+                              for name, modes in (("every", 60), ("plain", 30), ("residual", 30)))
+    residual.path.write_text(residual.path.read_text().replace("[reduction]", '[reduction]\nkind = "residual"'))
+    every, plain, residual = (run(case) for case in (every, plain, residual))
+    motion = [np.array([done.points["coefficients"][np.flatnonzero(done.points["omega"] == omega)[0]][-12:, 1:]
+                        for omega in keys["at"]]) for done in (every, plain, residual)]
+    errors = [np.abs(found - motion[0]).max() for found in motion[1:]]
+    assert errors[1] < 0.1 * errors[0]
+    assert residual.points["error_modes"].max() < 0.1 * plain.points["error_modes"].max()
+
+
+@pytest.mark.parametrize("tolerance, wanted", [(5e-2, 40), (1e-3, 80)])
+def test_modes_are_chosen_by_a_tolerance(tmp_path, tolerance, wanted):
+    """Of 80, whose frequencies lie as near to each other as no structure's."""
+    keys = {"elastic": 80, "harmonics": None, "samples": None, "omega": [0.3, 0.5], "step": 0.02, "adaptive": True,
+            "at": [0.35, 0.4, 0.45], **cases.TIGHT}
+    every = run(cases.several_points(make_folder(tmp_path, "every"), modes=80, **{**keys, "harmonics": 30}))
+    case = cases.several_points(make_folder(tmp_path, "chosen"), modes=None, tolerance=tolerance, **keys)
+    done = run(case)
+    with h5py.File(done.folder / "reduced.h5") as file:
+        kept = len(file["Kaa"])
+    assert kept == wanted and "modes: 20 leave out" in done.out
+    assert done.summary["accuracy"]["modes"] < 0.5 * tolerance
+    for omega in keys["at"]:
+        here, there = (run_of_it.points["coefficients"][np.flatnonzero(run_of_it.points["omega"] == omega)[0]][-12:, 1:]
+                       for run_of_it in (done, every))
+        width = min(here.shape[1], there.shape[1])
+        assert np.linalg.norm(here[:, :width] - there[:, :width]) < 3 * tolerance * np.linalg.norm(there)
+    again = run(case)
+    assert "reused" in again.out and "modes: 20" not in again.out
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
