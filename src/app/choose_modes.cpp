@@ -19,9 +19,15 @@ struct Trial {
   int points = 0;
 };
 
+// About what the tolerance will ask for, where forces have corners and errors fall like H^-3: high harmonics excite
+// high modes.
+int harmonics_of(const Case &study) {
+  return std::max(2 * study.harmonics + 1, static_cast<int>(1.5 * std::pow(study.tolerance, -1.0 / 3)));
+}
+
 Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
   const Scales scales = choose_scales(study, preloaded);
-  HarmonicSystem system(scaled(std::move(preloaded), study.damping, scales), 2 * study.harmonics + 1, 0, study.fourier,
+  HarmonicSystem system(scaled(std::move(preloaded), study.damping, scales), harmonics_of(study), 0, study.fourier,
                         study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   BranchSettings settings = settings_of(study, system.layout(), scales);
   settings.stability = false, settings.tolerance = 0, settings.at.clear();
