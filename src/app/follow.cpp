@@ -1,11 +1,24 @@
 #include "app/follow.hpp"
 
+#include <algorithm>
+
 #include "app/earlier_run.hpp"
+#include "continuation/needed_harmonics.hpp"
 #include "results/progress.hpp"
 #include "support/signals.hpp"
 
 namespace dovetail {
 namespace {
+
+constexpr PetscInt most_judged = 600; // reduced dofs, for a dense eigenproblem
+
+// Estimates are known on rank 0.
+bool beyond_belief(MPI_Comm comm, const BranchStory &story) {
+  int some = std::any_of(story.estimates.begin(), story.estimates.end(),
+                         [](const EstimateRecord &estimate) { return estimate.total() > no_error; });
+  MPI_Bcast(&some, 1, MPI_INT, 0, comm);
+  return some != 0;
+}
 
 // Unit of the watched unknown's amplitude.
 double watched_scale(const Case &study, const Layout &layout, const Scales &scales) {
@@ -91,6 +104,8 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.frequency_scale = w0;
   story.events = results.events();
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
+  if (beyond_belief(comm, story) && system.layout().dofs() <= most_judged)
+    story.closed_contact_frequency = w0 * closed_contact_frequency(dense_model(system));
   story.length_unit = unit;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();

@@ -44,6 +44,8 @@ struct EventRecord {
 struct EstimateRecord {
   double omega = 0;                              ///< [rad/s]
   double harmonics = 0, sampling = 0, modes = 0; ///< see ErrorEstimate
+
+  double total() const { return harmonics + sampling + modes; }
 };
 
 /// The names of BranchEvent::Kind, by their numbers.

@@ -61,20 +61,26 @@ struct Accuracy {
   double largest = 0, omega = 0; // and where
   double most_points = 0;        // 95 % of them are below
   double harmonics = 0, sampling = 0, modes = 0;
-  int above = 0, unknown = 0; // the tolerance; where the estimate failed
+  int above = 0, unknown = 0, meaningless = 0; // the tolerance; where the estimate failed; beyond no_error
+  int wanted = 0;                              // harmonics there, by the rule for contacts that open and close
 };
 
 Accuracy accuracy_of(const BranchStory &story) {
   Accuracy found;
   std::vector<double> totals;
   for (const EstimateRecord &estimate : story.estimates) {
-    const double total = estimate.harmonics + estimate.sampling + estimate.modes;
+    const double total = estimate.total();
     if (!std::isfinite(total)) {
       ++found.unknown;
       continue;
     }
     totals.push_back(total);
     found.above += story.tolerance > 0 && total > story.tolerance;
+    if (total > no_error) {
+      ++found.meaningless;
+      const double needed = 1.5 * story.closed_contact_frequency / estimate.omega;
+      found.wanted = std::max(found.wanted, static_cast<int>(std::ceil(std::min(needed, 1e6))));
+    }
     found.harmonics = std::max(found.harmonics, estimate.harmonics);
     found.sampling = std::max(found.sampling, estimate.sampling);
     found.modes = std::max(found.modes, estimate.modes);
@@ -92,7 +98,9 @@ std::string accuracy_in_json(const BranchStory &story) {
       "  \"accuracy\": {\"largest\": " + number("%.3g", found.largest) +
       ", \"omega\": " + number("%.17g", found.omega) + ", \"most_points\": " + number("%.3g", found.most_points) +
       ", \"harmonics\": " + number("%.3g", found.harmonics) + ", \"sampling\": " + number("%.3g", found.sampling) +
-      ", \"modes\": " + number("%.3g", found.modes) + ", \"unknown\": " + std::to_string(found.unknown);
+      ", \"modes\": " + number("%.3g", found.modes) + ", \"unknown\": " + std::to_string(found.unknown) +
+      ", \"meaningless\": " + std::to_string(found.meaningless);
+  if (found.wanted > 0) out += ", \"harmonics_wanted\": " + std::to_string(found.wanted);
   if (story.tolerance > 0)
     out += ", \"tolerance\": " + number("%.17g", story.tolerance) + ", \"above\": " + std::to_string(found.above);
   return out + "},\n";
@@ -131,6 +139,13 @@ void tell_accuracy(const BranchStory &story) {
                                                                           "with a larger reduction.modes"
                 : found.sampling > found.harmonics                      ? "; mostly by too few samples"
                                                                         : "");
+  if (found.meaningless > 0)
+    std::printf(
+        "  %d points with estimated errors above %g mean nothing: %s\n", found.meaningless, no_error,
+        found.modes > found.harmonics ? "more modes are wanted"
+        : found.wanted > 0
+            ? ("contacts that open and close want some " + std::to_string(found.wanted) + " harmonics there").c_str()
+            : "more harmonics are wanted");
   if (found.unknown > 0) std::printf("  no estimate at %d of %d points\n", found.unknown, points);
   if (found.above > 0)
     std::printf("  the tolerance of %g is not kept at %d of %d points: %s\n", story.tolerance, found.above, points,

@@ -22,11 +22,15 @@ struct BranchStory {
   double frequency_scale = 1;
   std::vector<EventRecord> events; ///< on rank 0, as the rest of it
   std::vector<EstimateRecord> estimates;
-  double tolerance = 0; ///< asked for; 0: none
+  double tolerance = 0;                ///< asked for; 0: none
+  double closed_contact_frequency = 0; ///< [rad/s], where estimates are large; 0: not asked for
   std::string length_unit = "m";
   int parts = 1; ///< how often the run was begun or continued
   double seconds_all_parts = 0;
 };
+
+/// An estimated error of which nothing follows but that the point means nothing.
+constexpr double no_error = 0.1;
 
 /// How a branch ended, as it stands in summary.json.
 const char *name_of(BranchSummary::End end);

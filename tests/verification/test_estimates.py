@@ -164,6 +164,19 @@ def test_harmonics_come_and_go(tmp_path):
     assert most[0] < most[1]
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_curve_that_means_nothing_is_called_so(tmp_path, ranks):
+    """A stiff contact hit once a period: with 5 harmonics another curve altogether; the rule wants 1.5 times (40 + 4000)^(1/2)."""
+    keys = {"samples": None, "omega": [14, 13], "normal_stiffness": 4000.0, "fourier": [0, 0, 9], "adaptive": True, "step": 0.02,
+            "kind": "auto", **cases.TIGHT}
+    coarse, fine = (run(cases.single_mass(make_folder(tmp_path, f"{H}"), 1, harmonics=H, **keys), ranks=ranks) for H in (5, 15))
+    accuracy = coarse.summary["accuracy"]
+    assert accuracy["meaningless"] == np.sum(coarse.points["error_harmonics"] > 0.1) > 0
+    assert accuracy["harmonics_wanted"] == pytest.approx(1.5 * np.sqrt(4040) / 13.5, abs=1.0)
+    assert "mean nothing: contacts that open and close want some" in coarse.out
+    assert fine.summary["accuracy"]["meaningless"] == 0 and "mean nothing" not in fine.out
+
+
 @pytest.mark.parametrize("omega", [1.0, 1.02, 1.04])
 def test_error_at_one_frequency(tmp_path, omega):
     """Of a single point, which has no neighbours to make a curve, it is the error at its frequency."""
