@@ -5,7 +5,6 @@
 #include <cstdio>
 
 #include "app/follow.hpp"
-#include "support/signals.hpp"
 
 namespace dovetail {
 namespace {
@@ -16,13 +15,15 @@ constexpr int most_tried = 5; // reductions
 
 struct Trial {
   double error = 0; // by modes left out, the largest of all points
-  int points = 0;
+  int points = 0;   // that have an estimate of it
 };
 
 // About what the tolerance will ask for, where forces have corners and errors fall like H^-3: high harmonics excite
 // high modes.
 int harmonics_of(const Case &study) {
-  return std::max(2 * study.harmonics + 1, static_cast<int>(1.5 * std::pow(study.tolerance, -1.0 / 3)));
+  constexpr double most = 64; // no run by tolerance takes more
+  const double wanted = std::min(most, 1.5 * std::pow(study.tolerance, -1.0 / 3));
+  return std::max(2 * study.harmonics + 1, static_cast<int>(wanted));
 }
 
 Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
@@ -34,12 +35,12 @@ Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
   Trial trial;
   BranchObserver observer;
   observer.point = [&](const BranchPoint &point) {
+    if (!point.error || !std::isfinite(point.error->modes)) return;
     ++trial.points;
-    if (point.error && std::isfinite(point.error->modes)) trial.error = std::max(trial.error, point.error->modes);
+    trial.error = std::max(trial.error, point.error->modes);
   };
   observer.event = [](const BranchEvent &) {};
   observer.state = [](const BranchState &) {};
-  observer.interrupted = [&] { return noted_signal(system.layout().comm) != 0; };
   UniqueVec y = system.unknowns();
   follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y, observer,
                 nullptr);
@@ -54,7 +55,8 @@ void first_modes(Case &study, PetscInt elastic) {
   std::error_code unreadable;
   if (!std::filesystem::exists(file, unreadable)) return;
   try {
-    study.modes = static_cast<int>(std::min(read_reduced_header(file).modes, std::max<PetscInt>(elastic, 0)));
+    study.modes = static_cast<int>(
+        std::clamp<PetscInt>(read_reduced_header(file).modes, study.modes, std::max<PetscInt>(elastic, study.modes)));
   } catch (const InputError &) { // damaged or foreign: it will be written anew, or refused
   }
 }
@@ -64,7 +66,11 @@ ReducedModel reduced_to_tolerance(MPI_Comm comm, Case &study, PetscInt elastic, 
                                   Stages &stages, const Voice &voice, std::optional<ReductionFigures> &figures) {
   for (int tried = 1;; ++tried) {
     ReducedModel reduced = reduced_model(comm, study, file, stages, voice, figures);
-    if (reduced.left_out.squares.empty() || tried == most_tried) return reduced; // nothing, or nothing known
+    if (reduced.left_out.squares.empty()) return reduced; // nothing
+    if (tried == most_tried) {
+      voice.say("modes: no more than " + std::to_string(study.modes) + " are tried");
+      return reduced;
+    }
     const Trial trial = stages.run("3 modes tried", [&] {
       const Range own = reduced.own_points;
       std::string note;
@@ -73,12 +79,17 @@ ReducedModel reduced_to_tolerance(MPI_Comm comm, Case &study, PetscInt elastic, 
                                              {initial.begin() + 3 * own.begin, initial.begin() + 3 * own.end}, note));
     });
     char line[160];
+    if (trial.points == 0) {
+      voice.say("modes: what " + std::to_string(study.modes) + " leave out is not known, a trial run found nothing");
+      return reduced;
+    }
     std::snprintf(line, sizeof line,
                   "modes: %d leave out %.1e at most of the motion (%d points of a trial run), %.1e allowed",
                   study.modes, trial.error, trial.points, part * study.tolerance);
     voice.say(line);
-    if (!(trial.error > part * study.tolerance) || noted_signal(comm) != 0) return reduced;
-    study.modes = static_cast<int>(std::min<PetscInt>(2 * study.modes, elastic));
+    const int more = static_cast<int>(std::min<PetscInt>(2 * study.modes, elastic));
+    if (!(trial.error > part * study.tolerance) || more == study.modes) return reduced;
+    study.modes = more;
   }
 }
 

@@ -90,6 +90,9 @@ void read_model(const Document &document, Case &study) {
   study.modes_by_tolerance = model && !modes;
   if (study.modes_by_tolerance && !document["accuracy.tolerance"])
     document.missing("reduction.modes", "modes = 10, or [accuracy] tolerance = 1e-3,");
+  if (const Entry start = document["continuation.start"]; start && study.modes_by_tolerance)
+    start.refuse(
+        "holds motions of so many modes: give reduction.modes and reduction.kind as they were, or delete this key");
   read_whole(modes, study.modes, 0, most);
   if (const Entry kind = document["reduction.kind"]) {
     const std::string word = kind.words();

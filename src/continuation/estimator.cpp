@@ -72,14 +72,6 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   finer_->begin_solves(jacobian_, few);
   finer_->jacobian(y_, row_, jacobian_);
   check(KSPSetOperators(ksp_, jacobian_, jacobian_), doing);
-  if (!whole) {
-    UniqueVec kept = finer_->unknowns(), force = finer_->unknowns();
-    check(VecCopy(y_, kept), doing);
-    check(VecCopy(residual_, force), doing);
-    found.modes = left_out();
-    check(VecCopy(kept, y_), doing);
-    check(VecCopy(force, residual_), doing);
-  }
   if (balanced) { // nothing to mend
   } else if (system_->samples() == exactly) {
     found.harmonics = correct();
@@ -97,6 +89,12 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
     }
   }
   measure_content(found);
+  work_ += finer_->take_solver_work(jacobian_);
+  if (!whole) {
+    pad(system_->layout(), y, layout, y_);
+    found.modes = left_out();
+    finer_->take_solver_work(jacobian_);
+  }
   return found;
 }
 

@@ -3,6 +3,7 @@
 // method there, from the motion padded with zeros. (The size of the harmonics left out of the forces tells nothing;
 // what they move does.)
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "harmonic/harmonic_system.hpp"
@@ -27,7 +28,9 @@ public:
   /// From now on for points of the same model with other harmonics or samples.
   void match(const HarmonicSystem &system);
 
-  double take_work() { return finer_->take_solver_work(jacobian_); } ///< see linear_part.hpp
+  /// Of the linear solver since asked last (linear_part.hpp), without what modes left out take: a solve like the
+  /// others.
+  double take_work() { return std::exchange(work_, 0.0); }
 
   /// At a solution y, with the curve's tangent t there.
   ErrorEstimate operator()(Vec y, Vec t);
@@ -46,6 +49,7 @@ private:
   UniqueKSP ksp_;
   UniqueVec y_, t_, row_, residual_, correction_;
   double motion_ = 0; // size of the motion at hand
+  double work_ = 0;   // see take_work()
 };
 
 } // namespace dovetail

@@ -175,6 +175,12 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
   const auto held = multiply(parts.K.ce, xe0).values;
   for (std::size_t i = 0; i < held.size(); ++i) model.r[i] += held[i]; // R = K_ce x_e0 - P_c
 
+  ElasticModes found = stages.run("2d modes", [&] { // eq (15)
+    return elastic_modes(solver, parts.K.ee, parts.M.ee, parts.elastic_dofs, modes, parts.full.file.string());
+  });
+  const std::vector<double> lowest = found.squares;
+  const Tall &phi = found.shapes;
+
   std::vector<PetscInt> kept;
   for (PetscInt i = 0; i < own_rows; ++i)
     if (settings.wanted[i])
@@ -199,9 +205,13 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       Tall carried = multiply(parts.M.ee, psi, at, count);                      // M_ee Psi + M_ec
       add_columns(parts.M.ec, first, carried);
       mix_probes(carried, first, nc, probes);
-      const auto loaded = gram(comm, psi, at, count, force, 0, 1); // F_x = Psi^T F_e + F_c, eq (18)
-      for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j)
+      const auto coupling = gram(comm, phi, 0, modes, carried, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
+      const auto loaded = gram(comm, psi, at, count, force, 0, 1);        // F_x = Psi^T F_e + F_c, eq (18)
+      for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j) {
+        std::copy_n(coupling.data() + static_cast<std::size_t>(j - first) * modes, modes,
+                    model.mxa.data() + static_cast<std::size_t>(j - first_own) * modes);
         model.fx[j - first_own] += loaded[j - first];
+      }
       if (plan.keep_psi) add_upper(comm, model.points, psi, carried, first, model.mxx); // ... + Psi^T (M_ee Psi + M_ec)
       return carried;
     });
@@ -210,24 +220,22 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
                  [&] { add_block(model.mxx, nc, first, -1, multiply(parts.K.ce, solver.solve(inertia))); });
   }
   psi = Tall(); // no longer needed, and a count of modes takes a factorisation
-  std::vector<double> lowest;
-  const ElasticModes found = stages.run("2d modes", [&] { // eq (15)
-    if (probes.columns > 0) probes = solver.solve(probes);
-    ElasticModes eigen =
-        elastic_modes(solver, parts.K.ee, parts.M.ee, parts.elastic_dofs, modes, parts.full.file.string());
-    lowest = eigen.squares;
-    if (settings.kind == ModeKind::residual && modes > 0) probes = with_residuals(parts, eigen, probes);
-    return eigen;
-  });
-  stages.run("2f projections", [&] {
-    const Tall &phi = found.shapes;
-    model.kaa = found.squares;
-    model.fa = gram(comm, phi, 0, modes, force, 0, 1); // eq (17)
-    if (modes > 0) model.mxa = carried_by(parts, phi); // M_xa = (M_ee Psi + M_ec)^T Phi
-    if (probes.columns > 0 && modes < parts.elastic) model.left_out = left_out(parts, found, probes);
-    recovery.phi.resize(kept.size() * modes);
-    keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
-  });
+  if (probes.columns > 0 && modes < parts.elastic)
+    stages.run("2f projections", [&] {
+      probes = solver.solve(probes);
+      if (settings.kind == ModeKind::residual)
+        if (const PetscInt count = with_residuals(parts, found, probes)) {
+          const auto coupling = carried_by(parts, phi, modes - count);
+          for (PetscInt i = 0; i < own_nc; ++i)
+            std::copy_n(&coupling[static_cast<std::size_t>(i) * count], count,
+                        &model.mxa[static_cast<std::size_t>(i + 1) * modes - count]);
+        }
+      model.left_out = left_out(parts, found, probes);
+    });
+  model.kaa = found.squares;
+  model.fa = gram(comm, phi, 0, modes, force, 0, 1); // eq (17)
+  recovery.phi.resize(kept.size() * modes);
+  keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
   mirror_upper(comm, model.points, model.kxx);
   mirror_upper(comm, model.points, model.mxx);
   if (settings.check_modes && modes > 0) {

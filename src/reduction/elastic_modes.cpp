@@ -19,26 +19,6 @@ double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
   return static_cast<double>(mix(seed + 0x9e3779b97f4a7c15u) >> 11) * 0x1p-52 - 1;
 }
 
-// The sign of an eigenvector is arbitrary. Its largest entry is made positive; of entries that symmetry makes equal,
-// the one with the lowest number counts, so that neither round-off nor the partition can choose differently.
-void fix_sign(MPI_Comm comm, const std::vector<long> &names, double *v) {
-  const std::size_t n = names.size();
-  double largest = 0;
-  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(v[i]));
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm);
-  const long none = std::numeric_limits<long>::max();
-  long first = none;
-  double sign = 0;
-  for (std::size_t i = 0; i < n; ++i)
-    if (std::abs(v[i]) > (1 - 1e-6) * largest && names[i] < first) first = names[i], sign = v[i] < 0 ? -1 : 1;
-  long lowest = first;
-  MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LONG, MPI_MIN, comm);
-  if (first != lowest) sign = 0;
-  MPI_Allreduce(MPI_IN_PLACE, &sign, 1, MPI_DOUBLE, MPI_SUM, comm);
-  if (sign < 0)
-    for (std::size_t i = 0; i < n; ++i) v[i] = -v[i];
-}
-
 struct Checks {                  // of one mode
   double residual = 0, size = 0; // squares of || K v - w^2 M v || and || v ||
   double stiffness = 0;          // v^T diag(K) v: what the entries of v would meet one by one
@@ -63,6 +43,24 @@ std::vector<Checks> checks_of(MPI_Comm comm, Mat K, Mat M, const Tall &shapes, c
 }
 
 } // namespace
+
+void fix_sign(MPI_Comm comm, const std::vector<long> &names, double *v) {
+  const std::size_t n = names.size();
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(v[i]));
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm);
+  const long none = std::numeric_limits<long>::max();
+  long first = none;
+  double sign = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    if (std::abs(v[i]) > (1 - 1e-6) * largest && names[i] < first) first = names[i], sign = v[i] < 0 ? -1 : 1;
+  long lowest = first;
+  MPI_Allreduce(MPI_IN_PLACE, &lowest, 1, MPI_LONG, MPI_MIN, comm);
+  if (first != lowest) sign = 0;
+  MPI_Allreduce(MPI_IN_PLACE, &sign, 1, MPI_DOUBLE, MPI_SUM, comm);
+  if (sign < 0)
+    for (std::size_t i = 0; i < n; ++i) v[i] = -v[i];
+}
 
 PetscInt lanczos_columns(PetscInt count, PetscInt n) {
   return std::min(n, std::max(3 * count, count + 8 * lanczos_block)) + 3 * lanczos_block;

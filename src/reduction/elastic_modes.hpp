@@ -24,6 +24,10 @@ constexpr PetscInt lanczos_block = 16;
 ElasticModes elastic_modes(const ClampedSolver &solver, Mat K_ee, Mat M_ee, const std::vector<long> &names,
                            PetscInt count, const std::string &model_name);
 
+/// Turns a mode so that its largest entry is positive; among equals, that of the row with the lowest name. `names` as
+/// above, v their entries. Collective.
+void fix_sign(MPI_Comm comm, const std::vector<long> &names, double *v);
+
 /// How many w^2 of K_ee v = w^2 M_ee v lie below `square`: the negative pivots of K_ee - square M_ee. Collective.
 PetscInt modes_below(Mat K_ee, Mat M_ee, double square);
 

@@ -82,12 +82,17 @@ void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, Tall
   subtract_product(carried, count, less, probes);
 }
 
-std::vector<double> carried_by(const ClampedStructure &parts, const Tall &phi) {
-  const Tall own = multiply(parts.M.ce, phi), // B^T = M_ce + Psi^T M_ee, Psi^T = -K_ce K_ee^-1
-      held = multiply(parts.K.ce, parts.solver->solve(multiply(parts.M.ee, phi)));
-  std::vector<double> rows(own.values.size());
-  for (PetscInt j = 0; j < own.columns; ++j)
-    for (PetscInt i = 0; i < own.rows; ++i) rows[i * own.columns + j] = own.column(j)[i] - held.column(j)[i];
+std::vector<double> carried_by(const ClampedStructure &parts, const Tall &phi, PetscInt from) {
+  const PetscInt columns = phi.columns - from, own_contact = 3 * parts.own_points.size();
+  std::vector<double> rows(static_cast<std::size_t>(own_contact) * columns);
+  for (PetscInt first = 0; first < columns; first += lanczos_block) { // B^T = M_ce + Psi^T M_ee, Psi^T = -K_ce K_ee^-1
+    const Tall block = part(phi, from + first, std::min(lanczos_block, columns - first)),
+               own = multiply(parts.M.ce, block),
+               held = multiply(parts.K.ce, parts.solver->solve(multiply(parts.M.ee, block)));
+    for (PetscInt j = 0; j < block.columns; ++j)
+      for (PetscInt i = 0; i < own_contact; ++i)
+        rows[static_cast<std::size_t>(i) * columns + first + j] = own.column(j)[i] - held.column(j)[i];
+  }
   return rows;
 }
 
@@ -117,23 +122,28 @@ ElasticModes ritz_modes(const ClampedStructure &parts, const ElasticModes &kept,
   return out;
 }
 
-Tall with_residuals(const ClampedStructure &parts, ElasticModes &modes, const Tall &S) {
-  const PetscInt all = modes.shapes.columns;
+PetscInt with_residuals(const ClampedStructure &parts, ElasticModes &modes, Tall &S) {
+  const PetscInt all = modes.shapes.columns, taken = std::min(S.columns, all / 2);
   ElasticModes lowest, residual;
-  PetscInt count = std::min(S.columns, all / 2);
-  for (PetscInt wanted = -1; wanted != count;) { // of some probes nothing may be left
+  PetscInt count = taken;
+  for (PetscInt wanted = -1; wanted != count && count > 0;) { // of some probes nothing may be left
     wanted = count;
     lowest = {{modes.squares.begin(), modes.squares.begin() + (all - count)}, part(modes.shapes, 0, all - count)};
-    residual = ritz_modes(parts, lowest, part(S, 0, count));
-    count = residual.shapes.columns;
+    residual = ritz_modes(parts, lowest, part(S, 0, taken));
+    count = std::min(count, residual.shapes.columns);
   }
-  const Tall beyond = parts.solver->solve(multiply(parts.M.ee, residual.shapes));
-  std::copy(residual.squares.begin(), residual.squares.end(), modes.squares.end() - count);
-  std::copy(residual.shapes.values.begin(), residual.shapes.values.end(), modes.shapes.column(all - count));
-  Tall next(S.rows, S.columns);
-  std::copy(S.column(count), S.column(S.columns), next.column(0));
-  std::copy(beyond.values.begin(), beyond.values.end(), next.column(S.columns - count));
-  return next;
+  if (count == 0) return 0;
+  for (PetscInt j = 0; j < count; ++j) {
+    fix_sign(parts.full.comm, parts.elastic_dofs, residual.shapes.column(j));
+    modes.squares[all - count + j] = residual.squares[j];
+    std::copy_n(residual.shapes.column(j), S.rows, modes.shapes.column(all - count + j));
+  }
+  const Tall beyond = parts.solver->solve(multiply(parts.M.ee, part(residual.shapes, 0, count)));
+  Tall next(S.rows, S.columns - taken + count);
+  std::copy(S.column(taken), S.column(S.columns), next.column(0));
+  std::copy(beyond.values.begin(), beyond.values.end(), next.column(S.columns - taken));
+  S = std::move(next);
+  return count;
 }
 
 LeftOut left_out(const ClampedStructure &parts, const ElasticModes &kept, const Tall &S) {

@@ -18,14 +18,14 @@ void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, Tall
 ElasticModes ritz_modes(const ClampedStructure &parts, const ElasticModes &kept, Tall S);
 
 /// Puts modes of S, K_ee^-1 times the probes, in place of the highest half of the modes at most: what moving contacts
-/// and the load ask of all modes that are left out, statically and, as M_ee Psi is in B, of their mass. Returns what
-/// these lead to in turn. Collective.
-Tall with_residuals(const ClampedStructure &parts, ElasticModes &modes, const Tall &S);
+/// and the load ask of all modes that are left out, statically and, as M_ee Psi is in B, of their mass. S becomes
+/// what these lead to in turn. Returns how many there are. Collective.
+PetscInt with_residuals(const ClampedStructure &parts, ElasticModes &modes, Tall &S);
 
 /// What of S is left out of the modes. Collective.
 LeftOut left_out(const ClampedStructure &parts, const ElasticModes &kept, const Tall &S);
 
-/// Own rows of B^T phi, B = M_ee Psi + M_ec: (3 own, phi.columns) row-major. Collective.
-std::vector<double> carried_by(const ClampedStructure &parts, const Tall &phi);
+/// Own rows of B^T phi, B = M_ee Psi + M_ec, for columns of phi from `from` on: (3 own, columns) row-major. Collective.
+std::vector<double> carried_by(const ClampedStructure &parts, const Tall &phi, PetscInt from = 0);
 
 } // namespace dovetail

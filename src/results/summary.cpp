@@ -79,7 +79,8 @@ Accuracy accuracy_of(const BranchStory &story) {
     if (total > no_error) {
       ++found.meaningless;
       const double needed = 1.5 * story.closed_contact_frequency / estimate.omega;
-      found.wanted = std::max(found.wanted, static_cast<int>(std::ceil(std::min(needed, 1e6))));
+      if (estimate.modes <= estimate.harmonics)
+        found.wanted = std::max(found.wanted, static_cast<int>(std::ceil(std::min(needed, 1e6))));
     }
     found.harmonics = std::max(found.harmonics, estimate.harmonics);
     found.sampling = std::max(found.sampling, estimate.sampling);

@@ -201,8 +201,10 @@ TEST(Reduction, ModesEqualThoseOfSlepc) {
   }
 }
 
-ReducedModel small_reduced(PetscInt kept, int points, const MemoryPlan &plan, ModeKind kind = ModeKind::eigen) {
+ReducedModel small_reduced(PetscInt kept, int points, const MemoryPlan &plan, ModeKind kind = ModeKind::eigen,
+                           double load = 1) {
   ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 6, 3, points));
+  for (double &value : parts.force_e) value *= load;
   ReductionSettings settings{kind, kept < 0 ? parts.elastic + kept : kept, false,
                              std::vector<char>(parts.elastic_dofs.size(), 0)};
   Stages stages;
@@ -272,6 +274,24 @@ TEST(Reduction, ResidualsYieldForAllThatIsLeftOut) { // with as many probes as c
       EXPECT_NEAR(yielding(few, 0, left.squares, left.load, left.coupling, s) / wanted, 0, 1e-8);
     }
     EXPECT_GT(largest(few.left_out.with_modes), 1e-3); // but it has mass in common
+  }
+}
+
+TEST(Reduction, ResidualsWithoutLoadOrRoom) {
+  const ReducedModel loaded = small_reduced(40, 5, roomy(), ModeKind::residual),
+                     unloaded = small_reduced(40, 5, roomy(), ModeKind::residual, 0),
+                     plain = small_reduced(40, 5, roomy());
+  for (PetscInt j = 0; j < 25; ++j) EXPECT_NEAR(unloaded.kaa[j] / plain.kaa[j], 1, 1e-12); // a residual fewer
+  EXPECT_GT(std::abs(loaded.kaa[24] / plain.kaa[24] - 1), 1e-3);
+  const ReducedModel all = small_reduced(147, 5, roomy(), ModeKind::eigen, 0);
+  EXPECT_NEAR(yielding(unloaded, 0, unloaded.kaa, unloaded.fa, unloaded.mxa, 1) /
+                  yielding(all, 0, all.kaa, all.fa, all.mxa, 1),
+              1, 1e-8);
+  for (const PetscInt kept : {0, 1}) { // no room for any
+    const ReducedModel few = small_reduced(kept, 5, roomy(), ModeKind::residual),
+                       eigen = small_reduced(kept, 5, roomy());
+    for (PetscInt j = 0; j < kept; ++j) EXPECT_NEAR(few.kaa[j] / eigen.kaa[j], 1, 1e-12);
+    EXPECT_EQ(few.left_out.squares.size(), eigen.left_out.squares.size());
   }
 }
 

@@ -142,8 +142,8 @@ def full(folder, title, structure, overrides, **settings):
     """A case that starts from a full model."""
     Model(structure.K, structure.M, structure.contact_dofs, structure.force, structure.preload).write(Path(folder) / "model.h5")
     modes = overrides.get("modes", settings["modes"])
-    reduced = modes and reference.craig_bampton(structure.K, structure.M, structure.contact_dofs, structure.force,
-                                                structure.preload, modes)
+    reduced = None if modes is None else reference.craig_bampton(structure.K, structure.M, structure.contact_dofs,
+                                                                 structure.force, structure.preload, modes)
     return write(folder, title, "model.h5", structure, reduced, overrides, **{"kind": "none", **settings})
 
 

@@ -141,6 +141,12 @@ def test_modes_are_chosen_by_a_tolerance(tmp_path, tolerance, wanted):
     assert "reused" in again.out and "modes: 20" not in again.out
 
 
+def test_a_start_comes_with_its_modes(tmp_path):
+    case = cases.several_points(tmp_path, modes=None, tolerance=1e-2, harmonics=None, samples=None)
+    case.path.write_text(case.path.read_text().replace("[continuation]", '[continuation]\nstart = "results.h5"'))
+    assert "give reduction.modes" in run(case, status=2).err
+
+
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
 def test_tolerance_is_kept(scene, tmp_path, tolerance):
     name, truth = scene
