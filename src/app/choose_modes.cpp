@@ -50,7 +50,7 @@ Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
 } // namespace
 
 void first_modes(Case &study, PetscInt elastic) {
-  study.modes = static_cast<int>(std::clamp<PetscInt>(few, 0, std::max<PetscInt>(elastic, 0)));
+  study.modes = static_cast<int>(std::min<PetscInt>(few, std::max<PetscInt>(elastic, 0)));
   const std::filesystem::path file = study.directory / "reduced.h5";
   std::error_code unreadable;
   if (!std::filesystem::exists(file, unreadable)) return;
