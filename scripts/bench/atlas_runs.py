@@ -156,10 +156,12 @@ def follower(method, built, folder, run, limit):
         """Short sweeps from points before, with the harmonics the curve has there; their steps are a hundredth of the sweep at most."""
         fine, width = folder / "again", abs(built.omega[1] - built.omega[0])
         fine.mkdir(exist_ok=True)
+        with h5py.File(folder / "results.h5") as results:  # the highest coefficients do not tell: zero where the contact is still open
+            harmonics = results["points/harmonics"][:].tolist()
         for j in islice(starts(run, i, atlas_jumps.SHORTEST * width), STARTS):
             span = max(3 * np.abs(run.omega[j:i + 2] - run.omega[j]).max(), 1e-5 * width)
             narrow = replace(built, omega=(float(run.omega[j]), float(run.omega[j] + np.copysign(span, run.omega[j + 1] - run.omega[j]))),
-                             step=1e-4, harmonics=int(np.flatnonzero(run.coefficients[j].any(axis=0))[-1] + 1) // 2)
+                             step=1e-4, harmonics=harmonics[j])
             case = atlas_scenes.write(narrow, fine)
             only(folder / "results.h5", j, fine / "start.h5")
             case.write_text(case.read_text() + 'start = "start.h5"\nmax_points = 500\n')
