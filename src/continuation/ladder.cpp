@@ -49,7 +49,7 @@ bool Follower::leave_from_farthest() {
   ended_ = false; // a leap may end the sweep
   const bool left =
       leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega) || leap(Way::anew, here_.omega);
-  if (!left) std::swap(here_, *farthest_);
+  if (!left) std::swap(here_, *farthest_), summary_.why = refusal_; // that of the last attempt says nothing
   farthest_.reset();
   ended_ = ended_ || !left;
   return !ended_;
