@@ -88,6 +88,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
     voice.say("reduced model: " + (study.reduced.empty() ? own_file : study.reduced).string());
     return;
   }
+  reduced.stuck_file = study.directory / "stuck.h5";
   const Range own = reduced.own_points;
   std::string note;
   PreloadedModel preloaded = stages.run("3 preload", [&] { // eq (7)

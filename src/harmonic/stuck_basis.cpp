@@ -3,10 +3,13 @@
 #include <petscsys.h>
 #include <slepcblaslapack.h>
 
+#include "harmonic/kept_modes.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
 namespace {
+
+constexpr std::size_t worth_keeping = 1000; // modes; fewer are found within a second
 
 // Contact rows of all ranks, `columns` numbers each, in order on rank 0.
 std::vector<double> on_first_rank(const Layout &layout, const std::vector<double> &own, PetscInt columns) {
@@ -67,7 +70,12 @@ StuckBasis stuck_basis(const ReducedModel &model, const std::vector<ContactPoint
       std::copy_n(&mxx[j * nc], nc, &M[(na + j) * n + na]);
       K[(na + j) * n + na + j] += springs[j];
     }
-    solve(K, M, basis.lambda);
+    const bool kept = n >= worth_keeping && !model.stuck_file.empty();
+    const std::uint64_t of = kept ? fingerprint(K, M, n) : 0;
+    if (!kept || !read_modes(model.stuck_file, of, basis.lambda, K)) {
+      solve(K, M, basis.lambda);
+      if (kept) keep_modes(model.stuck_file, of, basis.lambda, K);
+    }
     phi.swap(K);
   });
   MPI_Bcast(basis.lambda.data(), static_cast<int>(n), MPI_DOUBLE, 0, layout.comm);

@@ -1,6 +1,7 @@
 #pragma once
 // The Craig-Bampton model (theory.md, section 3). Contact rows live on the rank that owns the contact point.
 #include <cstdint>
+#include <filesystem>
 #include <vector>
 
 #include "reduction/memory_plan.hpp"
@@ -35,6 +36,7 @@ struct ReducedModel {
   std::vector<double> r;   ///< (3 own) R of eq (2)
 
   LeftOut left_out;
+  std::filesystem::path stuck_file; ///< where the modes of the stuck structure may be kept; empty: nowhere
 
   PetscInt contact_dofs() const { return 3 * points; }
   PetscInt own_contact_dofs() const { return 3 * own_points.size(); }
