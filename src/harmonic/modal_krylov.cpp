@@ -12,11 +12,23 @@ constexpr const char *doing = "solving in the stuck modes";
 constexpr int restart = 60;
 constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
 
+// So many modes that forming their matrix takes as long as a few iterations: r^2 (2H+1)^2 3 N_x products, where an
+// iteration takes 2 n (2H+1) 3 N_x. None where a point takes no longer than that.
+PetscInt worth_factoring(const Layout &layout) {
+  constexpr PetscInt least = 1000;
+  constexpr double iterations = 2;
+  PetscInt count = 0;
+  if (layout.dofs() >= least) count = static_cast<PetscInt>(std::sqrt(2 * iterations * layout.dofs() / layout.width));
+  check(PetscOptionsGetInt(nullptr, "hb_modal_", "-lowest", &count, nullptr), doing);
+  return count;
+}
+
 } // namespace
 
 ModalKrylov::ModalKrylov(const StuckBasis &basis, const Layout &layout)
     : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
-      own_modal_(own_.size() * layout.width), operator_(basis_, layout) {
+      own_modal_(own_.size() * layout.width), operator_(basis_, layout),
+      lowest_modes_(basis_, layout, worth_factoring(layout)) {
   const PetscInt own = own_modal_ + (layout_.owns_omega() ? 1 : 0);
   matrix_ = shell_matrix<&ModalKrylov::apply>(layout_.comm, own, layout_.unknowns(), this, doing);
   check(MatCreateVecs(matrix_, right_.out(), answer_.out()), doing);
@@ -36,7 +48,9 @@ void ModalKrylov::take(const JacobianParts &parts) {
   omega_ = parts.omega, damping_ = parts.damping;
   corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
   operator_.take(parts.contact, parts.held, omega_ * damping_);
-  prepare_diagonal(parts);
+  prepare_border(parts);
+  lowest_ == Lowest::none ? factor_lowest() : void(lowest_ = Lowest::stale);
+  prepare_inverse();
 }
 
 // Products with Phi_c and its transpose, and the vectors that GMRES keeps.
@@ -46,6 +60,8 @@ double ModalKrylov::work() const {
 }
 
 bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
+  if (accuracy < usual_accuracy_ && lowest_ == Lowest::stale)
+    factor_lowest(), prepare_inverse(); // its sign may be asked
   {
     const ReadValues from(r);
     const Values to(right_);
@@ -66,7 +82,7 @@ bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
   return reason > 0;
 }
 
-int ModalKrylov::sign() const { return (schur_ < 0 ? -1 : 1) * sign_of_met(ksp_); }
+int ModalKrylov::sign() const { return ((lowest_modes_.sign() < 0) != (schur_ < 0) ? -1 : 1) * sign_of_met(ksp_); }
 
 int sign_of_met(KSP ksp) {
   KSPConvergedReason reason;
@@ -94,13 +110,21 @@ template <class Work> void ModalKrylov::pairs(Work &&work) {
   }
 }
 
-void ModalKrylov::prepare_diagonal(const JacobianParts &parts) {
+void ModalKrylov::prepare_border(const JacobianParts &parts) {
   b_.resize(own_modal_), c_.resize(own_modal_);
   operator_.to_modes(parts.column, b_.data());
   const std::vector<double> border(parts.border, parts.border + layout_.own_unknowns());
   int same = border == moved_border_; // it stays the same all through Newton's method
   if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
   if (!same) operator_.to_modes(border.data(), c_.data()), moved_border_ = border;
+}
+
+void ModalKrylov::factor_lowest() {
+  lowest_modes_.factor(operator_, omega_, damping_);
+  lowest_ = Lowest::fresh;
+}
+
+void ModalKrylov::prepare_inverse() {
   inverse_b_.resize(own_modal_), inverse_c_.resize(own_modal_);
   pairs([&](PetscInt at, int k, double a, double b) {
     if (k == 0) {
@@ -110,6 +134,7 @@ void ModalKrylov::prepare_diagonal(const JacobianParts &parts) {
     inverse_b_[at] = a * b_[at] - b * b_[at + 1], inverse_b_[at + 1] = b * b_[at] + a * b_[at + 1];
     inverse_c_[at] = a * c_[at] + b * c_[at + 1], inverse_c_[at + 1] = -b * c_[at] + a * c_[at + 1];
   });
+  lowest_modes_.solve(b_.data(), inverse_b_.data()), lowest_modes_.solve(c_.data(), inverse_c_.data(), true);
   schur_ = corner_ - std::inner_product(c_.begin(), c_.end(), inverse_b_.begin(), 0.0);
   MPI_Allreduce(MPI_IN_PLACE, &schur_, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
   if (schur_ == 0) schur_ = 1;
@@ -150,6 +175,7 @@ void ModalKrylov::precondition(Vec r, Vec out) {
     }
     to[at] = a * in[at] - b * in[at + 1], to[at + 1] = b * in[at] + a * in[at + 1];
   });
+  lowest_modes_.solve(in, to);
   for (PetscInt i = 0; i < own_modal_; ++i) to[i] -= inverse_b_[i] * last;
   if (layout_.owns_omega()) to[own_modal_] = last;
 }

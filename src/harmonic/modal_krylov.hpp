@@ -3,6 +3,7 @@
 // [Phi^T J Phi, Phi^T b; (Phi^T c)^T, d], whose blocks are diagonal but for what the contacts do. GMRES, preconditioned
 // by that diagonal, bordered; in single precision.
 #include "harmonic/linear_part.hpp"
+#include "harmonic/lowest_modes.hpp"
 #include "harmonic/modal_operator.hpp"
 #include "support/error.hpp"
 
@@ -18,7 +19,8 @@ public:
   ModalKrylov(const StuckBasis &basis, const Layout &layout);
   ModalKrylov(const ModalKrylov &) = delete; // PETSc knows where it is
 
-  void take(const JacobianParts &parts); ///< Collective.
+  void begin() { lowest_ = Lowest::none; } ///< of another Newton solve
+  void take(const JacobianParts &parts);   ///< Collective.
   /// x = inverse times r, unknowns of the harmonic system, to a relative `accuracy` no better than `best_accuracy`.
   /// False: not within `most` iterations, or the fewer that PETSc's options allow. Collective.
   bool solve(Vec r, Vec x, double accuracy, int most);
@@ -32,9 +34,11 @@ public:
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 
 private:
-  void prepare_diagonal(const JacobianParts &parts);
+  void prepare_border(const JacobianParts &parts);
+  void factor_lowest();
+  void prepare_inverse();
   void apply(Vec y, Vec out);                    // the bordered operator
-  void precondition(Vec r, Vec out);             // the inverse of its diagonal, bordered
+  void precondition(Vec r, Vec out);             // the inverse of its diagonal and of its lowest modes, bordered
   template <class Work> void pairs(Work &&work); // (index of an own pair of coefficients, lambda, d, k)
 
   const StuckBasis &basis_;
@@ -42,7 +46,9 @@ private:
   Range own_;          // modal unknowns
   PetscInt own_modal_; // their coefficients
   ModalOperator operator_;
-  double omega_ = 0, damping_ = 0, corner_ = 0;       // corner: last entry of the border, on the last rank
+  LowestModes lowest_modes_;
+  enum class Lowest { none, stale, fresh } lowest_ = Lowest::none; // factored of an earlier Jacobian, or of this one
+  double omega_ = 0, damping_ = 0, corner_ = 0;                    // corner: last entry of the border, on the last rank
   std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
   double schur_ = 1;
   std::vector<double> moved_border_; // that c_ belongs to

@@ -97,7 +97,7 @@ double ModalSolver::memory() const {
 
 void ModalSolver::begin(double memory) {
   expected_ = std::abs(memory), of_all_ = memory < 0, taken_ = 0;
-  factors_.forget();
+  factors_.forget(), in_modes_.begin();
 }
 
 void ModalSolver::choose() {

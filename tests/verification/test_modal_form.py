@@ -31,6 +31,21 @@ def compare(case_of, folder, wanted, ranks):
     return one, other
 
 
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_lowest_modes_in_the_preconditioner(tmp_path, ranks):
+    """As with a thousand dofs: the same curve, with far fewer iterations."""
+    points = {}
+    for modes in (0, 10):
+        path = chain.write(tmp_path / str(modes), 40, omega=(1.2, 1.9), at=[1.4, 1.5, 1.6, 1.7])
+        points[modes] = run(SimpleNamespace(path=path), "-hb_modal_lowest", modes, "-hb_factors_most", 0, ranks=ranks).points
+    for omega in (1.4, 1.5, 1.6, 1.7):
+        one, other = (points[modes]["coefficients"][points[modes]["omega"] == omega] for modes in (0, 10))
+        assert len(one) == len(other) == 1
+        np.testing.assert_allclose(other, one, rtol=0, atol=SAME * np.abs(one).max())
+    assert points[10]["linear_iterations"].sum() < 0.7 * points[0]["linear_iterations"].sum()
+    assert abs(len(points[10]["omega"]) - len(points[0]["omega"])) <= 0.1 * len(points[0]["omega"])
+
+
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 def test_chain(tmp_path, ranks):
     """Slip and separation at every point, two resonances."""
