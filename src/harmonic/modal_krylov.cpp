@@ -49,7 +49,10 @@ void ModalKrylov::take(const JacobianParts &parts) {
   corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
   operator_.take(parts.contact, parts.held, omega_ * damping_);
   prepare_border(parts);
-  lowest_ == Lowest::none ? factor_lowest() : void(lowest_ = Lowest::stale);
+  if (lowest_ == Lowest::none)
+    factor_lowest();
+  else
+    lowest_ = Lowest::stale;
   prepare_inverse();
 }
 

@@ -76,8 +76,8 @@ inline void transposed_part(const Real *slab, std::size_t stride, std::size_t ro
 }
 
 template <int Width, class Real>
-inline void multiply_slab(const Real *slab, std::size_t stride, std::size_t rows, std::size_t columns, const Real *b,
-                          int padded, Real *out) {
+inline void times_parts(const Real *slab, std::size_t stride, std::size_t rows, std::size_t columns, const Real *b,
+                        int padded, Real *out) {
   typedef Real V __attribute__((vector_size(8 * Width)));
   constexpr int width = sizeof(V) / sizeof(Real);
   for (int at = 0; at < padded;)
@@ -90,8 +90,8 @@ inline void multiply_slab(const Real *slab, std::size_t stride, std::size_t rows
 }
 
 template <int Width, class Real>
-inline void transposed_slab(const Real *slab, std::size_t stride, std::size_t rows, std::size_t columns, const Real *f,
-                            int padded, Real *out) {
+inline void turned_parts(const Real *slab, std::size_t stride, std::size_t rows, std::size_t columns, const Real *f,
+                         int padded, Real *out) {
   typedef Real V __attribute__((vector_size(8 * Width)));
   constexpr int width = sizeof(V) / sizeof(Real);
   for (int at = 0; at < padded;)
@@ -101,18 +101,6 @@ inline void transposed_slab(const Real *slab, std::size_t stride, std::size_t ro
       transposed_part<V, 2>(slab, stride, rows, columns, f + at, padded, out + at), at += 2 * width;
     else
       transposed_part<V, 1>(slab, stride, rows, columns, f + at, padded, out + at), at += width;
-}
-
-template <int Width, class Real>
-inline void times_parts(const Real *slab, std::size_t stride, std::size_t rows, std::size_t columns, const Real *b,
-                        int padded, Real *out) {
-  multiply_slab<Width>(slab, stride, rows, columns, b, padded, out);
-}
-
-template <int Width, class Real>
-inline void turned_parts(const Real *slab, std::size_t stride, std::size_t rows, std::size_t columns, const Real *f,
-                         int padded, Real *out) {
-  transposed_slab<Width>(slab, stride, rows, columns, f, padded, out);
 }
 
 #define DOVETAIL_SLAB(NAME, REAL)                                                                                      \
