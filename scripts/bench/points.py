@@ -158,7 +158,7 @@ def draw(rows, path):
                             label=f"{scene}, H = {harmonics}, {solver}")
         axes.set_xlabel("contact points")
         axes.set_ylabel("processor time per point of the curve [ms]")
-        axes.legend(fontsize=8)
+        axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1))
         figure.savefig(path, bbox_inches="tight")
 
 
