@@ -40,6 +40,16 @@ def joined(one, other):
     return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, width - part.shape[2]))) for part in (one, other)])
 
 
+def apart(z):
+    """Points that do not lie where the one before lies: a place that is two things at once, say a corner where stability is lost, is
+    stored twice, and a step of no length says nothing of its neighbours."""
+    kept = [0]
+    for i in range(1, len(z)):
+        if np.linalg.norm(z[i] - z[kept[-1]]) >= SHORTEST:
+            kept.append(i)
+    return np.array(kept)
+
+
 def suspects(z, announced=()):
     """Steps (index of the point they start from) that may be jumps, the worst first."""
     steps = np.diff(z, axis=0)
@@ -103,16 +113,17 @@ def silent_jumps(omega, coefficients, modes, width, announced, follow):
     if len(omega) < 4:
         return [], []
     z = coordinates(omega, coefficients, modes, width)
-    length = np.linalg.norm(np.diff(z, axis=0), axis=1)
+    kept = apart(z)
+    length = np.linalg.norm(np.diff(z[kept], axis=0), axis=1)
     jumps, doubts = [], []
-    for i in suspects(z, announced)[:MOST_SUSPECTS]:
-        said = set()
+    for k in suspects(z[kept], np.searchsorted(kept, announced))[:MOST_SUSPECTS]:
+        said, i = set(), int(kept[k + 1]) - 1  # the step to the point kept[k + 1]
         for again in follow(i):
             if len(again[0]):
                 both = coordinates(np.r_[omega, again[0]], joined(coefficients, again[1]), modes, width)
-                said.add(verdict(both[len(omega):], *both[i - 1:i + 2], BEYOND * max(length[i - 1], length[i + 1])))
+                said.add(verdict(both[len(omega):], *both[kept[k - 1:k + 2]], BEYOND * max(length[k - 1], length[k + 1])))
             if "no jump" in said:
                 break
         else:
-            (jumps if "jump" in said else doubts).append(int(i))
+            (jumps if "jump" in said else doubts).append(i)
     return jumps, doubts

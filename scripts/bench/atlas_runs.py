@@ -159,7 +159,7 @@ def follower(method, built, folder, run, limit):
         with h5py.File(folder / "results.h5") as results:  # the highest coefficients do not tell: zero where the contact is still open
             harmonics = results["points/harmonics"][:].tolist()
         for j in islice(starts(run, i, atlas_jumps.SHORTEST * width), STARTS):
-            span = max(3 * np.abs(run.omega[j:i + 2] - run.omega[j]).max(), 1e-5 * width)
+            span = max(10 * np.abs(run.omega[j:i + 2] - run.omega[j]).max(), 1e-4 * width)
             narrow = replace(built, omega=(float(run.omega[j]), float(run.omega[j] + np.copysign(span, run.omega[j + 1] - run.omega[j]))),
                              step=1e-4, harmonics=harmonics[j])
             case = atlas_scenes.write(narrow, fine)

@@ -116,6 +116,16 @@ def judged(points, truth, announced=()):
     return atlas_jumps.silent_jumps(omega, q, 1, 1.0, announced, lambda i: map(curve_of, truth))
 
 
+def test_places_stored_twice_hide_no_jump_and_make_none():
+    inner, outer = arcs(0.1)
+    fine = arcs(0.002)[0]
+    jumped = np.concatenate([inner[:8], inner[7:8], outer[8:9], outer[8:]])
+    assert judged(jumped, [fine]) == ([8], [])
+    line = np.column_stack([np.linspace(0, 1, 11)] * 2)
+    nowhere = [line * [1, -1]]  # would say nothing, and leave a suspect step in doubt
+    assert judged(np.repeat(line, [1, 1, 1, 1, 2, 2, 1, 1, 1, 1, 1], axis=0), nowhere) == ([], [])
+
+
 @pytest.mark.parametrize("gap", [0.05, 0.3, -0.3])
 def test_a_jump_to_a_curve_alongside_is_found(gap):
     inner, outer = arcs(0.1, gap=gap)
