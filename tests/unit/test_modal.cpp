@@ -129,20 +129,21 @@ TEST(Modal, solves_with_the_jacobian) { // both ways; with 40 harmonics the fact
 TEST(Modal, factors_of_all_points_need_no_iteration) { EXPECT_LT(misses(4, harmonics, 1e-8).front().precise, 1e-11); }
 
 // With every mode among the lowest ones the preconditioner is the Jacobian's inverse, in single precision: two rounds
-// of refinement, of an iteration or two each, where the diagonal alone takes dozens.
+// of refinement, of an iteration or two each, where the diagonal alone takes dozens. On several ranks the first one
+// owns a part of the modes only, and the solution is as good.
 TEST(Modal, lowest_modes_are_solved_with_exactly) {
   int size;
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (size > 1) GTEST_SKIP() << "the first rank owns a part of the modes only";
   const Option most("-hb_factors_most", "0");
   for (const double amplitude : {0.05, 1.0, 4.0}) { // all stuck; slip; slip and lift-off
     const Option none("-hb_modal_lowest", "0");
     const int by_diagonal = misses(amplitude, harmonics).front().iterations;
     const Option all("-hb_modal_lowest", "1000");
     const Misses miss = misses(amplitude, harmonics).front();
+    EXPECT_LT(miss.precise, 1e-8) << amplitude;
+    if (size > 1) continue;
     EXPECT_LE(miss.iterations, 8) << amplitude;
     EXPECT_GT(by_diagonal, 2 * miss.iterations) << amplitude;
-    EXPECT_LT(miss.precise, 1e-8);
   }
 }
 
