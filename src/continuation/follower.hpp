@@ -88,8 +88,8 @@ private:
   bool more_harmonics();
   bool solve_finer(const std::vector<double> &q, double omega);
   enum class Way { newton, integration, anew }; // Newton from the last point, or as for a first point of a branch
-  bool leap(Way way, double from);
-  bool arrive_at(double omega, Way way, const DenseModel &model);
+  bool leap(Way way, double from, double most = 0.2);
+  bool arrive_at(double omega, Way way, const DenseModel &model, double share);
   std::string difference() const;
 
   // adapt.cpp

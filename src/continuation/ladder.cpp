@@ -46,9 +46,10 @@ bool Follower::leave_from_farthest() {
     return false;
   std::swap(here_, *farthest_);
   refusal_ = summary_.why;
-  ended_ = false; // a leap may end the sweep
+  ended_ = false;                 // a leap may end the sweep
+  integrating_ -= 2 * brief_work; // nothing else is left
   const bool left =
-      leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega) || leap(Way::anew, here_.omega);
+      leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega, 0.4) || leap(Way::anew, here_.omega);
   if (!left) std::swap(here_, *farthest_), summary_.why = refusal_; // that of the last attempt says nothing
   farthest_.reset();
   ended_ = ended_ || !left;
@@ -164,13 +165,13 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
 // Work that the ways on may still take: where integration has led on it may again.
 double Follower::integration_left() const { return (2 + 2 * summary_.counts.integrations) * brief_work - integrating_; }
 
-// here_ becomes a solution at that frequency.
-bool Follower::arrive_at(double omega, Way way, const DenseModel &model) {
+// here_ becomes a solution at that frequency. `share`: of the work left for integration.
+bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
   check(VecCopy(here_.y, trial_.y), "predicting");
   SteadyState steady;
   if (way == Way::integration) {
     IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(omega))};
-    settings.periods = most_periods, settings.work = std::min(brief_work, integration_left());
+    settings.periods = most_periods, settings.work = std::min(brief_work, share * integration_left());
     steady = steady_state(model, omega, all_coefficients(system_->layout(), here_.y), settings);
     integrating_ += steady.work;
     if (!steady.settled) return false;
@@ -183,8 +184,9 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model) {
   return found || (way == Way::integration && solve_finer(steady.coefficients, omega));
 }
 
-// On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so.
-bool Follower::leap(Way way, double from) {
+// On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so. So
+// far ahead as `most`, of the sweep.
+bool Follower::leap(Way way, double from, double most) {
   const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_integrated;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
@@ -192,13 +194,16 @@ bool Follower::leap(Way way, double from) {
   const std::string reason = refusal_;
   DenseModel model;
   if (integrate) model = dense_model(*system_);
-  static const std::vector<double> parts[] = {{1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2}, {1e-2, 5e-2, 0.2}};
-  for (const double part : parts[static_cast<int>(way)]) { // of the sweep
-    double next = from + direction_ * part * omega_unit_;
+  static const std::vector<double> parts[] = {
+      {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2}};
+  const std::vector<double> &all = parts[static_cast<int>(way)]; // of the sweep
+  const auto tried = std::upper_bound(all.begin(), all.end(), most) - all.begin();
+  for (std::ptrdiff_t i = 0; i < tried; ++i) {
+    double next = from + direction_ * all[i] * omega_unit_;
     if ((next - settings_.to) * direction_ > 0) next = settings_.to;
     for (const double w : settings_.at)
       if ((w - here_.omega) * (w - next) < 0) next = w;
-    if (!arrive_at(next, way, model)) continue;
+    if (!arrive_at(next, way, model, 1.0 / static_cast<double>(tried - i))) continue;
     if (direction_ < 0) turn(here_);
     ++count;
     notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,

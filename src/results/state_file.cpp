@@ -12,7 +12,8 @@
 namespace dovetail {
 namespace {
 
-constexpr double pause = 0.5;           // between two states [s]
+constexpr double pause = 0.5; // between two states [s]
+constexpr int version = 2;
 constexpr const char *count = "count_"; // names of the counts begin like that
 constexpr double share = 50;            // and at least so many times what writing one takes
 
@@ -54,7 +55,7 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
   {
     h5::Writer file(partial);
     file.attribute("format", "dovetail-state");
-    file.attribute("version", 1);
+    file.attribute("version", version);
     file.attribute("problem", run.problem);
     file.attribute("limits", run.limits);
     file.attribute("end", run.end);
@@ -79,7 +80,7 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
 
 SavedRun read_state(const std::filesystem::path &path) {
   const h5::Reader file(path);
-  if (file.text_attribute("format") != "dovetail-state" || file.integer_attribute("version", 0) != 1)
+  if (file.text_attribute("format") != "dovetail-state" || file.integer_attribute("version", 0) != version)
     throw InputError(path.string() + ": not the state of a run of this version; begin anew without --restart");
   SavedRun run;
   run.problem = file.text_attribute("problem");

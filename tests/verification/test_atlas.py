@@ -236,6 +236,14 @@ def test_crowds_are_passed(fixed):
     assert sum(run["leaps"] + run["integrations"] for run in runs) >= 1
 
 
+def test_what_lies_beyond_a_closed_curve_is_found(tmp_path, monkeypatch):
+    """The branch comes back to where it was, half of the sweep before its end: time integration finds a motion there, one of the
+    frequencies tried, and the work for it lasts until that one."""
+    monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
+    run = made("042", tmp_path, ("dovetail",), patience=4)["dovetail"]
+    assert run["end"] == "arrived" and run["integrations"] >= 1, run["said"]
+
+
 def test_harmonics_that_were_added_go_again(tmp_path, monkeypatch):
     """A first point or a rung of the ladder took more than the case has: fewer follow where that is as good, down to the case's."""
     monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
