@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
 BINARY = Path(os.environ.get("DOVETAIL", ROOT / "build" / "dovetail"))
@@ -48,6 +49,11 @@ def read_points(folder):
     """Every dataset under /points, whole, such as "omega" and "contact/slip"; opened as any user would."""
     with h5py.File(folder / "results.h5", "r") as file:
         return {name: values[()] for name, values in tables(file).items()}
+
+
+def finite(points):
+    """Whether every number is one, but for estimates between points where no two steps led there."""
+    return all(np.isfinite(values).all() or name == "error_between" and not np.isinf(values).any() for name, values in points.items())
 
 
 def tables(file):

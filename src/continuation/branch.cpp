@@ -51,7 +51,7 @@ void Follower::begin(Station first) {
   if (settings_.to == settings_.from) return;
   check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); // by the norm as it is now
   step_ = settings_.step / plain_length(here_.t); // the user's arc length is in the plain norm
-  amplitude_ = (*meter_)(here_.y, here_.t);
+  begin_amplitude();
   trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
   limit_step();
 }
@@ -84,6 +84,13 @@ double Follower::plain_length(Vec t) const {
   PetscReal length;
   check(VecNorm(t, NORM_2, &length), "measuring arc length");
   return length;
+}
+
+// Of here_, which no step along the curve led to.
+void Follower::begin_amplitude() {
+  amplitude_ = (*meter_)(here_.y, here_.t);
+  between_.begin({amplitude_.value, amplitude_.slope / plain_length(here_.t)});
+  between_error_ = NAN;
 }
 
 // One accepted step along the curve, or what the ladder finds instead.
@@ -152,9 +159,14 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
   const Amplitude next = (*meter_)(trial_.y, trial_.t);
   const bool was_outside = beyond_start(here_.omega) > 0, outside = beyond_start(trial_.omega) > 0;
   const double plain = plain_length(normal);
+  const Amplitude by_arc{next.value, next.slope / plain_length(trial_.t)};
+  BetweenPoints between = between_;
+  if (at_corner) between.begin(by_arc);
+  const double between_error = at_corner ? NAN : between.add(step * plain, by_arc);
   if (!was_outside || !outside) {
     std::vector<Place> found;
     if (!find_places(normal, step, at_corner, next, found)) return Go::refused;
+    between_error_ = between_error;
     if (report_places(found, plain) == Go::ended) return Go::ended;
   }
   if (outside && !was_outside)
@@ -163,7 +175,7 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
            here_.omega);
   arclength_ += step * plain;
   std::swap(here_, trial_);
-  amplitude_ = next;
+  amplitude_ = next, between_ = between;
   if (!outside)
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
   else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
@@ -245,7 +257,7 @@ void Follower::report(Station &s, double arclength, const Stability *stability, 
                    !estimator_ ? nullptr
                    : always    ? &error_of(s)
                                : &affordable_error_of(s),
-                   whole == 0 ? 1 : (s.omega - settings_.from) / whole});
+                   between_error_, whole == 0 ? 1 : (s.omega - settings_.from) / whole});
 }
 
 void Follower::notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude) {
@@ -287,6 +299,7 @@ BranchState Follower::state() {
                    curve_->memory(),
                    estimating_,
                    integrating_};
+  for (const double number : between_.save()) state.numbers.push_back(number);
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
@@ -334,6 +347,9 @@ void Follower::restore(const BranchState &state) {
   for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
   curve_->recall(take());
   estimating_ = take(), integrating_ = take();
+  std::array<double, BetweenPoints::numbers> between;
+  for (double &number : between) number = take();
+  between_.restore(between);
   const double behind = take(), along = take();
   trail_.restore(state.trail, behind, along);
   bends_.resize(static_cast<std::size_t>(take()));

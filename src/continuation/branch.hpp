@@ -38,7 +38,8 @@ struct BranchPoint {
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
   const Stability *stability;            ///< null unless asked for
   const ErrorEstimate *error;            ///< likewise
-  double progress;                       ///< 0..1, how far from `from` to `to`
+  double between;  ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
+  double progress; ///< 0..1, how far from `from` to `to`
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the

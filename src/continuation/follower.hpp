@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "continuation/amplitude.hpp"
+#include "continuation/between.hpp"
 #include "continuation/branch.hpp"
 #include "continuation/curve.hpp"
 #include "continuation/step_rules.hpp"
@@ -46,6 +47,7 @@ private:
   void restore(const BranchState &state);
   Go end(End how, const std::string &why = "");
   double plain_length(Vec t) const;
+  void begin_amplitude();
 
   // places.cpp
   struct Place {  // something worth a point of its own within a step
@@ -123,6 +125,8 @@ private:
   std::vector<double> bends_;       // frequencies of turning points and corners, as they came
   UniqueVec predicted_;
   Amplitude amplitude_; // at here_
+  BetweenPoints between_;
+  double between_error_ = NAN; // of the piece up to the point that is reported
   Trail trail_;
   std::optional<Stability> verdict_; // at here_
   Halvings halvings_;

@@ -99,7 +99,7 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   take_system(*system);
   std::swap(changed_, system); // the old one goes last
   here_ = std::move(there);
-  amplitude_ = (*meter_)(here_.y, here_.t);
+  begin_amplitude();
   step_ = step_after;
   limit_step();
   return true;
@@ -211,7 +211,7 @@ bool Follower::leap(Way way, double from, double most) {
                (integrate ? "steady state that time integration finds" : "solution") +
                " at the next frequency; the branch may have changed",
            here_.omega);
-    amplitude_ = (*meter_)(here_.y, here_.t);
+    begin_amplitude();
     verdict_ = judge(here_);
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
     if (next == settings_.to) {

@@ -307,7 +307,7 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
     if (summary_.counts.points < settings_.max_points) continue;
     arclength_ += place.along * plain; // stand here, so that a restart goes on from here
     std::swap(here_, place.at);
-    amplitude_ = (*meter_)(here_.y, here_.t);
+    begin_amplitude();
     verdict_ = stability;
     return Go::ended;
   }

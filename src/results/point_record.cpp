@@ -52,6 +52,7 @@ PointRecord collect(const BranchPoint &point, double seconds) {
   if (const ErrorEstimate *error = point.error)
     record.harmonics_error = error->harmonics, record.sampling_error = error->sampling,
     record.modes_error = error->modes;
+  record.between_error = point.between;
   record.contact = collect_contact(layout, system.scales(), point.activity);
   for (std::size_t p = 0; p < record.contact.open.size(); ++p)
     ++(record.contact.open[p] > 0 ? record.open : record.contact.slip[p] > 0 ? record.slip : record.stick);

@@ -28,6 +28,7 @@ struct PointRecord {
   int stable = 0, instability = 0; ///< numbers of Stability's Verdict and Kind, where points are judged
   double multiplier = 0;
   double harmonics_error = 0, sampling_error = 0, modes_error = 0; ///< where they are estimated
+  double between_error = 0; ///< of the amplitude since the point before; NaN: unknown
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
 };
@@ -44,6 +45,7 @@ struct EventRecord {
 struct EstimateRecord {
   double omega = 0;                              ///< [rad/s]
   double harmonics = 0, sampling = 0, modes = 0; ///< see ErrorEstimate
+  double between = 0;                            ///< see BranchPoint
 
   double total() const { return harmonics + sampling + modes; }
 };

@@ -131,6 +131,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   if ((estimated_ = study.estimates)) {
     real("error_harmonics", &PointRecord::harmonics_error);
     real("error_sampling", &PointRecord::sampling_error);
+    real("error_between", &PointRecord::between_error);
     if ((modes_estimated_ = !model.left_out.squares.empty())) real("error_modes", &PointRecord::modes_error);
   }
   whole("harmonics", &PointRecord::harmonics);
@@ -192,8 +193,10 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
                harmonics = old.doubles("/points/error_harmonics", first, points),
                sampling = old.doubles("/points/error_sampling", first, points),
                modes = modes_estimated_ ? old.doubles("/points/error_modes", first, points)
-                                        : std::vector<double>(kept.points, 0.0);
-    for (hsize_t i = 0; i < kept.points; ++i) estimates_.push_back({at[i], harmonics[i], sampling[i], modes[i]});
+                                        : std::vector<double>(kept.points, 0.0),
+               between = old.doubles("/points/error_between", first, points);
+    for (hsize_t i = 0; i < kept.points; ++i)
+      estimates_.push_back({at[i], harmonics[i], sampling[i], modes[i], between[i]});
   }
   const h5::Extent from{0}, count{kept.events};
   const auto kinds = old.integers("/events/kind", from, count), at = old.integers("/events/point", from, count);
@@ -218,7 +221,9 @@ void ResultsFile::append(const PointRecord &point) {
     coefficients.append(point.coefficients.data(), 1, width);
     for (std::size_t i = 1; i < columns_.size(); ++i) columns_[i].table.append(columns_[i].value(point));
     file_->flush();
-    if (estimated_) estimates_.push_back({point.omega, point.harmonics_error, point.sampling_error, point.modes_error});
+    if (estimated_)
+      estimates_.push_back(
+          {point.omega, point.harmonics_error, point.sampling_error, point.modes_error, point.between_error});
   });
 }
 

@@ -56,6 +56,8 @@ std::string places(const std::vector<EventRecord> &events, Kind kind, bool ampli
   return out + "]";
 }
 
+constexpr double much_between = 0.01; // of the amplitude: a peak may hide there
+
 // What the estimates of all points amount to.
 struct Accuracy {
   double largest = 0, omega = 0; // and where
@@ -63,12 +65,14 @@ struct Accuracy {
   double harmonics = 0, sampling = 0, modes = 0;
   int above = 0, unknown = 0, meaningless = 0; // the tolerance; where the estimate failed; beyond no_error
   int wanted = 0;                              // harmonics there, by the rule for contacts that open and close
+  double between = 0, before = 0; // largest error of the amplitude between points, and the frequency after it
 };
 
 Accuracy accuracy_of(const BranchStory &story) {
   Accuracy found;
   std::vector<double> totals;
   for (const EstimateRecord &estimate : story.estimates) {
+    if (estimate.between > found.between) found.between = estimate.between, found.before = estimate.omega;
     const double total = estimate.total();
     if (!std::isfinite(total)) {
       ++found.unknown;
@@ -100,7 +104,8 @@ std::string accuracy_in_json(const BranchStory &story) {
       ", \"omega\": " + number("%.17g", found.omega) + ", \"most_points\": " + number("%.3g", found.most_points) +
       ", \"harmonics\": " + number("%.3g", found.harmonics) + ", \"sampling\": " + number("%.3g", found.sampling) +
       ", \"modes\": " + number("%.3g", found.modes) + ", \"unknown\": " + std::to_string(found.unknown) +
-      ", \"meaningless\": " + std::to_string(found.meaningless);
+      ", \"meaningless\": " + std::to_string(found.meaningless) + ", \"between\": " + number("%.3g", found.between) +
+      ", \"between_omega\": " + number("%.17g", found.before);
   if (found.wanted > 0) out += ", \"harmonics_wanted\": " + std::to_string(found.wanted);
   if (story.tolerance > 0)
     out += ", \"tolerance\": " + number("%.17g", story.tolerance) + ", \"above\": " + std::to_string(found.above);
@@ -147,6 +152,10 @@ void tell_accuracy(const BranchStory &story) {
         : found.wanted > 0
             ? ("contacts that open and close want some " + std::to_string(found.wanted) + " harmonics there").c_str()
             : "more harmonics are wanted");
+  if (found.between > 0)
+    std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %.9g rad/s)%s\n",
+                found.between, found.before,
+                found.between > much_between ? "; look closer there with continuation.at" : "");
   if (found.unknown > 0) std::printf("  no estimate at %d of %d points\n", found.unknown, points);
   if (found.above > 0)
     std::printf("  the tolerance of %g is not kept at %d of %d points: %s\n", story.tolerance, found.above, points,
