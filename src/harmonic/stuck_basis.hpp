@@ -17,7 +17,8 @@ struct StuckBasis {
   Slab<float> phi;             ///< the same
 };
 
-/// A dense eigenproblem of all n dofs, on one rank; solved already if `model` names a file that holds it. Collective.
+/// A dense eigenproblem of all n dofs, a large one on all ranks; solved already if `model` names a file that holds it.
+/// Collective.
 /// ComputeError: M is not positive definite.
 StuckBasis stuck_basis(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Layout &layout);
 

@@ -185,8 +185,12 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
   Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);
   Id space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
-  Id set(H5Dcreate2(file_, dataset.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  const bool begun = written_ == dataset;
+  Id set(begun ? H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT)
+               : H5Dcreate2(file_, dataset.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT),
+         H5Dclose);
   if (set < 0) throw WriteError(path_.string() + ": " + dataset + ": cannot be created (is the disk full?)");
+  written_ = dataset;
   if (std::find(extent.begin(), extent.end(), 0u) != extent.end())
     return; // HDF5 1.10 refuses collective writes of nothing
   Id transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);

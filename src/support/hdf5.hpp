@@ -71,7 +71,8 @@ public:
   /// Of the root group, or of another object; one that is there already gets a new value.
   void attribute(const std::string &name, const std::string &text, const std::string &object = "/");
   void attribute(const std::string &name, long number, const std::string &object = "/");
-  /// This rank's slab [offset, offset + count) of a dataset of `extent`, row-major; groups on the way are made.
+  /// This rank's slab [offset, offset + count) of a dataset of `extent`, row-major; groups on the way are
+  /// made. The next call may give another slab of the same dataset.
   /// Collective when the file is; a rank with nothing to write gives a zero in `count`.
   void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
             const double *values);
@@ -95,6 +96,7 @@ private:
   std::filesystem::path path_;
   MPI_Comm comm_; // of the ranks that write together, or none
   Id file_;
+  std::string written_; // the last dataset
 };
 
 /// A dataset that grows along its first axis, and, where asked for, along its last one.

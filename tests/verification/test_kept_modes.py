@@ -94,3 +94,20 @@ def test_two_ranks_share_the_file(first):
     found, untouched = again(first, ranks=2)
     assert untouched
     assert np.allclose(found["coefficients"], first[1]["coefficients"], rtol=0, atol=1e-7 * np.abs(first[1]["coefficients"]).max())
+
+
+def test_two_ranks_find_them_together(first, tmp_path):
+    """From nothing, by all ranks: the same branch, and a file that one rank takes."""
+    case = chain.write(tmp_path, POINTS, 1, 32, omega=(1.2, 1.9), most=4)
+    run(case, ranks=2)
+    together, kept = branch(tmp_path), (tmp_path / "stuck.h5").read_bytes()
+    run(case)
+    assert (tmp_path / "stuck.h5").read_bytes() == kept
+    largest = np.abs(first[1]["coefficients"]).max()
+    for found in (together, branch(tmp_path)):
+        assert np.allclose(found["coefficients"], first[1]["coefficients"], rtol=0, atol=1e-7 * largest)
+    squares = []
+    for path in (tmp_path, first[0].parent):
+        with h5py.File(path / "stuck.h5") as file:
+            squares.append(file["squares"][()])
+    assert np.allclose(*squares, rtol=1e-10)
