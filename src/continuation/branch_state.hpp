@@ -2,6 +2,8 @@
 // Where a continuation stands between two steps: all it takes to go on as if it had never stopped.
 #include <vector>
 
+#include "support/growing_list.hpp"
+
 namespace dovetail {
 
 /// What has happened along a branch so far.
@@ -21,7 +23,7 @@ struct BranchState {
   std::vector<double> y, tangent;
   std::vector<double> largest; ///< (n) motion of each dof met so far
   std::vector<double> numbers; ///< step lengths, norms, signs: the continuation's own, in its own order
-  std::vector<double> trail;   ///< marks of the points behind, by which a curve that runs back over itself is known
+  GrowingList trail;           ///< marks of the points behind, by which a curve that runs back over itself is known
   Counts counts;
 };
 

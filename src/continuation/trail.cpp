@@ -17,6 +17,8 @@ double direction(std::uint64_t dof, std::uint64_t place, std::uint64_t which) {
   return static_cast<double>(static_cast<std::int64_t>((x ^ (x >> 31)) >> 11)) / (1ll << 52) - 1;
 }
 
+constexpr double many = 10; // lengths of a piece: no place farther away lies on it
+
 } // namespace
 
 Trail::Sense Trail::add(const Layout &layout, Vec y, Vec t, double motion) {
@@ -33,30 +35,45 @@ Trail::Sense Trail::add(const Layout &layout, Vec y, Vec t, double motion) {
     check(VecRestoreArrayRead(vectors[v], &own), "marking the way");
   }
   MPI_Allreduce(MPI_IN_PLACE, mark.data(), 2 * size, MPI_DOUBLE, MPI_SUM, layout.comm);
-  marks_.insert(marks_.end(), mark.begin(), mark.end());
+  marks_.append(mark);
   const int sense = older(motion);
   found_ = sense == 0 ? 0 : sense == sense_ ? found_ + 1 : 1;
   sense_ = sense;
   return found_ < enough ? Sense::fresh : sense > 0 ? Sense::same : Sense::opposite;
 }
 
-int Trail::older(double motion) const {
+// Marks lie closer to each other the larger the motion that they are measured by.
+int Trail::older(double motion) {
   const int last = static_cast<int>(marks_.size()) / (2 * size) - 1;
   const double unit[] = {1 / omega_unit_, motion > 0 ? 1 / motion : 1};
-  const double *here = &marks_[2 * size * last];
+  const double *here = marks_.begin() + 2 * size * last;
   const auto weighted = [&](const double *a, const double *b) { // scalar product
     double sum = 0;
     for (int k = 0; k < size; ++k) sum += a[k] * b[k] * unit[k > 0] * unit[k > 0];
     return sum;
   };
+  std::array<double, size> chord, to;
+  if (way_.empty()) way_.push_back(0);
+  for (int i = static_cast<int>(way_.size()); i <= last; ++i) {
+    const double *a = marks_.begin() + 2 * size * (i - 1), *b = a + 2 * size;
+    for (int k = 0; k < size; ++k) chord[k] = b[k] - a[k];
+    way_.push_back(way_.back() + std::sqrt(weighted(chord.data(), chord.data())));
+  }
   for (int i = 0; i + 4 < last; ++i) { // the piece from mark i to the next: a cubic over its chord
-    const double *a = &marks_[2 * size * i], *b = a + 2 * size;
-    std::array<double, size> chord, to;
+    const double *a = marks_.begin() + 2 * size * i, *b = a + 2 * size;
     for (int k = 0; k < size; ++k) chord[k] = b[k] - a[k], to[k] = here[k] - a[k];
+    const double far = way_[i] + std::sqrt(weighted(to.data(), to.data()));
+    const int from = i;
+    while (i + 4 < last && far - way_[i] > many * (way_[i + 1] - way_[i])) ++i;
+    if (i > from) { // the pieces up to here are too far away
+      --i;
+      continue;
+    }
     const double length2 = weighted(chord.data(), chord.data()), s = weighted(chord.data(), to.data()) / length2;
+    if (!(s >= 0 && s <= 1)) continue;
     const double rise_a = weighted(a + size, chord.data()) / length2,
                  rise_b = weighted(b + size, chord.data()) / length2;
-    if (!(s >= 0 && s <= 1 && rise_a > 0 && rise_b > 0)) continue;
+    if (!(rise_a > 0 && rise_b > 0)) continue;
     std::array<double, size> away;
     for (int k = 0; k < size; ++k)
       away[k] = to[k] - (3 - 2 * s) * s * s * chord[k] -

@@ -1,6 +1,7 @@
 #pragma once
 // The way behind: by it a curve is known that runs back over itself, or closes.
 #include "continuation/arc_norm.hpp"
+#include "support/growing_list.hpp"
 
 namespace dovetail {
 
@@ -14,11 +15,11 @@ public:
   Sense add(const Layout &layout, Vec y, Vec t, double motion);
 
   /// All marks, and what restores them.
-  const std::vector<double> &marks() const { return marks_; }
+  const GrowingList &marks() const { return marks_; }
   void save_count(std::vector<double> &numbers) const {
     numbers.insert(numbers.end(), {double(found_), double(sense_)});
   }
-  void restore(std::vector<double> marks, double found, double sense) {
+  void restore(GrowingList marks, double found, double sense) {
     marks_ = std::move(marks), found_ = static_cast<int>(found), sense_ = static_cast<int>(sense);
   }
   /// The curve was left: what comes next does not hang together with the point before.
@@ -26,10 +27,11 @@ public:
 
 private:
   static constexpr int size = 6, enough = 6;
-  int older(double motion) const; // +1 or -1 if the last mark lies on an older piece run in that sense; else 0
+  int older(double motion); // +1 or -1 if the last mark lies on an older piece run in that sense; else 0
 
   double omega_unit_;
-  std::vector<double> marks_; // (points, 2, size): Omega and projections of the motion, then the same of the tangent
+  std::vector<double> way_;   // length of the way up to each mark, or more
+  GrowingList marks_;         // (points, 2, size): Omega and projections of the motion, then the same of the tangent
   int found_ = 0, sense_ = 0; // points in succession on older pieces
 };
 

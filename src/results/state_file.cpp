@@ -33,18 +33,20 @@ std::string fingerprint(const SavedRun &run) {
   for (const long number : {long(run.parts), run.events, long(branch.harmonics), long(branch.samples)})
     take(static_cast<double>(number));
   for_each_count(branch.counts, [&](const char *, long number) { take(static_cast<double>(number)); });
-  for (const auto *values : {&branch.y, &branch.tangent, &branch.largest, &branch.numbers, &branch.trail}) {
-    take(static_cast<double>(values->size()));
-    for (const double value : *values) take(value);
-  }
+  const auto take_all = [&](const auto &values) {
+    take(static_cast<double>(values.size()));
+    for (const double value : values) take(value);
+  };
+  for (const auto *values : {&branch.y, &branch.tangent, &branch.largest, &branch.numbers}) take_all(*values);
+  take_all(branch.trail);
   for (const double value : {run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds}) take(value);
   char text[24];
   std::snprintf(text, sizeof text, "%016" PRIx64, hash);
   return text;
 }
 
-void list(h5::Writer &file, const std::string &name, const std::vector<double> &values) {
-  file.rows(name, {values.size()}, 0, values.size(), values.data());
+template <class Values> void list(h5::Writer &file, const std::string &name, const Values &values) {
+  file.rows(name, {values.size()}, 0, values.size(), &*values.begin());
 }
 
 } // namespace
@@ -70,8 +72,8 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
     list(file, "/largest", run.branch.largest);
     list(file, "/numbers", run.branch.numbers);
     list(file, "/trail", run.branch.trail);
-    list(file, "/scales", {run.scales.frequency, run.scales.modal, run.scales.contact});
-    list(file, "/seconds", {run.seconds});
+    list(file, "/scales", std::vector{run.scales.frequency, run.scales.modal, run.scales.contact});
+    list(file, "/seconds", std::vector{run.seconds});
     file.attribute("fingerprint", fingerprint(run));
     file.flush();
   }
@@ -97,7 +99,7 @@ SavedRun read_state(const std::filesystem::path &path) {
   run.branch.tangent = file.doubles("/tangent");
   run.branch.largest = file.doubles("/largest");
   run.branch.numbers = file.doubles("/numbers");
-  run.branch.trail = file.doubles("/trail");
+  run.branch.trail = GrowingList(file.doubles("/trail"));
   const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds");
   const std::string damaged = path.string() + ": damaged; begin anew without --restart";
   if (scales.size() != 3 || seconds.size() != 1 || run.branch.y.empty()) throw InputError(damaged);
