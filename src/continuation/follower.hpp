@@ -1,7 +1,7 @@
 #pragma once
 // The continuation at work. branch.cpp: steps along the curve; places.cpp: what lies within a step; corners.cpp: round
 // its corners; ladder.cpp: what is tried when no step converges; adapt.cpp: harmonics to a tolerance; first_point.cpp:
-// where to begin.
+// where to begin; saved.cpp: where it stands, for a restart.
 #include <memory>
 #include <optional>
 
@@ -43,8 +43,6 @@ private:
   Go after_step();
   void report(Station &s, double arclength, const Stability *stability, bool place = false);
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
-  BranchState state();
-  void restore(const BranchState &state);
   Go end(End how, const std::string &why = "");
   double plain_length(Vec t) const;
   void begin_amplitude();
@@ -79,6 +77,10 @@ private:
   bool round_corner(double step, Go &outcome);
   bool go_round(Vec t, double step, bool by_sign, Go &outcome);
   bool back_to_corner(Station &corner);
+
+  // saved.cpp
+  BranchState state();
+  void restore(const BranchState &state);
 
   // ladder.cpp
   Go climb();

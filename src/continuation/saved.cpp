@@ -1,0 +1,114 @@
+// Where a continuation stands, as numbers, and back: what is given here in some order is taken there in the same.
+#include <array>
+#include <utility>
+
+#include "continuation/follower.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+
+BranchState Follower::state() {
+  BranchState state;
+  state.harmonics = system_->harmonics(), state.samples = system_->samples();
+  state.y = all_coefficients(system_->layout(), here_.y), state.tangent = all_coefficients(system_->layout(), here_.t);
+  UniqueVec largest = system_->unknowns(); // in the place of each dof's first coefficient
+  double *own;
+  check(VecGetArray(largest, &own), "saving a state");
+  for (PetscInt d = 0; d < system_->layout().own_dofs(); ++d)
+    own[d * system_->layout().width] = curve_->norm.largest_of_dofs()[d];
+  check(VecRestoreArray(largest, &own), "saving a state");
+  const std::vector<double> all = all_coefficients(system_->layout(), largest);
+  for (std::size_t i = 0; i < all.size(); i += system_->layout().width) state.largest.push_back(all[i]);
+  state.y.push_back(here_.omega), state.tangent.push_back(system_->omega(here_.t));
+  state.numbers = {step_,
+                   arclength_,
+                   curve_->norm.largest_motion(),
+                   double(here_.sign),
+                   amplitude_.value,
+                   amplitude_.slope,
+                   double(last_verdict_),
+                   curvature_,
+                   double(direction_),
+                   settings_.from,
+                   crowd_.omega,
+                   double(crowd_.newton),
+                   double(in_vain_),
+                   double(lent_from_),
+                   double(unchanged_),
+                   double(raised_.harmonics),
+                   raised_.error,
+                   double(coarse_.harmonics),
+                   coarse_.error,
+                   curve_->memory(),
+                   estimating_,
+                   integrating_};
+  for (const double number : between_.save()) state.numbers.push_back(number);
+  trail_.save_count(state.numbers);
+  state.numbers.push_back(static_cast<double>(bends_.size()));
+  state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
+  if (farthest_) { // a turning point: its sign, motion and tangent
+    state.numbers.push_back(farthest_->sign);
+    for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
+      const std::vector<double> coefficients = all_coefficients(system_->layout(), v);
+      state.numbers.insert(state.numbers.end(), coefficients.begin(), coefficients.end());
+      state.numbers.push_back(system_->omega(v));
+    }
+  }
+  state.trail = trail_.marks();
+  state.counts = summary_.counts;
+  return state;
+}
+
+void Follower::restore(const BranchState &state) {
+  summary_.counts = state.counts;
+  if (state.harmonics != system_->harmonics() || state.samples != system_->samples()) {
+    auto system = std::make_unique<HarmonicSystem>(*system_, state.harmonics, state.samples);
+    std::swap(changed_, system);
+  }
+  if (changed_) take_system(*changed_);
+  const std::vector<double> *from[] = {&state.y, &state.tangent};
+  const Vec to[] = {here_.y, here_.t};
+  for (int i = 0; i < 2; ++i) {
+    set_coefficients(system_->layout(), *from[i], to[i]);
+    curve_->set_omega(to[i], from[i]->back());
+  }
+  here_.omega = state.y.back();
+  auto next = state.numbers.begin();
+  const auto take = [&] { return *next++; };
+  const auto take_int = [&] { return static_cast<int>(take()); };
+  step_ = take(), arclength_ = take();
+  std::vector<double> largest;
+  for (PetscInt d = 0; d < system_->layout().own_dofs(); ++d)
+    largest.push_back(state.largest.at(system_->layout().number(d)));
+  curve_->norm.restore(take(), std::move(largest));
+  here_.sign = take_int();
+  amplitude_.value = take(), amplitude_.slope = take();
+  last_verdict_ = take_int(), curvature_ = take();
+  next += 2; // direction and beginning: see follow_branch
+  crowd_.omega = take(), crowd_.newton = static_cast<long>(take());
+  in_vain_ = take_int(), lent_from_ = take_int(), unchanged_ = take_int();
+  for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
+  curve_->recall(take());
+  estimating_ = take(), integrating_ = take();
+  std::array<double, BetweenPoints::numbers> between;
+  for (double &number : between) number = take();
+  between_.restore(between);
+  const double behind = take(), along = take();
+  trail_.restore(state.trail, behind, along);
+  bends_.resize(static_cast<std::size_t>(take()));
+  for (double &bend : bends_) bend = take();
+  if (next != state.numbers.end()) {
+    farthest_ = curve_->station();
+    farthest_->sign = take_int();
+    for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
+      const auto end = next + system_->layout().dofs() * system_->layout().width;
+      set_coefficients(system_->layout(), {next, end}, v);
+      curve_->set_omega(v, *end);
+      next = end + 1;
+    }
+    farthest_->omega = system_->omega(farthest_->y);
+  }
+  verdict_ = judge(here_);
+}
+
+} // namespace dovetail
