@@ -201,7 +201,7 @@ bool Flow::period(State &state, int instants, Motion &motion) {
     TouchEvent first;
     int touched = -1;
     for (int point = 0; point < model_.points; ++point)
-      if (const TouchEvent event = touches_[point].next(state.touch[point], powers); event.at < first.at)
+      if (const TouchEvent event = touches_[point].next(state.touch[point], powers, first.at); event.at < first.at)
         first = event, touched = point;
     if (touched >= 0) step *= first.at;
     for (; instant < instants && instant * period / instants < time + step; ++instant)

@@ -12,7 +12,8 @@ using Series = std::array<double, series_order + 1>;
 double value(const Series &c, double t);
 double slope(const Series &c, double t);
 
-/// First t in [0, 1] where the sum of c_k t^k is below zero, however shortly; 2 if there is none.
-double first_below_zero(const Series &c);
+/// First t in [0, 1] where the sum of c_k t^k is below zero, however shortly; 2, or none before `limit`, if there is
+/// none before it.
+double first_below_zero(const Series &c, double limit = 2);
 
 } // namespace dovetail

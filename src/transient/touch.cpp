@@ -116,12 +116,13 @@ double Touch::longest(const TouchState &state) const {
 void Touch::look(TouchEvent &event, Kind kind, Series guard, const Series &powers, int d, int s) const {
   for (int k = 0; k <= p; ++k) guard[k] *= powers[k];
   guard[0] += kind == Kind::sticks ? tiny_ * rate_ : tiny_;
-  const double at = first_below_zero(guard);
+  const double at = first_below_zero(guard, event.at);
   if (at < event.at) event = {kind, at, d, s};
 }
 
-TouchEvent Touch::next(const TouchState &state, const Series &powers) const {
+TouchEvent Touch::next(const TouchState &state, const Series &powers, double before) const {
   TouchEvent event;
+  event.at = before;
   if (point_.law == Law::bilateral) return event;
   Series guard;
   const Series &N = force_[2];

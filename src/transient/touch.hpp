@@ -48,7 +48,7 @@ public:
 
   double longest(const TouchState &state) const; ///< step that these series are good for
   /// First event of the step; powers: of its length.
-  TouchEvent next(const TouchState &state, const Series &powers) const;
+  TouchEvent next(const TouchState &state, const Series &powers, double before) const;
   /// Follows the state to time t of the step, and through an event there; v: velocity then.
   void advance(TouchState &state, double t, const TouchEvent &event, const double *v) const;
 

@@ -463,6 +463,10 @@ TEST(Series, first_zero) {
   EXPECT_EQ(first_below_zero(minus), 0);
   EXPECT_NEAR(first_below_zero(times(minus, 0.3)), 0.3, 1e-15);
   EXPECT_GT(first_below_zero(times(minus, 1.3)), 1);
+  EXPECT_EQ(first_below_zero(times(minus, 0.3), 0.300001), first_below_zero(times(minus, 0.3)));
+  EXPECT_GT(first_below_zero(times(minus, 0.3), 0.299999), 1); // not before that
+  EXPECT_NEAR(first_below_zero(times(times(times(minus, 0.9), 0.2), 0.1), 0.15), 0.1, 1e-14);
+  EXPECT_GT(first_below_zero(times(times(times(minus, 0.9), 0.2), 0.1), 0.05), 1);
   EXPECT_NEAR(first_below_zero(times(times(plus, 0.4), 0.4001)), 0.4, 1e-11); // below zero for a short time
   EXPECT_NEAR(first_below_zero(times(times(times(minus, 0.9), 0.2), 0.1)), 0.1, 1e-14);
   Series above = times(times(plus, 0.4), 0.4);
