@@ -61,7 +61,17 @@ FreeModes free_modes(const DenseModel &model) {
 
 void combine(int rows, int columns, const double *weights, const double *table, double *out) {
   if (columns >= 12) return combine_wide(rows, columns, weights, table, out);
-  for (int j = 0; j < columns; ++j) { // few points: not worth the preparations
+  int j = 0; // few points: not worth the preparations
+  for (; j + 4 <= columns; j += 4) {
+    double a = 0, b = 0, c = 0, d = 0;
+    const double *row = table + j;
+    for (int i = 0; i < rows; ++i, row += columns) {
+      const double w = weights[i];
+      a += w * row[0], b += w * row[1], c += w * row[2], d += w * row[3];
+    }
+    out[j] = a, out[j + 1] = b, out[j + 2] = c, out[j + 3] = d;
+  }
+  for (; j < columns; ++j) {
     double sum = 0;
     for (int i = 0; i < rows; ++i) sum += weights[i] * table[i * columns + j];
     out[j] = sum;

@@ -24,9 +24,11 @@ const std::array<Series, p + 1> to_bernstein = [] {
 double polish(const Series &c, double low, double high) {
   double t = (low + high) / 2;
   for (int i = 0; i < 100 && high - low > 1e-16 * high; ++i) {
-    const double f = value(c, t);
+    double f = c[p], df = p * c[p], k = p - 1; // value and derivative, side by side
+    for (auto term = c.rbegin() + 1; k > 0; --k, ++term) f = f * t + *term, df = df * t + k * *term;
+    f = f * t + c[0];
     (f < 0 ? high : low) = t;
-    const double newton = t - f / slope(c, t);
+    const double newton = t - f / df;
     const double next = newton > low && newton < high ? newton : (low + high) / 2;
     if (std::abs(next - t) <= 1e-16 * high) return next;
     t = next;
@@ -58,12 +60,6 @@ double first_in(const Series &c, const Series &b, double low, double high, doubl
 double value(const Series &c, double t) {
   double sum = c[p];
   for (int k = p - 1; k >= 0; --k) sum = sum * t + c[k];
-  return sum;
-}
-
-double slope(const Series &c, double t) {
-  double sum = p * c[p];
-  for (int k = p - 1; k >= 1; --k) sum = sum * t + k * c[k];
   return sum;
 }
 

@@ -8,9 +8,8 @@ namespace dovetail {
 constexpr int series_order = 20;
 using Series = std::array<double, series_order + 1>;
 
-/// Sum of c_k t^k, and its derivative.
+/// Sum of c_k t^k.
 double value(const Series &c, double t);
-double slope(const Series &c, double t);
 
 /// First t in [0, 1] where the sum of c_k t^k is below zero, however shortly; 2, or none before `limit`, if there is
 /// none before it.
