@@ -9,8 +9,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from . import fourier
-from .hdf5_read import dataset, members, numbers, opened, whole, words
+from . import fourier, recovery
+from .hdf5_read import dataset, members, numbers, whole, words
 from .parameters import CONTACT_WIDTH
 from .reference import LAWS
 
@@ -340,30 +340,11 @@ class Results:
         -------
         (N, n_e) array, in the order of `elastic_dofs` of the reduced file.
         """
-        recovery = self._recovery(("xe0", "Phi", "Psi"))
-        motion = self._motion(point, n, times)
-        contact = motion[:, self.modes:] + self.xp
-        return recovery["xe0"] + motion[:, :self.modes] @ recovery["Phi"].T + contact @ recovery["Psi"].T
+        return recovery.elastic(self, point, n, times)
 
     def unknowns(self, point, dofs, n=64, times=None):
         """Some unknowns of the full model, (N, k), total values; dofs (k,) are their numbers there, other arguments as `elastic`."""
-        recovery, dofs = self._recovery(("elastic_dofs", "contact_dofs")), np.asarray(dofs, dtype=np.int64)
-        elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
-        row, column = _places(elastic, dofs), _places(contact, dofs)
-        missing = dofs[(row < 0) & (column < 0)]
-        if missing.size:
-            raise ValueError(f"{self.reduced}: keeps {elastic.size} elastic degrees of freedom, and {missing.size} of the ones wanted "
-                             f"are not among them, the first number {missing[0]}")
-        motion = self._motion(point, n, times)
-        contact_motion = motion[:, self.modes:] + self.xp
-        values = np.empty((len(motion), dofs.size))
-        values[:, column >= 0] = contact_motion[:, column[column >= 0]]
-        row = row[row >= 0]
-        if row.size:
-            part = self._recovery(("xe0", "Phi", "Psi"), slice(row.min(), row.max() + 1))
-            xe0, Phi, Psi = (part[name][row - row.min()] for name in ("xe0", "Phi", "Psi"))
-            values[:, column < 0] = xe0 + motion[:, :self.modes] @ Phi.T + contact_motion @ Psi.T
-        return values
+        return recovery.unknowns(self, point, dofs, n, times)
 
     def displacement(self, point, nodes=None, n=64, times=None, model=None):
         """Total displacement of nodes of the mesh, (N, k, 3) [m]; see `motion.nodal_displacement`."""
@@ -376,16 +357,7 @@ class Results:
 
         Where joints have changed the coordinates these are sums and differences; `displacement` gives the motion of nodes.
         """
-        recovery = self._recovery(("elastic_dofs", "contact_dofs"))
-        elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
-        size = elastic.size + contact.size
-        if not np.array_equal(np.sort(np.concatenate([elastic, contact])), np.arange(size)):
-            raise ValueError(f"{self.reduced}: keeps {elastic.size} elastic degrees of freedom only, not the full model; use elastic()")
-        e = self.elastic(point, n, times)
-        field = np.empty((len(e), size))
-        field[:, elastic] = e
-        field[:, contact] = self._motion(point, n, times)[:, self.modes:] + self.xp
-        return field
+        return recovery.full(self, point, n, times)
 
     def _need_points(self):
         if self._n == 0:
@@ -416,31 +388,8 @@ class Results:
         rows = self._of_point(point)[self.modes + 3 * j:self.modes + 3 * j + 3]
         return fourier.basis(self.harmonics, fourier.phases(n)) @ rows.T
 
-    def _motion(self, point, n, times):
+    def motion(self, point, n=64, times=None):
+        """All unknowns in the order of `coefficients`, (N, N_a + 3 N_x), from the preload state; other arguments as `elastic`."""
         coefficients = self._of_point(point)
         theta = fourier.phases(n) if times is None else self.omega[point] * np.asarray(times, dtype=float)
         return fourier.basis(self.harmonics, theta) @ coefficients.T
-
-    def _recovery(self, names, rows=slice(None)):
-        if self.reduced is None or not self.reduced.is_file():
-            raise ValueError(f"{self.path}: the reduced file it was computed from is not there ({self.reduced})")
-        shapes = {"elastic_dofs": (None,), "contact_dofs": (self.contact_points, 3), "xe0": (None,), "Phi": (None, self.modes),
-                  "Psi": (None, 3 * self.contact_points)}
-        with opened(self.reduced) as file:
-            missing = [name for name in names if f"recovery/{name}" not in file]
-            if missing:
-                raise ValueError(f"{self.reduced}: no recovery data ({', '.join(missing)}); the run must start from a model file")
-            found = {name: dataset(file, f"recovery/{name}", shapes[name], "i" if name.endswith("dofs") else "f") for name in names}
-            lengths = {len(values) for name, values in found.items() if name != "contact_dofs"}
-            if len(lengths) > 1:
-                raise ValueError(f"{self.reduced}: recovery data of different lengths, {', '.join(map(str, sorted(lengths)))}")
-            return {name: values[rows].astype(np.int64 if name.endswith("dofs") else np.float64) for name, values in found.items()}
-
-
-def _places(known, wanted):
-    """The row of each wanted number among the known ones (in any order), -1 where it is not there."""
-    if not known.size:
-        return np.full(wanted.shape, -1)
-    order = np.argsort(known, kind="stable")
-    place = order[np.searchsorted(known, wanted, sorter=order).clip(max=known.size - 1)]
-    return np.where(known[place] == wanted, place, -1)

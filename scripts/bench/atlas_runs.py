@@ -32,7 +32,7 @@ def digest(*paths):
 
 def programs():
     """Hash of what makes each part, apart from the scene itself."""
-    python = digest(ROOT / "python/dovetail/reference.py", HERE / "atlas_methods.py")
+    python = digest(*sorted((ROOT / "python/dovetail/reference").glob("*.py")), HERE / "atlas_methods.py")
     core = digest(BINARY)
     judge = digest(atlas_truth.PROGRAM) if atlas_truth.PROGRAM.exists() else "none"
     return {ORIGINAL: python, PLAIN: python, DOVETAIL: core, "truth": f"{core} {judge}"}

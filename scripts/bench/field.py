@@ -22,7 +22,7 @@ ACCURACIES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3)
 METHODS = {  # name: function of Chain, settings, most contact points, marker, line, colour
     "Dovetail": (Chain.dovetail, (1, 3, 5, 7, 10, 15, 20), 64, "o", "-", "#000000"),
     f"Dovetail, N = {SAMPLES}": (Chain.sampled, (1, 3, 5, 10), 64, ".", ":", "#000000"),
-    f"reference.py, N = {SAMPLES}": (Chain.numpy, (1, 3, 5, 10), 16, "s", "--", "#c1440e"),
+    f"dovetail.reference, N = {SAMPLES}": (Chain.numpy, (1, 3, 5, 10), 16, "s", "--", "#c1440e"),
     f"pyHarm, N = {SAMPLES}": (Chain.pyharm, (1, 3, 5, 10), 16, "D", "-.", "#1f6f9f"),
     "Newmark, NumPy": (Chain.newmark, ACCURACIES, 64, "^", (0, (1, 1)), "#6a9a1f"),
     "event to event": (Chain.events, (1e-2, 1e-6), 64, "v", (0, (6, 1, 1, 1)), "#8a4f9e"),

@@ -71,7 +71,7 @@ class Chain:
         return reference.HarmonicBalance(self.reduced, self.contact, self.preload, XI, [0, 1, 0], harmonics, SAMPLES)
 
     def numpy(self, harmonics):
-        """python/dovetail/reference.py, from frequency to frequency."""
+        """dovetail.reference, from frequency to frequency."""
         system, q, found = self.system(harmonics), None, {}
         began = time.process_time()
         for omega in self.walk:

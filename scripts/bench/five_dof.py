@@ -1,4 +1,4 @@
-"""Time per point of the five-degree-of-freedom example as delivered: Dovetail on one rank, and reference.py.
+"""Time per point of the five-degree-of-freedom example as delivered: Dovetail on one rank, and dovetail.reference.
 
 The reference starts from one of Dovetail's own points and follows the curve with the same arc length, so both must find the
 same frequencies; the bench stops if they do not.
@@ -32,7 +32,7 @@ def dovetail_run(folder):
 
 
 def reference_run(results, points):
-    """`points` steps of reference.py from a point of `results`: milliseconds per point, wall and CPU, and the deviation."""
+    """`points` steps of dovetail.reference from a point of `results`: milliseconds per point, wall and CPU, and the deviation."""
     model, contact = Model.read(CASE / "model.h5"), reference.Contact(*(results.contact[name] for name in (
         "normal_stiffness", "tangential_stiffness", "friction", "gap")))
     reduced = reference.craig_bampton(model.K, model.M, model.contact_dofs, model.force, model.preload, MODES)
@@ -69,11 +69,11 @@ def main():
     print(f"{'  lowest to highest run':34}{'':15}{min(means):9.2f} to {max(means):.2f}")
     print(f"{'  typical point (median)':34}{'':15}{middle['median']:14.2f}")
     print(f"{'  slowest point':34}{'':15}{middle['slowest']:14.2f}")
-    print(f"{'reference.py, dense NumPy':34}{twin['points']:7}{'':8}{twin['mean']:14.1f}")
+    print(f"{'dovetail.reference, dense NumPy':34}{twin['points']:7}{'':8}{twin['mean']:14.1f}")
     print(f"{'the original, compiled kernel *':34}{ORIGINAL['points']:7}{ORIGINAL['newton']:8}{ORIGINAL['mean']:14.1f}")
-    print(f"\nwhole process, start and reduction included: wall {middle['wall']:.2f} s, CPU {middle['cpu']:.2f} s; reference.py: "
+    print(f"\nwhole process, start and reduction included: wall {middle['wall']:.2f} s, CPU {middle['cpu']:.2f} s; dovetail.reference: "
           f"CPU {twin['cpu']:.1f} ms per point")
-    print(f"reference.py iterates to 1e-11 instead of 1e-5; its frequencies agree with Dovetail's to {twin['deviation']:.0e} rad/s")
+    print(f"dovetail.reference iterates to 1e-11 instead of 1e-5; its frequencies agree with Dovetail's to {twin['deviation']:.0e} rad/s")
     print("* not run here: measured elsewhere, on a similar machine")
     keep("five_dof", {**around, "dovetail": middle, "runs": runs, "reference": twin, "original_measured_elsewhere": ORIGINAL})
 

@@ -1,4 +1,4 @@
-"""The original's algorithm, kept in reference.py: it gives the figures its authors' program gives, and stops where that one stops."""
+"""The original's algorithm, kept in dovetail.reference: it gives the figures its authors' program gives, and stops where that one stops."""
 
 import numpy as np
 import pytest

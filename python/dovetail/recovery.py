@@ -1,0 +1,73 @@
+"""Fields of the full model, put together from a branch and what its reduced file keeps of the modes. See `Results`."""
+
+import numpy as np
+
+from .hdf5_read import dataset, opened
+
+
+def elastic(results, point, n, times):
+    """As `Results.elastic`."""
+    recovery = _stored(results, ("xe0", "Phi", "Psi"))
+    motion = results.motion(point, n, times)
+    contact = motion[:, results.modes:] + results.xp
+    return recovery["xe0"] + motion[:, :results.modes] @ recovery["Phi"].T + contact @ recovery["Psi"].T
+
+
+def unknowns(results, point, dofs, n, times):
+    """As `Results.unknowns`."""
+    recovery, dofs = _stored(results, ("elastic_dofs", "contact_dofs")), np.asarray(dofs, dtype=np.int64)
+    elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
+    row, column = _places(elastic, dofs), _places(contact, dofs)
+    missing = dofs[(row < 0) & (column < 0)]
+    if missing.size:
+        raise ValueError(f"{results.reduced}: keeps {elastic.size} elastic degrees of freedom, and {missing.size} of the ones wanted "
+                         f"are not among them, the first number {missing[0]}")
+    motion = results.motion(point, n, times)
+    contact_motion = motion[:, results.modes:] + results.xp
+    values = np.empty((len(motion), dofs.size))
+    values[:, column >= 0] = contact_motion[:, column[column >= 0]]
+    row = row[row >= 0]
+    if row.size:
+        part = _stored(results, ("xe0", "Phi", "Psi"), slice(row.min(), row.max() + 1))
+        xe0, Phi, Psi = (part[name][row - row.min()] for name in ("xe0", "Phi", "Psi"))
+        values[:, column < 0] = xe0 + motion[:, :results.modes] @ Phi.T + contact_motion @ Psi.T
+    return values
+
+
+def full(results, point, n, times):
+    """As `Results.full`."""
+    recovery = _stored(results, ("elastic_dofs", "contact_dofs"))
+    inner, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
+    size = inner.size + contact.size
+    if not np.array_equal(np.sort(np.concatenate([inner, contact])), np.arange(size)):
+        raise ValueError(f"{results.reduced}: keeps {inner.size} elastic degrees of freedom only, not the full model; use elastic()")
+    e = elastic(results, point, n, times)
+    field = np.empty((len(e), size))
+    field[:, inner] = e
+    field[:, contact] = results.motion(point, n, times)[:, results.modes:] + results.xp
+    return field
+
+
+def _stored(results, names, rows=slice(None)):
+    if results.reduced is None or not results.reduced.is_file():
+        raise ValueError(f"{results.path}: the reduced file it was computed from is not there ({results.reduced})")
+    shapes = {"elastic_dofs": (None,), "contact_dofs": (results.contact_points, 3), "xe0": (None,), "Phi": (None, results.modes),
+              "Psi": (None, 3 * results.contact_points)}
+    with opened(results.reduced) as file:
+        missing = [name for name in names if f"recovery/{name}" not in file]
+        if missing:
+            raise ValueError(f"{results.reduced}: no recovery data ({', '.join(missing)}); the run must start from a model file")
+        found = {name: dataset(file, f"recovery/{name}", shapes[name], "i" if name.endswith("dofs") else "f") for name in names}
+        lengths = {len(values) for name, values in found.items() if name != "contact_dofs"}
+        if len(lengths) > 1:
+            raise ValueError(f"{results.reduced}: recovery data of different lengths, {', '.join(map(str, sorted(lengths)))}")
+        return {name: values[rows].astype(np.int64 if name.endswith("dofs") else np.float64) for name, values in found.items()}
+
+
+def _places(known, wanted):
+    """The row of each wanted number among the known ones (in any order), -1 where it is not there."""
+    if not known.size:
+        return np.full(wanted.shape, -1)
+    order = np.argsort(known, kind="stable")
+    place = order[np.searchsorted(known, wanted, sorter=order).clip(max=known.size - 1)]
+    return np.where(known[place] == wanted, place, -1)

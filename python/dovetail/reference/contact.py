@@ -1,0 +1,174 @@
+"""Fourier series of a period, and what the contact points do in it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+STICK, OPEN = 0, 2  # contact states; slip is +1 or -1, the sign of the tangential force
+LAWS = ("coulomb", "cone", "unilateral", "bilateral")  # numbered as in a results file; the first two have friction
+COULOMB, CONE, UNILATERAL, BILATERAL = range(4)
+
+
+# ----------------------------------------------------------------------------------------------- Fourier series (10)
+def waves(harmonics, samples):
+    """Rows 1, cos(j), sin(j), cos(2j), ... of one period; shape (2 harmonics + 1, samples)."""
+    angle = 2 * np.pi * np.arange(samples) / samples
+    rows = [np.ones(samples)]
+    for k in range(1, harmonics + 1):
+        rows += [np.cos(k * angle), np.sin(k * angle)]
+    return np.array(rows)
+
+
+def synthesis(coefficients, samples):
+    """Samples of one period from coefficients [a0, a1, b1, ...] on the last axis; the mean is a0/2."""
+    harmonics = coefficients.shape[-1] // 2
+    rows = waves(harmonics, samples)
+    rows[0] = 0.5
+    return coefficients @ rows
+
+
+def analysis(values, harmonics):
+    """Coefficients [a0, a1, b1, ...] from samples of one period on the last axis: (2/N) sums."""
+    samples = values.shape[-1]
+    if samples <= 2 * harmonics:
+        raise ValueError(f"{samples} samples cannot carry {harmonics} harmonics: more than {2 * harmonics} are needed")
+    return values @ waves(harmonics, samples).T * (2 / samples)
+
+
+# ------------------------------------------------------------------------------------------------------- contact law
+@dataclass(frozen=True)
+class Contact:
+    """Parameters of all contact points.
+
+    kn : (N_x,) normal stiffness [N/m];  kt : (N_x, 2) tangential stiffness [N/m], positive
+    mu : (N_x, 2) friction coefficient [-];  gap : (N_x,) lift-off displacement [m]
+    law : (N_x,) numbers or names of `LAWS`, or one of them for all points; without friction kt and mu have no meaning
+    """
+
+    kn: np.ndarray
+    kt: np.ndarray
+    mu: np.ndarray
+    gap: np.ndarray
+    law: np.ndarray = COULOMB
+
+    @classmethod
+    def uniform(cls, points, normal_stiffness, tangential_stiffness, friction, gap=0.0, law="coulomb"):
+        """From values as in the case file: one for all points, or one (tangential: one pair) per point."""
+        return cls(np.broadcast_to(np.asarray(normal_stiffness, float), (points,)),
+                   np.broadcast_to(np.asarray(tangential_stiffness, float), (points, 2)),
+                   np.broadcast_to(np.asarray(friction, float), (points, 2)),
+                   np.broadcast_to(np.asarray(gap, float), (points,)), law)
+
+    @property
+    def points(self):
+        return len(self.kn)
+
+    @property
+    def kind(self):
+        """Number of the law of each point, (N_x,)."""
+        return np.broadcast_to(law_numbers(self.law), (self.points,))
+
+
+def law_numbers(kind):
+    """Laws as numbers, from numbers or from names in `LAWS`, one or many."""
+    kind = np.asarray(kind)
+    if kind.dtype.kind != "U":
+        return kind
+    unknown = set(kind.ravel()) - set(LAWS)
+    if unknown:
+        raise ValueError(f"no contact law {', '.join(sorted(unknown))}; there are {', '.join(LAWS)}")
+    return np.vectorize(LAWS.index, otypes=[int])(kind)
+
+
+def rubbed(trial, limit, cone):
+    """What friction lets through of the forces (..., 2) that two sliders would carry if both stuck.
+
+    limit : (..., 2) mu N, the bound of each force alone or, where `cone`, of the length of both together. Real parts decide.
+    Returns the forces, and (..., 2) 0 for stick, +1 or -1 for slip with that sign of the force.
+    """
+    alone = np.where(trial.real < 0, -trial, trial)
+    together = np.sqrt(np.sum(trial ** 2, axis=-1, keepdims=True))
+    size = np.where(cone, together, alone)
+    slips = size.real > limit.real
+    force = np.where(slips, limit * (trial / np.where(slips, size, 1)), trial)
+    return force, np.where(slips, np.where(trial.real < 0, -1, 1), 0)
+
+
+def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
+    """Contact force over one period, by one of four laws.
+
+    coulomb: the normal force is N = kn max(0, p), p the approach beyond lift-off. In each tangential direction a slider, a
+    spring kt between the surface and a foot at w: it holds (stick) while |kt (x_t - w)| <= mu N, else the foot is dragged
+    along (slip) so that the force stays at mu N. An open contact carries nothing; when it lands, the foot is set where the
+    surface was at the instant p = 0, interpolated linearly between the two samples.
+    cone: the same, but the length of the two tangential forces together is bounded by mu N, and the foot is dragged in their
+    direction. unilateral: N alone, no friction. bilateral: N = kn p of either sign, never open.
+    The period is marched twice, starting with the foot at w, and the second time round is kept: by then the force is periodic,
+    but for the cone, which goes round until it is (to 1e-10 of the largest bound mu N), a hundred times at most.
+
+    Parameters
+    ----------
+    x : (..., N, 3) displacement from the preload state, t1, t2, n, at N equal steps of one period [m]; may be complex
+        (complex-step derivatives): only real parts decide about states
+    xp : (..., 3) preload displacement [m]
+    w : (..., 2) foot of the two sliders at preload, in total displacement [m]
+    kn, gap : (...); kt, mu : (..., 2) as in `Contact`
+    kind : (...) names in `LAWS`, or their numbers
+
+    Returns
+    -------
+    force : (..., N, 3) total contact force g(x + xp) [N]
+    state : (..., N, 2) 0 stick, +1 or -1 slip with that sign of the force, 2 open; 0 while closed if there is no friction
+    """
+    kind = law_numbers(kind)[..., None]
+    rubs, cone = kind <= CONE, kind == CONE
+    total = np.asarray(x) + np.asarray(xp)[..., None, :]
+    surface = total[..., :2]
+    approach = total[..., 2:] - np.asarray(gap)[..., None, None]
+    kn, kt, mu = np.asarray(kn)[..., None], np.where(rubs, kt, 1), np.where(rubs, mu, 0)
+    force = np.zeros_like(total)
+    state = np.zeros(surface.shape, int)
+    was_open = False  # nothing precedes the first sample of the first pass
+    close = 1e-10 * mu * kn * np.maximum(approach.real.max(axis=-2), 0)
+    end = np.inf  # forces at the end of the round before
+    for _ in range(100):
+        for j in range(total.shape[-2]):
+            here, p = surface[..., j, :], approach[..., j, :]
+            before, p_before = surface[..., j - 1, :], approach[..., j - 1, :]
+            is_open = (p.real <= 0) & (kind != BILATERAL)
+            landing = was_open & ~is_open
+            instant = p_before / np.where(landing, p_before - p, 1)
+            w = np.where(landing, before + instant * (here - before), w)
+
+            normal = np.where(is_open, 0, kn * p)
+            trial = kt * (here - w)
+            tangential, sign = rubbed(trial, mu * normal, cone)
+            w = np.where(sign == 0, w, here - tangential / kt)
+
+            force[..., j, :2] = np.where(is_open | ~rubs, 0, tangential)
+            force[..., j, 2:] = normal
+            state[..., j, :] = np.where(is_open, OPEN, np.where(rubs, sign, 0))
+            was_open = is_open
+        moved, end = np.abs(tangential - end), tangential
+        if np.isfinite(moved).all() and not (cone & (moved > close)).any():
+            break
+    return force, state
+
+
+def contact_coefficients(X, contact, preload, samples):
+    """Coefficients G of g(x + xp) - g(xp) for all points.
+
+    X : (..., N_x, 3, 2H+1) coefficients of the displacement [m]. Returns an array of the same shape [N].
+    """
+    x = np.swapaxes(synthesis(X, samples), -1, -2)
+    force, _ = law(x, preload.xp, preload.w, contact.kn, contact.kt, contact.mu, contact.gap, contact.kind)
+    return analysis(np.swapaxes(force - preload.g[:, None, :], -1, -2), X.shape[-1] // 2)
+
+
+def contact_jacobian(X, contact, preload, samples):
+    """dG/dX by complex step: (N_x, 3, 2H+1, 3, 2H+1) [N/m]; a point's force depends on that point alone."""
+    points, _, size = X.shape
+    h = 1e-30
+    moved = X + 1j * h * np.eye(3 * size).reshape(3 * size, 1, 3, size)
+    columns = contact_coefficients(moved, contact, preload, samples).imag / h
+    return np.moveaxis(columns.reshape(3, size, points, 3, size), (0, 1), (3, 4))
