@@ -17,7 +17,7 @@ public:
   /// The last point but one and this one have a cubic, too, which the point between them is off by e. Of a smooth curve
   /// the error is e h2^2 / (16 h1^2). Where the fourth derivative e / (h1 h2)^2 is unlike the one before, or the slope
   /// is off by more than that, there is a kink, or a bend that is not resolved: there the slope jumps by J beyond its
-  /// trend, and the error is J h2 / 8, by where in the step the kink is 0.9 to 1.2 of that.
+  /// trend, and the error is J h2 / 8 if the kink is in the middle of the step, 0.3 to 1.2 of that elsewhere.
   double add(double step, const Amplitude &next);
 
   static constexpr int numbers = 9;

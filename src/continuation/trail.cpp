@@ -17,7 +17,7 @@ double direction(std::uint64_t dof, std::uint64_t place, std::uint64_t which) {
   return static_cast<double>(static_cast<std::int64_t>((x ^ (x >> 31)) >> 11)) / (1ll << 52) - 1;
 }
 
-constexpr double many = 10; // lengths of a piece: no place farther away lies on it
+constexpr double many = 10; // lengths of a piece: its cubic ends nearer, unless a tangent stands at 88 degrees to it
 
 } // namespace
 
@@ -42,6 +42,12 @@ Trail::Sense Trail::add(const Layout &layout, Vec y, Vec t, double motion) {
   return found_ < enough ? Sense::fresh : sense > 0 ? Sense::same : Sense::opposite;
 }
 
+// The first piece from mark i on that may be near a place `far`, less the way up to i, from it.
+int Trail::first_near(int i, int last, double far) const {
+  while (i + 4 < last && far - way_[i] > many * (way_[i + 1] - way_[i])) ++i;
+  return i;
+}
+
 // Marks lie closer to each other the larger the motion that they are measured by.
 int Trail::older(double motion) {
   const int last = static_cast<int>(marks_.size()) / (2 * size) - 1;
@@ -63,10 +69,8 @@ int Trail::older(double motion) {
     const double *a = marks_.begin() + 2 * size * i, *b = a + 2 * size;
     for (int k = 0; k < size; ++k) chord[k] = b[k] - a[k], to[k] = here[k] - a[k];
     const double far = way_[i] + std::sqrt(weighted(to.data(), to.data()));
-    const int from = i;
-    while (i + 4 < last && far - way_[i] > many * (way_[i + 1] - way_[i])) ++i;
-    if (i > from) { // the pieces up to here are too far away
-      --i;
+    if (const int next = first_near(i, last, far); next > i) {
+      i = next - 1;
       continue;
     }
     const double length2 = weighted(chord.data(), chord.data()), s = weighted(chord.data(), to.data()) / length2;

@@ -27,6 +27,7 @@ public:
 
 private:
   static constexpr int size = 6, enough = 6;
+  int first_near(int i, int last, double far) const;
   int older(double motion); // +1 or -1 if the last mark lies on an older piece run in that sense; else 0
 
   double omega_unit_;

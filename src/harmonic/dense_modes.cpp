@@ -8,19 +8,6 @@
 namespace dovetail {
 namespace {
 
-class RowType { // numbers alone would soon be more than an int counts
-public:
-  explicit RowType(std::size_t n) {
-    MPI_Type_contiguous(static_cast<int>(n), MPI_DOUBLE, &type_);
-    MPI_Type_commit(&type_);
-  }
-  ~RowType() { MPI_Type_free(&type_); }
-  operator MPI_Datatype() const { return type_; }
-
-private:
-  MPI_Datatype type_;
-};
-
 // Rows of one rank from (n, n) or into it; `at` of both.
 template <class Copy> void each_row(const Layout &layout, int rank, Copy copy) {
   std::size_t own = 0;
@@ -28,19 +15,12 @@ template <class Copy> void each_row(const Layout &layout, int rank, Copy copy) {
 }
 
 // Rows of all ranks, in the order of their numbers, on rank 0.
-std::vector<double> on_first_rank(const Layout &layout, std::vector<double> &own, const RowType &row) {
+std::vector<double> on_first_rank(const Layout &layout, std::vector<double> &own, const RowMessages &messages) {
   const std::size_t n = layout.dofs();
-  if (layout.rank > 0) {
-    MPI_Send(own.data(), layout.own_dofs(), row, 0, 0, layout.comm);
-    own = {};
-    return {};
-  }
-  std::vector<double> all(n * n);
-  for (int r = 0; r < layout.size; ++r) {
-    if (r > 0) {
-      own.resize(numbers_of(layout, r).size() * n);
-      MPI_Recv(own.data(), static_cast<int>(own.size() / n), row, r, 0, layout.comm, MPI_STATUS_IGNORE);
-    }
+  std::vector<double> all(layout.rank == 0 ? n * n : 0);
+  if (layout.rank > 0) messages.send(own, 0);
+  for (int r = 0; r < layout.size && layout.rank == 0; ++r) {
+    if (r > 0) messages.receive(own, r, r);
     each_row(layout, r, [&](std::size_t i, std::size_t number) { std::copy_n(&own[i * n], n, &all[number * n]); });
   }
   own = {};
@@ -69,8 +49,8 @@ void solve(std::vector<double> &K, std::vector<double> &M, std::vector<double> &
 
 std::vector<double> dense_modes_on_one_rank(const Layout &layout, std::vector<double> &K, std::vector<double> &M) {
   const std::size_t na = layout.modes, n = layout.dofs();
-  const RowType row(n);
-  std::vector<double> all_K = on_first_rank(layout, K, row), all_M = on_first_rank(layout, M, row), lambda(n);
+  const RowMessages messages(layout);
+  std::vector<double> all_K = on_first_rank(layout, K, messages), all_M = on_first_rank(layout, M, messages), lambda(n);
   on_all_ranks(layout.comm, [&] {
     if (layout.rank > 0) return;
     for (std::size_t j = 0; j < na; ++j)
@@ -83,12 +63,9 @@ std::vector<double> dense_modes_on_one_rank(const Layout &layout, std::vector<do
     each_row(layout, r, [&](std::size_t i, std::size_t number) {
       for (std::size_t j = 0; j < n; ++j) K[i * n + j] = all_K[j * n + number];
     });
-    if (r > 0) MPI_Send(K.data(), static_cast<int>(K.size() / n), row, r, 0, layout.comm);
+    if (r > 0) messages.send(K, r);
   }
-  if (layout.rank > 0) {
-    K.resize(layout.own_dofs() * n);
-    MPI_Recv(K.data(), layout.own_dofs(), row, 0, 0, layout.comm, MPI_STATUS_IGNORE);
-  }
+  if (layout.rank > 0) messages.receive(K, layout.rank, 0);
   return lambda;
 }
 

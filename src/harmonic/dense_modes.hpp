@@ -3,7 +3,7 @@
 // are given, and modes returned, by the rows of the own dofs (Layout::number), n numbers each.
 #include <vector>
 
-#include "harmonic/layout.hpp"
+#include "harmonic/own_rows.hpp"
 
 namespace dovetail {
 
@@ -14,14 +14,5 @@ std::vector<double> dense_modes_on_one_rank(const Layout &layout, std::vector<do
 
 /// The same by ScaLAPACK on all ranks, none of which holds more than its share (spread_modes.cpp).
 std::vector<double> dense_modes_on_all_ranks(const Layout &layout, std::vector<double> &K, std::vector<double> &M);
-
-/// Numbers of the dofs that a rank owns, in order.
-inline std::vector<PetscInt> numbers_of(const Layout &layout, int rank) {
-  const Range modes = share_of(layout.modes, rank, layout.size), points = share_of(layout.points, rank, layout.size);
-  std::vector<PetscInt> numbers;
-  for (PetscInt i = modes.begin; i < modes.end; ++i) numbers.push_back(i);
-  for (PetscInt i = 3 * points.begin; i < 3 * points.end; ++i) numbers.push_back(layout.modes + i);
-  return numbers;
-}
 
 } // namespace dovetail

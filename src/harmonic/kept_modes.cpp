@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "harmonic/dense_modes.hpp"
+#include "harmonic/own_rows.hpp"
 #include "support/error.hpp"
 #include "support/hash.hpp"
 #include "support/hdf5.hpp"
@@ -80,17 +80,14 @@ bool read_modes(const Layout &layout, const std::filesystem::path &path, std::ui
 void keep_modes(const Layout &layout, const std::filesystem::path &path, std::uint64_t fingerprint,
                 const std::vector<double> &lambda, const std::vector<double> &modes) {
   const hsize_t n = layout.dofs();
-  MPI_Datatype row; // numbers alone would soon be more than an int counts
-  MPI_Type_contiguous(static_cast<int>(n), MPI_DOUBLE, &row);
-  MPI_Type_commit(&row);
-  if (layout.rank > 0) MPI_Send(modes.data(), layout.own_dofs(), row, 0, 0, layout.comm);
+  const RowMessages messages(layout);
+  if (layout.rank > 0) messages.send(modes, 0);
   std::filesystem::path partial = path;
   partial += "." + std::to_string(getpid()) + ".partial"; // several runs of a study may share the folder
   int received = 1;                                       // ranks whose rows came
   std::vector<double> others;
   const auto receive = [&] {
-    others.resize(numbers_of(layout, received).size() * n);
-    MPI_Recv(others.data(), static_cast<int>(others.size() / n), row, received, 0, layout.comm, MPI_STATUS_IGNORE);
+    messages.receive(others, received, received);
     ++received;
   };
   if (layout.rank == 0) try {
@@ -116,7 +113,6 @@ void keep_modes(const Layout &layout, const std::filesystem::path &path, std::ui
       std::filesystem::remove(partial, ignored);
     }
   while (layout.rank == 0 && received < layout.size) receive(); // in vain
-  MPI_Type_free(&row);
 }
 
 } // namespace dovetail

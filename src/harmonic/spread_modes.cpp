@@ -51,7 +51,9 @@ public:
   int descriptor[9];
   std::vector<double> matrix() const { return std::vector<double>(std::size_t(own_rows_) * std::max(1, own_columns_)); }
 
-  /// pdsyevd forgets, of what it says it wants, the part of pdormtr and pdlasrt.
+  /// For pdormtr and pdlasrt, which pdsyevd leaves out of what it says it wants: one blocked row and column of this
+  /// rank each, with a block to spare, and some vectors. Too little gives wrong modes, without an error, on small
+  /// matrices; with this all sizes up to 1400 on 1 to 12 ranks were right.
   std::size_t more_room() const { return 4 * n_ + 2 * block * (std::size_t(own_rows_) + own_columns_ + 2 * block); }
 
   /// The lower half of a matrix given by rows, which become empty.
