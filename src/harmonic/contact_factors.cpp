@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "support/event.hpp"
 
@@ -38,15 +39,15 @@ void ContactFactors::look_at(const ContactForces &contact, bool all) {
   moving_.clear();
   for (int p = 0; p < contact.size(); ++p) {
     const auto springs = stuck_springs(contact.points()[p]);
-    if (all || !contact.springs_only(p) || !std::equal(springs.begin(), springs.end(), &basis_.springs[3 * p]))
-      moving_.push_back(p);
+    if (!all && contact.springs_only(p) && std::equal(springs.begin(), springs.end(), &basis_.springs[3 * p])) continue;
+    for (int d = has_friction(contact.points()[p].law) ? 0 : 2; d < 3; ++d) moving_.push_back(3 * p + d);
   }
   const int own = static_cast<int>(moving_.size());
   MPI_Allgather(&own, 1, MPI_INT, shares_.data(), 1, MPI_INT, layout_.comm);
   std::vector<int> starts(layout_.size);
   std::exclusive_scan(shares_.begin(), shares_.end(), starts.begin(), 0);
   std::vector<PetscInt> numbers;
-  for (const int p : moving_) numbers.push_back(layout_.own_points.begin + p);
+  for (const int dof : moving_) numbers.push_back(3 * layout_.own_points.begin + dof);
   all_moving_.resize(starts.back() + shares_.back());
   MPI_Allgatherv(numbers.data(), own, MPIU_INT, all_moving_.data(), shares_.data(), starts.data(), MPIU_INT,
                  layout_.comm);
@@ -54,27 +55,32 @@ void ContactFactors::look_at(const ContactForces &contact, bool all) {
 
 // LAPACK reaches more than half of what a core can do, the products of gather and fill less.
 double ContactFactors::work() const {
-  const double rows = 3.0 * all_moving_.size(), size = rows * layout_.width;
+  const double rows = static_cast<double>(all_moving_.size()), size = rows * layout_.width;
   return size * size * size + 100 * size * size + 6.0 * layout_.width * rows * rows * n_ + 4e5;
 }
 
 double ContactFactors::work_to_solve() const {
-  const double rows = 3.0 * all_moving_.size(), size = rows * layout_.width, n = static_cast<double>(n_);
+  const double rows = static_cast<double>(all_moving_.size()), size = rows * layout_.width, n = static_cast<double>(n_);
   return 5 * size * size + 8 * n * layout_.width * (rows + n) + 1e5;
 }
 
 void ContactFactors::gather_rows() {
   if (factored_ == all_moving_) return;
   factored_ = all_moving_;
+  points_ = 0, blocks_.clear();
+  for (std::size_t first = 0, last; first < factored_.size(); first = last, ++points_) {
+    for (last = first; last < factored_.size() && factored_[last] / 3 == factored_[first] / 3;) ++last;
+    for (std::size_t row = first; row < last; ++row)
+      for (std::size_t column = first; column < last; ++column) blocks_.push_back({row, column, true});
+  }
   std::vector<double> own;
-  for (const int p : moving_)
-    for (int d = 0; d < 3; ++d) {
-      const double *row = basis_.exact.row(layout_.own_modes.size() + 3 * p + d);
-      own.insert(own.end(), row, row + n_);
-    }
-  rows_.resize(3 * factored_.size() * n_);
+  for (const int dof : moving_) {
+    const double *row = basis_.exact.row(layout_.own_modes.size() + dof);
+    own.insert(own.end(), row, row + n_);
+  }
+  rows_.resize(factored_.size() * n_);
   std::vector<int> counts(layout_.size), starts(layout_.size);
-  for (int r = 0; r < layout_.size; ++r) counts[r] = static_cast<int>(3 * shares_[r] * n_);
+  for (int r = 0; r < layout_.size; ++r) counts[r] = static_cast<int>(shares_[r] * n_);
   std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
   MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, rows_.data(), counts.data(), starts.data(), MPI_DOUBLE,
                  layout_.comm);
@@ -84,15 +90,13 @@ void ContactFactors::gather_rows() {
 void ContactFactors::weigh() {
   std::vector<double> damped(n_);
   std::size_t next = 0;
-  for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
-    if (next < moving_.size() && moving_[next] == p) {
+  for (PetscInt dof = 0; dof < 3 * layout_.own_points.size(); ++dof) {
+    if (next < moving_.size() && moving_[next] == dof) {
       ++next;
       continue;
     }
-    for (int d = 0; d < 3; ++d) {
-      const double *row = basis_.exact.row(layout_.own_modes.size() + 3 * p + d), spring = basis_.springs[3 * p + d];
-      for (std::size_t j = 0; j < n_; ++j) damped[j] -= spring * row[j] * row[j];
-    }
+    const double *row = basis_.exact.row(layout_.own_modes.size() + dof), spring = basis_.springs[dof];
+    for (std::size_t j = 0; j < n_; ++j) damped[j] -= spring * row[j] * row[j];
   }
   MPI_Allreduce(MPI_IN_PLACE, damped.data(), static_cast<int>(n_), MPI_DOUBLE, MPI_SUM, layout_.comm);
   const int harmonics = layout_.width / 2;
@@ -106,34 +110,38 @@ void ContactFactors::weigh() {
     }
 }
 
-// Delta of all moving points.
+// Delta of all that move.
 std::vector<double> ContactFactors::deltas(const JacobianParts &parts) const {
   const int w = layout_.width;
-  const std::size_t block = static_cast<std::size_t>(w) * w;
-  std::vector<double> own(9 * block * moving_.size()), written(9 * block);
-  for (std::size_t m = 0; m < moving_.size(); ++m) {
-    const int p = moving_[m];
+  const std::size_t size = static_cast<std::size_t>(w) * w;
+  const auto owner = [&](const Block &block) {
+    return owner_of(layout_.points, factored_[block.row] / 3, layout_.size);
+  };
+  std::vector<int> counts(layout_.size), starts(layout_.size);
+  for (const Block &block : blocks_) counts[owner(block)] += static_cast<int>(size);
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  std::vector<double> own(counts[layout_.rank]), written(9 * size);
+  double *to = own.data();
+  PetscInt point = -1;
+  for (const Block &block : blocks_) {
+    if (owner(block) != layout_.rank) continue;
+    const PetscInt p = factored_[block.row] / 3 - layout_.own_points.begin;
+    const int row = static_cast<int>(factored_[block.row] % 3), column = static_cast<int>(factored_[block.column] % 3);
     const auto &places = block_places(parts.contact.points()[p].law);
-    parts.contact.write(p, written.data());
-    double *of_point = &own[9 * block * m];
+    if (std::exchange(point, p) != p) parts.contact.write(static_cast<int>(p), written.data());
     for (std::size_t b = 0; b < places.size(); ++b)
-      std::copy_n(&written[b * block], block, of_point + (3 * places[b].row + places[b].column) * block);
-    for (int d = 0; d < 3; ++d) {
-      double *diagonal = of_point + 4 * d * block;
-      const double spring = basis_.springs[3 * p + d];
-      if (parts.held) diagonal[0] += parts.held[3 * p + d];
-      for (int i = 0; i < w; ++i) {
-        diagonal[i * w + i] -= spring;
-        const double cross = spring * ((i + 1) / 2) * omega_ * damping_;
-        if (i > 0) diagonal[i * w + (i % 2 ? i + 1 : i - 1)] -= i % 2 ? cross : -cross;
-      }
+      if (places[b].row == row && places[b].column == column) std::copy_n(&written[b * size], size, to);
+    const double spring = row == column ? basis_.springs[3 * p + row] : 0;
+    if (row == column && parts.held) to[0] += parts.held[3 * p + row];
+    for (int i = 0; i < w && spring != 0; ++i) {
+      to[i * w + i] -= spring;
+      const double cross = spring * ((i + 1) / 2) * omega_ * damping_;
+      if (i > 0) to[i * w + (i % 2 ? i + 1 : i - 1)] -= i % 2 ? cross : -cross;
     }
+    to += size;
   }
   if (layout_.size == 1) return own;
-  std::vector<double> all(9 * block * factored_.size());
-  std::vector<int> counts(layout_.size), starts(layout_.size);
-  for (int r = 0; r < layout_.size; ++r) counts[r] = static_cast<int>(9 * block * shares_[r]);
-  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  std::vector<double> all(size * blocks_.size());
   MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE,
                  layout_.comm);
   return all;
@@ -142,7 +150,7 @@ std::vector<double> ContactFactors::deltas(const JacobianParts &parts) const {
 // matrix_ = I + F Delta, harmonic by harmonic of its rows.
 void ContactFactors::fill() {
   const int w = layout_.width, harmonics = w / 2;
-  const std::size_t rows = 3 * factored_.size(), size = rows * w, block = static_cast<std::size_t>(w) * w;
+  const std::size_t rows = factored_.size(), size = rows * w;
   matrix_.assign(size * size, 0);
   flexible_.resize(2 * rows * rows), scaled_.resize(rows * n_);
   double *in_phase = flexible_.data(), *out_of_phase = in_phase + rows * rows;
@@ -154,23 +162,21 @@ void ContactFactors::fill() {
         for (std::size_t j = 0; j < n_; ++j) scaled_[i * n_ + j] = weight[j * (harmonics + 1)] * rows_[i * n_ + j];
       gemm("T", "N", rows, rows, n_, rows_.data(), n_, scaled_.data(), n_, 0, phase ? in_phase : out_of_phase);
     }
-    for (std::size_t i = 0; i < rows; ++i)
-      for (std::size_t m = 0; m < rows; ++m) {
-        const double *part = &delta_[9 * block * (m / 3)] + 3 * (m % 3) * block; // the point's blocks of this row
-        const double a = in_phase[i * rows + m], b = k > 0 ? out_of_phase[i * rows + m] : 0;
-        for (int d = 0; d < 3; ++d, part += block) {
-          if (!acting_[9 * (m / 3) + 3 * (m % 3) + d]) continue;
-          const std::size_t column = (m / 3 * 3 + d) * w;
-          if (k == 0) {
-            double *to = &matrix_[i * w * size + column];
-            for (int j = 0; j < w; ++j) to[j] += a * part[j];
-            continue;
-          }
-          double *c = &matrix_[(i * w + cosine(k)) * size + column], *s = &matrix_[(i * w + sine(k)) * size + column];
-          const double *pc = part + cosine(k) * w, *ps = part + sine(k) * w;
-          for (int j = 0; j < w; ++j) c[j] += a * pc[j] - b * ps[j], s[j] += b * pc[j] + a * ps[j];
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double *part = delta_.data();
+      for (const Block &block : blocks_) {
+        if (block.acts) {
+          const double a = in_phase[i * rows + block.row], b = k > 0 ? out_of_phase[i * rows + block.row] : 0;
+          double *c = &matrix_[(i * w + (k > 0 ? cosine(k) : 0)) * size + block.column * w], *s = c + size;
+          const double *pc = part + (k > 0 ? cosine(k) : 0) * w, *ps = pc + w;
+          if (k == 0)
+            for (int j = 0; j < w; ++j) c[j] += a * pc[j];
+          else
+            for (int j = 0; j < w; ++j) c[j] += a * pc[j] - b * ps[j], s[j] += b * pc[j] + a * ps[j];
         }
+        part += static_cast<std::size_t>(w) * w;
       }
+    }
   }
   for (std::size_t i = 0; i < size; ++i) matrix_[i * size + i] += 1;
 }
@@ -178,7 +184,7 @@ void ContactFactors::fill() {
 // Its sign is that of the pivots and of their exchanges.
 void ContactFactors::decompose(bool precisely) {
   constexpr PetscInt small = 300;
-  PetscBLASInt n = static_cast<PetscBLASInt>(3 * factored_.size() * layout_.width), info = 0;
+  PetscBLASInt n = static_cast<PetscBLASInt>(factored_.size() * layout_.width), info = 0;
   pivots_.resize(n), rough_.clear();
   if (n > small && !precisely) {
     rough_.assign(matrix_.begin(), matrix_.end());
@@ -200,9 +206,11 @@ bool ContactFactors::factor(const JacobianParts &parts, bool precisely) {
   gather_rows();
   weigh();
   delta_ = deltas(parts);
-  acting_.resize(9 * factored_.size());
-  for (std::size_t b = 0, block = delta_.size() / std::max<std::size_t>(acting_.size(), 1); b < acting_.size(); ++b)
-    acting_[b] = std::any_of(&delta_[b * block], &delta_[b * block] + block, [](double value) { return value != 0; });
+  const double *part = delta_.data();
+  for (Block &block : blocks_) {
+    const double *end = part + static_cast<std::size_t>(layout_.width) * layout_.width;
+    block.acts = std::any_of(std::exchange(part, end), end, [](double value) { return value != 0; });
+  }
   fill();
   decompose(precisely);
   to_modes(parts.column, b_);
@@ -226,7 +234,7 @@ void ContactFactors::to_modes(const double *own, std::vector<double> &y) const {
 
 void ContactFactors::solve_in_modes(std::vector<double> &y) {
   const int w = layout_.width;
-  const std::size_t rows = 3 * factored_.size(), size = rows * w;
+  const std::size_t rows = factored_.size(), size = rows * w;
   const auto divide = [&] {
     for (std::size_t j = 0, at = 0; j < n_; ++j)
       for (int k = 0; k <= w / 2; ++k, ++at) {
@@ -254,10 +262,10 @@ void ContactFactors::solve_in_modes(std::vector<double> &y) {
   }
   const PetscBLASInt width = w;
   const double plus = 1, minus = -1;
-  for (std::size_t b = 0; b < acting_.size(); ++b) // block b % 9 of point b / 9
-    if (acting_[b])
-      BLASgemv_("T", &width, &width, &minus, &delta_[b * w * w], &width, &motion_[(b / 9 * 3 + b % 3) * w], &one, &plus,
-                &force_[b / 3 * w], &one);
+  for (std::size_t b = 0; b < blocks_.size(); ++b)
+    if (blocks_[b].acts)
+      BLASgemv_("T", &width, &width, &minus, &delta_[b * w * w], &width, &motion_[blocks_[b].column * w], &one, &plus,
+                &force_[blocks_[b].row * w], &one);
   y.swap(y_);
   gemm("N", "T", w, n_, rows, force_.data(), w, rows_.data(), n_, 1, y.data());
   divide();

@@ -2,10 +2,10 @@
 // The bordered Jacobian factored in the modes of the stuck structure (docs/points.md). There it is diagonal, D, but for
 // the contact points that do not stick all round, whose part Delta = dG - K_t (1 + i k Om xi) has few rows:
 //     (D + Phi_c^T Delta Phi_c)^-1 = D^-1 - D^-1 Phi_c^T Delta (I + F Delta)^-1 Phi_c D^-1,   F = Phi_c D^-1 Phi_c^T.
-// I + F Delta is dense, 3 (2H+1) rows for each of these points, and factored by LAPACK: in double precision, or where
-// it is large in single. Of the points that stick only the damping is not that of the basis; its diagonal in the modes
-// is in D, the rest, small, is not: what is solved with is exact if none sticks, and close otherwise. Every rank
-// factors and solves the same.
+// I + F Delta is dense, 2H+1 rows for each direction in which the law of such a point acts, and factored by LAPACK: in
+// double precision, or where it is large in single. Of the points that stick only the damping is not that of the basis;
+// its diagonal in the modes is in D, the rest, small, is not: what is solved with is exact if none sticks, and close
+// otherwise. Every rank factors and solves the same.
 #include <cstdint>
 #include <vector>
 
@@ -21,7 +21,7 @@ public:
 
   /// Looks at which points move at the Jacobian to come, or takes all of them to. Collective.
   void look_at(const ContactForces &contact, bool all);
-  PetscInt size() const { return 3 * static_cast<PetscInt>(all_moving_.size()) * layout_.width; } ///< of I + F Delta
+  PetscInt size() const { return static_cast<PetscInt>(all_moving_.size()) * layout_.width; } ///< of I + F Delta
   double work() const;          ///< to factor, in operations in single precision that take as long
   double work_to_solve() const; ///< once, likewise
 
@@ -30,7 +30,7 @@ public:
   bool factor(const JacobianParts &parts, bool precisely = false);
   void forget() { sign_ = 0; }
   bool factored() const { return sign_ != 0; }
-  bool of_all() const { return factored_.size() == static_cast<std::size_t>(layout_.points); } ///< points
+  bool of_all() const { return points_ == layout_.points; } ///< points
   bool exact() const { return of_all() && rough_.empty(); } ///< what was factored, if it is the Jacobian still
   /// x = inverse times r, (own unknowns) both. Collective.
   void solve(const double *r, double *x);
@@ -48,18 +48,23 @@ private:
   const StuckBasis &basis_;
   Layout layout_;
   std::size_t n_;                    // modes of the basis
-  std::vector<int> moving_;          // own points that do not stick
-  std::vector<PetscInt> all_moving_; // those of all ranks
+  std::vector<int> moving_;          // own contact dofs of points that do not stick, where their laws act
+  std::vector<PetscInt> all_moving_; // those of all ranks, by number
   std::vector<int> shares_;          // how many of them each rank owns
-  std::vector<PetscInt> factored_;   // those that were factored, from here on `points`
-  std::vector<double> rows_;         // (3 points, n) their Phi_c
+  std::vector<PetscInt> factored_;   // those that were factored, from here on `rows`,
+  PetscInt points_ = 0;              // and of how many points they are
+  std::vector<double> rows_;         // (rows, n) their Phi_c
   double omega_ = 0, damping_ = 0;
-  std::vector<double> own_, other_;  // (n, H+1) D^-1 = [own, -other; other, own] of a mode and harmonic
-  std::vector<double> flexible_;     // (rows, rows) F of one harmonic, its part in phase, then out of phase
-  std::vector<double> scaled_;       // (rows, n)
-  std::vector<double> matrix_;       // (size, size) I + F Delta, row-major, then its factors
-  std::vector<double> delta_;        // (points, 3, 3, 2H+1, 2H+1)
-  std::vector<char> acting_;         // (points, 3, 3) blocks of it that are not zero
+  std::vector<double> own_, other_; // (n, H+1) D^-1 = [own, -other; other, own] of a mode and harmonic
+  std::vector<double> flexible_;    // (rows, rows) F of one harmonic, its part in phase, then out of phase
+  std::vector<double> scaled_;      // (rows, n)
+  std::vector<double> matrix_;      // (size, size) I + F Delta, row-major, then its factors
+  struct Block {                    // of Delta, between two of them that are of one point
+    std::size_t row, column;
+    bool acts; // not zero
+  };
+  std::vector<Block> blocks_;
+  std::vector<double> delta_;        // (blocks, 2H+1, 2H+1)
   std::vector<float> rough_;         // the same in single precision, in its place if not empty
   std::vector<PetscBLASInt> pivots_; // (size)
   std::vector<double> b_, c_;        // (n, 2H+1) the inverse times the border's column; its row

@@ -86,8 +86,8 @@ struct Misses {
 
 // Solves with J at a motion of that size, then at other ones: as well as Newton's method needs, how far x is from what
 // it should be; and to `accuracy`, how far J x is from r.
-std::vector<Misses> misses(double size, int harmonics, double accuracy = 1e-10) {
-  const HarmonicSystem like = small_system(LinearForm::modal);
+std::vector<Misses> misses(double size, int harmonics, double accuracy = 1e-10, const std::vector<Law> &laws = {}) {
+  const HarmonicSystem like = small_system(LinearForm::modal, exactly, laws);
   HarmonicSystem system(like, harmonics, exactly);
   const UniqueVec border = vector_of(system, 1, 7, 0.2), r = vector_of(system, 1, 9, 0.4);
   UniqueVec x = system.unknowns(), rough = system.unknowns(), product = system.unknowns();
@@ -127,6 +127,18 @@ TEST(Modal, solves_with_the_jacobian) { // both ways; with 40 harmonics the fact
 }
 
 TEST(Modal, factors_of_all_points_need_no_iteration) { EXPECT_LT(misses(4, harmonics, 1e-8).front().precise, 1e-11); }
+
+TEST(Modal, directions_without_friction_are_not_factored) { // 243 unknowns of 729: few enough for double precision
+  const Law n = Law::unilateral;
+  const Option none("-hb_modal_ksp_max_it", "1"); // in the modes
+  EXPECT_LT(misses(4, 40, 1e-8, {n, n, n}).front().precise, 1e-11);
+}
+
+TEST(Modal, solves_where_laws_differ) {
+  for (const double size : {0.05, 1.0, 4.0})
+    for (const Misses &miss : misses(size, 10, 1e-10, {Law::unilateral, Law::coulomb, Law::bilateral}))
+      EXPECT_LT(miss.precise, 1e-8) << size;
+}
 
 // With every mode among the lowest ones the preconditioner is the Jacobian's inverse, in single precision: two rounds
 // of refinement, of an iteration or two each, where the diagonal alone takes dozens. On several ranks the first one
