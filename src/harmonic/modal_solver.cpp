@@ -17,6 +17,8 @@ constexpr int most_refinements = 12;       // iterations with factors of the sam
 constexpr double most_again = 40;          // and of an earlier one
 constexpr double least_tried = 10;         // iterations in the modes, at least, before factors are made instead
 constexpr double usual_reuse = 3;          // Jacobians solved with one set of factors
+constexpr double least_gain = 0.5;         // of what is left, by a round of refinement
+constexpr double least_round = 1e-3;       // accuracy of one: its norm is that of the preconditioned remainder
 constexpr double fading = 0.95;            // of what is expected in the modes, with every Jacobian factored
 
 } // namespace
@@ -176,11 +178,15 @@ bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
   };
   bool good = round(r, x, asked);
   first_sign_.reset();
-  for (double reached = ModalKrylov::best_accuracy; good && reached > asked; reached *= ModalKrylov::best_accuracy) {
-    if (!first_sign_) first_sign_ = in_modes_.sign(); // the rounds to come are short and meet few eigenvalues
+  PetscReal whole = 0, left, before = PETSC_INFINITY;
+  if (asked < ModalKrylov::best_accuracy) check(VecNorm(r, NORM_2, &whole), doing);
+  while (good && whole > 0) { // what GMRES takes to be left is far off in single precision where modes resonate
     multiply(x, remainder_);
     check(VecAYPX(remainder_, -1, r), doing);
-    good = round(remainder_, correction_, asked / reached);
+    check(VecNorm(remainder_, NORM_2, &left), doing);
+    if (!(left > asked * whole) || left > least_gain * std::exchange(before, left)) break;
+    if (!first_sign_) first_sign_ = in_modes_.sign(); // the rounds to come are short and meet few eigenvalues
+    good = round(remainder_, correction_, std::min(least_round, asked * whole / left));
     check(VecAXPY(x, 1, correction_), doing);
   }
   return good || !may_factor();

@@ -4,6 +4,7 @@ import json
 import math
 import sys
 
+import numpy as np
 import pytest
 
 from launch import BINARY, ROOT
@@ -13,6 +14,7 @@ import contact_kernel
 import measure
 import reduction
 import sweeps
+import uneven
 
 SECONDS = {"1 model": [0.5, 0.4], "2a analysis": [1.0, 1.0], "2c factorisation": [1.5, 2.0], "2d modes": [3.0, 3.0],
            "2e constraint modes": [4.0, 3.5], "2f projections": [0.25, 0.25], "2h writing": [0.125, 0.125],
@@ -102,3 +104,31 @@ def test_operations_of_a_sampled_point_in_slip():
 def test_turning_points():
     assert sweeps.turning_points([1.0, 2.0, 3.0, 2.5, 2.5, 2.0, 2.25, 4.0]) == 2
     assert sweeps.turning_points([1.0]) == sweeps.turning_points([3.0, 2.0, 1.0]) == 0
+
+
+def test_worst_share_of_a_rank():
+    costs = np.array([[1.0, 1.0, 4.0, 2.0], [3.0, 1.0, 2.0, 2.0]])  # two points of the curve, four contact points
+    assert uneven.worst_share(costs, 2) == pytest.approx((6 / 4 + 4 / 4) / 2)
+    assert uneven.worst_share(costs, 4) == pytest.approx((4 / 2 + 3 / 2) / 2)
+
+
+def test_effects_of_high_harmonics_are_those_of_a_direct_solve():
+    made = np.random.default_rng(3)
+    n, harmonics, omega = 8, 4, 0.7
+    K, M = (np.eye(n) + 0.1 * (part + part.T) for part in made.standard_normal((2, n, n)))
+    forces = made.standard_normal((6, 2 * harmonics + 1))
+    found = uneven.effects(K, M, omega, forces, 2)
+    assert found.shape == (2, n, 4)
+    for point in range(2):
+        pushed = np.zeros((n, 2 * harmonics + 1))
+        pushed[2 + 3 * point:5 + 3 * point] = forces[3 * point:3 * point + 3]
+        for i, column in enumerate(range(5, 9)):
+            k = (column + 1) // 2
+            assert found[point, :, i] == pytest.approx(np.linalg.solve(K - (k * omega) ** 2 * M, pushed[:, column]), abs=1e-10)
+
+
+def test_left_if_the_points_with_most_keep_theirs():
+    made = np.zeros((4, 2, 1))
+    made[:, 0, 0] = 1.0, 10.0, 2.0, 3.0
+    assert uneven.left(made, 0.25) == pytest.approx(6 / 16)
+    assert uneven.left(made, 0.5) == pytest.approx(3 / 16)
