@@ -74,7 +74,7 @@ def bars(axis, rows):
         x += 0.8
     axis.set_xticks(ticks, labels, rotation=55, ha="right", size=7)
     axis.set_xlim(-0.8, x - 1)
-    axis.set_ylim(0, 112)
+    axis.set_ylim(0, 124)
     axis.set_yticks(range(0, 101, 25))
     axis.set_ylabel("finished [%]")
     axis.grid(axis="y", color="#e0e0e0", linewidth=0.5)
@@ -98,6 +98,6 @@ def draw(rows, path):
                   handletextpad=0.1)
     below = figure.add_subplot(grid[1, :])
     bars(below, rows)
-    below.legend(loc="lower left", fontsize=7, ncol=3)
+    below.legend(loc="upper right", fontsize=7, ncol=3)
     figure.savefig(path, dpi=100)
     plt.close(figure)
