@@ -14,7 +14,8 @@ import points
 from measure import OUTPUT, keep, surroundings
 from scipy.linalg import eigh
 
-from dovetail import Results, fourier
+from dovetail import Results
+from dovetail.reference import analysis
 
 HARMONICS, LOWEST = 10, 5  # of the run; those that all points keep
 RANKS = 2, 4, 8, 16, 32
@@ -62,9 +63,8 @@ def left(made, part):
 
 def beyond_springs(results, point):
     """Coefficients (3 contact points, 2H+1) of the contact forces without those of the springs that a stuck point is."""
-    analysis = np.linalg.pinv(fourier.basis(results.harmonics, fourier.phases(SAMPLES)))
     count = len(results.contact["gap"])
-    forces = np.concatenate([(analysis @ results.contact_force(point, j + 1, SAMPLES)[0]).T for j in range(count)])
+    forces = np.concatenate([analysis(results.contact_force(point, j + 1, SAMPLES)[0].T, results.harmonics) for j in range(count)])
     return forces - springs(results)[:, None] * results.coefficients[point][-3 * count:]
 
 

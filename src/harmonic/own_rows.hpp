@@ -33,7 +33,8 @@ public:
   }
   /// The rows of `owner`, sent by `from`.
   void receive(std::vector<double> &rows, int owner, int from) const {
-    const std::size_t count = numbers_of(layout_, owner).size();
+    const std::size_t count =
+        share_of(layout_.modes, owner, layout_.size).size() + 3 * share_of(layout_.points, owner, layout_.size).size();
     rows.resize(count * n_);
     MPI_Recv(rows.data(), static_cast<int>(count), row_, from, 0, layout_.comm, MPI_STATUS_IGNORE);
   }
