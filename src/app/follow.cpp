@@ -76,7 +76,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   progress.heading();
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));
-  Followed followed;
+  int signal = 0;
   double clock = MPI_Wtime();
   BranchObserver observer;
   observer.point = [&](const BranchPoint &point) {
@@ -93,14 +93,12 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     progress.event(event, w0);
   };
   observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };
-  observer.interrupted = [&] { return (followed.signal = noted_signal(comm)) != 0; };
-  BranchStory &story = followed.story;
+  observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };
+  BranchStory story;
   story.summary = stages.run("5 branch", [&] {
     return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
                          observer, earlier ? &earlier->branch : nullptr);
   });
-  const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
-  keeper.finish(cut_off ? "" : name_of(story.summary.end));
   story.frequency_scale = w0;
   story.events = results.events();
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
@@ -109,7 +107,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.length_unit = unit;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();
-  return followed;
+  return {std::move(story), signal, std::move(keeper)};
 }
 
 } // namespace dovetail

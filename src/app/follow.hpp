@@ -11,7 +11,8 @@ namespace dovetail {
 
 struct Followed {
   BranchStory story;
-  int signal = 0; ///< that interrupted it
+  int signal;         ///< that interrupted it, or 0
+  StateKeeper keeper; ///< still to be told that the run has ended: after the summary is written
 };
 
 /// What the case asks of the branch, in scaled numbers.

@@ -109,9 +109,11 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
                                 : ResultsFile::Kept{});
     return follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
   };
-  const Followed followed = into_file();
+  Followed followed = into_file();
   const BranchStory &story = followed.story;
   write_summary(comm, study.directory, &story, stages, reduction);
+  const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
+  followed.keeper.finish(cut_off ? "" : name_of(story.summary.end)); // last: ended, nothing is missing
   const std::string message = in_words(story.summary, study, story.frequency_scale, followed.signal);
   if (!story.summary.good()) throw ComputeError(message);
   voice.say(message);

@@ -183,6 +183,23 @@ def test_nothing_to_do(halted):
     assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
 
 
+def test_run_whose_summary_is_missing_has_not_ended(tmp_path):
+    """All points are there, but the summary could not be written: --restart gives it."""
+    case = cases.dof5(tmp_path, step=0.002, **SMALL)
+    whole = run(case, out="whole")
+    command, folder = line(case, out="out")
+    with Watched(command) as watched:
+        watched.wait_for_point(1)
+        (folder / "summary.json").symlink_to("/dev/full")
+        assert watched.process.wait(SECONDS) == 3
+        assert "is the disk full" in watched.said
+    (folder / "summary.json").unlink()
+    done = run(case, "--restart", out="out")
+    same(done.points, whole.points)
+    for name in ("end", "points", "peaks", "newton_iterations"):
+        assert done.summary[name] == whole.summary[name], name
+
+
 OTHER = {
     "harmonics = 3": ("harmonics = 4", ["harmonic_balance.harmonics = 4", "this run began with 3"]),
     "friction = [1.0, 1.0]": ("friction = [1.0, 1.1]", ["[contact]"]),
