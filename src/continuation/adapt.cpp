@@ -19,7 +19,8 @@ constexpr double least_saving = 0.8;   // unless hardly any would be
 constexpr int least_stay = 4;          // points between a change and the next drop
 constexpr int lent_for = 20;           // points, for harmonics that a rung of the ladder added,
 constexpr int lent_again = 60;         // points more, where fewer led nowhere,
-constexpr double lent_until = 3e-3;    // until as few are as good as that
+constexpr double lent_until = 3e-3;    // until as few promise to be as good as that,
+constexpr double most_lent = 0.1;      // and are not far worse
 constexpr int enough_added = 8;        // harmonics, to see whether they help
 constexpr double most_left = 0.7;      // of the error, by harmonics that were worth it,
 constexpr double most_left_then = 0.5; // or where they were not before, and are tried again: where the error is
@@ -94,8 +95,13 @@ void Follower::spare_harmonics() {
   if (++unchanged_ < (aimed ? least_stay : lent_for) || !here_.error || H <= least) return;
   const double error = here_.error->balance();
   int fewer = harmonics_for(*here_.error, H, least, aimed ? spare_part * settings_.tolerance : lent_until);
-  bool changed = false; // with so many fewer the motion may be no longer near
-  for (; fewer <= least_saving * H && !changed; fewer = (fewer + H + 1) / 2) changed = change_harmonics(fewer, error);
+  bool changed = false; // with so many fewer the motion may be no longer near, or as good
+  for (; fewer <= least_saving * H && !changed; fewer = (fewer + H + 1) / 2) {
+    changed = change_harmonics(fewer, error);
+    if (aimed || !changed || error_of(here_).balance() < most_lent) continue;
+    changed = false;
+    if (!change_harmonics(H, here_.error->balance())) return;
+  }
   if (changed) raised_ = {};
   if (!changed) unchanged_ = aimed ? 1 : -lent_again;
 }

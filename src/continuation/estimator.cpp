@@ -69,7 +69,7 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   check(VecRestoreArray(row_, &row), doing);
   check(VecRestoreArrayRead(t_, &tangent), doing);
 
-  finer_->begin_solves(jacobian_, few);
+  finer_->begin_solves(jacobian_, few, true);
   finer_->jacobian(y_, row_, jacobian_);
   check(KSPSetOperators(ksp_, jacobian_, jacobian_), doing);
   if (balanced) { // nothing to mend

@@ -40,11 +40,11 @@ public:
   /// Empty Jacobian, bordered by Omega's row and column; `ksp` made to solve with it, before SetFromOptions.
   UniqueMat matrix() const { return linear_->matrix(forces_); }
   void set_up(KSP ksp, Mat J) const { linear_->set_up(ksp, J); }
-  std::string recover(KSP ksp, Mat J) const { return linear_->recover(ksp, J); }            ///< see linear_part.hpp
-  int determinant_sign(KSP ksp) const { return linear_->determinant_sign(ksp); }            ///< see linear_part.hpp
-  double take_solver_work(Mat J) const { return linear_->take_work(J); }                    ///< see linear_part.hpp
-  double solver_memory(Mat J) const { return linear_->memory(J); }                          ///< see linear_part.hpp
-  void begin_solves(Mat J, double memory) const { linear_->begin(J, memory); }              ///< see linear_part.hpp
+  std::string recover(KSP ksp, Mat J) const { return linear_->recover(ksp, J); } ///< see linear_part.hpp
+  int determinant_sign(KSP ksp) const { return linear_->determinant_sign(ksp); } ///< see linear_part.hpp
+  double take_solver_work(Mat J) const { return linear_->take_work(J); }         ///< see linear_part.hpp
+  double solver_memory(Mat J) const { return linear_->memory(J); }               ///< see linear_part.hpp
+  void begin_solves(Mat J, double memory, bool for_one = false) const { linear_->begin(J, memory, for_one); }
   int linear_iterations(Mat J, int solves) const { return linear_->iterations(J, solves); } ///< see linear_part.hpp
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);

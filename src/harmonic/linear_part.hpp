@@ -59,9 +59,10 @@ public:
   /// Sign of the determinant of the matrix solved with last: +1 or -1; 0 where the solver does not tell.
   virtual int determinant_sign(KSP ksp) const = 0;
   /// What the solver has learned from earlier Jacobians, as a number, and a beginning with nothing but that: what
-  /// follows then depends on no earlier solve, and a run that is restarted does the same.
+  /// follows then depends on no earlier solve, and a run that is restarted does the same. `for_one`: a single Jacobian
+  /// follows, of which factors serve no other.
   virtual double memory(Mat) const { return 0; }
-  virtual void begin(Mat, double) const {}
+  virtual void begin(Mat, double /*memory*/, bool /*for_one*/) const {}
   /// Operations spent on solving with J since last asked, roughly, as ContactFactors::work; infinite where
   /// they are not counted.
   virtual double take_work(Mat) const { return std::numeric_limits<double>::infinity(); }

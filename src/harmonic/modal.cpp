@@ -146,7 +146,7 @@ double Modal::take_work(Mat J) const { return solver_of(J).take_work(); }
 
 double Modal::memory(Mat J) const { return solver_of(J).memory(); }
 
-void Modal::begin(Mat J, double memory) const { solver_of(J).begin(memory); }
+void Modal::begin(Mat J, double memory, bool for_one) const { solver_of(J).begin(memory, for_one); }
 
 int Modal::iterations(Mat J, int) const { return solver_of(J).take_iterations(); }
 

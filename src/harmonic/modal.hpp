@@ -21,7 +21,7 @@ public:
   int determinant_sign(KSP ksp) const override;
   double take_work(Mat J) const override;
   double memory(Mat J) const override;
-  void begin(Mat J, double memory) const override;
+  void begin(Mat J, double memory, bool for_one) const override;
   int iterations(Mat J, int solves) const override;
 
 private:

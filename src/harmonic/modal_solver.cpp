@@ -97,18 +97,19 @@ double ModalSolver::memory() const {
   return of_all_ ? -expected : expected;
 }
 
-void ModalSolver::begin(double memory) {
+void ModalSolver::begin(double memory, bool for_one) {
+  for_one_ = for_one;
   expected_ = std::abs(memory), of_all_ = memory < 0, taken_ = 0;
   factors_.forget(), in_modes_.begin();
 }
 
 void ModalSolver::choose() {
   if (taken_ > 0) expected_ = std::exchange(taken_, 0);
-  const bool small = 3 * layout_.points * layout_.width <= small_size; // in double precision: the same on all ranks
-  factors_.look_at(*contact_, of_all_ || small);
+  const double reuse = for_one_ ? 1 : usual_reuse;
+  const bool small = reuse > 1 && 3 * layout_.points * layout_.width <= small_size; // in double precision: the same on
+  factors_.look_at(*contact_, of_all_ || small);                                    // all ranks
   fresh_ = false;
-  by_factors_ =
-      may_factor() && (small || factors_.work() / usual_reuse + work_to_solve() < expected_ * work_in_modes());
+  by_factors_ = may_factor() && (small || factors_.work() / reuse + work_to_solve() < expected_ * work_in_modes());
   if (by_factors_ && !factors_.factored()) by_factors_ = factor();
   if (by_factors_)
     expected_ *= fading;

@@ -26,7 +26,7 @@ public:
   /// contacts move.
   int determinant_sign();
   double memory() const; ///< see linear_part.hpp; sign and size: of_all_, expected_
-  void begin(double memory);
+  void begin(double memory, bool for_one);
   double take_work() { return std::exchange(work_, 0); }
   int take_iterations() { return std::exchange(iterations_, 0); }
 
@@ -53,6 +53,7 @@ private:
   bool of_all_ = false;                     // points, as if all of them moved
   double expected_ = 10;                    // iterations in the modes with one Jacobian,
   int taken_ = 0;                           // and with this one
+  bool for_one_ = false;                    // Jacobian
   bool stale_ = true;                       // not chosen yet
   const ContactForces *contact_ = nullptr;
   LinearPart *linear_ = nullptr;

@@ -1,6 +1,7 @@
 #include "support/hdf5.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "support/error.hpp"
 #include "support/ordered_file.hpp"
@@ -225,7 +226,7 @@ void Writer::flush() {
 }
 
 Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows, bool wider)
-    : name_(name), row_(row), type_(type), dataset_(-1, H5Dclose) {
+    : name_(name), row_(row), chunk_width_(width()), type_(type), dataset_(-1, H5Dclose) {
   Extent extent{0}, largest{H5S_UNLIMITED}, chunk{chunk_rows};
   for (const hsize_t n : row_) extent.push_back(n), largest.push_back(n), chunk.push_back(n);
   if (wider) largest.back() = H5S_UNLIMITED;
@@ -255,10 +256,25 @@ void Table::append(const void *rows, hsize_t count, hsize_t width) {
   if (width > 0) extent.back() = width;
   resize(rows_ + count);
   Id space(H5Dget_space(dataset_), H5Sclose);
-  Id memory(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
-  if (H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, extent.data(), nullptr) < 0 ||
-      H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, rows) < 0)
-    throw WriteError("results: " + name_ + " cannot be written (is the disk full?)");
+  const auto write = [&](const void *values) {
+    Id memory(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
+    if (H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, extent.data(), nullptr) < 0 ||
+        H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, values) < 0)
+      throw WriteError("results: " + name_ + " cannot be written (is the disk full?)");
+  };
+  if (row_.empty() || extent.back() <= chunk_width_) return write(rows);
+  // Chunk by chunk, each in one piece: HDF5 would write a piece for every run of values that both sides have.
+  const std::size_t size = H5Tget_size(type_), whole = extent.back();
+  std::size_t runs = 1;
+  for (std::size_t i = 0; i + 1 < extent.size(); ++i) runs *= extent[i];
+  for (hsize_t &from = offset.back(); from < whole; from += chunk_width_) {
+    extent.back() = std::min(chunk_width_, whole - from);
+    std::vector<unsigned char> part(runs * extent.back() * size);
+    for (std::size_t i = 0; i < runs; ++i)
+      std::memcpy(&part[i * extent.back() * size], static_cast<const unsigned char *>(rows) + (i * whole + from) * size,
+                  extent.back() * size);
+    write(part.data());
+  }
 }
 
 void Table::widen(hsize_t width) {

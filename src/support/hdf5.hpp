@@ -119,6 +119,7 @@ private:
   void resize(hsize_t rows);
   std::string name_;
   Extent row_;
+  hsize_t chunk_width_;
   hid_t type_;
   hsize_t rows_ = 0;
   Id dataset_;

@@ -128,6 +128,30 @@ TEST(Modal, solves_with_the_jacobian) { // both ways; with 40 harmonics the fact
 
 TEST(Modal, factors_of_all_points_need_no_iteration) { EXPECT_LT(misses(4, harmonics, 1e-8).front().precise, 1e-11); }
 
+TEST(Modal, one_jacobian_alone_is_not_factored) { // 63 unknowns: else they are, in double precision
+  HarmonicSystem system = small_system(LinearForm::modal, exactly);
+  const UniqueVec y = vector_of(system, 4, 3, 1.3), border = vector_of(system, 1, 7, 0.2),
+                  r = vector_of(system, 1, 9, 0.4);
+  UniqueVec x = system.unknowns(), product = system.unknowns();
+  const UniqueMat J = system.matrix();
+  UniqueKSP ksp;
+  check(KSPCreate(PETSC_COMM_WORLD, ksp.out()), "");
+  system.set_up(ksp, J);
+  check(KSPSetTolerances(ksp, 0.2, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
+  double missed[2];
+  for (const bool one : {false, true}) {
+    system.begin_solves(J, 1, one);
+    system.jacobian(y, border, J);
+    check(KSPSetOperators(ksp, J, J), "");
+    check(KSPSolve(ksp, r, x), "");
+    check(MatMult(J, x, product), "");
+    missed[one] = relative_difference(product, r);
+  }
+  EXPECT_LT(missed[false], 1e-11);
+  EXPECT_GT(missed[true], 1e-9);
+  EXPECT_LT(missed[true], 0.5);
+}
+
 TEST(Modal, directions_without_friction_are_not_factored) { // 243 unknowns of 729: few enough for double precision
   const Law n = Law::unilateral;
   const Option none("-hb_modal_ksp_max_it", "1"); // in the modes
