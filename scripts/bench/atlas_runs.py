@@ -16,7 +16,8 @@ from atlas_methods import DOVETAIL, ORIGINAL, PLAIN, Run
 from measure import BINARY, ROOT
 
 HERE = Path(__file__).resolve().parent
-LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 20, "truth": 4, "again": 1}  # seconds of the processor; truth: for all three places
+# Seconds of the processor; truth and beyond: for all places.
+LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 20, "truth": 4, "beyond": 60, "again": 1}
 MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
 FACTOR = 2
 STARTS = 3  # points from which a suspect step of Dovetail's is followed again
@@ -72,7 +73,10 @@ def run_scene(scene, folder, program, parts, patience=1):
             if not atlas_truth.PROGRAM.exists() or made[DOVETAIL] is None:
                 continue
             run = curve(folder, made[DOVETAIL], DOVETAIL, built)
-            made[part] = keep(path, key[part], {"places": atlas_truth.judge(case, folder, run, built.modes, limits["truth"])})
+            judged = {"places": atlas_truth.judge(case, folder, run, built.modes, limits["truth"])}
+            if run.end in ("stopped", "turned back"):
+                judged["beyond"] = atlas_truth.beyond(case, run, limits["beyond"])
+            made[part] = keep(path, key[part], judged)
             continue
         if part == DOVETAIL:
             atlas_scenes.write(built, folder)

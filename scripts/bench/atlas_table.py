@@ -31,6 +31,12 @@ def worst_error(row):
     return max((place["error"] for place in row["truth"]["places"] if place.get("stays")), default=None)
 
 
+def branch_ends(row):
+    """Whether a curve that stopped, stopped where there is no more: integration found nothing periodic in the rest, and had the time."""
+    tried = (row["truth"] or {}).get("beyond", [])
+    return bool(tried) and not any(place["settled"] or place["why"].startswith("not within") for place in tried)
+
+
 def errors_at_places(row, method):
     """Errors of a method at the places of a row that count; None where it has no point at that frequency."""
     if method == DOVETAIL:
@@ -88,6 +94,7 @@ def figures(rows):
         errors = [error for row in counted for error in errors_at_places(row, method)]
         made[method]["places"] = len(errors)
         made[method]["right"] = sum(error is not None and error <= GOOD for error in errors)
+    made["branch_ends"] = sum(map(branch_ends, counted))
     errors = [worst_error(row) for row in counted if outcome(row, DOVETAIL) == "arrived"]
     errors = [e for e in errors if e is not None]
     made["errors"] = {"scenes": len(errors), "within": {str(bound): int(sum(e <= bound for e in errors)) for bound in (1e-4, 1e-3, GOOD)}}
@@ -107,6 +114,7 @@ def lines(rows):
     out += ["", f"scenes with a periodic motion, by integration: {made[ORIGINAL]['counted']}; of these finished without a silent jump:",
             f"{'':22}" + "".join(f"{100 * made[method]['finished']:11.1f}%" for method in METHODS), ""]
     out.insert(-1, f"{'places within 1 %':22}" + "".join(f"{made[method]['right']:5} of {made[method]['places']:3}" for method in METHODS))
+    out.insert(-1, f"of the rest Dovetail stops in {made['branch_ends']} where integration from rest finds nothing periodic beyond")
     errors = made["errors"]
     out.append("error of Dovetail's amplitudes against integration, worst of a scene: " + ", ".join(
         f"{count} of {errors['scenes']} within {float(bound):g}" for bound, count in errors["within"].items()))
@@ -121,5 +129,6 @@ def lines(rows):
     out += ["", f"not finished by Dovetail: {len(failing)}"]
     for row in failing:
         part, truth = row[DOVETAIL], {True: "periodic", False: "nothing periodic", None: ""}[periodic(row)]
+        truth = "branch ends" if branch_ends(row) else truth
         out.append(f"  {row['scene']['name']:24}{outcome(row, DOVETAIL):12}{100 * part['reached']:5.0f}%  {truth:17}{part['said'][:150]}")
     return out

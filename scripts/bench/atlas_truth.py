@@ -11,6 +11,7 @@ from dovetail import fourier
 PROGRAM = ROOT / "build/integrate"
 PLACES = 3
 HERE = 0.1  # a settled motion that differs more than this is another one: the branch is unstable there, or not the true one
+LEFT = (0.02, 0.1, 0.25, 0.4, 0.6, 0.8, 0.98)  # parts of what is left of a sweep
 TOLERANCE = 1e-6  # of the integration: relative change from period to period
 
 
@@ -42,6 +43,18 @@ def integrate(case, omegas, results, limit):
     said = [json.loads(line) for line in run.output.splitlines() if line.startswith("{")]
     why = run.complaint.strip() if run.status else f"not within {limit:g} s"
     return said + [{"settled": False, "why": why}] * (len(omegas) - len(said))
+
+
+def beyond(case, run, limit):
+    """Whether there is anything periodic in what a curve that stopped has left of the sweep, or the largest part of that: from rest, at
+    each of LEFT.
+
+    Returns a list of {settled, why}.
+    """
+    known = np.sort([*run.sweep, *run.omega])  # it may have begun at the far end, or in between
+    widest = int(np.argmax(np.diff(known)))
+    found = integrate(case, known[widest] + (known[widest + 1] - known[widest]) * np.array(LEFT), None, limit)
+    return [{"settled": said["settled"], "why": said.get("why", "no period settled")} for said in found]
 
 
 def judge(case, folder, run, modes, limit):

@@ -183,6 +183,15 @@ def test_table_counts():
     assert made["errors"] == {"scenes": 2, "within": {"0.0001": 1, "0.001": 1, "0.01": 1}}
     text = "\n".join(atlas_table.lines(rows))
     assert "not finished by Dovetail: 3" in text and "nothing periodic" in text
+    assert made["branch_ends"] == 0 and "branch ends" not in text
+
+
+def test_where_nothing_is_periodic_beyond_the_branch_ends():
+    nothing, time = {"settled": False, "why": "no period settled"}, {"settled": False, "why": "not within 60 s"}
+    for tried, ends in (([nothing, nothing], True), ([nothing, time], False), ([nothing, {"settled": True, "why": ""}], False)):
+        made = row("a", "stopped")
+        made["truth"]["beyond"] = tried
+        assert atlas_table.branch_ends(made) == ends and ("branch ends" in "\n".join(atlas_table.lines([made]))) == ends
 
 
 def test_map_is_drawn(tmp_path):
