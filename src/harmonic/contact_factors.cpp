@@ -11,12 +11,6 @@
 
 #include "support/event.hpp"
 
-extern "C" { // PETSc knows the names of its own precision only
-void sgetrf_(PetscBLASInt *, PetscBLASInt *, float *, PetscBLASInt *, PetscBLASInt *, PetscBLASInt *);
-void sgetrs_(const char *, PetscBLASInt *, PetscBLASInt *, float *, PetscBLASInt *, PetscBLASInt *, float *,
-             PetscBLASInt *, PetscBLASInt *);
-}
-
 namespace dovetail {
 namespace {
 
@@ -181,21 +175,20 @@ void ContactFactors::fill() {
   for (std::size_t i = 0; i < size; ++i) matrix_[i * size + i] += 1;
 }
 
-// Its sign is that of the pivots and of their exchanges.
 void ContactFactors::decompose(bool precisely) {
   constexpr PetscInt small = 300;
   PetscBLASInt n = static_cast<PetscBLASInt>(factored_.size() * layout_.width), info = 0;
-  pivots_.resize(n), rough_.clear();
+  pivots_.clear(), rough_ = {};
   if (n > small && !precisely) {
-    rough_.assign(matrix_.begin(), matrix_.end());
-    sgetrf_(&n, &n, rough_.data(), &n, pivots_.data(), &info);
-  } else if (n > 0) {
-    LAPACKgetrf_(&n, &n, matrix_.data(), &n, pivots_.data(), &info);
+    rough_.factor({matrix_.begin(), matrix_.end()});
+    sign_ = rough_.sign();
+    return;
   }
+  pivots_.resize(n);
+  if (n > 0) LAPACKgetrf_(&n, &n, matrix_.data(), &n, pivots_.data(), &info);
   sign_ = info == 0 ? 1 : 0;
-  for (PetscBLASInt i = 0; i < n; ++i) {
-    const std::size_t at = i + static_cast<std::size_t>(i) * n;
-    if ((rough_.empty() ? matrix_[at] : rough_[at]) < 0) sign_ = -sign_;
+  for (PetscBLASInt i = 0; i < n; ++i) { // its sign is that of the pivots and of their exchanges
+    if (matrix_[i + static_cast<std::size_t>(i) * n] < 0) sign_ = -sign_;
     if (pivots_[i] != i + 1) sign_ = -sign_;
   }
 }
@@ -253,11 +246,11 @@ void ContactFactors::solve_in_modes(std::vector<double> &y) {
   motion_.resize(size), force_.assign(size, 0);
   gemm("N", "N", w, rows, n_, y.data(), w, rows_.data(), n_, 0, motion_.data());
   PetscBLASInt n = static_cast<PetscBLASInt>(size), one = 1, info;
-  if (rough_.empty()) {
+  if (rough_.size() == 0) {
     LAPACKgetrs_("T", &n, &one, matrix_.data(), &n, pivots_.data(), motion_.data(), &n, &info);
   } else {
     rough_motion_.assign(motion_.begin(), motion_.end());
-    sgetrs_("T", &n, &one, rough_.data(), &n, pivots_.data(), rough_motion_.data(), &n, &info);
+    rough_.solve(rough_motion_.data(), true);
     std::copy(rough_motion_.begin(), rough_motion_.end(), motion_.begin());
   }
   const PetscBLASInt width = w;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "harmonic/linear_part.hpp"
+#include "harmonic/rough_factors.hpp"
 #include "harmonic/stuck_basis.hpp"
 
 namespace dovetail {
@@ -30,8 +31,8 @@ public:
   bool factor(const JacobianParts &parts, bool precisely = false);
   void forget() { sign_ = 0; }
   bool factored() const { return sign_ != 0; }
-  bool of_all() const { return points_ == layout_.points; } ///< points
-  bool exact() const { return of_all() && rough_.empty(); } ///< what was factored, if it is the Jacobian still
+  bool of_all() const { return points_ == layout_.points; }     ///< points
+  bool exact() const { return of_all() && rough_.size() == 0; } ///< what was factored, if it is the Jacobian still
   /// x = inverse times r, (own unknowns) both. Collective.
   void solve(const double *r, double *x);
   int determinant_sign() const { return sign_; } ///< of what was factored
@@ -65,7 +66,7 @@ private:
   };
   std::vector<Block> blocks_;
   std::vector<double> delta_;        // (blocks, 2H+1, 2H+1)
-  std::vector<float> rough_;         // the same in single precision, in its place if not empty
+  RoughFactors rough_;               // the same in single precision, in its place if there are any
   std::vector<PetscBLASInt> pivots_; // (size)
   std::vector<double> b_, c_;        // (n, 2H+1) the inverse times the border's column; its row
   std::vector<double> y_, motion_, force_;

@@ -12,23 +12,11 @@ constexpr const char *doing = "solving in the stuck modes";
 constexpr int restart = 60;
 constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
 
-// So many modes that forming their matrix takes as long as a few iterations: r^2 (2H+1)^2 3 N_x products, where an
-// iteration takes 2 n (2H+1) 3 N_x. None where a point takes no longer than that.
-PetscInt worth_factoring(const Layout &layout) {
-  constexpr PetscInt least = 1000;
-  constexpr double iterations = 2;
-  PetscInt count = 0;
-  if (layout.dofs() >= least) count = static_cast<PetscInt>(std::sqrt(2 * iterations * layout.dofs() / layout.width));
-  check(PetscOptionsGetInt(nullptr, "hb_modal_", "-lowest", &count, nullptr), doing);
-  return count;
-}
-
 } // namespace
 
 ModalKrylov::ModalKrylov(const StuckBasis &basis, const Layout &layout)
     : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
-      own_modal_(own_.size() * layout.width), operator_(basis_, layout),
-      lowest_modes_(basis_, layout, worth_factoring(layout)) {
+      own_modal_(own_.size() * layout.width), operator_(basis_, layout), coarse_(basis_, layout) {
   const PetscInt own = own_modal_ + (layout_.owns_omega() ? 1 : 0);
   matrix_ = shell_matrix<&ModalKrylov::apply>(layout_.comm, own, layout_.unknowns(), this, doing);
   check(MatCreateVecs(matrix_, right_.out(), answer_.out()), doing);
@@ -49,10 +37,10 @@ void ModalKrylov::take(const JacobianParts &parts) {
   corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
   operator_.take(parts.contact, parts.held, omega_ * damping_);
   prepare_border(parts);
-  if (lowest_ == Lowest::none)
-    factor_lowest();
+  if (coarse_state_ == Coarse::none)
+    factor_coarse();
   else
-    lowest_ = Lowest::stale;
+    coarse_state_ = Coarse::stale;
   prepare_inverse();
 }
 
@@ -63,8 +51,8 @@ double ModalKrylov::work() const {
 }
 
 bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
-  if (accuracy < usual_accuracy_ && lowest_ == Lowest::stale)
-    factor_lowest(), prepare_inverse(); // its sign may be asked
+  if (accuracy < usual_accuracy_ && coarse_state_ == Coarse::stale)
+    factor_coarse(), prepare_inverse(); // its sign may be asked
   {
     const ReadValues from(r);
     const Values to(right_);
@@ -85,7 +73,7 @@ bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
   return reason > 0;
 }
 
-int ModalKrylov::sign() const { return ((lowest_modes_.sign() < 0) != (schur_ < 0) ? -1 : 1) * sign_of_met(ksp_); }
+int ModalKrylov::sign() const { return ((coarse_.sign() < 0) != (schur_ < 0) ? -1 : 1) * sign_of_met(ksp_); }
 
 int sign_of_met(KSP ksp) {
   KSPConvergedReason reason;
@@ -122,9 +110,9 @@ void ModalKrylov::prepare_border(const JacobianParts &parts) {
   if (!same) operator_.to_modes(border.data(), c_.data()), moved_border_ = border;
 }
 
-void ModalKrylov::factor_lowest() {
-  lowest_modes_.factor(operator_, omega_, damping_);
-  lowest_ = Lowest::fresh;
+void ModalKrylov::factor_coarse() {
+  if (coarse_.used()) coarse_.factor(operator_, omega_, damping_);
+  coarse_state_ = Coarse::fresh;
 }
 
 void ModalKrylov::prepare_inverse() {
@@ -137,7 +125,16 @@ void ModalKrylov::prepare_inverse() {
     inverse_b_[at] = a * b_[at] - b * b_[at + 1], inverse_b_[at + 1] = b * b_[at] + a * b_[at + 1];
     inverse_c_[at] = a * c_[at] + b * c_[at + 1], inverse_c_[at + 1] = -b * c_[at] + a * c_[at + 1];
   });
-  lowest_modes_.solve(b_.data(), inverse_b_.data()), lowest_modes_.solve(c_.data(), inverse_c_.data(), true);
+  const auto correct = [&](const std::vector<double> &v, std::vector<double> &inverse_v, bool transposed) {
+    const PetscInt size = coarse_.size();
+    if (size == 0) return;
+    among_.resize(size);
+    coarse_.to_motions(v.data(), among_.data());
+    MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size), MPI_DOUBLE, MPI_SUM, layout_.comm);
+    coarse_.solve(among_.data(), transposed);
+    coarse_.add(among_.data(), inverse_v.data());
+  };
+  correct(b_, inverse_b_, false), correct(c_, inverse_c_, true);
   schur_ = corner_ - std::inner_product(c_.begin(), c_.end(), inverse_b_.begin(), 0.0);
   MPI_Allreduce(MPI_IN_PLACE, &schur_, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
   if (schur_ == 0) schur_ = 1;
@@ -167,9 +164,14 @@ void ModalKrylov::apply(Vec y, Vec out) {
 void ModalKrylov::precondition(Vec r, Vec out) {
   const ReadValues in(r);
   const Values to(out);
-  double last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), static_cast<const double *>(in), 0.0);
+  const PetscInt size = coarse_.size();
+  among_.resize(size + 1);
+  double &last = among_[size];
+  coarse_.to_motions(in, among_.data());
+  last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), static_cast<const double *>(in), 0.0);
   if (layout_.owns_omega()) last += in[own_modal_];
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &last, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  if (layout_.size > 1)
+    MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size + 1), MPI_DOUBLE, MPI_SUM, layout_.comm);
   last /= schur_;
   pairs([&](PetscInt at, int k, double a, double b) {
     if (k == 0) {
@@ -178,7 +180,7 @@ void ModalKrylov::precondition(Vec r, Vec out) {
     }
     to[at] = a * in[at] - b * in[at + 1], to[at + 1] = b * in[at] + a * in[at + 1];
   });
-  lowest_modes_.solve(in, to);
+  if (size > 0) coarse_.solve(among_.data(), false), coarse_.add(among_.data(), to);
   for (PetscInt i = 0; i < own_modal_; ++i) to[i] -= inverse_b_[i] * last;
   if (layout_.owns_omega()) to[own_modal_] = last;
 }

@@ -2,8 +2,8 @@
 // Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure: with x = Phi y it becomes
 // [Phi^T J Phi, Phi^T b; (Phi^T c)^T, d], whose blocks are diagonal but for what the contacts do. GMRES, preconditioned
 // by that diagonal, bordered; in single precision.
+#include "harmonic/coarse_space.hpp"
 #include "harmonic/linear_part.hpp"
-#include "harmonic/lowest_modes.hpp"
 #include "harmonic/modal_operator.hpp"
 #include "support/error.hpp"
 
@@ -19,8 +19,8 @@ public:
   ModalKrylov(const StuckBasis &basis, const Layout &layout);
   ModalKrylov(const ModalKrylov &) = delete; // PETSc knows where it is
 
-  void begin() { lowest_ = Lowest::none; } ///< of another Newton solve
-  void take(const JacobianParts &parts);   ///< Collective.
+  void begin() { coarse_state_ = Coarse::none; } ///< of another Newton solve
+  void take(const JacobianParts &parts);         ///< Collective.
   /// x = inverse times r, unknowns of the harmonic system, to a relative `accuracy` no better than `best_accuracy`.
   /// False: not within `most` iterations, or the fewer that PETSc's options allow. Collective.
   bool solve(Vec r, Vec x, double accuracy, int most);
@@ -35,10 +35,10 @@ public:
 
 private:
   void prepare_border(const JacobianParts &parts);
-  void factor_lowest();
+  void factor_coarse();
   void prepare_inverse();
   void apply(Vec y, Vec out);                    // the bordered operator
-  void precondition(Vec r, Vec out);             // the inverse of its diagonal and of its lowest modes, bordered
+  void precondition(Vec r, Vec out);             // the inverse of its diagonal, corrected among few motions, bordered
   template <class Work> void pairs(Work &&work); // (index of an own pair of coefficients, lambda, d, k)
 
   const StuckBasis &basis_;
@@ -46,10 +46,15 @@ private:
   Range own_;          // modal unknowns
   PetscInt own_modal_; // their coefficients
   ModalOperator operator_;
-  LowestModes lowest_modes_;
-  enum class Lowest { none, stale, fresh } lowest_ = Lowest::none; // factored of an earlier Jacobian, or of this one
-  double omega_ = 0, damping_ = 0, corner_ = 0;                    // corner: last entry of the border, on the last rank
+  CoarseSpace coarse_;
+  enum class Coarse {
+    none,
+    stale,
+    fresh
+  } coarse_state_ = Coarse::none;                     // factored of an earlier Jacobian, or of this one
+  double omega_ = 0, damping_ = 0, corner_ = 0;       // corner: last entry of the border, on the last rank
   std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
+  std::vector<double> among_;                         // the coarse space's unknowns, and one more
   double schur_ = 1;
   std::vector<double> moved_border_; // that c_ belongs to
   UniqueMat matrix_;

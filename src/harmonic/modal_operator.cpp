@@ -142,23 +142,21 @@ void ModalOperator::contact_forces(PetscInt first, PetscInt count) {
   }
 }
 
-// First what the points answer to each mode, (3 points, r blocks), then its sum over them.
-std::vector<float> ModalOperator::among_lowest(PetscInt r) const {
+// First what the points answer to each motion, (3 points, r blocks), then its sum over them.
+std::vector<float> ModalOperator::among(const std::vector<float> &shapes, PetscInt r) const {
   constexpr PetscInt at_once = 32;
   const int w = layout_.width;
   const std::size_t block = static_cast<std::size_t>(w) * w, row = r * block;
-  std::vector<Real> sum(r * row, 0), answers(3 * at_once * row), shapes(3 * at_once * r), tight(block);
+  std::vector<Real> sum(r * row, 0), answers(3 * at_once * row), tight(block);
   for (PetscInt first = 0; first < layout_.own_points.size(); first += at_once) {
     const PetscInt count = std::min(at_once, layout_.own_points.size() - first);
     std::fill_n(answers.begin(), 3 * count * row, Real{});
     for (PetscInt p = 0; p < count; ++p) {
       const Point &point = points_[first + p];
-      for (int d = 0; d < 3; ++d)
-        std::copy_n(basis_.phi.row(layout_.own_modes.size() + 3 * (first + p) + d), r, &shapes[(3 * p + d) * r]);
       for (const Block &of_point : point.blocks) {
         for (int j = 0; j < w; ++j) std::copy_n(&blocks_[of_point.at + j * padded_], w, &tight[j * w]);
         for (PetscInt k = 0; k < r; ++k)
-          add_scaled(shapes[(3 * p + of_point.column) * r + k], tight,
+          add_scaled(shapes[(3 * (first + p) + of_point.column) * r + k], tight,
                      &answers[(3 * p + of_point.row) * row + k * block]);
       }
       for (int d = 0; d < 3 && point.stuck; ++d) {
@@ -166,13 +164,13 @@ std::vector<float> ModalOperator::among_lowest(PetscInt r) const {
         for (PetscInt k = 0; k < r; ++k)
           for (int i = 1; i < w; ++i)
             answers[(3 * p + d) * row + k * block + (i % 2 ? i + 1 : i - 1) * w + i] =
-                -spring * cross_[i] * shapes[(3 * p + d) * r + k];
+                -spring * cross_[i] * shapes[(3 * (first + p) + d) * r + k];
       }
     }
     const int rows = static_cast<int>(row), columns = static_cast<int>(r), inner = static_cast<int>(3 * count);
     const Real one = 1;
-    sgemm_("N", "T", &rows, &columns, &inner, &one, answers.data(), &rows, shapes.data(), &columns, &one, sum.data(),
-           &rows);
+    sgemm_("N", "T", &rows, &columns, &inner, &one, answers.data(), &rows, &shapes[3 * first * r], &columns, &one,
+           sum.data(), &rows);
   }
   return sum;
 }

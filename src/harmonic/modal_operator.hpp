@@ -29,9 +29,9 @@ public:
   /// made known to all, and `sum` made the sum over all ranks, on the last. Collective.
   void apply(const double *y, double *out, double &last, double &sum);
 
-  /// The part of own points in Phi_c^T { ... } Phi_c among the first r modes: (r, r, 2H+1, 2H+1), for each two modes j
-  /// and k the block d (j) / d (k), by columns.
-  std::vector<Real> among_lowest(PetscInt r) const;
+  /// The part of own points in Phi_c^T { ... } Phi_c among r motions, which move the own contact dofs by `shapes`,
+  /// (own contact dofs, r): (r, r, 2H+1, 2H+1), for each two of them the block d (first) / d (second), by columns.
+  std::vector<Real> among(const std::vector<Real> &shapes, PetscInt r) const;
 
 private:
   struct Block {

@@ -1,6 +1,7 @@
 #include "harmonic/stuck_basis.hpp"
 
 #include "harmonic/dense_modes.hpp"
+#include "harmonic/joint_shapes.hpp"
 #include "harmonic/kept_modes.hpp"
 
 namespace dovetail {
@@ -44,6 +45,7 @@ StuckBasis stuck_basis(const ReducedModel &model, const std::vector<ContactPoint
   }
   MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (std::size_t j = 0; j < n; ++j) basis.damped[j] = std::max(0.0, basis.lambda[j] + basis.damped[j]);
+  basis.shapes = joint_shapes(basis, layout);
   return basis;
 }
 

@@ -13,6 +13,7 @@ struct StuckBasis {
   std::vector<double> lambda;  ///< (n), n = N_a + 3 N_x, ascending; on every rank
   std::vector<double> damped;  ///< (n) diagonal of Phi^T K Phi; on every rank
   std::vector<double> springs; ///< (own contact dofs) K_t
+  std::vector<double> shapes;  ///< (n, shapes) by columns, see joint_shapes.hpp; on every rank
   Slab<double> exact;          ///< (own dofs, n) Phi: rows of the own modes, then of the own contact dofs
   Slab<float> phi;             ///< the same
 };

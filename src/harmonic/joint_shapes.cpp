@@ -1,0 +1,70 @@
+#include "harmonic/joint_shapes.hpp"
+
+#include <petscsys.h>
+// needs the one above
+#include <petscblaslapack.h>
+
+#include <cmath>
+#include <random>
+
+namespace dovetail {
+namespace {
+
+constexpr PetscBLASInt most = 24;
+constexpr double least_energy = 0.1;
+constexpr int iterations = 8; // of all shapes together: energies that differ by a third are told apart to 1e-3
+
+void orthonormalise(std::vector<double> &X, PetscBLASInt n, PetscBLASInt count) {
+  PetscBLASInt info, room = 64 * count;
+  std::vector<double> tau(count), work(room);
+  LAPACKgeqrf_(&n, &count, X.data(), &n, tau.data(), work.data(), &room, &info);
+  LAPACKorgqr_(&n, &count, &count, X.data(), &n, tau.data(), work.data(), &room, &info);
+}
+
+} // namespace
+
+std::vector<double> joint_shapes(const StuckBasis &basis, const Layout &layout) {
+  const std::size_t own_modes = layout.own_modes.size();
+  PetscBLASInt n = static_cast<PetscBLASInt>(layout.dofs()), count = std::min(most, n),
+               rows = static_cast<PetscBLASInt>(basis.springs.size()),
+               stride = static_cast<PetscBLASInt>(basis.exact.stride()), room = 64 * count, info;
+  const double one = 1, zero = 0;
+  std::vector<double> X(static_cast<std::size_t>(n) * count), Y(X.size()),
+      motion(static_cast<std::size_t>(rows) * count), scale(n), among(static_cast<std::size_t>(count) * count),
+      energy(count), work(room);
+  for (PetscBLASInt j = 0; j < n; ++j) scale[j] = 1 / std::sqrt(std::max(basis.lambda[j], 1e-12 * basis.lambda[n - 1]));
+  std::mt19937 chance; // the same on every rank
+  for (double &x : X) x = chance() / 4294967296.0 - 0.5;
+  const auto scaled = [&](std::vector<double> &V) {
+    for (std::size_t i = 0; i < V.size(); ++i) V[i] *= scale[i % n];
+  };
+  for (int turn = 0; turn <= iterations; ++turn) { // Y = Lambda^-1/2 Phi_c^T K_t Phi_c Lambda^-1/2 X
+    orthonormalise(X, n, count);
+    Y = X, scaled(Y);
+    if (rows > 0)
+      BLASgemm_("T", "N", &rows, &count, &n, &one, basis.exact.row(own_modes), &stride, Y.data(), &n, &zero,
+                motion.data(), &rows);
+    for (std::size_t i = 0; i < motion.size(); ++i) motion[i] *= basis.springs[i % rows];
+    if (rows > 0)
+      BLASgemm_("N", "N", &n, &count, &rows, &one, basis.exact.row(own_modes), &stride, motion.data(), &rows, &zero,
+                Y.data(), &n);
+    else
+      std::fill(Y.begin(), Y.end(), 0.0);
+    MPI_Allreduce(MPI_IN_PLACE, Y.data(), static_cast<int>(Y.size()), MPI_DOUBLE, MPI_SUM, layout.comm);
+    scaled(Y);
+    if (turn < iterations) X.swap(Y);
+  }
+  BLASgemm_("T", "N", &count, &count, &n, &one, X.data(), &n, Y.data(), &n, &zero, among.data(), &count);
+  LAPACKsyev_("V", "L", &count, among.data(), &count, energy.data(), work.data(), &room, &info);
+  PetscBLASInt found = 0; // from the last one back
+  while (info == 0 && found < count && energy[count - 1 - found] > least_energy) ++found;
+  std::vector<double> shapes(static_cast<std::size_t>(n) * found);
+  for (PetscBLASInt k = 0; k < found; ++k)
+    for (PetscBLASInt i = 0; i < count; ++i)
+      for (PetscBLASInt j = 0; j < n; ++j)
+        shapes[static_cast<std::size_t>(k) * n + j] +=
+            among[(count - 1 - k) * count + i] * X[static_cast<std::size_t>(i) * n + j] * scale[j];
+  return shapes;
+}
+
+} // namespace dovetail
