@@ -17,6 +17,7 @@ public:
   bool used() const { return most_ > 0; }
   /// Of the Jacobian that `contacts` has taken. Collective.
   void factor(const ModalOperator &contacts, double omega, double damping);
+  void forget() { sign_ = 0; }
   PetscInt size() const { return sign_ == 0 ? 0 : count_ * layout_.width; } ///< unknowns; 0: nothing is factored
   /// g (size) = this rank's part of B^T times v (own modal unknowns).
   void to_motions(const double *v, double *g) const;

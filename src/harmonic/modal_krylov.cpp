@@ -11,6 +11,7 @@ namespace {
 constexpr const char *doing = "solving in the stuck modes";
 constexpr int restart = 60;
 constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
+constexpr PetscInt large = 1000;         // dofs: with fewer, one Jacobian's coarse space costs more than it saves
 
 } // namespace
 
@@ -32,6 +33,11 @@ ModalKrylov::ModalKrylov(const StuckBasis &basis, const Layout &layout)
   check(KSPGetTolerances(ksp_, &usual_accuracy_, nullptr, nullptr, &most_), doing);
 }
 
+void ModalKrylov::begin(bool for_one) {
+  coarse_.forget();
+  coarse_state_ = for_one && layout_.dofs() < large ? Coarse::idle : Coarse::none;
+}
+
 void ModalKrylov::take(const JacobianParts &parts) {
   omega_ = parts.omega, damping_ = parts.damping;
   corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
@@ -39,7 +45,7 @@ void ModalKrylov::take(const JacobianParts &parts) {
   prepare_border(parts);
   if (coarse_state_ == Coarse::none)
     factor_coarse();
-  else
+  else if (coarse_state_ == Coarse::fresh)
     coarse_state_ = Coarse::stale;
   prepare_inverse();
 }

@@ -19,8 +19,8 @@ public:
   ModalKrylov(const StuckBasis &basis, const Layout &layout);
   ModalKrylov(const ModalKrylov &) = delete; // PETSc knows where it is
 
-  void begin() { coarse_state_ = Coarse::none; } ///< of another Newton solve
-  void take(const JacobianParts &parts);         ///< Collective.
+  void begin(bool for_one);              ///< of another Newton solve, or of one Jacobian, of which nothing is factored
+  void take(const JacobianParts &parts); ///< Collective.
   /// x = inverse times r, unknowns of the harmonic system, to a relative `accuracy` no better than `best_accuracy`.
   /// False: not within `most` iterations, or the fewer that PETSc's options allow. Collective.
   bool solve(Vec r, Vec x, double accuracy, int most);
@@ -47,12 +47,9 @@ private:
   PetscInt own_modal_; // their coefficients
   ModalOperator operator_;
   CoarseSpace coarse_;
-  enum class Coarse {
-    none,
-    stale,
-    fresh
-  } coarse_state_ = Coarse::none;                     // factored of an earlier Jacobian, or of this one
-  double omega_ = 0, damping_ = 0, corner_ = 0;       // corner: last entry of the border, on the last rank
+  enum class Coarse { none, stale, fresh, idle };
+  Coarse coarse_state_ = Coarse::none;          // factored of no Jacobian yet, an earlier one, this one; not at all
+  double omega_ = 0, damping_ = 0, corner_ = 0; // corner: last entry of the border, on the last rank
   std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
   std::vector<double> among_;                         // the coarse space's unknowns, and one more
   double schur_ = 1;

@@ -100,7 +100,7 @@ double ModalSolver::memory() const {
 void ModalSolver::begin(double memory, bool for_one) {
   for_one_ = for_one;
   expected_ = std::abs(memory), of_all_ = memory < 0, taken_ = 0;
-  factors_.forget(), in_modes_.begin();
+  factors_.forget(), in_modes_.begin(for_one);
 }
 
 void ModalSolver::choose() {
