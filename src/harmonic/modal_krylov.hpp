@@ -27,6 +27,7 @@ public:
   int iterations() const { return count_; }                 ///< of the last solve
   int sign() const;                                         ///< of the determinant, by the last solve; 0: unknown
   double usual_accuracy() const { return usual_accuracy_; } ///< for Newton's method
+  bool corrected() const { return coarse_.used(); }         ///< is the preconditioner, among few motions
   double work() const; ///< of an iteration but for the contacts' blocks, as ContactFactors::work
 
   static constexpr double best_accuracy = 1e-6;

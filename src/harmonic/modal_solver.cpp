@@ -19,6 +19,7 @@ constexpr double least_tried = 10;         // iterations in the modes, at least,
 constexpr double usual_reuse = 3;          // Jacobians solved with one set of factors
 constexpr double least_gain = 0.5;         // of what is left, by a round of refinement
 constexpr double least_round = 1e-3;       // accuracy of one: its norm is that of the preconditioned remainder
+constexpr double most_expected = 2;        // times those that factors are worth, where few motions are known to help
 constexpr double fading = 0.95;            // of what is expected in the modes, with every Jacobian factored
 
 } // namespace
@@ -109,7 +110,9 @@ void ModalSolver::choose() {
   const bool small = reuse > 1 && 3 * layout_.points * layout_.width <= small_size; // in double precision: the same on
   factors_.look_at(*contact_, of_all_ || small);                                    // all ranks
   fresh_ = false;
-  by_factors_ = may_factor() && (small || factors_.work() / reuse + work_to_solve() < expected_ * work_in_modes());
+  const double as_long = (factors_.work() / reuse + work_to_solve()) / work_in_modes(); // in iterations
+  if (in_modes_.corrected()) expected_ = std::min(expected_, most_expected * as_long);
+  by_factors_ = may_factor() && (small || as_long < expected_);
   if (by_factors_ && !factors_.factored()) by_factors_ = factor();
   if (by_factors_)
     expected_ *= fading;
