@@ -15,12 +15,13 @@ from launch import ROOT, SURROUNDINGS, run
 SAME = 1e-7  # relative
 
 
-def compare(case_of, folder, wanted, ranks):
-    """Runs a case in both forms and compares all coefficients at the frequencies that both give exactly."""
+def compare(case_of, folder, wanted, ranks, options=()):
+    """Runs a case in both forms and compares all coefficients at the frequencies that both give exactly. options : of the modal form"""
     points = {}
     for solver in ("assembled", "modal"):
         path = case_of(folder / solver, solver)
-        points[solver] = run(SimpleNamespace(path=path), ranks=ranks if solver == "modal" else None).points
+        modal = solver == "modal"
+        points[solver] = run(SimpleNamespace(path=path), *(options if modal else ()), ranks=ranks if modal else None).points
     one, other = points["assembled"], points["modal"]
     for omega in wanted:
         at, there = np.flatnonzero(one["omega"] == omega), np.flatnonzero(other["omega"] == omega)
@@ -111,6 +112,13 @@ output = {{ motion = [] }}
 def test_blade_root(blade, tmp_path, ranks):
     one, _ = compare(blade, tmp_path, [2245, 2246, 2246.5, 2247, 2248], ranks)
     assert one["slip"].max() > 0.5
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_blade_root_with_few_motions_in_the_preconditioner(blade, tmp_path, ranks):
+    """As with 250 dofs and more."""
+    _, other = compare(blade, tmp_path, [2245, 2246, 2246.5, 2247, 2248], ranks, ["-hb_modal_lowest", 4, "-hb_factors_most", 0])
+    assert other["linear_iterations"].sum() < 6 * other["newton_iterations"].sum()
 
 
 def test_mass_that_lifts_off(tmp_path):
