@@ -9,6 +9,7 @@ namespace dovetail {
 namespace {
 
 constexpr int most_harmonics = 64;
+constexpr double most_probed = 1e4;     // unknowns, to see whether still more harmonics help where some did not
 constexpr double estimated_part = 0.5;  // of the linear solver's work on a point,
 constexpr double estimated_least = 3e7; // and more for the rest of it, some 1 ms;
 constexpr double estimated_ahead = 3e8; // so much may be saved up
@@ -62,7 +63,9 @@ const ErrorEstimate &Follower::affordable_error_of(Station &s) {
 }
 
 const ErrorEstimate &Follower::error_of(Station &s) {
-  if (!s.error) s.error = (*estimator_)(s.y, s.t);
+  if (s.error) return *s.error;
+  s.error = (*estimator_)(s.y, s.t);
+  if (!system_->scaled().model.reduced.left_out.squares.empty()) s.error->modes = curve_->left_out(s);
   return *s.error;
 }
 
@@ -74,7 +77,9 @@ bool Follower::refined_for(Station &s) {
   const double error = s.error->balance();
   if (unchanged_ > 0 || raised_.harmonics == 0) raised_ = {H, error}; // else further harmonics for the same step
   const double left = raised_.harmonics == coarse_.harmonics ? most_left_then : most_left;
-  if (H >= raised_.harmonics + enough_added && error > left * raised_.error) {
+  const bool in_vain = H >= raised_.harmonics + enough_added && error > left * raised_.error,
+             more_to_be_had = H < most_harmonics && system_->layout().dofs() * (4 * H + 1) < most_probed;
+  if (in_vain && !more_to_be_had) {
     coarse_ = std::exchange(raised_, {});
     return change_harmonics(coarse_.harmonics, error);
   }

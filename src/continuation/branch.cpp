@@ -7,19 +7,22 @@
 #include "continuation/follower.hpp"
 
 namespace dovetail {
+namespace {
+
+constexpr double alone = 1e-3; // of its frequency, is what counts as much as the motion where there is one point only
+
+} // namespace
 
 Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings,
                    const BranchObserver &observer)
     : system_(&system), newton_(newton), settings_(settings), observer_(observer),
-      omega_unit_(settings.to != settings.from ? std::abs(settings.to - settings.from) : 1),
+      omega_unit_(settings.to != settings.from ? std::abs(settings.to - settings.from) : alone * settings.from),
       curve_(std::make_unique<Curve>(system, newton, omega_unit_, settings.adaptive, summary_.counts)),
       meter_(std::make_unique<AmplitudeMeter>(system.layout(), settings.watched)), here_(curve_->station()),
       trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_), lent_from_(system.harmonics()),
       direction_(settings.to < settings.from ? -1 : 1) {
   if (settings.stability) begin_stability();
-  if (settings.estimates) // of a single point at its own frequency
-    estimator_ = std::make_unique<Estimator>(system, settings.to == settings.from ? 1e-3 * settings.from : omega_unit_,
-                                             newton.residual_tolerance);
+  if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, omega_unit_, newton.residual_tolerance);
 }
 
 BranchSummary Follower::run(Vec y, const std::string &why_there) {

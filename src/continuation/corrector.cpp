@@ -6,6 +6,7 @@ namespace {
 
 // Relative, of Newton's steps where the solver iterates: from this on it chooses itself.
 constexpr double newton_accuracy = 0.5;
+constexpr double rough_accuracy = 0.2; // relative, of corrections
 
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {
@@ -116,21 +117,40 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   return outcome;
 }
 
-Corrector::Direction Corrector::tangent(Vec t) {
+// One more solve with the factors of the last iteration.
+Corrector::Direction Corrector::solve_again(Vec r, Vec x, double accuracy) {
   KSP ksp;
   KSPConvergedReason reason;
-  PetscReal norm;
-  PetscReal newtons;
+  PetscReal norm, newtons;
   check(SNESGetKSP(snes_, &ksp), "computing a tangent");
   check(KSPGetTolerances(ksp, &newtons, nullptr, nullptr, nullptr), "computing a tangent");
-  check(KSPSetTolerances(ksp, tangent_accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "computing a tangent");
-  check(KSPSolve(ksp, unit_, t), "computing a tangent");
+  check(KSPSetTolerances(ksp, accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "computing a tangent");
+  check(KSPSolve(ksp, r, x), "computing a tangent");
   check(KSPSetTolerances(ksp, newtons, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "computing a tangent");
   check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
-  check(VecNorm(t, NORM_2, &norm), "computing a tangent");
+  check(VecNorm(x, NORM_2, &norm), "computing a tangent");
   const int linear = system_.linear_iterations(jacobian_, 0);
-  if (reason <= 0 || !std::isfinite(norm) || norm == 0) return {false, 0, linear};
-  return {true, system_.determinant_sign(ksp), linear};
+  return {reason > 0 && std::isfinite(norm), 0, linear};
+}
+
+Corrector::Direction Corrector::tangent(Vec t) {
+  Direction direction = solve_again(unit_, t, tangent_accuracy);
+  KSP ksp;
+  PetscReal norm;
+  check(SNESGetKSP(snes_, &ksp), "computing a tangent");
+  check(VecNorm(t, NORM_2, &norm), "computing a tangent");
+  direction.found = direction.found && norm > 0;
+  if (direction.found) direction.sign = system_.determinant_sign(ksp);
+  return direction;
+}
+
+Corrector::Direction Corrector::correct(Vec r, Vec c) {
+  const Direction direction = solve_again(r, c, rough_accuracy);
+  if (direction.found) return direction;
+  KSP ksp;
+  check(SNESGetKSP(snes_, &ksp), "computing a correction");
+  system_.recover(ksp, jacobian_);
+  return direction;
 }
 
 Corrector::Direction Corrector::tangent_at(Vec y, Vec border, Vec t) {

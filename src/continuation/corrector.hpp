@@ -34,7 +34,10 @@ public:
   /// solve with the factors of its last iteration, which lies within eps_x of the solution. The determinant of
   /// [d residual / d y; t] has the same sign as that with the border in place of t. Collective.
   Direction tangent(Vec t);
-  /// The same with the Jacobian at any y, on the curve or beside it, and a border.
+  /// c with [d residual / d y] c = r and border . c = 0, after tangent and by the same factors, roughly where the
+  /// solver iterates. r's last entry is 0. Collective.
+  Direction correct(Vec r, Vec c);
+  /// A tangent with the Jacobian at any y, on the curve or beside it, and a border.
   Direction tangent_at(Vec y, Vec border, Vec t);
 
   double take_work() { return system_.take_solver_work(jacobian_); } ///< see linear_part.hpp
@@ -50,6 +53,7 @@ private:
   static PetscErrorCode jacobian(SNES, Vec y, Mat J, Mat, void *context);
   static PetscErrorCode converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f, SNESConvergedReason *,
                                   void *context);
+  Direction solve_again(Vec r, Vec x, double accuracy);
 
   HarmonicSystem &system_;
   NewtonSettings settings_;

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "harmonic/left_out_forces.hpp"
+
 namespace dovetail {
 
 Curve::Curve(HarmonicSystem &system_, const NewtonSettings &newton, double omega_unit, bool weighted, Counts &counts)
-    : system(system_), norm(system_.layout(), omega_unit, weighted), corrector_(system_, newton), counts_(counts),
-      row_(system_.unknowns()), e_omega_(system_.unknowns()) {
+    : system(system_), norm(system_.layout(), omega_unit, weighted), corrector_(system_, newton),
+      omega_unit_(omega_unit), counts_(counts), row_(system_.unknowns()), e_omega_(system_.unknowns()) {
   const Layout &layout = system.layout();
   if (layout.owns_omega())
     check(VecSetValue(e_omega_, layout.omega_row(), 1, INSERT_VALUES), "setting up continuation");
@@ -44,6 +46,7 @@ bool Curve::solve_at(double w, Station &s) {
 
 bool Curve::finish(Station &s) {
   counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
+  solve_ = none;
   if (!s.newton.converged) return false;
   s.activity = system.activity(), s.error.reset();
   s.omega = system.omega(s.y);
@@ -55,11 +58,36 @@ bool Curve::finish(Station &s) {
     return false;
   }
   check(VecScale(s.t, 1 / norm.length(s.t)), "computing a tangent");
+  static long solves = 0;
+  s.solve = solve_ = ++solves;
   return true;
+}
+
+double Curve::left_out(const Station &s) {
+  UniqueVec r = system.unknowns(), c = system.unknowns();
+  const double motion = std::sqrt(swing_product(system.layout(), s.y, s.y)), own = left_out_forces(system, s.y, r);
+  if (motion == 0) return 0;
+  if (s.solve != solve_) {
+    int sign;
+    if (!tangent_at(s.y, s.t, c, sign)) return std::nan("");
+    solve_ = s.solve;
+  }
+  const auto correction = corrector_.correct(r, c);
+  counts_.linear += correction.linear;
+  if (!correction.found) return std::nan("");
+  // across the curve: what lies along it does not count
+  const auto product = [&](Vec a, Vec b) {
+    return swing_product(system.layout(), a, b) / (motion * motion) +
+           system.omega(a) * system.omega(b) / (omega_unit_ * omega_unit_);
+  };
+  const double along = product(c, s.t), across = product(c, c) - along * along / product(s.t, s.t);
+  return std::hypot(std::sqrt(std::max(0.0, across)),
+                    system.layout().modes > 0 ? own / motion : 0); // without modes they have no scale
 }
 
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   norm.weigh(normal, row_);
+  solve_ = none;
   const auto direction = corrector_.tangent_at(y, row_, t);
   counts_.linear += direction.linear;
   sign = direction.sign;

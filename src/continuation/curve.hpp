@@ -17,6 +17,7 @@ struct Station {
   Corrector::Outcome newton;          ///< of the solve that led here
   std::vector<Activity> activity;     ///< of the own contact points
   std::optional<ErrorEstimate> error; ///< once it has been asked for
+  long solve = 0;                     ///< number of the solve that led here, among those of all curves
 };
 
 class Curve {
@@ -40,6 +41,10 @@ public:
   /// Tangent and sign by the Jacobian at any y, to the side of `normal`. Collective.
   bool tangent_at(Vec y, Vec normal, Vec t, int &sign);
 
+  /// Estimated distance to the curve that modes left out of the reduced model would lead to, as ErrorEstimate has it;
+  /// NaN where the linear solver failed. With the factors of the last solve, if s is from that. Collective.
+  double left_out(const Station &s);
+
   double take_work() { return corrector_.take_work(); } ///< of the linear solver, see linear_part.hpp
   double memory() const { return corrector_.memory(); } ///< of the linear solver, see linear_part.hpp
   void recall(double memory) { corrector_.recall(memory); }
@@ -54,8 +59,11 @@ private:
   bool finish(Station &s);
 
   Corrector corrector_;
+  double omega_unit_;
   Counts &counts_;
   UniqueVec row_, e_omega_;
+  static constexpr long none = -1;
+  long solve_ = none; // of which the corrector holds factors
 };
 
 /// Other way round: the same point, the tangent turned.

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "harmonic/dense_model.hpp"
-#include "harmonic/left_out_forces.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -13,12 +12,25 @@ namespace {
 
 constexpr const char *doing = "estimating errors";
 constexpr double accuracy = 0.2; // of the linear solve, relative; with 1e-2 estimates are the same to a few per cent
-constexpr double few = 5;        // iterations expected
+constexpr double few = 2;        // iterations expected, where few contacts move
 
 // With one harmonic, two would show nothing of friction that is alike in both directions.
 int finer_harmonics(int harmonics) { return std::max(2 * harmonics, harmonics + 2); }
 
 } // namespace
+
+double swing_product(const Layout &layout, Vec a, Vec b) {
+  const double *x, *y;
+  double sum = 0;
+  check(VecGetArrayRead(a, &x), doing);
+  check(VecGetArrayRead(b, &y), doing);
+  for (PetscInt i = 0; i < layout.own_coefficients(); ++i)
+    if (i % layout.width != 0) sum += x[i] * y[i];
+  check(VecRestoreArrayRead(b, &y), doing);
+  check(VecRestoreArrayRead(a, &x), doing);
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, layout.comm);
+  return sum;
+}
 
 Estimator::Estimator(const HarmonicSystem &system, double omega_unit, double negligible)
     : omega_unit_(omega_unit), negligible_(negligible), system_(&system) {
@@ -53,9 +65,7 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   check(VecSet(residual_, 0), doing);
   finer_->residual(y_, residual_);
   check(VecNorm(residual_, NORM_2, &residual), doing);
-  const bool balanced = residual < negligible_, // as where contacts stick or are open all round
-      whole = system_->scaled().model.reduced.left_out.squares.empty();
-  if (balanced && whole) {
+  if (residual < negligible_) { // as where contacts stick or are open all round
     measure_content(found);
     return found;
   }
@@ -72,8 +82,7 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   finer_->begin_solves(jacobian_, few, true);
   finer_->jacobian(y_, row_, jacobian_);
   check(KSPSetOperators(ksp_, jacobian_, jacobian_), doing);
-  if (balanced) { // nothing to mend
-  } else if (system_->samples() == exactly) {
+  if (system_->samples() == exactly) {
     found.harmonics = correct();
   } else { // what is left out, then what is wrong in the harmonics that are there: each to its own accuracy
     UniqueVec both = finer_->unknowns();
@@ -90,11 +99,6 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   }
   measure_content(found);
   work_ += finer_->take_solver_work(jacobian_);
-  if (!whole) {
-    pad(system_->layout(), y, layout, y_);
-    found.modes = left_out();
-    finer_->take_solver_work(jacobian_);
-  }
   return found;
 }
 
@@ -110,11 +114,6 @@ void Estimator::measure_content(ErrorEstimate &found) const {
   for (const double square : squares) found.content.push_back(std::sqrt(square) / motion_);
 }
 
-double Estimator::left_out() {
-  const double own = left_out_forces(*finer_, y_, residual_);
-  return std::hypot(correct(), finer_->layout().modes > 0 ? own / motion_ : 0); // without modes they have no scale
-}
-
 double Estimator::correct() {
   KSPConvergedReason reason;
   check(KSPSolve(ksp_, residual_, correction_), doing);
@@ -125,17 +124,6 @@ double Estimator::correct() {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-// Of the motion without its means.
-double Estimator::size(Vec y) const {
-  const Layout &layout = finer_->layout();
-  const double *q;
-  double square = 0;
-  check(VecGetArrayRead(y, &q), doing);
-  for (PetscInt i = 0; i < layout.own_coefficients(); ++i)
-    if (i % layout.width != 0) square += q[i] * q[i];
-  check(VecRestoreArrayRead(y, &q), doing);
-  MPI_Allreduce(MPI_IN_PLACE, &square, 1, MPI_DOUBLE, MPI_SUM, layout.comm);
-  return std::sqrt(square);
-}
+double Estimator::size(Vec y) const { return std::sqrt(swing_product(finer_->layout(), y, y)); }
 
 } // namespace dovetail

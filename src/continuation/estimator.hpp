@@ -14,11 +14,15 @@ namespace dovetail {
 /// relative to the sweep, as one root of squares. NaN where the linear solver failed.
 struct ErrorEstimate {
   double harmonics = 0, sampling = 0; ///< by what is missing; they add up as vectors, so their sum bounds the whole
-  double modes = 0;                   ///< by modes that the reduced model leaves out, as far as they are known
+  double modes = 0;                   ///< by modes that the reduced model leaves out, as far as they are known; not the
+                                      ///< Estimator's: see Curve::left_out
   std::vector<double> content;        ///< size of each harmonic, 0 .. finer H, of the corrected motion; relative
 
   double balance() const { return harmonics + sampling; } ///< what more harmonics would mend
 };
+
+/// Inner product of two motions without their means. Collective.
+double swing_product(const Layout &layout, Vec a, Vec b);
 
 class Estimator {
 public:
@@ -38,9 +42,8 @@ public:
 private:
   void build(std::unique_ptr<HarmonicSystem> finer);
   double correct();                                 // y_ by the step that residual_ asks for: its length
-  double left_out();                                // by modes left out
   void measure_content(ErrorEstimate &found) const; // of y_
-  double size(Vec y) const;
+  double size(Vec y) const;                         // without means
 
   double omega_unit_, negligible_;
   const HarmonicSystem *system_;

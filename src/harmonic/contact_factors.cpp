@@ -104,8 +104,8 @@ void ContactFactors::weigh() {
     }
 }
 
-// Delta of all that move.
-std::vector<double> ContactFactors::deltas(const JacobianParts &parts) const {
+// delta_ of all that move.
+void ContactFactors::gather_deltas(const JacobianParts &parts) {
   const int w = layout_.width;
   const std::size_t size = static_cast<std::size_t>(w) * w;
   const auto owner = [&](const Block &block) {
@@ -114,17 +114,23 @@ std::vector<double> ContactFactors::deltas(const JacobianParts &parts) const {
   std::vector<int> counts(layout_.size), starts(layout_.size);
   for (const Block &block : blocks_) counts[owner(block)] += static_cast<int>(size);
   std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
-  std::vector<double> own(counts[layout_.rank]), written(9 * size);
-  double *to = own.data();
+  std::vector<double> own;
+  std::vector<double> &kept = layout_.size == 1 ? delta_ : own;
+  kept.resize(counts[layout_.rank]), written_.resize(9 * size);
+  double *to = kept.data();
   PetscInt point = -1;
   for (const Block &block : blocks_) {
     if (owner(block) != layout_.rank) continue;
     const PetscInt p = factored_[block.row] / 3 - layout_.own_points.begin;
     const int row = static_cast<int>(factored_[block.row] % 3), column = static_cast<int>(factored_[block.column] % 3);
     const auto &places = block_places(parts.contact.points()[p].law);
-    if (std::exchange(point, p) != p) parts.contact.write(static_cast<int>(p), written.data());
-    for (std::size_t b = 0; b < places.size(); ++b)
-      if (places[b].row == row && places[b].column == column) std::copy_n(&written[b * size], size, to);
+    if (std::exchange(point, p) != p) parts.contact.write(static_cast<int>(p), written_.data());
+    const auto place = std::find_if(places.begin(), places.end(),
+                                    [&](const BlockPlace &at) { return at.row == row && at.column == column; });
+    if (place == places.end())
+      std::fill_n(to, size, 0.0);
+    else
+      std::copy_n(&written_[(place - places.begin()) * size], size, to);
     const double spring = row == column ? basis_.springs[3 * p + row] : 0;
     if (row == column && parts.held) to[0] += parts.held[3 * p + row];
     for (int i = 0; i < w && spring != 0; ++i) {
@@ -134,11 +140,10 @@ std::vector<double> ContactFactors::deltas(const JacobianParts &parts) const {
     }
     to += size;
   }
-  if (layout_.size == 1) return own;
-  std::vector<double> all(size * blocks_.size());
-  MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE,
+  if (layout_.size == 1) return;
+  delta_.resize(size * blocks_.size());
+  MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, delta_.data(), counts.data(), starts.data(), MPI_DOUBLE,
                  layout_.comm);
-  return all;
 }
 
 // matrix_ = I + F Delta, harmonic by harmonic of its rows.
@@ -198,7 +203,7 @@ bool ContactFactors::factor(const JacobianParts &parts, bool precisely) {
   omega_ = parts.omega, damping_ = parts.damping;
   gather_rows();
   weigh();
-  delta_ = deltas(parts);
+  gather_deltas(parts);
   const double *part = delta_.data();
   for (Block &block : blocks_) {
     const double *end = part + static_cast<std::size_t>(layout_.width) * layout_.width;

@@ -42,7 +42,7 @@ private:
   void weigh();
   void fill();
   void decompose(bool precisely);
-  std::vector<double> deltas(const JacobianParts &parts) const;
+  void gather_deltas(const JacobianParts &parts);
   void to_modes(const double *own, std::vector<double> &y) const;
   void solve_in_modes(std::vector<double> &y);
 
@@ -66,6 +66,7 @@ private:
   };
   std::vector<Block> blocks_;
   std::vector<double> delta_;        // (blocks, 2H+1, 2H+1)
+  std::vector<double> written_;      // all blocks of one point
   RoughFactors rough_;               // the same in single precision, in its place if there are any
   std::vector<PetscBLASInt> pivots_; // (size)
   std::vector<double> b_, c_;        // (n, 2H+1) the inverse times the border's column; its row

@@ -1,5 +1,9 @@
 """Estimated errors against the true ones, and runs that keep a tolerance; truth is the same case with many more harmonics."""
 
+import subprocess
+import sys
+from types import SimpleNamespace
+
 import h5py
 import numpy as np
 import pytest
@@ -7,7 +11,7 @@ import pytest
 import cases
 from dovetail import Results
 from dovetail.study_errors import distances
-from launch import run
+from launch import ROOT, SURROUNDINGS, run
 
 OFFSET = 3e-6  # of the sweep, for tangents of the reference
 
@@ -105,6 +109,15 @@ def test_modes_left_out_are_estimated(tmp_path, name, modes):
     assert few.summary["accuracy"]["modes"] == pytest.approx(few.points["error_modes"].max(), rel=1e-2)
 
 
+def test_modes_left_out_of_a_place_do_not_hang_on_its_neighbours(tmp_path):
+    """Several frequencies within one step: each has the estimate that it has by itself, though the factors at hand are the last one's."""
+    keys = {"modes": 4, "harmonics": 9, "samples": None, "omega": [0.8, 1.2], "adaptive": True, "step": 0.02, "kind": "auto", **cases.TIGHT}
+    one, three = (run(cases.several_points(tmp_path, at=at, **keys), out=str(len(at))).points for at in ([1.0005], [1.0, 1.0005, 1.001]))
+    error, another = (points["error_modes"][points["omega"] == 1.0005] for points in (one, three))
+    assert len(error) == len(another) >= 1 and np.all(error > 1e-5)
+    np.testing.assert_allclose(error, another, rtol=1e-3)
+
+
 def test_residuals_leave_out_less(tmp_path):
     """As many modes, some of them residuals: nearer to all modes, and the estimate knows."""
     keys = {"elastic": 60, "harmonics": 5, "samples": None, "omega": [0.3, 0.5], "step": 0.02, "adaptive": True, "at": [0.35, 0.4, 0.45],
@@ -168,6 +181,31 @@ def test_harmonics_come_and_go(tmp_path):
         assert done.out.count("harmonics from here on") == done.summary["adaptations"]
         most.append(used.max())
     assert most[0] < most[1]
+
+
+def test_harmonics_beyond_a_plateau(tmp_path):
+    """Stiff contacts that slip: from 5 to 20 harmonics the error stays where it is, above the tolerance, and then falls."""
+    model, error = tmp_path / "model.h5", {}
+    subprocess.run([sys.executable, ROOT / "inputs/two_solids/model.py", "-o", model], check=True, capture_output=True, env=SURROUNDINGS)
+    for name, how in (("15", "harmonics = 15"), ("tolerance", "solver = \"modal\"\n[accuracy]\ntolerance = 1e-4")):
+        path = make_folder(tmp_path, name) / "case.toml"
+        path.write_text(f"""
+model = "{model}"
+[reduction]
+modes = 5
+[damping]
+stiffness = 1e-6
+[excitation]
+fourier = [0, 0, 5]
+[continuation]
+omega = [4095, 4105]
+[stability]
+enabled = false
+[harmonic_balance]
+{how}
+""")
+        error[name] = of_balance(Results(run(SimpleNamespace(path=path)).folder / "results.h5")).max()
+    assert error["15"] > 3e-4 and error["tolerance"] <= 1e-4
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
