@@ -52,9 +52,10 @@ int Follower::least_harmonics() const { // those of the load
 }
 
 // Where contacts are stiff, twice the harmonics may cost ten times as much as the point: what estimates take is kept to
-// a part of what the points take. None: no number.
+// a part of what the points take. None: no number. With a tolerance it is refined_for that asks.
 const ErrorEstimate &Follower::affordable_error_of(Station &s) {
   static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan(""), {}};
+  if (settings_.tolerance > 0) return s.error ? *s.error : none;
   estimating_ = std::min(estimating_ + estimated_part * curve_->take_work() + estimated_least, estimated_ahead);
   if (!s.error && estimating_ < 0) return none;
   const ErrorEstimate &error = error_of(s);
@@ -70,9 +71,11 @@ const ErrorEstimate &Follower::error_of(Station &s) {
 }
 
 // More harmonics at here_, if the error at `s` asks for them; or back to what they were, if the last ones were added in
-// vain. Where contacts are stiff, no number that can be had may be enough, and more may be worse than fewer.
+// vain. Where contacts are stiff, no number that can be had may be enough, and more may be worse than fewer. While
+// harmonics stay, every other point is asked: errors change little from one to the next.
 bool Follower::refined_for(Station &s) {
-  if (settings_.tolerance <= 0 || !(error_of(s).balance() > most_part * settings_.tolerance)) return false;
+  if (settings_.tolerance <= 0 || unchanged_ % 2 == 1 || !(error_of(s).balance() > most_part * settings_.tolerance))
+    return false;
   const int H = system_->harmonics();
   const double error = s.error->balance();
   if (unchanged_ > 0 || raised_.harmonics == 0) raised_ = {H, error}; // else further harmonics for the same step

@@ -253,12 +253,11 @@ Follower::Go Follower::after_step() {
 }
 
 void Follower::report(Station &s, double arclength, const Stability *stability, bool place) {
-  const bool always = place || settings_.tolerance > 0;
   const double whole = settings_.to - settings_.from;
   ++summary_.counts.points;
   observer_.point({s.y, *system_, s.omega, arclength, s.newton, s.activity, stability,
                    !estimator_ ? nullptr
-                   : always    ? &error_of(s)
+                   : place     ? &error_of(s)
                                : &affordable_error_of(s),
                    between_error_, whole == 0 ? 1 : (s.omega - settings_.from) / whole});
 }

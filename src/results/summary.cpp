@@ -156,9 +156,12 @@ void tell_accuracy(const BranchStory &story) {
     std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %.9g rad/s)%s\n",
                 found.between, found.before,
                 found.between > much_between ? "; look closer there with continuation.at" : "");
-  if (found.unknown > 0) std::printf("  no estimate at %d of %d points\n", found.unknown, points);
+  if (found.unknown > 0)
+    std::printf("  no estimate at %d of %d points%s\n", found.unknown, points,
+                story.tolerance > 0 ? ": every other one is asked, while harmonics stay" : "");
   if (found.above > 0)
-    std::printf("  the tolerance of %g is not kept at %d of %d points: %s\n", story.tolerance, found.above, points,
+    std::printf("  the tolerance of %g is not kept at %d of %d points asked: %s\n", story.tolerance, found.above,
+                points - found.unknown,
                 found.modes > 0.5 * story.tolerance ? "modes left out take too much of it; raise reduction.modes"
                                                     : "more harmonics would not have helped there");
 }
