@@ -253,7 +253,6 @@ void Table::append(const void *rows, hsize_t count, hsize_t width) {
   if (count == 0) return;
   Extent offset{rows_}, extent{count};
   for (const hsize_t n : row_) offset.push_back(0), extent.push_back(n);
-  if (width > 0) extent.back() = width;
   resize(rows_ + count);
   Id space(H5Dget_space(dataset_), H5Sclose);
   const auto write = [&](const void *values) {
@@ -262,17 +261,20 @@ void Table::append(const void *rows, hsize_t count, hsize_t width) {
         H5Dwrite(dataset_, type_, memory, space, H5P_DEFAULT, values) < 0)
       throw WriteError("results: " + name_ + " cannot be written (is the disk full?)");
   };
-  if (row_.empty() || extent.back() <= chunk_width_) return write(rows);
-  // Chunk by chunk, each in one piece: HDF5 would write a piece for every run of values that both sides have.
-  const std::size_t size = H5Tget_size(type_), whole = extent.back();
+  const hsize_t whole = width > 0 ? width : this->width();
+  if (row_.empty() || (whole == this->width() && whole <= chunk_width_)) return write(rows);
+  // Chunk by chunk, each in one piece and to its end: HDF5 would write a piece for every run of values that both sides
+  // have.
+  const std::size_t size = H5Tget_size(type_);
   std::size_t runs = 1;
   for (std::size_t i = 0; i + 1 < extent.size(); ++i) runs *= extent[i];
   for (hsize_t &from = offset.back(); from < whole; from += chunk_width_) {
-    extent.back() = std::min(chunk_width_, whole - from);
+    extent.back() = std::min(chunk_width_, this->width() - from);
+    const hsize_t given = std::min(extent.back(), whole - from);
     std::vector<unsigned char> part(runs * extent.back() * size);
     for (std::size_t i = 0; i < runs; ++i)
       std::memcpy(&part[i * extent.back() * size], static_cast<const unsigned char *>(rows) + (i * whole + from) * size,
-                  extent.back() * size);
+                  given * size);
     write(part.data());
   }
 }

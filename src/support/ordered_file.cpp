@@ -84,8 +84,16 @@ bool commit(State &state) {
   if (needed > state.size && !reach(state, needed + std::max(ahead, needed / 4)) && !reach(state, needed)) return false;
   std::multimap<int, const std::pair<const haddr_t, Piece> *> turns; // equals stay in the order of their places
   for (const auto &entry : state.pieces) turns.emplace(turn_of(entry.first, entry.second, state.known), &entry);
-  for (const auto &[turn, entry] : turns)
-    if (!write_whole(state.descriptor, entry->first, entry->second.bytes)) return false;
+  for (auto next = turns.begin(); next != turns.end();) { // neighbours of one turn together
+    const auto first = next;
+    std::vector<unsigned char> bytes;
+    do {
+      const std::vector<unsigned char> &more = next->second->second.bytes;
+      bytes.insert(bytes.end(), more.begin(), more.end());
+    } while (++next != turns.end() && next->first == first->first &&
+             next->second->first == first->second->first + bytes.size());
+    if (!write_whole(state.descriptor, first->second->first, bytes)) return false;
+  }
   state.pieces.clear();
   state.known = state.allocated;
   return true;
