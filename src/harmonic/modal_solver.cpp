@@ -10,7 +10,7 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "solving in the stuck modes";
-constexpr PetscInt small_size = 200;       // unknowns of the contacts that are factored whatever they do
+constexpr PetscInt small_size = 150;       // unknowns of the contacts that are factored whatever they do
 constexpr double factored_accuracy = 1e-8; // of factors that are exact, unrefined
 constexpr int never = 1 << 20;             // iterations of a method that fails
 constexpr int most_refinements = 12;       // iterations with factors of the same Jacobian,
