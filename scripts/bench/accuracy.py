@@ -21,7 +21,7 @@ from dovetail.study_errors import distances
 from dovetail.study_runs import toml
 
 TOLERANCES = (1e-2, 1e-3, 1e-4)
-RUNS = ((0.5, 7), (5, 3), (1e9, 1))  # so many, of which the median time is taken, where one takes less [s]
+RUNS = ((0.3, 15), (5, 5), (1e9, 1))  # so many, of which the median time is taken, where one takes less [s]
 FREQUENCIES = 40
 WITH_MODES = 3  # harmonics, where modes are what differs
 OFFSET = 3e-6  # of the sweep: of the reference's points beside each frequency

@@ -1,6 +1,8 @@
 #pragma once
 // Numbers that rule the steps of the continuation. Lengths are in the weighted norm, where 1 is the largest motion so
 // far or the whole sweep.
+#include <cmath>
+
 namespace dovetail {
 
 constexpr double longest_step = 0.1;
@@ -9,7 +11,8 @@ constexpr double longest_motion_step = 0.25;  // of the motion at hand, which af
 constexpr double shortest_motion_step = 1e-3; // that limit does not hold a curve up where the motion passes zero
 constexpr double shortest_step = 1e-7;
 constexpr double most_angle = 0.64;   // between the tangents before and after a step [rad]
-constexpr double most_correction = 2; // distance from predicted to converged point, in steps
+constexpr double most_astray = 0.25;  // by which a step may point away from the tangent more than the curve turns [rad]
+constexpr double most_correction = 2; // distance from predicted to converged point, in steps, where a corner may be
 constexpr double aimed_angle = 0.25;  // between tangents [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
 constexpr int most_refinements = 8;        // of the harmonics, for one step
@@ -38,7 +41,8 @@ class Halvings {
 public:
   struct Measure { // how far the curve turned within a trial step, and how far the solution lay from the prediction
     double angle = 0, correction = 0; // [rad], [steps]
-    bool refused() const { return angle > most_angle || correction > most_correction; }
+    /// Where the step points elsewhere although the tangents agree, it led to another piece of the curve.
+    bool refused() const { return angle > most_angle || std::atan(correction) > angle + most_astray; }
   };
 
   /// True if this step and the one before it show a corner that may be taken as it is.
