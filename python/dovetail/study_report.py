@@ -13,7 +13,8 @@ HELP = {"harmonics": "more harmonics", "samplings": "exact contact forces", "lea
 
 @dataclass
 class Row:
-    """One setting: errors as in `study_errors.errors`, or None with the reason; cost in processor time of the branch [s]."""
+    """One setting: errors as in `study_errors.errors`, or None with the reason; cost in processor time of the branch [s]; `finer`: than
+    the reference, in harmonics."""
 
     setting: object
     errors: dict | None = None
@@ -22,6 +23,7 @@ class Row:
     seconds: float = 0.0
     notes: list = field(default_factory=list)
     reason: str = ""
+    finer: bool = False
 
     @property
     def largest(self):
@@ -49,15 +51,19 @@ class Report:
         """Compares one run with the reference."""
         if run.status != 0:
             return Row(run.setting, reason=run.reason)
-        summary = run.summary
-        curve = study_errors.curve_of(Results(run.folder / "results.h5"), self.dof, self.case.frequencies)
+        summary, results = run.summary, Results(run.folder / "results.h5")
+        curve = study_errors.curve_of(results, self.dof, self.case.frequencies)
         notes = helped(summary)
+        used = int(results.points("harmonics").max())
+        finer = used > self.reference.setting.harmonics
+        if finer:
+            notes.append(f"up to {used} harmonics, more than the reference, whose errors these may be")
         if summary["end"] != self.reference.summary["end"]:
             notes.append(f"ended at {summary['last_omega']:.5g} rad/s: {summary['why']}")
         if absent := study_errors.missed(curve, self.curve):
             notes.append(f"no point at {absent} of the frequencies")
         return Row(run.setting, study_errors.errors(curve, self.curve), summary["points"], run.seconds_per_point,
-                   run.seconds_per_point * summary["points"], notes)
+                   run.seconds_per_point * summary["points"], notes, finer=finer)
 
     @property
     def compared(self):
@@ -142,6 +148,8 @@ class Report:
             if row.setting.tolerance is not None:
                 rival = self.cheapest(max(row.largest, row.setting.tolerance), self.fixed)
                 against = f", {row.seconds_per_point / rival.seconds_per_point:.2f} times {rival.setting}" if rival else ""
+                if row.finer:
+                    against = f"; not to be judged by a reference of {self.reference.setting.harmonics} harmonics, which is the coarser one"
                 lines.append(f"# {row.setting}: largest error {row.largest:.1e}, {1e3 * row.seconds_per_point:.3g} ms per point{against}")
         return lines
 

@@ -117,6 +117,19 @@ def test_runs_by_tolerance(done):
     assert 1 <= most[0] < most[1] <= 10
 
 
+def test_a_run_finer_than_the_reference_is_not_judged_by_it(tmp_path, capsys):
+    case = cases.dof5(tmp_path, **SHORT)
+    command = ["study", str(case.path), "--harmonics", "1", "--samples", "exact", "--tolerances", "1e-2", "1e-5", "--binary", str(BINARY)]
+    assert main(command) == 0
+    fixed, coarse, fine = json.loads((tmp_path / "case_study/study.json").read_text())["runs"]
+    used = Results(tmp_path / "case_study" / fine["folder"] / "results.h5").points("harmonics").max()
+    assert used > 10 and not fixed["finer"] and not coarse["finer"] and fine["finer"]
+    said = capsys.readouterr().out
+    assert f"up to {used} harmonics, more than the reference" in said
+    judged = {line.split(",")[0]: line for line in said.splitlines() if line.startswith("# tolerance")}
+    assert "times H 1" in judged["# tolerance 0.01"] and "not to be judged by a reference of 10" in judged["# tolerance 1e-05"]
+
+
 def test_runs_are_lean_copies_of_the_case(done):
     out, found = done
     own = tomllib.loads((out.parent / "case.toml").read_text())
