@@ -116,6 +116,8 @@ Follower::Go Follower::advance() {
   return settings_.adaptive ? climb() : end(End::stalled, refusal_);
 }
 
+double Follower::allowed_astray() const { return system_->samples() == exactly ? most_astray : most_astray_sampled; }
+
 Follower::Go Follower::try_step(double step) {
   check(VecWAXPY(trial_.y, step, here_.t, here_.y), "predicting");
   check(VecCopy(trial_.y, predicted_), "predicting");
@@ -132,7 +134,8 @@ Follower::Go Follower::try_step(double step) {
     return Go::refused;
   }
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  const Halvings::Measure measure{angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step};
+  const Halvings::Measure measure{angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step,
+                                  allowed_astray()};
   const bool corner = halvings_.add(measure);
   if (!settings_.adaptive) return refined_for(trial_) ? Go::refined : accept_step(here_.t, step);
   if (measure.refused() && !corner) {

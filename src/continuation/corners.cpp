@@ -52,7 +52,7 @@ bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
   if (turned < straight) { // no corner: this leg, only hard to meet across its tangent
     check(VecWAXPY(predicted_, -1, here_.y, trial_.y), doing);
     check(VecScale(predicted_, 1 / curve_->norm.length(predicted_)), doing);
-    if (angle(curve_->norm, here_.t, predicted_) > turned + most_astray) return false; // another one beside it
+    if (angle(curve_->norm, here_.t, predicted_) > turned + allowed_astray()) return false; // another one beside it
     outcome = accept_step(t, step);
   } else {
     Station corner = curve_->station();

@@ -32,6 +32,7 @@ private:
   BranchSummary follow();
   void begin(Station first);
   Go advance();
+  double allowed_astray() const; // Halvings::Measure
   Go try_step(double step);
   Go accept_step(Vec normal, double step, bool at_corner = false);
   double beyond_start(double omega) const;

@@ -10,8 +10,9 @@ constexpr double longest_omega_step = 0.01;   // of the sweep: a resonance narro
 constexpr double longest_motion_step = 0.25;  // of the motion at hand, which after a resonance is far below the largest
 constexpr double shortest_motion_step = 1e-3; // that limit does not hold a curve up where the motion passes zero
 constexpr double shortest_step = 1e-7;
-constexpr double most_angle = 0.64;   // between the tangents before and after a step [rad]
-constexpr double most_astray = 0.25;  // by which a step may point away from the tangent more than the curve turns [rad]
+constexpr double most_angle = 0.64;  // between the tangents before and after a step [rad]
+constexpr double most_astray = 0.25; // by which a step may point away from the tangent more than the curve turns [rad],
+constexpr double most_astray_sampled = 0.8; // where sampled contact forces make teeth that are not worth following
 constexpr double most_correction = 2; // distance from predicted to converged point, in steps, where a corner may be
 constexpr double aimed_angle = 0.25;  // between tangents [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
@@ -41,8 +42,9 @@ class Halvings {
 public:
   struct Measure { // how far the curve turned within a trial step, and how far the solution lay from the prediction
     double angle = 0, correction = 0; // [rad], [steps]
+    double allowed = most_astray;     // [rad]
     /// Where the step points elsewhere although the tangents agree, it led to another piece of the curve.
-    bool refused() const { return angle > most_angle || std::atan(correction) > angle + most_astray; }
+    bool refused() const { return angle > most_angle || std::atan(correction) > angle + allowed; }
   };
 
   /// True if this step and the one before it show a corner that may be taken as it is.

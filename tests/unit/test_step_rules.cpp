@@ -29,6 +29,15 @@ TEST(StepRules, another_piece_of_the_curve_is_refused_however_short_the_step) {
   }
 }
 
+TEST(StepRules, teeth_of_sampled_curves_are_stepped_over) {
+  for (const double turned : {0.0, 0.2}) {
+    const Measure tooth{turned, 0.8};
+    EXPECT_TRUE(tooth.refused());
+    EXPECT_FALSE((Measure{turned, 0.8, most_astray_sampled}.refused()));
+    EXPECT_TRUE((Measure{turned, 2.0, most_astray_sampled}.refused()));
+  }
+}
+
 TEST(StepRules, a_sharp_corner_is_known_by_two_halvings) {
   Halvings halvings;
   const Measure corner{1.0, std::tan(1.0)};
