@@ -128,7 +128,7 @@ Follower::Go Follower::try_step(double step) {
     return Go::refused;
   }
   const bool hurried = settings_.adaptive && step > least_newton_step; // more iterations would be refused
-  if (!curve_->solve_across(here_.t, trial_, false, hurried ? most_newton : 0)) {
+  if (!curve_->solve_across(here_.t, trial_, {false, hurried ? most_newton : 0, step})) {
     refusal_ = trial_.newton.why;
     halvings_ = {};
     return Go::refused;

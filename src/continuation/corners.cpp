@@ -42,7 +42,7 @@ bool Follower::round_corner(double step, Go &outcome) {
 bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
   check(VecWAXPY(trial_.y, step, t, here_.y), doing);
   check(VecCopy(trial_.y, predicted_), doing);
-  if (!(system_->omega(trial_.y) > 0) || !curve_->solve_across(t, trial_)) return false;
+  if (!(system_->omega(trial_.y) > 0) || !curve_->solve_across(t, trial_, {false, 0, step})) return false;
   check(VecAXPY(predicted_, -1, trial_.y), doing);
   if (curve_->norm.length(predicted_) > most_correction * step || angle(curve_->norm, t, trial_.t) > most_angle)
     return false;
@@ -93,7 +93,7 @@ bool Follower::back_to_corner(Station &corner) {
   const double back = meet(trial_).back;
   const auto step_back = [&](double part) {
     check(VecWAXPY(corner.y, -part * back, trial_.t, trial_.y), doing);
-    return curve_->solve_across(trial_.t, corner, false, most_newton) && corner.sign == trial_.sign &&
+    return curve_->solve_across(trial_.t, corner, {false, most_newton, part * back}) && corner.sign == trial_.sign &&
            angle(norm, corner.t, trial_.t) < most_angle;
   };
   if (!(back > 0) || !(step_back(0.8) || step_back(0.5))) return false;

@@ -1,12 +1,15 @@
 #include "continuation/corrector.hpp"
 
+#include <algorithm>
 #include <cmath>
+
 namespace dovetail {
 namespace {
 
 // Relative, of Newton's steps where the solver iterates: from this on it chooses itself.
 constexpr double newton_accuracy = 0.5;
 constexpr double rough_accuracy = 0.2; // relative, of corrections
+constexpr double again = 0.02; // relative, residual and correction that were met before in the same solve
 
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {
@@ -72,29 +75,40 @@ PetscErrorCode Corrector::jacobian(SNES, Vec y, Mat J, Mat, void *context) {
 
 PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f,
                                     SNESConvergedReason *reason, void *context) {
-  const auto &self = *static_cast<Corrector *>(context);
+  auto &self = *static_cast<Corrector *>(context);
+  const NewtonEffort &effort = self.effort_;
+  const auto met = [&](const Iterate &then) {
+    return std::abs(f - then.residual) < again * f && std::abs(dy - then.correction) < again * dy;
+  };
   const NewtonSettings &settings = self.settings_;
   *reason = SNES_CONVERGED_ITERATING;
   if (!std::isfinite(f))
     *reason = SNES_DIVERGED_FNORM_NAN;
   else if (it > 0 && dy < settings.step_tolerance * y && f < settings.residual_tolerance)
     *reason = SNES_CONVERGED_SNORM_RELATIVE;
-  else if (self.most_ > 0 && it >= self.most_)
-    *reason = SNES_DIVERGED_MAX_IT;
+  else if (effort.most > 0 && it >= effort.most)
+    self.given_up_ = "too many Newton iterations";
+  else if (effort.reach > 0 && dy > effort.reach)
+    self.given_up_ = "Newton runs far away";
+  else if (!effort.line_search && std::any_of(self.iterates_.begin(), self.iterates_.end(), met))
+    self.given_up_ = "Newton runs in a circle";
+  if (self.given_up_) *reason = SNES_DIVERGED_MAX_IT;
+  self.iterates_.push_back({f, dy});
   return 0;
 }
 
-Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_search, int most) {
-  border_ = border, target_ = target, most_ = most;
+Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const NewtonEffort &effort) {
+  border_ = border, target_ = target, effort_ = effort;
+  iterates_.clear(), given_up_ = nullptr;
   recall(memory());
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
-  if (line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
+  if (effort.line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
   check(VecCopy(y, trial_), "Newton");
   const PetscErrorCode code = SNESSolve(snes_, nullptr, trial_);
   courier_.rethrow();
   check(code, "Newton");
-  if (line_search) check(SNESLineSearchSetType(search, usual_search_.c_str()), "Newton");
+  if (effort.line_search) check(SNESLineSearchSetType(search, usual_search_.c_str()), "Newton");
   Outcome outcome;
   SNESConvergedReason reason;
   PetscInt newton, linear;
@@ -113,7 +127,7 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, bool line_
   if (outcome.converged)
     check(VecCopy(trial_, y), "Newton");
   else if (outcome.why.empty())
-    outcome.why = most > 0 && newton >= most ? "too many Newton iterations" : in_words(reason);
+    outcome.why = given_up_ ? given_up_ : in_words(reason);
   return outcome;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 // Newton (SNES) on the bordered system [residual; border . y - target] = 0, and tangents from the same matrix.
+#include <vector>
+
 #include "harmonic/harmonic_system.hpp"
 #include "support/error.hpp"
 
@@ -9,6 +11,13 @@ struct NewtonSettings {
   double step_tolerance;     ///< eps_x: |dy| < eps_x |y|
   double residual_tolerance; ///< eps_f: |residual| < eps_f; both in scaled variables
   int max_iterations;
+};
+
+/// What a solve may take.
+struct NewtonEffort {
+  bool line_search = false;
+  int most = 0;     ///< iterations, if that is fewer than the settings'; 0: those
+  double reach = 0; ///< longest correction, plain norm: beyond, nothing is wanted; 0: any
 };
 
 class Corrector {
@@ -21,9 +30,10 @@ public:
     double residual = 0;        ///< norm, scaled
     std::string why;            ///< when not converged, in words
   };
-  /// Newton from y, kept on the plane border . y = target, in at most `most` iterations, or the settings' if that is
-  /// fewer or `most` is 0. y is left alone unless it converges. Collective.
-  Outcome solve(Vec y, Vec border, double target, bool line_search = false, int most = 0);
+  /// Newton from y, kept on the plane border . y = target. y is left alone unless it converges. Without a line search
+  /// it is given up when it runs in a circle, as it does where pieces of the equations meet and no solution is near.
+  /// Collective.
+  Outcome solve(Vec y, Vec border, double target, const NewtonEffort &effort = {});
 
   struct Direction {
     bool found = false; ///< false: the bordered Jacobian is singular
@@ -64,7 +74,12 @@ private:
   std::string usual_search_; // type of line search, basic unless an option says otherwise
   Vec border_ = nullptr;     // of the solve in progress
   double target_ = 0;
-  int most_ = 0; // iterations of the solve in progress
+  NewtonEffort effort_; // of the solve in progress
+  struct Iterate {
+    double residual, correction; // norms
+  };
+  std::vector<Iterate> iterates_; // of the solve in progress
+  const char *given_up_ = nullptr; // why it was, if it was
 };
 
 } // namespace dovetail

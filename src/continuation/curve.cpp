@@ -6,6 +6,13 @@
 #include "harmonic/left_out_forces.hpp"
 
 namespace dovetail {
+namespace {
+
+// Newton's method hardly comes back from corrections as long as that: so many steps,
+constexpr double most_steps = 100;
+constexpr double least_reach = 0.01; // and such a part of all unknowns
+
+} // namespace
 
 Curve::Curve(HarmonicSystem &system_, const NewtonSettings &newton, double omega_unit, bool weighted, Counts &counts)
     : system(system_), norm(system_.layout(), omega_unit, weighted), corrector_(system_, newton),
@@ -23,11 +30,18 @@ Station Curve::station() const {
   return s;
 }
 
-bool Curve::solve_across(Vec normal, Station &s, bool line_search, int most) {
+bool Curve::solve_across(Vec normal, Station &s, const StepEffort &effort) {
   double target;
+  PetscReal reach = 0;
+  if (effort.step > 0) {
+    PetscReal size, unit;
+    check(VecNorm(s.y, NORM_2, &size), "predicting");
+    check(VecNorm(normal, NORM_2, &unit), "predicting");
+    reach = std::max(most_steps * effort.step * unit / norm.length(normal), least_reach * size);
+  }
   norm.weigh(normal, row_);
   check(VecDot(row_, s.y, &target), "predicting");
-  s.newton = corrector_.solve(s.y, row_, target, line_search, most);
+  s.newton = corrector_.solve(s.y, row_, target, {effort.line_search, effort.most, reach});
   return finish(s);
 }
 
@@ -36,7 +50,7 @@ bool Curve::solve_at(double w, Station &s) {
   s.newton = corrector_.solve(s.y, e_omega_, w);
   if (!s.newton.converged) {
     counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
-    s.newton = corrector_.solve(s.y, e_omega_, w, true);
+    s.newton = corrector_.solve(s.y, e_omega_, w, {true});
   }
   if (!finish(s)) return false;
   set_omega(s.y, w); // to the last bit

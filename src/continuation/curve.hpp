@@ -20,6 +20,13 @@ struct Station {
   long solve = 0;                     ///< number of the solve that led here, among those of all curves
 };
 
+/// What a solve across a tangent may take.
+struct StepEffort {
+  bool line_search = false;
+  int most = 0;    ///< iterations, unless 0
+  double step = 0; ///< length of the step that led to the guess, if a solution far beyond it is not wanted
+};
+
 class Curve {
 public:
   /// `omega_unit`: what counts as much as the largest motion in the norm. `counts`: where iterations are added.
@@ -28,9 +35,8 @@ public:
   Station station() const; ///< with room for y and t
 
   /// Newton from the guess in s.y on the plane through it whose normal is `normal` (weighted). The tangent of s looks
-  /// to the same side as `normal`. `most`: iterations, unless 0. If it fails s.newton.why says so, and s.y is what it
-  /// was. Collective.
-  bool solve_across(Vec normal, Station &s, bool line_search = false, int most = 0);
+  /// to the same side as `normal`. If it fails s.newton.why says so, and s.y is what it was. Collective.
+  bool solve_across(Vec normal, Station &s, const StepEffort &effort = {});
   /// Newton from the guess in s.y at the frequency w, plainly, then with a line search. The tangent looks to growing
   /// frequencies. Collective.
   bool solve_at(double w, Station &s);

@@ -86,7 +86,7 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   check(VecCopy(there.y, padded), "changing harmonics");
   const bool stay = summary_.counts.points == 0; // the first point lies where it was asked for
   bool found =
-      !stay && (curve.solve_across(t, there, false, most) || (most == 0 && curve.solve_across(t, there, true)));
+      !stay && (curve.solve_across(t, there, {false, most}) || (most == 0 && curve.solve_across(t, there, {true})));
   const auto passed = [&](double w) { return (w - here_.omega) * (w - there.omega) <= 0 && w != here_.omega; };
   if (!found || passed(settings_.to) || std::any_of(settings_.at.begin(), settings_.at.end(), passed)) {
     check(VecCopy(padded, there.y), "changing harmonics"); // what is wanted there must not get lost

@@ -126,7 +126,7 @@ std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, dou
     Station s = curve_->station();
     check(VecAXPBYPCZ(s.y, 1 - double(i) / pieces, double(i) / pieces, 0, here_.y, trial_.y),
           "looking for turning points");
-    if (curve_->solve_across(normal, s, false, most_newton)) between.push_back(std::move(s));
+    if (curve_->solve_across(normal, s, {false, most_newton})) between.push_back(std::move(s));
   }
   std::vector<Bound> bounds{{0, here_.y, rate}};
   for (Station &s : between)
