@@ -34,7 +34,7 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
            "the structure is held by its joint alone in " + std::to_string(motions) +
                (motions == 1 ? " rigid motion" : " rigid motions"),
            settings_.from);
-  if (!first_point(settings_.from, y, first, how)) {
+  if (!first_point(settings_.from, y, first, how, settings_.briefly)) {
     if (summary_.end != End::interrupted) summary_.end = End::no_start;
     return summary_;
   }
@@ -54,6 +54,7 @@ void Follower::begin(Station first) {
   if (settings_.to == settings_.from) return;
   check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); // by the norm as it is now
   step_ = settings_.step / plain_length(here_.t); // the user's arc length is in the plain norm
+  ahead_ = {here_.omega, summary_.counts.newton};
   begin_amplitude();
   trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
   limit_step();
@@ -71,7 +72,12 @@ BranchSummary Follower::follow() {
     advance();
     if (!ended_) after_step();
     const bool lost = summary_.end == End::retraced || summary_.end == End::turned_back || summary_.end == End::stalled;
-    if (ended_ && lost && leave_from_farthest()) after_step();
+    if (!ended_ || !lost) continue;
+    ended_ = false; // a leap may end the sweep
+    if (!leave_from_farthest(summary_.why))
+      ended_ = true;
+    else if (!ended_)
+      after_step();
   }
   summary_.omega = here_.omega;
   return summary_;
@@ -81,6 +87,19 @@ Follower::Go Follower::end(End how, const std::string &why) {
   summary_.end = how, summary_.why = why;
   ended_ = true;
   return Go::ended;
+}
+
+bool Follower::farther(double omega) const {
+  return !farthest_ || direction_ * (omega - farthest_->omega) > 0;
+}
+
+// Without what belongs to the solve.
+Station Follower::copy(const Station &s) const {
+  Station other = curve_->station();
+  check(VecCopy(s.y, other.y), "noting a point");
+  check(VecCopy(s.t, other.t), "noting a point");
+  other.sign = s.sign, other.omega = s.omega;
+  return other;
 }
 
 double Follower::plain_length(Vec t) const {
@@ -182,6 +201,7 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
   arclength_ += step * plain;
   std::swap(here_, trial_);
   amplitude_ = next, between_ = between;
+  if (const double w = trial_.omega; direction_ * (here_.omega - w) < 0 && farther(w)) farthest_ = copy(trial_);
   if (!outside)
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
   else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
@@ -198,7 +218,7 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
 
 void Follower::choose_step(double step, double turned, int newton) {
   if (!settings_.adaptive) return;
-  const double by_newton = std::pow(2.0, (aimed_newton - newton) / 2.0),
+  const double by_newton = std::pow(2.0, ((turned < nearly_straight ? aimed_newton + 1 : aimed_newton) - newton) / 2.0),
                by_angle = aimed_angle / std::max(turned, 1e-3);
   step_ = step * std::clamp(std::min(by_newton, by_angle), 0.5, 2.0);
   limit_step();
@@ -236,6 +256,19 @@ void Follower::note_creeping() {
   crowd_.newton = now;
 }
 
+// A curve that winds on between frequencies it has met, for as many iterations as a whole sweep may take, and as some
+// seconds hold if it is small, is left: the frequencies ahead are what was asked for. The more often, the sooner.
+bool Follower::winds() {
+  const long now = summary_.counts.newton;
+  const auto beyond = [&](double omega) { return direction_ * (here_.omega - omega); };
+  if (windings_ > 0 && beyond(left_at_) > enough_ahead * omega_unit_) windings_ = 0;
+  if (beyond(ahead_.omega) > least_ahead * omega_unit_) ahead_ = {here_.omega, now};
+  const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
+  const double patience = std::max(least_patience, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
+  return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
+         farthest_ && beyond(farthest_->omega) < 0;
+}
+
 // Between two steps: may it go on, and where does it stand.
 Follower::Go Follower::after_step() {
   if (summary_.counts.points >= settings_.max_points)
@@ -244,6 +277,10 @@ Follower::Go Follower::after_step() {
     end(End::interrupted, "interrupted");
   if (!ended_) note_creeping();
   if (!ended_ && !crowded_.empty()) pass_crowd();
+  if (!ended_ && winds()) {
+    leave_from_farthest("the curve winds on and does not go ahead");
+    ahead_.newton = summary_.counts.newton; // or else it is followed on
+  }
   if (!ended_ && still_ == enough_still) {
     still_ = 0;
     refusal_ =

@@ -38,7 +38,7 @@ bool Follower::grow_load(double omega, std::vector<double> &q) {
   return arrived;
 }
 
-bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
+bool Follower::first_point(double w, Vec y, Station &first, std::string &how, bool briefly) {
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
   summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
@@ -62,7 +62,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
   };
 
   std::vector<double> q = begin;
-  bool good = !settings_.briefly;
+  bool good = !briefly;
   for (int H = 1; good && H < system_->harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
     HarmonicSystem easier(*system_, H, system_->samples());
     good = through(easier, q);
@@ -75,14 +75,14 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
   if (system_->layout().dofs() <= most_integrated) {
     IntegrationSettings settings{std::max(H, needed)};
     settings.periods = most_periods;
-    if (settings_.briefly || summary_.counts.points > 0) settings.work = std::min(brief_work, integration_left());
+    if (briefly || summary_.counts.points > 0) settings.work = std::min(brief_work, integration_left());
     steady = steady_state(dense_model(*system_), w, {}, settings);
     if (summary_.counts.points > 0) integrating_ += steady.work;
     if (steady.settled && arrive(steady.coefficients, "time integration")) return true;
   }
   if (interrupted()) return false;
 
-  q = begin, good = !settings_.briefly;
+  q = begin, good = !briefly;
   for (double part = 1.0 / 1024; good && part < 1; part *= 2) {
     HarmonicSystem easier(*system_, system_->harmonics(), system_->samples(), part);
     good = through(easier, q);
@@ -91,7 +91,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how) {
   if (interrupted()) return false;
 
   q = begin;
-  if (!settings_.briefly && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;
+  if (!briefly && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;
 
   if (interrupted()) return false;
   if (!steady.settled || !solve_finer(steady.coefficients, w)) return false;

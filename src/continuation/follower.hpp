@@ -38,6 +38,7 @@ private:
   double beyond_start(double omega) const;
   void note_bend(double omega);
   void note_creeping();
+  bool winds();
   void pass_crowd();
   void choose_step(double step, double turned, int newton);
   void limit_step();
@@ -45,6 +46,8 @@ private:
   void report(Station &s, double arclength, const Stability *stability, bool place = false);
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
   Go end(End how, const std::string &why = "");
+  bool farther(double omega) const;
+  Station copy(const Station &s) const;
   double plain_length(Vec t) const;
   void begin_amplitude();
 
@@ -85,7 +88,7 @@ private:
 
   // ladder.cpp
   Go climb();
-  bool leave_from_farthest();
+  bool leave_from_farthest(const std::string &why);
   void take_system(HarmonicSystem &system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
   bool better_sampling();
@@ -93,8 +96,8 @@ private:
   bool more_harmonics();
   bool solve_finer(const std::vector<double> &q, double omega);
   enum class Way { newton, integration, anew }; // Newton from the last point, or as for a first point of a branch
-  bool leap(Way way, double from, double most = 0.2);
-  bool arrive_at(double omega, Way way, const DenseModel &model, double share);
+  bool leap(Way way, double from, double most = 0.2, bool briefly = false);
+  bool arrive_at(double omega, Way way, const DenseModel &model, double share, bool briefly);
   std::string difference() const;
 
   // adapt.cpp
@@ -109,7 +112,7 @@ private:
   // first_point.cpp
   bool interrupted();
   bool grow_load(double omega, std::vector<double> &q);
-  bool first_point(double omega, Vec y, Station &first, std::string &how);
+  bool first_point(double omega, Vec y, Station &first, std::string &how, bool briefly);
 
   HarmonicSystem *system_;
   const NewtonSettings &newton_;
@@ -124,7 +127,7 @@ private:
   std::unique_ptr<LargeStabilityTest> large_stability_; // of any
   std::unique_ptr<Estimator> estimator_;
   Station here_, trial_;            // last accepted point; the one being tried
-  std::optional<Station> farthest_; // turning point nearest to the end of the sweep
+  std::optional<Station> farthest_; // where the curve turned back nearest to the end of the sweep
   std::vector<double> bends_;       // frequencies of turning points and corners, as they came
   UniqueVec predicted_;
   Amplitude amplitude_; // at here_
@@ -149,7 +152,9 @@ private:
   struct Crowd {
     double omega;
     long newton;
-  } crowd_{}; // where the last stretch of the sweep was left behind, and the iterations until then
+  } crowd_{}, ahead_{}; // where the last stretch of the sweep was left behind, or was met first; iterations until then
+  int windings_ = 0;    // times that a curve was left because it leads nowhere, since it went on
+  double left_at_ = 0;  // frequency, the last time
   double step_ = 0, arclength_ = 0;
   double curvature_ = 0; // at the last smooth step: angle per arc length
   int still_ = 0;        // steps in succession along which only mean positions changed

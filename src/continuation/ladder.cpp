@@ -15,6 +15,11 @@ constexpr double step_after = 1e-3;    // of a rung
 constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
 constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
 
+std::string ahead_in_words(double part) { // of the sweep
+  const long percent = std::lround(100 * part);
+  return percent < 1 ? "the next frequency" : "a frequency " + std::to_string(percent) + " % of the sweep ahead";
+}
+
 } // namespace
 
 // The next rung that leads anywhere.
@@ -40,20 +45,24 @@ void Follower::pass_crowd() {
   if (!leap(Way::newton, beyond) && !leap(Way::integration, beyond)) leap(Way::anew, beyond);
 }
 
-// A branch that runs back or in a circle is left at its farthest point, for the next one of the sweep's sense.
-bool Follower::leave_from_farthest() {
+// A branch that runs back, in a circle or on and on is left at its farthest point, for the next one of the sweep's
+// sense; false if none is found, and nothing has changed then.
+bool Follower::leave_from_farthest(const std::string &why) {
   if (settings_.steps_only || !farthest_ || summary_.counts.leaps + summary_.counts.integrations >= most_leaps)
     return false;
   std::swap(here_, *farthest_);
-  refusal_ = summary_.why;
-  ended_ = false;                 // a leap may end the sweep
+  refusal_ = why;
   integrating_ -= 2 * brief_work; // nothing else is left
-  const bool left =
-      leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega, 0.4) || leap(Way::anew, here_.omega);
-  if (!left) std::swap(here_, *farthest_), summary_.why = refusal_; // that of the last attempt says nothing
-  farthest_.reset();
-  ended_ = ended_ || !left;
-  return !ended_;
+  const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
+               from = turned + direction_ * skipped * omega_unit_;
+  const bool left = leap(Way::newton, from) || leap(Way::integration, from, 1) || leap(Way::anew, from, 1, true);
+  if (left) {
+    farthest_.reset();
+    ++windings_, left_at_ = turned;
+  } else {
+    std::swap(here_, *farthest_), summary_.why = why; // that of the last attempt says nothing
+  }
+  return left;
 }
 
 void Follower::take_system(HarmonicSystem &system) {
@@ -166,7 +175,7 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
 double Follower::integration_left() const { return (2 + 2 * summary_.counts.integrations) * brief_work - integrating_; }
 
 // here_ becomes a solution at that frequency. `share`: of the work left for integration.
-bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
+bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share, bool briefly) {
   check(VecCopy(here_.y, trial_.y), "predicting");
   SteadyState steady;
   if (way == Way::integration) {
@@ -179,23 +188,24 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
   }
   UniqueVec rest = system_->unknowns();
   std::string how;
-  const bool found = way == Way::anew ? first_point(omega, rest, trial_, how) : curve_->solve_at(omega, trial_);
+  const bool found = way == Way::anew ? first_point(omega, rest, trial_, how, briefly) : curve_->solve_at(omega, trial_);
   if (found) std::swap(here_, trial_);
   return found || (way == Way::integration && solve_finer(steady.coefficients, omega));
 }
 
 // On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so. So
 // far ahead as `most`, of the sweep.
-bool Follower::leap(Way way, double from, double most) {
+bool Follower::leap(Way way, double from, double most, bool briefly) {
   const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_integrated;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   if (way != Way::newton && !(integration_left() > 0)) return false;
   const std::string reason = refusal_;
+  const double before = here_.omega;
   DenseModel model;
   if (integrate) model = dense_model(*system_);
   static const std::vector<double> parts[] = {
-      {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2}};
+      {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4, 0.7, 1}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
   const std::vector<double> &all = parts[static_cast<int>(way)]; // of the sweep
   const auto tried = std::upper_bound(all.begin(), all.end(), most) - all.begin();
   for (std::ptrdiff_t i = 0; i < tried; ++i) {
@@ -203,13 +213,13 @@ bool Follower::leap(Way way, double from, double most) {
     if ((next - settings_.to) * direction_ > 0) next = settings_.to;
     for (const double w : settings_.at)
       if ((w - here_.omega) * (w - next) < 0) next = w;
-    if (!arrive_at(next, way, model, 1.0 / static_cast<double>(tried - i))) continue;
+    if (!arrive_at(next, way, model, 1.0 / static_cast<double>(tried - i), briefly)) continue;
     if (direction_ < 0) turn(here_);
     ++count;
     notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
            "the curve could not be followed here (" + reason + "): went on from the " +
-               (integrate ? "steady state that time integration finds" : "solution") +
-               " at the next frequency; the branch may have changed",
+               (integrate ? "steady state that time integration finds" : "solution") + " at " +
+               ahead_in_words(std::abs(next - before) / omega_unit_) + "; the branch may have changed",
            here_.omega);
     begin_amplitude();
     verdict_ = judge(here_);

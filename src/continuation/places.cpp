@@ -276,9 +276,7 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
              s.omega, place.amplitude);
       higher = !higher;
       note_bend(s.omega);
-      if (summary_.counts.points < settings_.max_points &&
-          (!farthest_ || (s.omega - farthest_->omega) * direction_ > 0))
-        farthest_ = std::move(place.at);
+      if (summary_.counts.points < settings_.max_points && farther(s.omega)) farthest_ = std::move(place.at);
       break;
     case Kind::peak:
       ++summary_.counts.peaks;

@@ -32,6 +32,10 @@ BranchState Follower::state() {
                    settings_.from,
                    crowd_.omega,
                    double(crowd_.newton),
+                   ahead_.omega,
+                   double(ahead_.newton),
+                   double(windings_),
+                   left_at_,
                    double(in_vain_),
                    double(lent_from_),
                    double(unchanged_),
@@ -46,7 +50,7 @@ BranchState Follower::state() {
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
-  if (farthest_) { // a turning point: its sign, motion and tangent
+  if (farthest_) { // its sign, motion and tangent
     state.numbers.push_back(farthest_->sign);
     for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
       const std::vector<double> coefficients = all_coefficients(system_->layout(), v);
@@ -85,7 +89,8 @@ void Follower::restore(const BranchState &state) {
   amplitude_.value = take(), amplitude_.slope = take();
   last_verdict_ = take_int(), curvature_ = take();
   next += 2; // direction and beginning: see follow_branch
-  crowd_.omega = take(), crowd_.newton = static_cast<long>(take());
+  for (Crowd *crowd : {&crowd_, &ahead_}) crowd->omega = take(), crowd->newton = static_cast<long>(take());
+  windings_ = take_int(), left_at_ = take();
   in_vain_ = take_int(), lent_from_ = take_int(), unchanged_ = take_int();
   for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
   curve_->recall(take());
