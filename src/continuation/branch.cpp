@@ -20,7 +20,7 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
       curve_(std::make_unique<Curve>(system, newton, omega_unit_, settings.adaptive, summary_.counts)),
       meter_(std::make_unique<AmplitudeMeter>(system.layout(), settings.watched)), here_(curve_->station()),
       trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_), lent_from_(system.harmonics()),
-      direction_(settings.to < settings.from ? -1 : 1) {
+      direction_(settings.to < settings.from ? -1 : 1), begun_at_(settings.from) {
   if (settings.stability) begin_stability();
   if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, omega_unit_, newton.residual_tolerance);
 }
@@ -293,13 +293,12 @@ Follower::Go Follower::after_step() {
 }
 
 void Follower::report(Station &s, double arclength, const Stability *stability, bool place) {
-  const double whole = settings_.to - settings_.from;
   ++summary_.counts.points;
   observer_.point({s.y, *system_, s.omega, arclength, s.newton, s.activity, stability,
                    !estimator_ ? nullptr
                    : place     ? &error_of(s)
                                : &affordable_error_of(s),
-                   between_error_, whole == 0 ? 1 : (s.omega - settings_.from) / whole});
+                   between_error_, 1 - std::abs(settings_.to - s.omega) / omega_unit_});
 }
 
 void Follower::notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude) {
@@ -315,7 +314,9 @@ BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton
     other.from = state->numbers.at(9), other.to = reversed ? settings.from : settings.to;
     return Follower(system, newton, other, observer).go_on(*state);
   }
-  const BranchSummary summary = Follower(system, newton, settings, observer).run(y, "");
+  other.both_ends = true;
+  const BranchSummary summary = Follower(system, newton, other, observer).run(y, "");
+  other.both_ends = false;
   if (summary.end != BranchSummary::End::no_start || settings.from == settings.to) return summary;
   const auto begun_at = [&](const std::string &where) {
     check(VecSet(y, 0), "starting elsewhere");
@@ -323,7 +324,7 @@ BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton
   };
   std::swap(other.from, other.to);
   BranchSummary from_there = begun_at("the other end of the sweep: begun at this one, towards it");
-  other = settings, other.briefly = true;
+  other.to = settings.to, other.briefly = true;
   for (const double part : {0.02, 0.2, 0.35, 0.5, 0.65, 0.8}) {
     if (from_there.end != BranchSummary::End::no_start) return from_there;
     other.from = settings.from + part * (settings.to - settings.from);

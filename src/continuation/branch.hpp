@@ -24,6 +24,7 @@ struct BranchSettings {
   double stop_at_amplitude = 0; ///< of the watched dof; 0: never
   bool steps_only = false;      ///< nothing is tried but steps along the curve
   bool briefly = false;         ///< for a first point, only the quick ways
+  bool both_ends = false;       ///< where the branch is lost, the rest may be followed from `to`
   bool stability = false;       ///< judge every point
   bool estimates = false;       ///< of the error of every point
   double tolerance = 0;         ///< harmonics are added and dropped so that this estimate stays below; 0: they stay

@@ -96,6 +96,8 @@ private:
   bool more_harmonics();
   bool solve_finer(const std::vector<double> &q, double omega);
   enum class Way { newton, integration, anew }; // Newton from the last point, or as for a first point of a branch
+  bool from_other_end(const std::string &why, double lost);
+  void stand_anew();
   bool leap(Way way, double from, double most = 0.2, bool briefly = false);
   bool arrive_at(double omega, Way way, const DenseModel &model, double share, bool briefly);
   std::string difference() const;
@@ -116,7 +118,7 @@ private:
 
   HarmonicSystem *system_;
   const NewtonSettings &newton_;
-  const BranchSettings &settings_;
+  BranchSettings settings_;
   const BranchObserver &observer_;
   BranchSummary summary_;
   double omega_unit_;
@@ -159,6 +161,8 @@ private:
   double curvature_ = 0; // at the last smooth step: angle per arc length
   int still_ = 0;        // steps in succession along which only mean positions changed
   int direction_ = 1;
+  const double begun_at_;     // frequency
+  bool turned_round_ = false; // what is left is followed from the other end
   int last_verdict_ = -1; // the last that was certain: 1 stable, 0 unstable; -1: none yet
   struct Fold {
     double omega, amplitude;

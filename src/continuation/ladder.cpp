@@ -48,14 +48,17 @@ void Follower::pass_crowd() {
 // A branch that runs back, in a circle or on and on is left at its farthest point, for the next one of the sweep's
 // sense; false if none is found, and nothing has changed then.
 bool Follower::leave_from_farthest(const std::string &why) {
-  if (settings_.steps_only || !farthest_ || summary_.counts.leaps + summary_.counts.integrations >= most_leaps)
-    return false;
+  if (settings_.steps_only) return false;
+  if (!farthest_ || direction_ * (here_.omega - farthest_->omega) > 0) // all that leads ahead was tried
+    return from_other_end(why, here_.omega);
+  if (summary_.counts.leaps + summary_.counts.integrations >= most_leaps) return from_other_end(why, farthest_->omega);
   std::swap(here_, *farthest_);
   refusal_ = why;
   integrating_ -= 2 * brief_work; // nothing else is left
   const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
                from = turned + direction_ * skipped * omega_unit_;
-  const bool left = leap(Way::newton, from) || leap(Way::integration, from, 1) || leap(Way::anew, from, 1, true);
+  const bool left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) || from_other_end(why, turned) ||
+                    leap(Way::anew, from, 1, true);
   if (left) {
     farthest_.reset();
     ++windings_, left_at_ = turned;
@@ -171,6 +174,44 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
   return false;
 }
 
+// The branch is lost at that frequency: what is left of the sweep, from its end back to there.
+bool Follower::from_other_end(const std::string &why, double lost) {
+  if (interrupted() || !std::exchange(settings_.both_ends, false)) return false;
+  Station first = curve_->station();
+  UniqueVec rest = system_->unknowns();
+  std::string how;
+  if (!first_point(settings_.to, rest, first, how, false)) return false;
+  turned_round_ = true;
+  here_ = std::move(first);
+  settings_.from = std::exchange(settings_.to, lost);
+  direction_ = -direction_;
+  if (direction_ < 0) turn(here_);
+  ++summary_.counts.leaps;
+  notify(BranchEvent::Kind::leap,
+         "the curve could not be followed to the end (" + why +
+             "): from here on the rest of the sweep, from its other end back to where it was lost; the branch may be "
+             "another one",
+         here_.omega);
+  bends_.clear(), farthest_.reset();
+  windings_ = still_ = 0;
+  ahead_ = crowd_ = {here_.omega, summary_.counts.newton};
+  begin_amplitude();
+  verdict_ = judge(here_);
+  report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
+  stand_anew();
+  return true;
+}
+
+// After a leap: steps begin short, and what comes does not hang together with the points before.
+void Follower::stand_anew() {
+  curve_->norm.see(here_.y);
+  check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
+  trail_.interrupt();
+  trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
+  step_ = step_after;
+  limit_step();
+}
+
 // Work that the ways on may still take: where integration has led on it may again.
 double Follower::integration_left() const { return (2 + 2 * summary_.counts.integrations) * brief_work - integrating_; }
 
@@ -208,9 +249,11 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
       {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4, 0.7, 1}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
   const std::vector<double> &all = parts[static_cast<int>(way)]; // of the sweep
   const auto tried = std::upper_bound(all.begin(), all.end(), most) - all.begin();
-  for (std::ptrdiff_t i = 0; i < tried; ++i) {
+  bool ends = false;
+  for (std::ptrdiff_t i = 0; i < tried && !ends; ++i) {
     double next = from + direction_ * all[i] * omega_unit_;
-    if ((next - settings_.to) * direction_ > 0) next = settings_.to;
+    ends = (next - settings_.to) * direction_ >= 0;
+    if (ends) next = settings_.to;
     for (const double w : settings_.at)
       if ((w - here_.omega) * (w - next) < 0) next = w;
     if (!arrive_at(next, way, model, 1.0 / static_cast<double>(tried - i), briefly)) continue;
@@ -228,12 +271,7 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
       end(End::arrived);
       return true;
     }
-    curve_->norm.see(here_.y);
-    check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
-    trail_.interrupt();
-    trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
-    step_ = step_after;
-    limit_step();
+    stand_anew();
     return true;
   }
   refusal_ = reason;

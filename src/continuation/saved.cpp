@@ -28,14 +28,17 @@ BranchState Follower::state() {
                    amplitude_.slope,
                    double(last_verdict_),
                    curvature_,
-                   double(direction_),
-                   settings_.from,
+                   double(turned_round_ ? -direction_ : direction_), // as it began
+                   begun_at_,
                    crowd_.omega,
                    double(crowd_.newton),
                    ahead_.omega,
                    double(ahead_.newton),
                    double(windings_),
                    left_at_,
+                   double(settings_.both_ends),
+                   double(turned_round_),
+                   settings_.to,
                    double(in_vain_),
                    double(lent_from_),
                    double(unchanged_),
@@ -91,6 +94,9 @@ void Follower::restore(const BranchState &state) {
   next += 2; // direction and beginning: see follow_branch
   for (Crowd *crowd : {&crowd_, &ahead_}) crowd->omega = take(), crowd->newton = static_cast<long>(take());
   windings_ = take_int(), left_at_ = take();
+  settings_.both_ends = take() != 0, turned_round_ = take() != 0;
+  if (const double to = take(); turned_round_)
+    direction_ = -direction_, settings_.from = std::exchange(settings_.to, to);
   in_vain_ = take_int(), lent_from_ = take_int(), unchanged_ = take_int();
   for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
   curve_->recall(take());
