@@ -196,7 +196,7 @@ def dovetail(case, sweep, folder, limit, binary=BINARY):
         results = Results(folder / "results.h5")
         omega, coefficients = results.omega, results.coefficients
         newton = int(results.points("newton_iterations").sum())
-        announced = tuple(int(i) + 1 for i in results.events.of("leap", "integration", "outside", "harmonics", "sampling").point)
+        announced = tuple(int(i) + 1 for i in results.events.of("leap", "integration", "outside", "harmonics", "sampling", "again").point)
     end = "limit" if run.status is None else ENDS.get(about.get("end"), "crashed") if run.status in (0, 3) else "crashed"
     said = run.complaint.strip().splitlines()
     return Run(end, sweep, about.get("newton_iterations", newton), run.seconds, said[-1] if said else "", omega, coefficients,

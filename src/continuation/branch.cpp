@@ -93,6 +93,33 @@ bool Follower::farther(double omega) const {
   return !farthest_ || direction_ * (omega - farthest_->omega) > 0;
 }
 
+void Follower::drop_anchors() {
+  for (auto &anchor : anchors_) anchor.reset();
+  since_anchor_ = careful_ = 0;
+}
+
+// A curve that runs on from its beginning cannot come upon an older piece of itself, unless a step has led to another
+// piece of it, or the wrong way round a corner. That is where it came upon it, or where it was there before. So the
+// last points are followed once more, with short steps.
+bool Follower::follow_again(const std::string &why) {
+  if (!settings_.adaptive || settings_.steps_only || !anchors_[0] || summary_.counts.repeats >= most_repeats)
+    return false;
+  here_ = std::move(*anchors_[0]);
+  const double way = anchor_arc_;
+  const int points = anchored + since_anchor_ + 1;
+  drop_anchors();
+  careful_ = careful_points, careful_step_ = careful_part * way / points;
+  ++summary_.counts.repeats;
+  notify(BranchEvent::Kind::again, why + ": the last points once more, with short steps", here_.omega);
+  begin_amplitude();
+  trail_.interrupt();
+  still_ = 0;
+  check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
+  step_ = careful_step_;
+  limit_step();
+  return true;
+}
+
 // Without what belongs to the solve.
 Station Follower::copy(const Station &s) const {
   Station other = curve_->station();
@@ -209,9 +236,21 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
   check(VecWAXPY(predicted_, -1, trial_.y, here_.y), "measuring a step");
   still_ = curve_->norm.swing(predicted_) < nothing * curve_->norm.length(predicted_) ? still_ + 1 : 0;
   curve_->norm.see(here_.y);
-  const auto sense = trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
-  if (sense == Trail::Sense::opposite) return end(End::retraced, "the branch runs back over itself");
-  if (sense == Trail::Sense::same) return end(End::retraced, "the branch is closed: it came back to where it was");
+  anchor_arc_ += curve_->norm.length(predicted_), newer_arc_ += curve_->norm.length(predicted_);
+  if (careful_ > 0) {
+    --careful_; // over marks of the last time
+  } else {
+    const auto sense = trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
+    if (sense != Trail::Sense::fresh) {
+      const std::string why = sense == Trail::Sense::opposite ? "the branch runs back over itself"
+                                                              : "the branch is closed: it came back to where it was";
+      return follow_again(why) ? Go::on : end(End::retraced, why);
+    }
+  }
+  if (++since_anchor_ >= anchored) {
+    anchors_[0] = std::exchange(anchors_[1], copy(here_));
+    anchor_arc_ = std::exchange(newer_arc_, 0.0), since_anchor_ = 0;
+  }
   check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); // by the norm as it is now
   return Go::on;
 }
@@ -231,6 +270,7 @@ void Follower::limit_step() {
     step_ = std::min(step_, longest_omega_step / rate);
   if (const double rate = curve_->norm.motion(here_.t); rate > 0)
     step_ = std::min(step_, std::max(longest_motion_step * curve_->norm.motion(here_.y) / rate, shortest_motion_step));
+  if (careful_ > 0) step_ = std::min(step_, careful_step_);
   step_ = std::max(step_, 10 * shortest_step);
 }
 

@@ -59,7 +59,8 @@ struct BranchEvent {
     leap,        ///< on to the solution at a next frequency, which arc length does not lead to
     integration, ///< the same, found by time integration
     missed,      ///< a frequency of `at` without solution
-    outside      ///< the curve leaves the sweep at its beginning: points there are not given
+    outside,     ///< the curve leaves the sweep at its beginning: points there are not given
+    again        ///< the last points are followed once more, with short steps: the next one lies before them
   } kind;
   std::string text;
   double omega;         ///< scaled

@@ -48,6 +48,8 @@ private:
   Go end(End how, const std::string &why = "");
   bool farther(double omega) const;
   Station copy(const Station &s) const;
+  void drop_anchors();
+  bool follow_again(const std::string &why);
   double plain_length(Vec t) const;
   void begin_amplitude();
 
@@ -130,6 +132,12 @@ private:
   std::unique_ptr<Estimator> estimator_;
   Station here_, trial_;            // last accepted point; the one being tried
   std::optional<Station> farthest_; // where the curve turned back nearest to the end of the sweep
+  std::optional<Station> anchors_[2]; // points of the curve to go back to, `anchored` to twice that behind; the next
+  double anchor_arc_ = 0;             // way in the arc norm since the older one,
+  double newer_arc_ = 0;              // and since the newer one
+  int since_anchor_ = 0;              // points
+  int careful_ = 0;                   // points that still are to be taken with steps no longer than
+  double careful_step_ = 0;           // that
   std::vector<double> bends_;       // frequencies of turning points and corners, as they came
   UniqueVec predicted_;
   Amplitude amplitude_; // at here_

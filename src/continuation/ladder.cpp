@@ -81,6 +81,7 @@ void Follower::take_system(HarmonicSystem &system) {
   curve_->norm.restore(seen.largest_motion(), seen.largest_of_dofs());
   meter_ = std::make_unique<AmplitudeMeter>(system.layout(), settings_.watched);
   here_ = curve_->station(), trial_ = curve_->station();
+  drop_anchors();
   predicted_ = system.unknowns();
   if (large_stability_) begin_stability();
   if (estimator_) estimator_->match(system);
@@ -206,6 +207,7 @@ bool Follower::from_other_end(const std::string &why, double lost) {
 void Follower::stand_anew() {
   curve_->norm.see(here_.y);
   check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
+  drop_anchors();
   trail_.interrupt();
   trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
   step_ = step_after;

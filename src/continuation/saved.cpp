@@ -53,9 +53,13 @@ BranchState Follower::state() {
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
-  if (farthest_) { // its sign, motion and tangent
-    state.numbers.push_back(farthest_->sign);
-    for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
+  for (const double number : {anchor_arc_, newer_arc_, double(since_anchor_), double(careful_), careful_step_})
+    state.numbers.push_back(number);
+  for (const auto *station : {&farthest_, &anchors_[0], &anchors_[1]}) { // sign, motion and tangent, if there is one
+    state.numbers.push_back(*station ? 1 : 0);
+    if (!*station) continue;
+    state.numbers.push_back((*station)->sign);
+    for (const Vec v : {Vec((*station)->y), Vec((*station)->t)}) {
       const std::vector<double> coefficients = all_coefficients(system_->layout(), v);
       state.numbers.insert(state.numbers.end(), coefficients.begin(), coefficients.end());
       state.numbers.push_back(system_->omega(v));
@@ -108,16 +112,18 @@ void Follower::restore(const BranchState &state) {
   trail_.restore(state.trail, behind, along);
   bends_.resize(static_cast<std::size_t>(take()));
   for (double &bend : bends_) bend = take();
-  if (next != state.numbers.end()) {
-    farthest_ = curve_->station();
-    farthest_->sign = take_int();
-    for (const Vec v : {Vec(farthest_->y), Vec(farthest_->t)}) {
+  anchor_arc_ = take(), newer_arc_ = take(), since_anchor_ = take_int(), careful_ = take_int(), careful_step_ = take();
+  for (auto *station : {&farthest_, &anchors_[0], &anchors_[1]}) {
+    if (take() == 0) continue;
+    *station = curve_->station();
+    (*station)->sign = take_int();
+    for (const Vec v : {Vec((*station)->y), Vec((*station)->t)}) {
       const auto end = next + system_->layout().dofs() * system_->layout().width;
       set_coefficients(system_->layout(), {next, end}, v);
       curve_->set_omega(v, *end);
       next = end + 1;
     }
-    farthest_->omega = system_->omega(farthest_->y);
+    (*station)->omega = system_->omega((*station)->y);
   }
   verdict_ = judge(here_);
 }

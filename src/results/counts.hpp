@@ -17,6 +17,7 @@ template <class Numbers, class Act> void for_each_count(Numbers &counts, Act &&a
   act("harmonics", counts.harmonics);
   act("leaps", counts.leaps);
   act("integrations", counts.integrations);
+  act("repeats", counts.repeats);
   act("missed", counts.missed);
   act("adaptations", counts.adaptations);
   act("newton_iterations", counts.newton);

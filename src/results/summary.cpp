@@ -176,6 +176,7 @@ void tell(const BranchStory &story) {
       {counts.corners, many(counts.corners, "corner", "corners")},
       {counts.samplings, many(counts.samplings, "finer sampling", "finer samplings")},
       {counts.harmonics, "harmonics added " + many(counts.harmonics, "time", "times")},
+      {counts.repeats, many(counts.repeats, "piece followed again", "pieces followed again")},
       {counts.leaps, many(counts.leaps, "leap", "leaps")},
       {counts.integrations, many(counts.integrations, "time integration", "time integrations")}};
   std::string used;
