@@ -74,6 +74,11 @@ BranchSummary Follower::follow() {
     const bool lost = summary_.end == End::retraced || summary_.end == End::turned_back || summary_.end == End::stalled;
     if (!ended_ || !lost) continue;
     ended_ = false; // a leap may end the sweep
+    refusal_ = summary_.why;
+    if (summary_.end == End::retraced && more_harmonics()) {
+      careful_ = careful_points, careful_step_ = longest_step; // marks of the curve with fewer lie here
+      continue;
+    }
     if (!leave_from_farthest(summary_.why))
       ended_ = true;
     else if (!ended_)
@@ -102,8 +107,11 @@ void Follower::drop_anchors() {
 // piece of it, or the wrong way round a corner. That is where it came upon it, or where it was there before. So the
 // last points are followed once more, with short steps.
 bool Follower::follow_again(const std::string &why) {
-  if (!settings_.adaptive || settings_.steps_only || !anchors_[0] || summary_.counts.repeats >= most_repeats)
+  const bool just_done = repeated_at_ > 0 && summary_.counts.points - repeated_at_ < 2 * careful_points;
+  if (!settings_.adaptive || settings_.steps_only || !anchors_[0] || just_done ||
+      summary_.counts.repeats >= most_repeats)
     return false;
+  repeated_at_ = summary_.counts.points;
   here_ = std::move(*anchors_[0]);
   const double way = anchor_arc_;
   const int points = anchored + since_anchor_ + 1;

@@ -136,6 +136,7 @@ private:
   double anchor_arc_ = 0;             // way in the arc norm since the older one,
   double newer_arc_ = 0;              // and since the newer one
   int since_anchor_ = 0;              // points
+  int repeated_at_ = 0;               // points until the last time; 0: never
   int careful_ = 0;                   // points that still are to be taken with steps no longer than
   double careful_step_ = 0;           // that
   std::vector<double> bends_;       // frequencies of turning points and corners, as they came

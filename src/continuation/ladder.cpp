@@ -181,7 +181,10 @@ bool Follower::from_other_end(const std::string &why, double lost) {
   Station first = curve_->station();
   UniqueVec rest = system_->unknowns();
   std::string how;
-  if (!first_point(settings_.to, rest, first, how, false)) return false;
+  if (!first_point(settings_.to, rest, first, how, false)) {
+    summary_.why = why;
+    return false;
+  }
   turned_round_ = true;
   here_ = std::move(first);
   settings_.from = std::exchange(settings_.to, lost);

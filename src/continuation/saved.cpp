@@ -53,7 +53,8 @@ BranchState Follower::state() {
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
-  for (const double number : {anchor_arc_, newer_arc_, double(since_anchor_), double(careful_), careful_step_})
+  for (const double number : {anchor_arc_, newer_arc_, double(since_anchor_), double(repeated_at_),
+                              double(careful_), careful_step_})
     state.numbers.push_back(number);
   for (const auto *station : {&farthest_, &anchors_[0], &anchors_[1]}) { // sign, motion and tangent, if there is one
     state.numbers.push_back(*station ? 1 : 0);
@@ -112,7 +113,8 @@ void Follower::restore(const BranchState &state) {
   trail_.restore(state.trail, behind, along);
   bends_.resize(static_cast<std::size_t>(take()));
   for (double &bend : bends_) bend = take();
-  anchor_arc_ = take(), newer_arc_ = take(), since_anchor_ = take_int(), careful_ = take_int(), careful_step_ = take();
+  anchor_arc_ = take(), newer_arc_ = take(), since_anchor_ = take_int(), repeated_at_ = take_int();
+  careful_ = take_int(), careful_step_ = take();
   for (auto *station : {&farthest_, &anchors_[0], &anchors_[1]}) {
     if (take() == 0) continue;
     *station = curve_->station();
