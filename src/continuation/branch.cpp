@@ -314,7 +314,8 @@ bool Follower::winds() {
   const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
   const double patience = std::max(least_patience, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
   return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
-         farthest_ && beyond(farthest_->omega) < 0;
+         farthest_ && beyond(farthest_->omega) < 0 &&
+         (!stay_until_ || direction_ * (farthest_->omega - *stay_until_) > least_ahead * omega_unit_);
 }
 
 // Between two steps: may it go on, and where does it stand.
@@ -326,7 +327,8 @@ Follower::Go Follower::after_step() {
   if (!ended_) note_creeping();
   if (!ended_ && !crowded_.empty()) pass_crowd();
   if (!ended_ && winds()) {
-    leave_from_farthest("the curve winds on and does not go ahead");
+    const double turned = farthest_->omega;
+    if (!leave_from_farthest("the curve winds on and does not go ahead", true)) stay_until_ = turned;
     ahead_.newton = summary_.counts.newton; // or else it is followed on
   }
   if (!ended_ && still_ == enough_still) {

@@ -90,7 +90,7 @@ private:
 
   // ladder.cpp
   Go climb();
-  bool leave_from_farthest(const std::string &why);
+  bool leave_from_farthest(const std::string &why, bool briefly = false);
   void take_system(HarmonicSystem &system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
   bool better_sampling();
@@ -98,7 +98,7 @@ private:
   bool more_harmonics();
   bool solve_finer(const std::vector<double> &q, double omega);
   enum class Way { newton, integration, anew }; // Newton from the last point, or as for a first point of a branch
-  bool from_other_end(const std::string &why, double lost);
+  bool from_other_end(const std::string &why, double lost, bool briefly);
   void stand_anew();
   bool leap(Way way, double from, double most = 0.2, bool briefly = false);
   bool arrive_at(double omega, Way way, const DenseModel &model, double share, bool briefly);
@@ -166,6 +166,7 @@ private:
   } crowd_{}, ahead_{}; // where the last stretch of the sweep was left behind, or was met first; iterations until then
   int windings_ = 0;    // times that a curve was left because it leads nowhere, since it went on
   double left_at_ = 0;  // frequency, the last time
+  std::optional<double> stay_until_; // farthest frequency from where no way on was found
   double step_ = 0, arclength_ = 0;
   double curvature_ = 0; // at the last smooth step: angle per arc length
   int still_ = 0;        // steps in succession along which only mean positions changed

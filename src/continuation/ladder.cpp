@@ -47,18 +47,19 @@ void Follower::pass_crowd() {
 
 // A branch that runs back, in a circle or on and on is left at its farthest point, for the next one of the sweep's
 // sense; false if none is found, and nothing has changed then.
-bool Follower::leave_from_farthest(const std::string &why) {
+bool Follower::leave_from_farthest(const std::string &why, bool briefly) {
   if (settings_.steps_only) return false;
   if (!farthest_ || direction_ * (here_.omega - farthest_->omega) > 0) // all that leads ahead was tried
-    return from_other_end(why, here_.omega);
-  if (summary_.counts.leaps + summary_.counts.integrations >= most_leaps) return from_other_end(why, farthest_->omega);
+    return from_other_end(why, here_.omega, briefly);
+  if (summary_.counts.leaps + summary_.counts.integrations >= most_leaps)
+    return from_other_end(why, farthest_->omega, briefly);
   std::swap(here_, *farthest_);
   refusal_ = why;
   integrating_ -= 2 * brief_work; // nothing else is left
   const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
                from = turned + direction_ * skipped * omega_unit_;
-  const bool left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) || from_other_end(why, turned) ||
-                    leap(Way::anew, from, 1, true);
+  const bool left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) ||
+                    from_other_end(why, turned, briefly) || (!briefly && leap(Way::anew, from, 1, true));
   if (left) {
     farthest_.reset();
     ++windings_, left_at_ = turned;
@@ -176,17 +177,19 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
 }
 
 // The branch is lost at that frequency: what is left of the sweep, from its end back to there.
-bool Follower::from_other_end(const std::string &why, double lost) {
-  if (interrupted() || !std::exchange(settings_.both_ends, false)) return false;
+bool Follower::from_other_end(const std::string &why, double lost, bool briefly) {
+  if (interrupted() || !settings_.both_ends) return false;
+  settings_.both_ends = briefly; // if it is tried with all that there is, once
   Station first = curve_->station();
   UniqueVec rest = system_->unknowns();
   std::string how;
-  if (!first_point(settings_.to, rest, first, how, false)) {
+  if (!first_point(settings_.to, rest, first, how, briefly)) {
     summary_.why = why;
     return false;
   }
   turned_round_ = true;
   here_ = std::move(first);
+  settings_.both_ends = false;
   settings_.from = std::exchange(settings_.to, lost);
   direction_ = -direction_;
   if (direction_ < 0) turn(here_);
@@ -197,7 +200,7 @@ bool Follower::from_other_end(const std::string &why, double lost) {
              "another one",
          here_.omega);
   bends_.clear(), farthest_.reset();
-  windings_ = still_ = 0;
+  windings_ = still_ = 0, stay_until_.reset();
   ahead_ = crowd_ = {here_.omega, summary_.counts.newton};
   begin_amplitude();
   verdict_ = judge(here_);

@@ -36,6 +36,8 @@ BranchState Follower::state() {
                    double(ahead_.newton),
                    double(windings_),
                    left_at_,
+                   double(stay_until_.has_value()),
+                   stay_until_.value_or(0),
                    double(settings_.both_ends),
                    double(turned_round_),
                    settings_.to,
@@ -99,6 +101,8 @@ void Follower::restore(const BranchState &state) {
   next += 2; // direction and beginning: see follow_branch
   for (Crowd *crowd : {&crowd_, &ahead_}) crowd->omega = take(), crowd->newton = static_cast<long>(take());
   windings_ = take_int(), left_at_ = take();
+  const bool stays = take() != 0;
+  if (const double until = take(); stays) stay_until_ = until;
   settings_.both_ends = take() != 0, turned_round_ = take() != 0;
   if (const double to = take(); turned_round_)
     direction_ = -direction_, settings_.from = std::exchange(settings_.to, to);
