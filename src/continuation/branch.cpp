@@ -94,9 +94,7 @@ Follower::Go Follower::end(End how, const std::string &why) {
   return Go::ended;
 }
 
-bool Follower::farther(double omega) const {
-  return !farthest_ || direction_ * (omega - farthest_->omega) > 0;
-}
+bool Follower::farther(double omega) const { return !farthest_ || direction_ * (omega - farthest_->omega) > 0; }
 
 void Follower::drop_anchors() {
   for (auto &anchor : anchors_) anchor.reset();

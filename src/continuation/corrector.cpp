@@ -9,7 +9,7 @@ namespace {
 // Relative, of Newton's steps where the solver iterates: from this on it chooses itself.
 constexpr double newton_accuracy = 0.5;
 constexpr double rough_accuracy = 0.2; // relative, of corrections
-constexpr double again = 0.02; // relative, residual and correction that were met before in the same solve
+constexpr double again = 0.02;         // relative, residual and correction that were met before in the same solve
 
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {

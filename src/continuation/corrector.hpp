@@ -78,7 +78,7 @@ private:
   struct Iterate {
     double residual, correction; // norms
   };
-  std::vector<Iterate> iterates_; // of the solve in progress
+  std::vector<Iterate> iterates_;  // of the solve in progress
   const char *given_up_ = nullptr; // why it was, if it was
 };
 

@@ -130,8 +130,8 @@ private:
   std::unique_ptr<StabilityTest> stability_;            // of a small model, or
   std::unique_ptr<LargeStabilityTest> large_stability_; // of any
   std::unique_ptr<Estimator> estimator_;
-  Station here_, trial_;            // last accepted point; the one being tried
-  std::optional<Station> farthest_; // where the curve turned back nearest to the end of the sweep
+  Station here_, trial_;              // last accepted point; the one being tried
+  std::optional<Station> farthest_;   // where the curve turned back nearest to the end of the sweep
   std::optional<Station> anchors_[2]; // points of the curve to go back to, `anchored` to twice that behind; the next
   double anchor_arc_ = 0;             // way in the arc norm since the older one,
   double newer_arc_ = 0;              // and since the newer one
@@ -139,7 +139,7 @@ private:
   int repeated_at_ = 0;               // points until the last time; 0: never
   int careful_ = 0;                   // points that still are to be taken with steps no longer than
   double careful_step_ = 0;           // that
-  std::vector<double> bends_;       // frequencies of turning points and corners, as they came
+  std::vector<double> bends_;         // frequencies of turning points and corners, as they came
   UniqueVec predicted_;
   Amplitude amplitude_; // at here_
   BetweenPoints between_;
@@ -155,6 +155,7 @@ private:
   double estimating_ = 0;  // work that estimates may take
   double integrating_ = 0; // that time integration took
   int in_vain_ = 0;        // harmonics for which more were tried and led nowhere
+  double lent_at_ = 0;     // frequency where more were taken last
   int lent_from_;          // fewest that are gone back to after more were taken: the case's, or more than had failed
   std::string refusal_;
   std::optional<Place> branch_point_; // within the step being tried
@@ -173,7 +174,7 @@ private:
   int direction_ = 1;
   const double begun_at_;     // frequency
   bool turned_round_ = false; // what is left is followed from the other end
-  int last_verdict_ = -1; // the last that was certain: 1 stable, 0 unstable; -1: none yet
+  int last_verdict_ = -1;     // the last that was certain: 1 stable, 0 unstable; -1: none yet
   struct Fold {
     double omega, amplitude;
   };

@@ -145,7 +145,7 @@ bool Follower::more_harmonics() {
   for (const int more : {2 * H, needed}) {
     if (more <= H || more > std::max(needed, 1)) continue;
     if (!rebuild(std::make_unique<HarmonicSystem>(*system_, more, system_->samples()))) continue;
-    lent_from_ = H + 1, unchanged_ = 0;
+    lent_from_ = H + 1, lent_at_ = here_.omega, unchanged_ = 0;
     ++summary_.counts.harmonics;
     notify(BranchEvent::Kind::harmonics,
            "no step converges (" + reason + "): " + std::to_string(more) +
@@ -169,7 +169,7 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
     take_system(*system);
     std::swap(changed_, system); // the old one goes last
     here_ = std::move(s);
-    unchanged_ = 0;
+    lent_at_ = omega, unchanged_ = 0;
     ++summary_.counts.harmonics;
     return true;
   }
@@ -237,7 +237,8 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
   }
   UniqueVec rest = system_->unknowns();
   std::string how;
-  const bool found = way == Way::anew ? first_point(omega, rest, trial_, how, briefly) : curve_->solve_at(omega, trial_);
+  const bool found =
+      way == Way::anew ? first_point(omega, rest, trial_, how, briefly) : curve_->solve_at(omega, trial_);
   if (found) std::swap(here_, trial_);
   return found || (way == Way::integration && solve_finer(steady.coefficients, omega));
 }

@@ -43,6 +43,7 @@ BranchState Follower::state() {
                    settings_.to,
                    double(in_vain_),
                    double(lent_from_),
+                   lent_at_,
                    double(unchanged_),
                    double(raised_.harmonics),
                    raised_.error,
@@ -55,8 +56,8 @@ BranchState Follower::state() {
   trail_.save_count(state.numbers);
   state.numbers.push_back(static_cast<double>(bends_.size()));
   state.numbers.insert(state.numbers.end(), bends_.begin(), bends_.end());
-  for (const double number : {anchor_arc_, newer_arc_, double(since_anchor_), double(repeated_at_),
-                              double(careful_), careful_step_})
+  for (const double number :
+       {anchor_arc_, newer_arc_, double(since_anchor_), double(repeated_at_), double(careful_), careful_step_})
     state.numbers.push_back(number);
   for (const auto *station : {&farthest_, &anchors_[0], &anchors_[1]}) { // sign, motion and tangent, if there is one
     state.numbers.push_back(*station ? 1 : 0);
@@ -106,7 +107,7 @@ void Follower::restore(const BranchState &state) {
   settings_.both_ends = take() != 0, turned_round_ = take() != 0;
   if (const double to = take(); turned_round_)
     direction_ = -direction_, settings_.from = std::exchange(settings_.to, to);
-  in_vain_ = take_int(), lent_from_ = take_int(), unchanged_ = take_int();
+  in_vain_ = take_int(), lent_from_ = take_int(), lent_at_ = take(), unchanged_ = take_int();
   for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
   curve_->recall(take());
   estimating_ = take(), integrating_ = take();

@@ -10,13 +10,13 @@ constexpr double longest_omega_step = 0.01;   // of the sweep: a resonance narro
 constexpr double longest_motion_step = 0.25;  // of the motion at hand, which after a resonance is far below the largest
 constexpr double shortest_motion_step = 1e-3; // that limit does not hold a curve up where the motion passes zero
 constexpr double shortest_step = 1e-7;
-constexpr double most_angle = 0.64;  // between the tangents before and after a step [rad]
-constexpr double most_astray = 0.1;  // by which a step may point away from the tangent more than the curve turns [rad],
+constexpr double most_angle = 0.64; // between the tangents before and after a step [rad]
+constexpr double most_astray = 0.1; // by which a step may point away from the tangent more than the curve turns [rad],
 constexpr double most_astray_sampled = 0.8; // where sampled contact forces make teeth that are not worth following
 constexpr double most_correction = 2; // distance from predicted to converged point, in steps, where a corner may be
 constexpr double aimed_angle = 0.25;  // between tangents [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
-constexpr double nearly_straight = 0.08; // between tangents [rad], where one iteration more is aimed at
+constexpr double nearly_straight = 0.08;   // between tangents [rad], where one iteration more is aimed at
 constexpr int most_refinements = 8;        // of the harmonics, for one step
 constexpr double least_newton_step = 1e-4; // shorter steps may take newton.max_iterations
 constexpr double corner_step = 2e-3;       // shorter steps that fail may be at a corner of the curve
