@@ -40,7 +40,7 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
   }
   if (!how.empty()) notify(BranchEvent::Kind::start, how, settings_.from);
   begin(std::move(first));
-  return follow();
+  return follow(false);
 }
 
 void Follower::begin(Station first) {
@@ -62,14 +62,15 @@ void Follower::begin(Station first) {
 
 BranchSummary Follower::go_on(const BranchState &state) {
   restore(state);
-  return follow();
+  return follow(true);
 }
 
-BranchSummary Follower::follow() {
+// `between`: it stands between two steps, and what is looked at there may not have been.
+BranchSummary Follower::follow(bool between) {
   if (settings_.to == settings_.from) end(End::arrived);
-  if (!ended_ && summary_.counts.points >= settings_.max_points) after_step();
+  if (summary_.counts.points >= settings_.max_points) between = true;
   while (!ended_) {
-    advance();
+    if (!std::exchange(between, false)) advance();
     if (!ended_) after_step();
     const bool lost = summary_.end == End::retraced || summary_.end == End::turned_back || summary_.end == End::stalled;
     if (!ended_ || !lost) continue;
@@ -289,7 +290,7 @@ void Follower::note_bend(double omega) {
   if (bends_.size() < many_bends) return;
   const auto [low, high] = std::minmax_element(bends_.end() - many_bends, bends_.end());
   if (*high - *low >= crowded_part * omega_unit_) return;
-  crowded_ = "the curve bends again and again";
+  crowded_ = bends_often;
 }
 
 // Nor are many short steps that come to nothing.

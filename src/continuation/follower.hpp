@@ -29,7 +29,7 @@ private:
   using End = BranchSummary::End;
 
   // branch.cpp
-  BranchSummary follow();
+  BranchSummary follow(bool between);
   void begin(Station first);
   Go advance();
   double allowed_astray() const; // Halvings::Measure

@@ -36,6 +36,7 @@ BranchState Follower::state() {
                    double(ahead_.newton),
                    double(windings_),
                    left_at_,
+                   double(!crowded_.empty()),
                    double(stay_until_.has_value()),
                    stay_until_.value_or(0),
                    double(settings_.both_ends),
@@ -102,6 +103,7 @@ void Follower::restore(const BranchState &state) {
   next += 2; // direction and beginning: see follow_branch
   for (Crowd *crowd : {&crowd_, &ahead_}) crowd->omega = take(), crowd->newton = static_cast<long>(take());
   windings_ = take_int(), left_at_ = take();
+  if (take() != 0) crowded_ = bends_often;
   const bool stays = take() != 0;
   if (const double until = take(); stays) stay_until_ = until;
   settings_.both_ends = take() != 0, turned_round_ = take() != 0;

@@ -55,6 +55,45 @@ TEST(Corrector, leaves_the_point_alone_when_it_fails) {
   EXPECT_DOUBLE_EQ(norm(y), 0.7);
 }
 
+TEST(Corrector, gives_up_beyond_its_reach) {
+  HarmonicSystem system = small_system();
+  Corrector corrector(system, tight);
+  const UniqueVec e = unit_omega(system);
+  UniqueVec y = system.unknowns();
+  check(VecAXPY(y, 0.7, e), "");
+  const auto outcome = corrector.solve(y, e, 0.7, {false, 0, 1e-3});
+  EXPECT_EQ(outcome.why, "Newton runs far away");
+  EXPECT_EQ(outcome.newton, 1);
+  EXPECT_DOUBLE_EQ(norm(y), 0.7);
+  EXPECT_TRUE(corrector.solve(y, e, 0.7, {false, 0, 1e3}).converged);
+}
+
+// Stiff contacts that open: where it runs in a circle no number of iterations would help.
+TEST(Corrector, gives_up_in_a_circle) {
+  ReducedModel model = small_reduced(PETSC_COMM_WORLD);
+  std::vector<ContactPoint> contact = small_contact(model);
+  for (ContactPoint &point : contact) point.kn *= 200;
+  std::string note;
+  const std::vector<double> zero(model.own_contact_dofs(), 0.0);
+  const PreloadedModel stiff = contact_preload(std::move(model), std::move(contact), zero, note);
+  int circles = 0;
+  for (int i = 0; i < 40 && circles == 0; ++i) {
+    const double load = std::pow(10, 0.05 * i), omega = 0.9;
+    HarmonicSystem system(scaled(stiff, 0.05, {}), 3, 64, {0, load});
+    Corrector corrector(system, tight);
+    const UniqueVec e = unit_omega(system);
+    UniqueVec y = system.unknowns();
+    check(VecAXPY(y, omega, e), "");
+    const auto outcome = corrector.solve(y, e, omega);
+    if (outcome.why != "Newton runs in a circle") continue;
+    ++circles;
+    EXPECT_LT(outcome.newton, tight.max_iterations);
+    EXPECT_DOUBLE_EQ(norm(y), omega);
+    EXPECT_GT(outcome.residual, tight.residual_tolerance);
+  }
+  EXPECT_EQ(circles, 1);
+}
+
 // The assembled border against bordering by block elimination: two solves with the Jacobian at fixed Omega.
 TEST(Corrector, tangent_equals_block_elimination) {
   HarmonicSystem system = small_system();

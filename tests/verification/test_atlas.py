@@ -1,5 +1,7 @@
 """The failure atlas: its parts on made-up numbers, and a few of its scenes by Dovetail, judged by time integration."""
 
+import json
+import subprocess
 import sys
 from dataclasses import asdict, replace
 
@@ -251,6 +253,29 @@ def test_what_lies_beyond_a_closed_curve_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
     run = made("042", tmp_path, ("dovetail",), patience=4)["dovetail"]
     assert run["end"] == "arrived" and run["integrations"] >= 1, run["said"]
+
+
+def test_restart_of_a_curve_that_goes_astray(tmp_path):
+    """Pieces that are followed again, leaps, the other end: a run in parts does what an uninterrupted one does, stopped right before and
+    after each of them, and what it says of them is so."""
+    case = atlas_scenes.write(atlas_scenes.build(atlas_scenes.scenes()["002"]), tmp_path)
+    text = case.read_text()
+    subprocess.run([BINARY, "run", case, "--out", tmp_path / "whole"], stdout=subprocess.DEVNULL, check=False)
+    whole = Results(tmp_path / "whole/results.h5")
+    again, leaps = whole.events.of("again"), whole.events.of("leap", "integration")
+    summary = json.loads((tmp_path / "whole/summary.json").read_text())
+    assert len(again) == summary["repeats"] and len(leaps) == summary["leaps"] + summary["integrations"]
+    assert len(again) + len(leaps) > 0
+    for point in again.point:  # back on the way, and shorter steps
+        before = np.abs(whole.omega[point + 1] - whole.omega[max(0, point - 100):point]).min()
+        assert before < 1e-2 * np.ptp(whole.omega)
+    stops = sorted({int(p) + k for p in (*again.point, *leaps.point) for k in (1, 2)} & set(range(2, len(whole.omega))))
+    for i, points in enumerate([*stops, 10**6]):
+        case.write_text(text + f"max_points = {points}\n")
+        subprocess.run([BINARY, "run", case, "--out", tmp_path / "parts", *(["--restart"] if i else [])], stdout=subprocess.DEVNULL, check=False)
+    parts = Results(tmp_path / "parts/results.h5")
+    np.testing.assert_allclose(parts.omega, whole.omega, rtol=1e-10)
+    np.testing.assert_allclose(parts.coefficients, whole.coefficients, rtol=0, atol=1e-8 * np.abs(whole.coefficients).max())
 
 
 def test_harmonics_that_were_added_go_again(tmp_path, monkeypatch):
