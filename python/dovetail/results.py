@@ -46,7 +46,8 @@ class Events:
         Places, located: "fold" (turning point), "peak" (maximum of the watched amplitude), "branch" (another branch crosses),
         "stability" (lost or regained). How the run helped itself: "start", "cut", "corner", "sampling", "harmonics", "leap",
         "integration". "missed": a frequency of continuation.at without solution. "outside": the curve leaves the sweep at its
-        beginning, and the next point is where it comes back.
+        beginning, and the next point is where it comes back. "again": it came upon an older piece of itself, and the last points
+        follow once more.
     point : int
         The point that is this place, or the last point before; -1 before the first.
     omega : rad/s

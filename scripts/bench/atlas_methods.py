@@ -55,6 +55,17 @@ class Run:
                     reached=round(float(reached), 6), announced=len(self.announced))
 
 
+def left_out(omega, leaps, sweep):
+    """Part of a sweep that the curve does not pass: at its ends, or in between, under leaps (numbers of the points they lead to)."""
+    low, high = sorted(sweep)
+    steps = [sorted(omega[i - 1:i + 1]) for i in range(1, len(omega)) if i not in leaps]
+    missing, reached = 0.0, low
+    for a, b in sorted(steps) + [[high, high]]:
+        missing += max(0.0, min(a, high) - reached)
+        reached = max(reached, min(b, high))
+    return missing / (high - low)
+
+
 class Plain(reference.HarmonicBalance):
     """`HarmonicBalance` with its contact forces evaluated faster, and its Jacobians counted.
 
@@ -191,12 +202,14 @@ def dovetail(case, sweep, folder, limit, binary=BINARY):
     run = limited([binary, "run", case, "--out", folder], limit)
     summary = folder / "summary.json"
     about = json.loads(summary.read_text()) if summary.exists() else {}
-    omega, coefficients, announced, newton = np.array([]), np.array([]), (), 0
+    omega, coefficients, announced, newton, leaps = np.array([]), np.array([]), (), 0, ()
     if (folder / "results.h5").exists():
         results = Results(folder / "results.h5")
         omega, coefficients = results.omega, results.coefficients
         newton = int(results.points("newton_iterations").sum())
         announced = tuple(int(i) + 1 for i in results.events.of("leap", "integration", "outside", "harmonics", "sampling", "again").point)
+        leaps = [int(i) + 1 for i in results.events.of("leap", "integration").point]
+    about["left_out"] = round(left_out(omega, leaps, sweep), 4)
     end = "limit" if run.status is None else ENDS.get(about.get("end"), "crashed") if run.status in (0, 3) else "crashed"
     said = run.complaint.strip().splitlines()
     return Run(end, sweep, about.get("newton_iterations", newton), run.seconds, said[-1] if said else "", omega, coefficients,

@@ -81,7 +81,7 @@ def run_scene(scene, folder, program, parts, patience=1):
         if part == DOVETAIL:
             atlas_scenes.write(built, folder)
             run, about = atlas_methods.dovetail(case, built.omega, folder, limits[part])
-            more = {name: about[name] for name in ("folds", "corners", "harmonics", "integrations", "leaps", "step_cuts") if name in about}
+            more = {name: about[name] for name in ("folds", "corners", "harmonics", "integrations", "leaps", "repeats", "step_cuts", "left_out") if name in about}
         else:
             run, more = getattr(atlas_methods, part)(built, limits[part]), {}
         np.savez(folder / f"{part}.npz", omega=run.omega, coefficients=run.coefficients, announced=np.array(run.announced, int))

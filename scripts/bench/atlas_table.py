@@ -7,6 +7,7 @@ from atlas_methods import DOVETAIL, METHODS, ORIGINAL
 
 ENDS = ("arrived", "no start", "stopped", "turned back", "limit", "crashed")
 GOOD = 0.01  # error of an amplitude that is called right
+PARTS = (0.01, 0.1, 0.3)  # of a sweep
 
 
 def outcome(row, method):
@@ -94,6 +95,8 @@ def figures(rows):
         errors = [error for row in counted for error in errors_at_places(row, method)]
         made[method]["places"] = len(errors)
         made[method]["right"] = sum(error is not None and error <= GOOD for error in errors)
+    arrived = [row[DOVETAIL].get("left_out", 0) for row in counted if outcome(row, DOVETAIL) == "arrived"]
+    made["left_out"] = {str(part): sum(left > part for left in arrived) for part in PARTS}
     made["branch_ends"] = sum(map(branch_ends, counted))
     errors = [worst_error(row) for row in counted if outcome(row, DOVETAIL) == "arrived"]
     errors = [e for e in errors if e is not None]
@@ -115,6 +118,8 @@ def lines(rows):
             f"{'':22}" + "".join(f"{100 * made[method]['finished']:11.1f}%" for method in METHODS), ""]
     out.insert(-1, f"{'places within 1 %':22}" + "".join(f"{made[method]['right']:5} of {made[method]['places']:3}" for method in METHODS))
     out.insert(-1, f"of the rest Dovetail stops in {made['branch_ends']} where integration from rest finds nothing periodic beyond")
+    out.insert(-1, "of its sweeps that are finished, leaps leave out more than " + ", ".join(
+        f"{float(part):.0%} in {count}" for part, count in made["left_out"].items()))
     errors = made["errors"]
     out.append("error of Dovetail's amplitudes against integration, worst of a scene: " + ", ".join(
         f"{count} of {errors['scenes']} within {float(bound):g}" for bound, count in errors["within"].items()))

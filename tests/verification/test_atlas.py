@@ -98,6 +98,16 @@ def test_limit_keeps_what_was_computed():
     assert run.end == "limit" and run.points > 5 and run.omega[0] == 0.9 and run.coefficients.shape == (run.points, 5, 21)
 
 
+def test_what_a_curve_leaves_out():
+    there, back = np.linspace(1, 2, 11), np.linspace(2, 1.4, 7)
+    assert atlas_methods.left_out(there, (), (1, 2)) == atlas_methods.left_out(there, (), (2, 1)) == 0
+    assert atlas_methods.left_out(there, [3, 7], (1, 2)) == pytest.approx(0.2)
+    assert atlas_methods.left_out(np.concatenate([there[:4], back]), [4], (1, 2)) == pytest.approx(0.1)  # from the other end, to 1.4
+    assert atlas_methods.left_out(there[4:], (), (1, 2)) == pytest.approx(0.4)
+    assert atlas_methods.left_out(np.concatenate([there, back, there[4:]]), [11], (1, 2)) == 0
+    assert atlas_methods.left_out(np.array([]), (), (1, 2)) == 1
+
+
 # ---------------------------------------------------------------------------------------------------- silent jumps
 def arcs(step, radius=1.0, gap=0.3):
     """Two quarter circles about each other's side: points on the first, then on the second, as if a step had gone from one to the other."""
