@@ -326,9 +326,15 @@ Follower::Go Follower::after_step() {
   if (!ended_) note_creeping();
   if (!ended_ && !crowded_.empty()) pass_crowd();
   if (!ended_ && winds()) {
-    const double turned = farthest_->omega;
-    if (!leave_from_farthest("the curve winds on and does not go ahead", true)) stay_until_ = turned;
-    ahead_.newton = summary_.counts.newton; // or else it is followed on
+    const double turned = farthest_->omega, integrated = integrating_;
+    const bool left = leave_from_farthest("the curve winds on and does not go ahead", true);
+    if (!left && interrupted()) { // to be tried again by a restart
+      integrating_ = integrated;
+      end(End::interrupted, "interrupted");
+    } else {
+      if (!left) stay_until_ = turned; // it is followed on
+      ahead_.newton = summary_.counts.newton;
+    }
   }
   if (!ended_ && still_ == enough_still) {
     still_ = 0;
