@@ -264,7 +264,7 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
 
 void Follower::choose_step(double step, double turned, int newton) {
   if (!settings_.adaptive) return;
-  const double by_newton = std::pow(2.0, ((turned < nearly_straight ? aimed_newton + 1 : aimed_newton) - newton) / 2.0),
+  const double by_newton = std::pow(2.0, (aimed_newton - newton) / 2.0),
                by_angle = aimed_angle / std::max(turned, 1e-3);
   step_ = step * std::clamp(std::min(by_newton, by_angle), 0.5, 2.0);
   limit_step();

@@ -16,7 +16,6 @@ constexpr double most_astray_sampled = 0.8; // where sampled contact forces make
 constexpr double most_correction = 2; // distance from predicted to converged point, in steps, where a corner may be
 constexpr double aimed_angle = 0.25;  // between tangents [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
-constexpr double nearly_straight = 0.08;   // between tangents [rad], where one iteration more is aimed at
 constexpr int most_refinements = 8;        // of the harmonics, for one step
 constexpr double least_newton_step = 1e-4; // shorter steps may take newton.max_iterations
 constexpr double corner_step = 2e-3;       // shorter steps that fail may be at a corner of the curve

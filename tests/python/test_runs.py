@@ -160,10 +160,13 @@ def test_signal_ends_the_search_for_a_first_point(tmp_path):
 
 @pytest.mark.parametrize("ranks", RANKS)
 def test_gives_up_where_no_solution_is(tmp_path, ranks):
-    case, (last, _, _) = walking(tmp_path)
+    case, (ends, begins, last) = walking(tmp_path)
     done = run(case, status=3, ranks=ranks)
     summary, points = done.summary, done.points
-    assert points["omega"][-1] == pytest.approx(last, rel=1e-4)
+    omega = points["omega"]
+    assert omega[-1] == pytest.approx(last, rel=1e-4)  # what lies between two gaps is found
+    assert omega[omega < begins].max() == pytest.approx(ends, rel=1e-4) and summary["leaps"] + summary["integrations"] > 0
+    assert "of the sweep ahead" in done.out
     assert summary["end"] == "stalled" and summary["failures"] == 1 and summary["points"] == len(points["omega"]) > 10
     assert float(re.search(r"beyond (\S+) rad/s", done.err)[1]) == pytest.approx(points["omega"][-1], rel=1e-7)
     assert str(done.folder / "results.h5") in done.err
