@@ -20,6 +20,7 @@ HERE = Path(__file__).resolve().parent
 LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 20, "truth": 4, "beyond": 60, "again": 1}
 MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
 FACTOR = 2
+MORE = ("folds", "corners", "harmonics", "integrations", "leaps", "repeats", "step_cuts", "left_out")  # of Dovetail's summary
 STARTS = 3  # points from which a suspect step of Dovetail's is followed again
 
 
@@ -81,7 +82,7 @@ def run_scene(scene, folder, program, parts, patience=1):
         if part == DOVETAIL:
             atlas_scenes.write(built, folder)
             run, about = atlas_methods.dovetail(case, built.omega, folder, limits[part])
-            more = {name: about[name] for name in ("folds", "corners", "harmonics", "integrations", "leaps", "repeats", "step_cuts", "left_out") if name in about}
+            more = {name: about[name] for name in MORE if name in about}
         else:
             run, more = getattr(atlas_methods, part)(built, limits[part]), {}
         np.savez(folder / f"{part}.npz", omega=run.omega, coefficients=run.coefficients, announced=np.array(run.announced, int))

@@ -29,7 +29,7 @@ ContactRecord collect_contact(const Layout &layout, const Scales &scales, const 
 const std::vector<const char *> &event_names() {
   static const std::vector<const char *> names = {"fold",        "peak",   "branch",   "stability", "start",
                                                   "cut",         "corner", "sampling", "harmonics", "leap",
-                                                  "integration", "missed", "outside", "again"};
+                                                  "integration", "missed", "outside",  "again"};
   return names;
 }
 

@@ -282,7 +282,8 @@ def test_restart_of_a_curve_that_goes_astray(tmp_path):
     stops = sorted({int(p) + k for p in (*again.point, *leaps.point) for k in (1, 2)} & set(range(2, len(whole.omega))))
     for i, points in enumerate([*stops, 10**6]):
         case.write_text(text + f"max_points = {points}\n")
-        subprocess.run([BINARY, "run", case, "--out", tmp_path / "parts", *(["--restart"] if i else [])], stdout=subprocess.DEVNULL, check=False)
+        restart = ["--restart"] if i else []
+        subprocess.run([BINARY, "run", case, "--out", tmp_path / "parts", *restart], stdout=subprocess.DEVNULL, check=False)
     parts = Results(tmp_path / "parts/results.h5")
     np.testing.assert_allclose(parts.omega, whole.omega, rtol=1e-10)
     np.testing.assert_allclose(parts.coefficients, whole.coefficients, rtol=0, atol=1e-8 * np.abs(whole.coefficients).max())
