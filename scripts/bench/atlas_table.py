@@ -96,7 +96,7 @@ def figures(rows):
         made[method]["places"] = len(errors)
         made[method]["right"] = sum(error is not None and error <= GOOD for error in errors)
     arrived = [row[DOVETAIL].get("left_out", 0) for row in counted if outcome(row, DOVETAIL) == "arrived"]
-    made["left_out"] = {str(part): sum(left > part for left in arrived) for part in PARTS}
+    made["left_out"] = {str(part): int(sum(left > part for left in arrived)) for part in PARTS}
     made["branch_ends"] = sum(map(branch_ends, counted))
     errors = [worst_error(row) for row in counted if outcome(row, DOVETAIL) == "arrived"]
     errors = [e for e in errors if e is not None]
