@@ -255,7 +255,7 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
   DenseModel model;
   if (integrate) model = dense_model(*system_);
   static const std::vector<double> parts[] = {
-      {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4, 0.7, 1}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
+      {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
   const std::vector<double> &all = parts[static_cast<int>(way)]; // of the sweep
   const auto tried = std::upper_bound(all.begin(), all.end(), most) - all.begin();
   bool ends = false;
