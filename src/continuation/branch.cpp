@@ -97,36 +97,6 @@ Follower::Go Follower::end(End how, const std::string &why) {
 
 bool Follower::farther(double omega) const { return !farthest_ || direction_ * (omega - farthest_->omega) > 0; }
 
-void Follower::drop_anchors() {
-  for (auto &anchor : anchors_) anchor.reset();
-  since_anchor_ = careful_ = 0;
-}
-
-// A curve that runs on from its beginning cannot come upon an older piece of itself, unless a step has led to another
-// piece of it, or the wrong way round a corner. That is where it came upon it, or where it was there before. So the
-// last points are followed once more, with short steps.
-bool Follower::follow_again(const std::string &why) {
-  const bool just_done = repeated_at_ > 0 && summary_.counts.points - repeated_at_ < 2 * careful_points;
-  if (!settings_.adaptive || settings_.steps_only || !anchors_[0] || just_done ||
-      summary_.counts.repeats >= most_repeats)
-    return false;
-  repeated_at_ = summary_.counts.points;
-  here_ = std::move(*anchors_[0]);
-  const double way = anchor_arc_;
-  const int points = anchored + since_anchor_ + 1;
-  drop_anchors();
-  careful_ = careful_points, careful_step_ = careful_part * way / points;
-  ++summary_.counts.repeats;
-  notify(BranchEvent::Kind::again, why + ": the last points once more, with short steps", here_.omega);
-  begin_amplitude();
-  trail_.interrupt();
-  still_ = 0;
-  check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
-  step_ = careful_step_;
-  limit_step();
-  return true;
-}
-
 // Without what belongs to the solve.
 Station Follower::copy(const Station &s) const {
   Station other = curve_->station();
@@ -144,178 +114,14 @@ double Follower::plain_length(Vec t) const {
 
 // Of here_, which no step along the curve led to.
 void Follower::begin_amplitude() {
+  before_.reset();
   amplitude_ = (*meter_)(here_.y, here_.t);
   between_.begin({amplitude_.value, amplitude_.slope / plain_length(here_.t)});
   between_error_ = NAN;
 }
 
-// One accepted step along the curve, or what the ladder finds instead.
-Follower::Go Follower::advance() {
-  const double least = settings_.adaptive ? shortest_step : shortest_step * settings_.step;
-  halvings_ = {};
-  double corner_due = corner_step;
-  for (double step = step_; step >= least; step /= 2) {
-    Go go = try_step(step);
-    for (int i = 0; i < most_refinements && go == Go::refined; ++i) go = try_step(step);
-    if (go == Go::on) spare_harmonics();
-    if (go != Go::refused) return go;
-    ++summary_.counts.cuts;
-    notify(BranchEvent::Kind::cut, refusal_ + ", step halved", here_.omega);
-    if (Go go; settings_.adaptive && step <= corner_due) {
-      if (round_corner(step, go)) return go;
-      corner_due = step / 64;
-    }
-  }
-  return settings_.adaptive ? climb() : end(End::stalled, refusal_);
-}
-
-double Follower::allowed_astray() const { return system_->samples() == exactly ? most_astray : most_astray_sampled; }
-
-Follower::Go Follower::try_step(double step) {
-  check(VecWAXPY(trial_.y, step, here_.t, here_.y), "predicting");
-  check(VecCopy(trial_.y, predicted_), "predicting");
-  branch_point_.reset();
-  if (!(system_->omega(trial_.y) > 0)) {
-    refusal_ = "the predicted frequency is not positive";
-    halvings_ = {};
-    return Go::refused;
-  }
-  const bool hurried = settings_.adaptive && step > least_newton_step; // more iterations would be refused
-  if (!curve_->solve_across(here_.t, trial_, {false, hurried ? most_newton : 0, step})) {
-    refusal_ = trial_.newton.why;
-    halvings_ = {};
-    return Go::refused;
-  }
-  check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  const Halvings::Measure measure{angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step,
-                                  allowed_astray()};
-  const bool corner = halvings_.add(measure);
-  if (!settings_.adaptive) return refined_for(trial_) ? Go::refined : accept_step(here_.t, step);
-  if (measure.refused() && !corner) {
-    refusal_ = measure.angle > most_angle ? "the curve turns too far within one step"
-                                          : "the solution lies too far from the predicted one";
-    return Go::refused;
-  }
-  if (trial_.sign * here_.sign < 0) { // a hairpin was jumped over, or another branch crosses within the step
-    refusal_ = "the curve turns round within one step";
-    const bool smooth = measure.angle < straight && measure.correction < straight;
-    if (smooth && leads_back(step, measure.correction * step))
-      branch_point_ = locate_branch_point(step);
-    else if (!(corner && step <= close_to_corner))
-      return Go::refused;
-  }
-  const int newton = trial_.newton.newton;
-  if (refined_for(trial_)) return Go::refined;
-  const Go go = accept_step(here_.t, step);
-  if (go != Go::on) return go;
-  if (!corner) curvature_ = measure.angle / step;
-  choose_step(step, measure.angle, newton);
-  return go;
-}
-
-// The step to trial_, on planes across `normal`, with all that lies within; or round a corner, to where it is.
-Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
-  const Amplitude next = (*meter_)(trial_.y, trial_.t);
-  const bool was_outside = beyond_start(here_.omega) > 0, outside = beyond_start(trial_.omega) > 0;
-  const double plain = plain_length(normal);
-  const Amplitude by_arc{next.value, next.slope / plain_length(trial_.t)};
-  BetweenPoints between = between_;
-  if (at_corner) between.begin(by_arc);
-  const double between_error = at_corner ? NAN : between.add(step * plain, by_arc);
-  if (!was_outside || !outside) {
-    std::vector<Place> found;
-    if (!find_places(normal, step, at_corner, next, found)) return Go::refused;
-    between_error_ = between_error;
-    if (report_places(found, plain) == Go::ended) return Go::ended;
-  }
-  if (outside && !was_outside)
-    notify(BranchEvent::Kind::outside,
-           "the curve leaves the sweep at its beginning: points beyond are not stored, the next is where it comes back",
-           here_.omega);
-  arclength_ += step * plain;
-  std::swap(here_, trial_);
-  amplitude_ = next, between_ = between;
-  if (const double w = trial_.omega; direction_ * (here_.omega - w) < 0 && farther(w)) farthest_ = copy(trial_);
-  if (!outside)
-    report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-  else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
-    return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");
-  check(VecWAXPY(predicted_, -1, trial_.y, here_.y), "measuring a step");
-  still_ = curve_->norm.swing(predicted_) < nothing * curve_->norm.length(predicted_) ? still_ + 1 : 0;
-  curve_->norm.see(here_.y);
-  anchor_arc_ += curve_->norm.length(predicted_), newer_arc_ += curve_->norm.length(predicted_);
-  if (careful_ > 0) {
-    --careful_; // over marks of the last time
-  } else {
-    const auto sense = trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
-    if (sense != Trail::Sense::fresh) {
-      const std::string why = sense == Trail::Sense::opposite ? "the branch runs back over itself"
-                                                              : "the branch is closed: it came back to where it was";
-      return follow_again(why) ? Go::on : end(End::retraced, why);
-    }
-  }
-  if (++since_anchor_ >= anchored) {
-    anchors_[0] = std::exchange(anchors_[1], copy(here_));
-    anchor_arc_ = std::exchange(newer_arc_, 0.0), since_anchor_ = 0;
-  }
-  check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); // by the norm as it is now
-  return Go::on;
-}
-
-void Follower::choose_step(double step, double turned, int newton) {
-  if (!settings_.adaptive) return;
-  const double by_newton = std::pow(2.0, (aimed_newton - newton) / 2.0),
-               by_angle = aimed_angle / std::max(turned, 1e-3);
-  step_ = step * std::clamp(std::min(by_newton, by_angle), 0.5, 2.0);
-  limit_step();
-}
-
-void Follower::limit_step() {
-  if (!settings_.adaptive) return;
-  step_ = std::min(step_, longest_step);
-  if (const double rate = std::abs(system_->omega(here_.t)) / omega_unit_; rate > 0)
-    step_ = std::min(step_, longest_omega_step / rate);
-  if (const double rate = curve_->norm.motion(here_.t); rate > 0)
-    step_ = std::min(step_, std::max(longest_motion_step * curve_->norm.motion(here_.y) / rate, shortest_motion_step));
-  if (careful_ > 0) step_ = std::min(step_, careful_step_);
-  step_ = std::max(step_, 10 * shortest_step);
-}
-
 // A curve that bends over may leave the sweep at its beginning and come back: it is followed there, but not reported.
 double Follower::beyond_start(double omega) const { return (settings_.from - omega) * direction_; }
-
-// Many bends within a small part of the sweep are no physics, but too few harmonics for contacts that open and close.
-void Follower::note_bend(double omega) {
-  bends_.push_back(omega);
-  if (bends_.size() < many_bends) return;
-  const auto [low, high] = std::minmax_element(bends_.end() - many_bends, bends_.end());
-  if (*high - *low >= crowded_part * omega_unit_) return;
-  crowded_ = bends_often;
-}
-
-// Nor are many short steps that come to nothing.
-void Follower::note_creeping() {
-  const long now = summary_.counts.newton;
-  const auto near = [&](double omega) { return std::abs(omega - crowd_.omega) <= creeping_part * omega_unit_; };
-  if (!near(here_.omega)) crowd_ = {here_.omega, now};
-  if (now - crowd_.newton <= most_creeping || std::count_if(bends_.begin(), bends_.end(), near) < few_bends) return;
-  crowded_ = "the curve bends again and again and makes no way";
-  crowd_.newton = now;
-}
-
-// A curve that winds on between frequencies it has met, for as many iterations as a whole sweep may take, and as some
-// seconds hold if it is small, is left: the frequencies ahead are what was asked for. The more often, the sooner.
-bool Follower::winds() {
-  const long now = summary_.counts.newton;
-  const auto beyond = [&](double omega) { return direction_ * (here_.omega - omega); };
-  if (windings_ > 0 && beyond(left_at_) > enough_ahead * omega_unit_) windings_ = 0;
-  if (beyond(ahead_.omega) > least_ahead * omega_unit_) ahead_ = {here_.omega, now};
-  const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
-  const double patience = std::max(least_patience, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
-  return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
-         farthest_ && beyond(farthest_->omega) < 0 &&
-         (!stay_until_ || direction_ * (farthest_->omega - *stay_until_) > least_ahead * omega_unit_);
-}
 
 // Between two steps: may it go on, and where does it stand.
 Follower::Go Follower::after_step() {

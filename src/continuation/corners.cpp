@@ -32,7 +32,7 @@ bool Follower::round_corner(double step, Go &outcome) {
       tried.push_back(system_->unknowns());
       check(VecCopy(t, tried.back()), doing);
       for (const double part : {1.0, 0.1, 8.0})
-        if (go_round(t, part * step, by_sign, outcome)) return true;
+        if ((ahead <= 4 || part < 1) && go_round(t, part * step, by_sign, outcome)) return true;
     }
   }
   return false;
@@ -42,7 +42,7 @@ bool Follower::round_corner(double step, Go &outcome) {
 bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
   check(VecWAXPY(trial_.y, step, t, here_.y), doing);
   check(VecCopy(trial_.y, predicted_), doing);
-  if (!(system_->omega(trial_.y) > 0) || !curve_->solve_across(t, trial_, {false, 0, step})) return false;
+  if (!(system_->omega(trial_.y) > 0) || !curve_->solve_across(t, trial_, {false, most_newton, step})) return false;
   check(VecAXPY(predicted_, -1, trial_.y), doing);
   if (curve_->norm.length(predicted_) > most_correction * step || angle(curve_->norm, t, trial_.t) > most_angle)
     return false;

@@ -99,6 +99,36 @@ double Curve::left_out(const Station &s) {
                     system.layout().modes > 0 ? own / motion : 0); // without modes they have no scale
 }
 
+void Curve::bend(const Station &before, const Station &here, double step, Vec y) {
+  UniqueVec more = system.unknowns();
+  check(VecWAXPY(more, -1, before.y, here.y), "predicting");
+  const double last = norm.length(more), square = step * step / last, cubic = square * (last + step) / last;
+  if (!(last > 0)) return;
+  // square (t - chord / last) + cubic (t + t_before - 2 chord / last), divided differences of the cubic
+  check(
+      VecAXPBYPCZ(more, square + cubic, cubic / norm.length(before.t), -(square + 2 * cubic) / last, here.t, before.t),
+      "predicting");
+  check(VecAXPY(more, -norm.product(more, here.t), here.t), "predicting");
+  check(VecAXPY(y, 1, more), "predicting");
+}
+
+double Curve::off_middle(const Station &a, const Station &b) {
+  constexpr const char *doing = "looking into a step";
+  UniqueVec middle = system.unknowns(), r = system.unknowns(), c = system.unknowns();
+  check(VecWAXPY(c, -1, a.y, b.y), doing);
+  const double length = norm.length(c);
+  check(VecWAXPY(middle, 0.5, c, a.y), doing);
+  check(VecAXPBYPCZ(middle, length / 8, -length / 8, 1, a.t, b.t), doing);
+  system.residual(middle, r);
+  double *own;
+  check(VecGetArray(r, &own), doing);
+  if (system.layout().owns_omega()) own[system.layout().own_coefficients()] = 0; // along the step nothing is missing
+  check(VecRestoreArray(r, &own), doing);
+  const auto correction = corrector_.correct(r, c);
+  counts_.linear += correction.linear;
+  return correction.found ? norm.length(c) / length : std::nan("");
+}
+
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   norm.weigh(normal, row_);
   solve_ = none;

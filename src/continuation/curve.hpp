@@ -51,6 +51,15 @@ public:
   /// NaN where the linear solver failed. With the factors of the last solve, if s is from that. Collective.
   double left_out(const Station &s);
 
+  /// Bends a guess y = here + step t, which the tangent gives, as the step before was bent: by the cubic through both
+  /// its ends with the tangents there, without what leaves the plane across t. The error goes with step^4, not step^2.
+  void bend(const Station &before, const Station &here, double step, Vec y);
+
+  /// How far the middle of the cubic from a to b lies off the curve, over the length of the step: roughly, by one
+  /// correction with the factors of the last solve, which led to b; NaN where that failed. Large where the step led to
+  /// another piece of the curve, or across a loop of it. Collective.
+  double off_middle(const Station &a, const Station &b);
+
   double take_work() { return corrector_.take_work(); } ///< of the linear solver, see linear_part.hpp
   double memory() const { return corrector_.memory(); } ///< of the linear solver, see linear_part.hpp
   void recall(double memory) { corrector_.recall(memory); }

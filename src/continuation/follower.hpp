@@ -1,7 +1,8 @@
 #pragma once
-// The continuation at work. branch.cpp: steps along the curve; places.cpp: what lies within a step; corners.cpp: round
-// its corners; ladder.cpp: what is tried when no step converges; adapt.cpp: harmonics to a tolerance; first_point.cpp:
-// where to begin; saved.cpp: where it stands, for a restart.
+// The continuation at work. branch.cpp: from beginning to end; steps.cpp: along the curve; places.cpp: what lies within
+// a step; corners.cpp: round corners; ladder.cpp: what is tried when no step converges; astray.cpp: when steps lead
+// nowhere; adapt.cpp: harmonics to a tolerance; first_point.cpp: where to begin; saved.cpp: where it stands, for a
+// restart.
 #include <memory>
 #include <optional>
 
@@ -31,27 +32,33 @@ private:
   // branch.cpp
   BranchSummary follow(bool between);
   void begin(Station first);
-  Go advance();
-  double allowed_astray() const; // Halvings::Measure
-  Go try_step(double step);
-  Go accept_step(Vec normal, double step, bool at_corner = false);
   double beyond_start(double omega) const;
-  void note_bend(double omega);
-  void note_creeping();
-  bool winds();
-  void pass_crowd();
-  void choose_step(double step, double turned, int newton);
-  void limit_step();
   Go after_step();
   void report(Station &s, double arclength, const Stability *stability, bool place = false);
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
   Go end(End how, const std::string &why = "");
   bool farther(double omega) const;
   Station copy(const Station &s) const;
-  void drop_anchors();
-  bool follow_again(const std::string &why);
   double plain_length(Vec t) const;
   void begin_amplitude();
+
+  // steps.cpp
+  Go advance();
+  bool exact() const;
+  double allowed_astray() const; // Halvings::Measure
+  Go try_step(double step);
+  Go accept_step(Vec normal, double step, bool at_corner = false);
+  void choose_step(double step, double turned, int newton);
+  void limit_step();
+
+  // astray.cpp
+  void drop_anchors();
+  bool follow_again(const std::string &why);
+  void note_bend(double omega);
+  void note_creeping();
+  bool winds();
+  void pass_crowd();
+  bool leave_from_farthest(const std::string &why, bool briefly = false);
 
   // places.cpp
   struct Place {  // something worth a point of its own within a step
@@ -90,7 +97,6 @@ private:
 
   // ladder.cpp
   Go climb();
-  bool leave_from_farthest(const std::string &why, bool briefly = false);
   void take_system(HarmonicSystem &system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
   bool better_sampling();
@@ -131,6 +137,7 @@ private:
   std::unique_ptr<LargeStabilityTest> large_stability_; // of any
   std::unique_ptr<Estimator> estimator_;
   Station here_, trial_;              // last accepted point; the one being tried
+  std::optional<Station> before_;     // where the smooth step to here_ began
   std::optional<Station> farthest_;   // where the curve turned back nearest to the end of the sweep
   std::optional<Station> anchors_[2]; // points of the curve to go back to, `anchored` to twice that behind; the next
   double anchor_arc_ = 0;             // way in the arc norm since the older one,

@@ -10,7 +10,6 @@
 namespace dovetail {
 namespace {
 
-constexpr int most_leaps = 20, most_integrations = 20;
 constexpr double step_after = 1e-3;    // of a rung
 constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
 constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
@@ -32,43 +31,6 @@ Follower::Go Follower::climb() {
   return interrupted() ? end(End::interrupted, "interrupted") : end(End::stalled, reason + where);
 }
 
-// Steps converge and lead nowhere: harmonics that the contacts want and do not have, unless that was tried, or else on
-// beyond the crowd.
-void Follower::pass_crowd() {
-  refusal_ = std::exchange(crowded_, "");
-  const std::vector<double> bends = std::exchange(bends_, {});
-  if (settings_.steps_only || (summary_.counts.harmonics == 0 && more_harmonics())) return;
-  double farthest = direction_ * here_.omega;
-  for (std::size_t i = 0; i < bends.size() && i < many_bends; ++i)
-    farthest = std::max(farthest, direction_ * bends[bends.size() - 1 - i]);
-  const double beyond = direction_ * (farthest + creeping_part * omega_unit_);
-  if (!leap(Way::newton, beyond) && !leap(Way::integration, beyond)) leap(Way::anew, beyond);
-}
-
-// A branch that runs back, in a circle or on and on is left at its farthest point, for the next one of the sweep's
-// sense; false if none is found, and nothing has changed then.
-bool Follower::leave_from_farthest(const std::string &why, bool briefly) {
-  if (settings_.steps_only) return false;
-  if (!farthest_ || direction_ * (here_.omega - farthest_->omega) > 0) // all that leads ahead was tried
-    return from_other_end(why, here_.omega, briefly);
-  if (summary_.counts.leaps + summary_.counts.integrations >= most_leaps)
-    return from_other_end(why, farthest_->omega, briefly);
-  std::swap(here_, *farthest_);
-  refusal_ = why;
-  integrating_ -= 2 * brief_work; // nothing else is left
-  const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
-               from = turned + direction_ * skipped * omega_unit_;
-  const bool left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) ||
-                    from_other_end(why, turned, briefly) || (!briefly && leap(Way::anew, from, 1, true));
-  if (left) {
-    farthest_.reset();
-    ++windings_, left_at_ = turned;
-  } else {
-    std::swap(here_, *farthest_), summary_.why = why; // that of the last attempt says nothing
-  }
-  return left;
-}
-
 void Follower::take_system(HarmonicSystem &system) {
   const ArcNorm seen = curve_->norm;
   if (farthest_) { // where the branch may be left: no solution any more, but near one
@@ -82,7 +44,7 @@ void Follower::take_system(HarmonicSystem &system) {
   curve_->norm.restore(seen.largest_motion(), seen.largest_of_dofs());
   meter_ = std::make_unique<AmplitudeMeter>(system.layout(), settings_.watched);
   here_ = curve_->station(), trial_ = curve_->station();
-  drop_anchors();
+  drop_anchors(), before_.reset();
   predicted_ = system.unknowns();
   if (large_stability_) begin_stability();
   if (estimator_) estimator_->match(system);
@@ -258,14 +220,20 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
       {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
   const std::vector<double> &all = parts[static_cast<int>(way)]; // of the sweep
   const auto tried = std::upper_bound(all.begin(), all.end(), most) - all.begin();
-  bool ends = false;
-  for (std::ptrdiff_t i = 0; i < tried && !ends; ++i) {
+  const auto between = [](double w, double a, double b) { return (w - a) * (w - b) < 0; };
+  double aimed_at = before;
+  for (std::ptrdiff_t i = 0; i < tried && aimed_at != settings_.to; ++i) {
     double next = from + direction_ * all[i] * omega_unit_;
-    ends = (next - settings_.to) * direction_ >= 0;
-    if (ends) next = settings_.to;
+    if ((next - settings_.to) * direction_ >= 0) next = settings_.to;
     for (const double w : settings_.at)
-      if ((w - here_.omega) * (w - next) < 0) next = w;
+      if (i + 1 < tried && between(w, aimed_at, next)) next = w; // the last attempt leaves them out
+    aimed_at = next;
     if (!arrive_at(next, way, model, 1.0 / static_cast<double>(tried - i), briefly)) continue;
+    for (const double w : settings_.at)
+      if (between(w, before, next)) {
+        ++summary_.counts.missed;
+        notify(BranchEvent::Kind::missed, "this frequency of continuation.at is left out by a leap", w);
+      }
     if (direction_ < 0) turn(here_);
     ++count;
     notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,

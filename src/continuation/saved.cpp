@@ -60,7 +60,8 @@ BranchState Follower::state() {
   for (const double number :
        {anchor_arc_, newer_arc_, double(since_anchor_), double(repeated_at_), double(careful_), careful_step_})
     state.numbers.push_back(number);
-  for (const auto *station : {&farthest_, &anchors_[0], &anchors_[1]}) { // sign, motion and tangent, if there is one
+  for (const auto *station :
+       {&before_, &farthest_, &anchors_[0], &anchors_[1]}) { // sign, motion and tangent, if there is one
     state.numbers.push_back(*station ? 1 : 0);
     if (!*station) continue;
     state.numbers.push_back((*station)->sign);
@@ -122,7 +123,7 @@ void Follower::restore(const BranchState &state) {
   for (double &bend : bends_) bend = take();
   anchor_arc_ = take(), newer_arc_ = take(), since_anchor_ = take_int(), repeated_at_ = take_int();
   careful_ = take_int(), careful_step_ = take();
-  for (auto *station : {&farthest_, &anchors_[0], &anchors_[1]}) {
+  for (auto *station : {&before_, &farthest_, &anchors_[0], &anchors_[1]}) {
     if (take() == 0) continue;
     *station = curve_->station();
     (*station)->sign = take_int();

@@ -13,6 +13,7 @@ constexpr double shortest_step = 1e-7;
 constexpr double most_angle = 0.64; // between the tangents before and after a step [rad]
 constexpr double most_astray = 0.1; // by which a step may point away from the tangent more than the curve turns [rad],
 constexpr double most_astray_sampled = 0.8; // where sampled contact forces make teeth that are not worth following
+constexpr double most_off = 0.05; // of a step, by which its middle may lie off the curve; smooth ones: 1e-3 and less
 constexpr double most_correction = 2; // distance from predicted to converged point, in steps, where a corner may be
 constexpr double aimed_angle = 0.25;  // between tangents [rad]
 constexpr int aimed_newton = 4, most_newton = 8;
@@ -27,12 +28,13 @@ constexpr double creeping_part = 0.01;     // of the sweep
 constexpr long most_creeping = 1000;       // Newton iterations within it, unless the curve is as smooth as
 constexpr int few_bends = 6;               // that: narrow peaks are
 constexpr const char *bends_often = "the curve bends again and again";
-constexpr double least_ahead = 0.01;     // of the sweep, for a curve that goes on;
-constexpr double least_patience = 800;   // Newton iterations for one that does not, or so many that
-constexpr double most_wound = 6e5;       // unknowns were corrected in all; half of it
-constexpr int most_halved = 3;           // each time that it was left before, until it went on by
-constexpr double enough_ahead = 0.05;    // of the sweep
-constexpr double first_skip = 0.01;      // of the sweep, left out when it is left again, twice as much each time
+constexpr double least_ahead = 0.01;   // of the sweep, for a curve that goes on;
+constexpr double least_patience = 800; // Newton iterations for one that does not, or so many that
+constexpr double most_wound = 6e5;     // unknowns were corrected in all; half of it
+constexpr int most_halved = 3;         // each time that it was left before, until it went on by
+constexpr double enough_ahead = 0.05;  // of the sweep
+constexpr double first_skip = 0.01;    // of the sweep, left out when it is left again, twice as much each time
+constexpr int most_leaps = 20, most_integrations = 20;
 constexpr int anchored = 16;             // points between those that may be gone back to,
 constexpr int most_repeats = 6;          // times, not twice at the same place, for as many points as
 constexpr int careful_points = 200;      // that, with steps
