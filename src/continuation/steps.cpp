@@ -147,7 +147,7 @@ void Follower::limit_step() {
     step_ = std::min(step_, std::max(longest_motion_step * curve_->norm.motion(here_.y) / rate, shortest_motion_step));
   if (careful_ > 0) step_ = std::min(step_, careful_step_);
   step_ = std::max(step_, 10 * shortest_step);
-  step_ = std::exp2(std::floor(8 * std::log2(step_)) / 8); // of few lengths: tangents and angles are not known exactly
+  if (exact()) step_ = std::exp2(std::floor(8 * std::log2(step_)) / 8); // few lengths: tangents are known to 1e-6
 }
 
 } // namespace dovetail

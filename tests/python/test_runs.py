@@ -175,6 +175,17 @@ def test_gives_up_where_no_solution_is(tmp_path, ranks):
     assert finite(points)
 
 
+def test_goes_on_from_the_other_end(tmp_path):
+    """The gap without solutions takes half of the sweep, and leaps lead no farther than two fifths of it."""
+    case, (ends, begins, last) = walking(tmp_path, omega=[11.6, 14.1], samples="exact")
+    done = run(case, status=3)
+    omega = done.points["omega"]
+    far = int(np.flatnonzero(omega == 14.1)[0])
+    assert omega[:far].max() == pytest.approx(ends, rel=1e-4) and begins < 14.1 < last
+    assert omega[far:].min() == pytest.approx(begins, rel=1e-4)
+    assert "from here on the rest of the sweep, from its other end back to where it was lost" in done.out
+
+
 def test_gives_up_at_the_first_frequency(tmp_path):
     case, ends = walking(tmp_path, omega=[15, 16])
     done = run(case, status=3)
