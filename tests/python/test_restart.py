@@ -274,7 +274,7 @@ def test_forgotten_flag_costs_nothing(tmp_path):
     case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=10**6, **SMALL)
     command, folder = line(case, out="out")
     counts = []
-    for points in (40, 10):
+    for points in (2000, 10):
         with Watched(command) as watched:
             watched.wait_for_point(points)
             kill(watched.process)
