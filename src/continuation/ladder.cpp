@@ -219,16 +219,21 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
   static const std::vector<double> parts[] = {
       {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
   const std::vector<double> &all = parts[static_cast<int>(way)]; // of the sweep
-  const auto tried = std::upper_bound(all.begin(), all.end(), most) - all.begin();
   const auto between = [](double w, double a, double b) { return (w - a) * (w - b) < 0; };
-  double aimed_at = before;
-  for (std::ptrdiff_t i = 0; i < tried && aimed_at != settings_.to; ++i) {
+  std::vector<double> targets; // each part ahead, and before it the nearest frequency of `at` up to there
+  for (std::size_t i = 0; i < all.size() && all[i] <= most && (targets.empty() || targets.back() != settings_.to);
+       ++i) {
     double next = from + direction_ * all[i] * omega_unit_;
     if ((next - settings_.to) * direction_ >= 0) next = settings_.to;
+    double nearest = next;
     for (const double w : settings_.at)
-      if (i + 1 < tried && between(w, aimed_at, next)) next = w; // the last attempt leaves them out
-    aimed_at = next;
-    if (!arrive_at(next, way, model, 1.0 / static_cast<double>(tried - i), briefly)) continue;
+      if (between(w, targets.empty() ? before : targets.back(), nearest)) nearest = w;
+    if (nearest != next) targets.push_back(nearest);
+    targets.push_back(next);
+  }
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    const double next = targets[i];
+    if (!arrive_at(next, way, model, 1.0 / static_cast<double>(targets.size() - i), briefly)) continue;
     for (const double w : settings_.at)
       if (between(w, before, next)) {
         ++summary_.counts.missed;

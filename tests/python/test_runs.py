@@ -175,6 +175,15 @@ def test_gives_up_where_no_solution_is(tmp_path, ranks):
     assert finite(points)
 
 
+def test_leaps_past_wanted_frequencies_without_solution(tmp_path):
+    wanted = [12.0, 12.6, 12.8, 13.0, 13.2, 13.4, 14.0]
+    case, (ends, begins, last) = walking(tmp_path, at=wanted)
+    done = run(case, status=3)
+    omega = done.points["omega"]
+    assert [w for w in wanted if w in omega] == [12.0, 14.0] and omega[-1] == pytest.approx(last, rel=1e-4)
+    assert done.out.count("this frequency of continuation.at is left out by a leap") == 5 == done.summary["missed"]
+
+
 def test_goes_on_from_the_other_end(tmp_path):
     """The gap without solutions takes half of the sweep, and leaps lead no farther than two fifths of it."""
     case, (ends, begins, last) = walking(tmp_path, omega=[11.6, 14.1], samples="exact")
