@@ -34,8 +34,7 @@ double Follower::allowed_astray() const { return exact() ? most_astray : most_as
 Follower::Go Follower::try_step(double step) {
   check(VecWAXPY(trial_.y, step, here_.t, here_.y), "predicting");
   check(VecCopy(trial_.y, predicted_), "predicting");
-  if (settings_.adaptive && before_ && step == step_)
-    curve_->bend(*before_, here_, step, trial_.y); // if shorter: a corner?
+  if (before_ && step == step_) curve_->bend(*before_, here_, step, trial_.y); // else there may be a corner
   branch_point_.reset();
   if (!(system_->omega(trial_.y) > 0)) {
     refusal_ = "the predicted frequency is not positive";
@@ -101,7 +100,7 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
   arclength_ += step * plain;
   std::swap(here_, trial_);
   amplitude_ = next, between_ = between;
-  before_ = std::nullopt;
+  before_.reset();
   if (settings_.adaptive && exact() && !at_corner) before_ = copy(trial_);
   if (const double w = trial_.omega; direction_ * (here_.omega - w) < 0 && farther(w)) farthest_ = copy(trial_);
   if (!outside)
