@@ -98,12 +98,11 @@ Follower::Go Follower::end(End how, const std::string &why) {
 bool Follower::farther(double omega) const { return !farthest_ || direction_ * (omega - farthest_->omega) > 0; }
 
 // Without what belongs to the solve.
-Station Follower::copy(const Station &s) const {
-  Station other = curve_->station();
-  check(VecCopy(s.y, other.y), "noting a point");
-  check(VecCopy(s.t, other.t), "noting a point");
-  other.sign = s.sign, other.omega = s.omega;
-  return other;
+void Follower::note(std::optional<Station> &place, const Station &s) const {
+  if (!place) place = curve_->station();
+  check(VecCopy(s.y, place->y), "noting a point");
+  check(VecCopy(s.t, place->t), "noting a point");
+  place->sign = s.sign, place->omega = s.omega;
 }
 
 double Follower::plain_length(Vec t) const {

@@ -16,7 +16,8 @@ constexpr double least_reach = 0.01; // and such a part of all unknowns
 
 Curve::Curve(HarmonicSystem &system_, const NewtonSettings &newton, double omega_unit, bool weighted, Counts &counts)
     : system(system_), norm(system_.layout(), omega_unit, weighted), corrector_(system_, newton),
-      omega_unit_(omega_unit), counts_(counts), row_(system_.unknowns()), e_omega_(system_.unknowns()) {
+      omega_unit_(omega_unit), counts_(counts), row_(system_.unknowns()),
+      e_omega_(system_.unknowns()), work_{system_.unknowns(), system_.unknowns(), system_.unknowns()} {
   const Layout &layout = system.layout();
   if (layout.owns_omega())
     check(VecSetValue(e_omega_, layout.omega_row(), 1, INSERT_VALUES), "setting up continuation");
@@ -78,7 +79,7 @@ bool Curve::finish(Station &s) {
 }
 
 double Curve::left_out(const Station &s) {
-  UniqueVec r = system.unknowns(), c = system.unknowns();
+  const Vec r = work_[0], c = work_[1];
   const double motion = std::sqrt(swing_product(system.layout(), s.y, s.y)), own = left_out_forces(system, s.y, r);
   if (motion == 0) return 0;
   if (s.solve != solve_) {
@@ -100,7 +101,7 @@ double Curve::left_out(const Station &s) {
 }
 
 void Curve::bend(const Station &before, const Station &here, double step, Vec y) {
-  UniqueVec more = system.unknowns();
+  const Vec more = work_[0];
   check(VecWAXPY(more, -1, before.y, here.y), "predicting");
   const double last = norm.length(more), square = step * step / last, cubic = square * (last + step) / last;
   if (!(last > 0)) return;
@@ -114,7 +115,7 @@ void Curve::bend(const Station &before, const Station &here, double step, Vec y)
 
 double Curve::off_middle(const Station &a, const Station &b) {
   constexpr const char *doing = "looking into a step";
-  UniqueVec middle = system.unknowns(), r = system.unknowns(), c = system.unknowns();
+  const Vec r = work_[0], c = work_[1], middle = work_[2];
   check(VecWAXPY(c, -1, a.y, b.y), doing);
   const double length = norm.length(c);
   check(VecWAXPY(middle, 0.5, c, a.y), doing);

@@ -76,7 +76,7 @@ private:
   Corrector corrector_;
   double omega_unit_;
   Counts &counts_;
-  UniqueVec row_, e_omega_;
+  UniqueVec row_, e_omega_, work_[3];
   static constexpr long none = -1;
   long solve_ = none; // of which the corrector holds factors
 };

@@ -38,7 +38,7 @@ private:
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
   Go end(End how, const std::string &why = "");
   bool farther(double omega) const;
-  Station copy(const Station &s) const;
+  void note(std::optional<Station> &place, const Station &s) const;
   double plain_length(Vec t) const;
   void begin_amplitude();
 

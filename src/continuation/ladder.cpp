@@ -213,7 +213,8 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   if (way != Way::newton && !(integration_left() > 0)) return false;
   const std::string reason = refusal_;
-  const double before = here_.omega;
+  const double before = here_.omega,
+               reached = farther(before) ? before : farthest_->omega; // frequencies of `at` up to there were met
   DenseModel model;
   if (integrate) model = dense_model(*system_);
   static const std::vector<double> parts[] = {
@@ -227,7 +228,7 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
     if ((next - settings_.to) * direction_ >= 0) next = settings_.to;
     double nearest = next;
     for (const double w : settings_.at)
-      if (between(w, targets.empty() ? before : targets.back(), nearest)) nearest = w;
+      if (between(w, targets.empty() ? reached : targets.back(), nearest)) nearest = w;
     if (nearest != next) targets.push_back(nearest);
     targets.push_back(next);
   }
@@ -235,7 +236,7 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
     const double next = targets[i];
     if (!arrive_at(next, way, model, 1.0 / static_cast<double>(targets.size() - i), briefly)) continue;
     for (const double w : settings_.at)
-      if (between(w, before, next)) {
+      if (between(w, reached, next)) {
         ++summary_.counts.missed;
         notify(BranchEvent::Kind::missed, "this frequency of continuation.at is left out by a leap", w);
       }

@@ -6,6 +6,11 @@
 #include "continuation/follower.hpp"
 
 namespace dovetail {
+namespace {
+
+constexpr double rounding = 1e-9; // so that one of these lengths stays what it is
+
+} // namespace
 
 // One accepted step along the curve, or what the ladder finds instead.
 Follower::Go Follower::advance() {
@@ -100,9 +105,11 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
   arclength_ += step * plain;
   std::swap(here_, trial_);
   amplitude_ = next, between_ = between;
-  before_.reset();
-  if (settings_.adaptive && exact() && !at_corner) before_ = copy(trial_);
-  if (const double w = trial_.omega; direction_ * (here_.omega - w) < 0 && farther(w)) farthest_ = copy(trial_);
+  if (settings_.adaptive && exact() && !at_corner)
+    note(before_, trial_);
+  else
+    before_.reset();
+  if (const double w = trial_.omega; direction_ * (here_.omega - w) < 0 && farther(w)) note(farthest_, trial_);
   if (!outside)
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
   else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
@@ -122,7 +129,8 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
     }
   }
   if (++since_anchor_ >= anchored) {
-    anchors_[0] = std::exchange(anchors_[1], copy(here_));
+    std::swap(anchors_[0], anchors_[1]);
+    note(anchors_[1], here_);
     anchor_arc_ = std::exchange(newer_arc_, 0.0), since_anchor_ = 0;
   }
   check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); // by the norm as it is now
@@ -146,7 +154,8 @@ void Follower::limit_step() {
     step_ = std::min(step_, std::max(longest_motion_step * curve_->norm.motion(here_.y) / rate, shortest_motion_step));
   if (careful_ > 0) step_ = std::min(step_, careful_step_);
   step_ = std::max(step_, 10 * shortest_step);
-  if (exact()) step_ = std::exp2(std::floor(8 * std::log2(step_)) / 8); // few lengths: tangents are known to 1e-6
+  // Of few lengths, since tangents are known to 1e-6 only; not among teeth, where any other step lands on another one.
+  if (exact()) step_ = std::exp2(std::floor(8 * std::log2(step_) + rounding) / 8);
 }
 
 } // namespace dovetail

@@ -22,7 +22,7 @@ from poincare import Orbit
 STABLE, UNSTABLE, UNCERTAIN = 1, 0, -1
 NO_KIND, JUMP, PERIOD_DOUBLING, SECOND_FREQUENCY = range(4)
 POINTS = 6  # per branch at least, hence more than 30 in all
-PUSHES = 1e-5, 1e-6  # relative to the size of the motion: the larger may change the order of contact states, the smaller drown
+PUSHES = 1e-5, 1e-6  # of the size of the motion: the larger may change the order of contact states, rounding may hide the smaller
 
 
 def stop(folder, **overrides):
@@ -73,7 +73,7 @@ BRANCHES = {
                                      2 * [JUMP], 1e-4),  # with 10, 1e-3 off right beside a turning point, which lies elsewhere then
     "lift-off and slip": Branch(settings(loose, omega=[1.25, 0.85]), 192, [], 5e-3),
     "period doubling": Branch(settings(stop, static=-0.5, omega=[5, 3]), 48, 2 * [PERIOD_DOUBLING]),
-    "resonance of a stop": Branch(settings(stop, static=1.0, harmonics=40, omega=[1.55, 1.35]), 48, 2 * [JUMP]),  # as with friction
+    "resonance of a stop": Branch(settings(stop, static=1.0, harmonics=40, omega=[1.55, 1.35]), 48, 2 * [JUMP]),  # 20: too few, likewise
 }
 
 
