@@ -105,10 +105,11 @@ def verdict(curve, before, first, second, beyond):
     return "jump" if ends[-1] - begins > min(beyond, 1.5 * step) and not goes_back and not coarse else None
 
 
-def silent_jumps(omega, coefficients, modes, width, announced, follow):
+def silent_jumps(omega, coefficients, modes, width, announced, follow, all_of_them=True):
     """Steps proved to be silent jumps, and those that stay in doubt.
 
-    follow(i) : iterates over curves (omega, coefficients) that may lead through points i and i + 1, with fine steps
+    follow(i) : iterates over curves (omega, coefficients) that may lead through points i and i + 1, with fine steps;
+    all_of_them : else no other step is looked at once a jump is proved
     """
     if len(omega) < 4:
         return [], []
@@ -126,4 +127,6 @@ def silent_jumps(omega, coefficients, modes, width, announced, follow):
                 break
         else:
             (jumps if "jump" in said else doubts).append(i)
+        if jumps and not all_of_them:
+            break
     return jumps, doubts

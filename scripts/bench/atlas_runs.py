@@ -17,7 +17,7 @@ from measure import BINARY, ROOT
 
 HERE = Path(__file__).resolve().parent
 # Seconds of the processor; truth and beyond: for all places.
-LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 30, "truth": 4, "beyond": 60, "again": 1}
+LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 45, "truth": 4, "beyond": 60, "again": 1}
 MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
 FACTOR = 2
 MORE = ("folds", "corners", "harmonics", "integrations", "leaps", "repeats", "step_cuts", "left_out")  # of Dovetail's summary
@@ -88,7 +88,7 @@ def run_scene(scene, folder, program, parts, patience=1):
         np.savez(folder / f"{part}.npz", omega=run.omega, coefficients=run.coefficients, announced=np.array(run.announced, int))
         follow = follower(part, built, folder, run, limits["again"])
         jumps, doubts = atlas_jumps.silent_jumps(run.omega, run.coefficients, built.modes, abs(built.omega[1] - built.omega[0]),
-                                                 run.announced, follow)
+                                                 run.announced, follow, part == DOVETAIL)
         made[part] = keep(path, key[part], {**run.figures(), **more, "allowed": limits[part], "jumps": jumps, "doubts": doubts})
         anew.add(part)
     if made["truth"] is not None:

@@ -1,7 +1,7 @@
 // Steady states of a case by time integration, the truth that harmonic balance is measured against.
 //
 //   build/integrate CASE.toml omega [omega ...] [--from results.h5] [--amplitude] [--periods 2000] [--tolerance 1e-6]
-//                                               [--work 5e10]
+//                                               [--work 2e10]
 //
 // On one rank. Reads the case, reduces the model or reads the reduced one, finds the preload state and integrates at
 // each frequency [rad/s]: from rest there, or with --from from the point of that file nearest to it, so that it stays

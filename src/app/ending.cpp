@@ -9,8 +9,12 @@ namespace dovetail {
 
 std::string in_words(const BranchSummary &summary, const Case &study, double frequency_scale, int signal) {
   using End = BranchSummary::End;
-  char where[64];
-  std::snprintf(where, sizeof where, "%.8g rad/s", summary.omega * frequency_scale);
+  const auto place = [&](double omega) {
+    char words[64];
+    std::snprintf(words, sizeof words, "%.8g rad/s", omega * frequency_scale);
+    return std::string(words);
+  };
+  const std::string where = place(summary.omega);
   const std::string so_far =
       "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();
   switch (summary.end) {
@@ -30,7 +34,7 @@ std::string in_words(const BranchSummary &summary, const Case &study, double fre
            "). Try the other end of the sweep, a start from other results (continuation.start), fewer harmonics, or a "
            "smaller load first.";
   default:
-    return "the sweep could not go on beyond " + std::string(where) + ": " + summary.why + ". " + so_far +
+    return "the sweep could not go on beyond " + place(summary.farthest) + ": " + summary.why + ". " + so_far +
            (study.samples == exactly
                 ? ". Where contacts open, more harmonics help"
                 : ". Where contacts open, harmonic_balance.samples = \"exact\" and more harmonics help") +

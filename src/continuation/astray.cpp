@@ -22,6 +22,7 @@ bool Follower::follow_again(const std::string &why) {
     return false;
   repeated_at_ = summary_.counts.points;
   here_ = std::move(*anchors_[0]);
+  recall_activity();
   const double way = anchor_arc_;
   const int points = anchored + since_anchor_ + 1;
   drop_anchors();
@@ -64,7 +65,8 @@ bool Follower::winds() {
   if (windings_ > 0 && beyond(left_at_) > enough_ahead * omega_unit_) windings_ = 0;
   if (beyond(ahead_.omega) > least_ahead * omega_unit_) ahead_ = {here_.omega, now};
   const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
-  const double patience = std::max(least_patience, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
+  const double patience = std::max(least_patience, most_wound / unknowns) /
+                          (1 << (beyond_start(here_.omega) > 0 ? most_halved : std::min(windings_, most_halved)));
   return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
          farthest_ && beyond(farthest_->omega) < 0 &&
          (!stay_until_ || direction_ * (farthest_->omega - *stay_until_) > least_ahead * omega_unit_);
@@ -88,7 +90,7 @@ void Follower::pass_crowd() {
 bool Follower::leave_from_farthest(const std::string &why, bool briefly) {
   if (settings_.steps_only) return false;
   if (!farthest_ || direction_ * (here_.omega - farthest_->omega) > 0) // all that leads ahead was tried
-    return from_other_end(why, here_.omega, briefly);
+    return from_other_end(why, here_.omega, briefly) || (!briefly && leap(Way::sown, here_.omega, 1));
   if (summary_.counts.leaps + summary_.counts.integrations >= most_leaps)
     return from_other_end(why, farthest_->omega, briefly);
   std::swap(here_, *farthest_);
@@ -97,12 +99,13 @@ bool Follower::leave_from_farthest(const std::string &why, bool briefly) {
   const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
                from = turned + direction_ * skipped * omega_unit_;
   const bool left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) ||
-                    from_other_end(why, turned, briefly) || (!briefly && leap(Way::anew, from, 1, true));
+                    from_other_end(why, turned, briefly) || (!briefly && leap(Way::sown, from, 1));
   if (left) {
     farthest_.reset();
     ++windings_, left_at_ = turned;
   } else {
-    std::swap(here_, *farthest_), summary_.why = why; // that of the last attempt says nothing
+    std::swap(here_, *farthest_);
+    if (summary_.end != End::interrupted) summary_.why = why; // that of the last attempt says nothing
   }
   return left;
 }

@@ -34,7 +34,7 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
            "the structure is held by its joint alone in " + std::to_string(motions) +
                (motions == 1 ? " rigid motion" : " rigid motions"),
            settings_.from);
-  if (!first_point(settings_.from, y, first, how, settings_.briefly)) {
+  if (!first_point(settings_.from, y, first, how, settings_.briefly ? Effort::brief : Effort::full)) {
     if (summary_.end != End::interrupted) summary_.end = End::no_start;
     return summary_;
   }
@@ -86,6 +86,7 @@ BranchSummary Follower::follow(bool between) {
       after_step();
   }
   summary_.omega = here_.omega;
+  summary_.farthest = farther(here_.omega) ? here_.omega : farthest_->omega;
   return summary_;
 }
 
@@ -103,6 +104,13 @@ void Follower::note(std::optional<Station> &place, const Station &s) const {
   check(VecCopy(s.y, place->y), "noting a point");
   check(VecCopy(s.t, place->t), "noting a point");
   place->sign = s.sign, place->omega = s.omega;
+}
+
+// Of here_, which was noted.
+void Follower::recall_activity() {
+  const UniqueVec r = system_->unknowns();
+  system_->residual(here_.y, r);
+  here_.activity = system_->activity();
 }
 
 double Follower::plain_length(Vec t) const {

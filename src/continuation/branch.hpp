@@ -87,8 +87,9 @@ struct BranchSummary {
     no_start
   } end = End::arrived;
   Counts counts;
-  double omega = 0; ///< where it ended, scaled
-  std::string why;  ///< when it did not arrive
+  double omega = 0;    ///< where it ended, scaled
+  double farthest = 0; ///< nearest to the end of the sweep since the last leap
+  std::string why;     ///< when it did not arrive
   bool good() const {
     return end == End::arrived || end == End::max_points || end == End::peaks || end == End::amplitude;
   }

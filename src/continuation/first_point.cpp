@@ -38,7 +38,7 @@ bool Follower::grow_load(double omega, std::vector<double> &q) {
   return arrived;
 }
 
-bool Follower::first_point(double w, Vec y, Station &first, std::string &how, bool briefly) {
+bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Effort effort) {
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
   summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
@@ -62,7 +62,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, bo
   };
 
   std::vector<double> q = begin;
-  bool good = !briefly;
+  bool good = effort == Effort::full;
   for (int H = 1; good && H < system_->harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
     HarmonicSystem easier(*system_, H, system_->samples());
     good = through(easier, q);
@@ -74,15 +74,16 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, bo
   const int H = system_->harmonics(), needed = needed_harmonics(w);
   if (system_->layout().dofs() <= most_integrated) {
     IntegrationSettings settings{std::max(H, needed)};
-    settings.periods = most_periods;
-    if (briefly || summary_.counts.points > 0) settings.work = std::min(brief_work, integration_left());
+    settings.periods = effort == Effort::patient ? patient_periods : most_periods;
+    const bool limited = effort != Effort::patient && summary_.counts.points > 0;
+    if (limited || effort == Effort::brief) settings.work = std::min(brief_work, integration_left());
     steady = steady_state(dense_model(*system_), w, {}, settings);
-    if (summary_.counts.points > 0) integrating_ += steady.work;
+    if (limited) integrating_ += steady.work;
     if (steady.settled && arrive(steady.coefficients, "time integration")) return true;
   }
   if (interrupted()) return false;
 
-  q = begin, good = !briefly;
+  q = begin, good = effort == Effort::full;
   for (double part = 1.0 / 1024; good && part < 1; part *= 2) {
     HarmonicSystem easier(*system_, system_->harmonics(), system_->samples(), part);
     good = through(easier, q);
@@ -91,7 +92,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, bo
   if (interrupted()) return false;
 
   q = begin;
-  if (!briefly && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;
+  if (effort == Effort::full && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;
 
   if (interrupted()) return false;
   if (!steady.settled || !solve_finer(steady.coefficients, w)) return false;

@@ -39,6 +39,7 @@ private:
   Go end(End how, const std::string &why = "");
   bool farther(double omega) const;
   void note(std::optional<Station> &place, const Station &s) const;
+  void recall_activity();
   double plain_length(Vec t) const;
   void begin_amplitude();
 
@@ -103,11 +104,13 @@ private:
   int needed_harmonics(double omega) const;
   bool more_harmonics();
   bool solve_finer(const std::vector<double> &q, double omega);
-  enum class Way { newton, integration, anew }; // Newton from the last point, or as for a first point of a branch
+  /// To frequencies ahead: Newton or integration from the last point; as for a first point of a branch, with all that
+  /// there is at some, or by Newton and long integration at more of them.
+  enum class Way { newton, integration, anew, sown };
   bool from_other_end(const std::string &why, double lost, bool briefly);
   void stand_anew();
-  bool leap(Way way, double from, double most = 0.2, bool briefly = false);
-  bool arrive_at(double omega, Way way, const DenseModel &model, double share, bool briefly);
+  bool leap(Way way, double from, double most = 0.2);
+  bool arrive_at(double omega, Way way, const DenseModel &model, double share);
   std::string difference() const;
 
   // adapt.cpp
@@ -122,7 +125,9 @@ private:
   // first_point.cpp
   bool interrupted();
   bool grow_load(double omega, std::vector<double> &q);
-  bool first_point(double omega, Vec y, Station &first, std::string &how, bool briefly);
+  /// brief: the quick ways only; patient: those, but for time integration, which may be long
+  enum class Effort { full, brief, patient };
+  bool first_point(double omega, Vec y, Station &first, std::string &how, Effort effort);
 
   HarmonicSystem *system_;
   const NewtonSettings &newton_;

@@ -145,7 +145,7 @@ bool Follower::from_other_end(const std::string &why, double lost, bool briefly)
   Station first = curve_->station();
   UniqueVec rest = system_->unknowns();
   std::string how;
-  if (!first_point(settings_.to, rest, first, how, briefly)) {
+  if (!first_point(settings_.to, rest, first, how, briefly ? Effort::brief : Effort::full)) {
     summary_.why = why;
     return false;
   }
@@ -176,7 +176,7 @@ void Follower::stand_anew() {
   curve_->norm.see(here_.y);
   check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
   drop_anchors();
-  trail_.interrupt();
+  trail_.leave();
   trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
   step_ = step_after;
   limit_step();
@@ -186,7 +186,7 @@ void Follower::stand_anew() {
 double Follower::integration_left() const { return (2 + 2 * summary_.counts.integrations) * brief_work - integrating_; }
 
 // here_ becomes a solution at that frequency. `share`: of the work left for integration.
-bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share, bool briefly) {
+bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
   check(VecCopy(here_.y, trial_.y), "predicting");
   SteadyState steady;
   if (way == Way::integration) {
@@ -199,33 +199,36 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
   }
   UniqueVec rest = system_->unknowns();
   std::string how;
-  const bool found =
-      way == Way::anew ? first_point(omega, rest, trial_, how, briefly) : curve_->solve_at(omega, trial_);
+  const bool found = way == Way::anew || way == Way::sown
+                         ? first_point(omega, rest, trial_, how, way == Way::sown ? Effort::patient : Effort::full)
+                         : curve_->solve_at(omega, trial_);
   if (found) std::swap(here_, trial_);
   return found || (way == Way::integration && solve_finer(steady.coefficients, omega));
 }
 
 // On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so. So
 // far ahead as `most`, of the sweep.
-bool Follower::leap(Way way, double from, double most, bool briefly) {
+bool Follower::leap(Way way, double from, double most) {
   const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_integrated;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
-  if (way != Way::newton && !(integration_left() > 0)) return false;
+  if ((way == Way::integration || way == Way::anew) && !(integration_left() > 0)) return false;
   const std::string reason = refusal_;
   const double before = here_.omega,
                reached = farther(before) ? before : farthest_->omega; // frequencies of `at` up to there were met
   DenseModel model;
   if (integrate) model = dense_model(*system_);
   static const std::vector<double> parts[] = {
-      {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
-  const std::vector<double> &all = parts[static_cast<int>(way)]; // of the sweep
+      {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}, {}};
+  std::vector<double> all = parts[static_cast<int>(way)]; // of the sweep
+  for (int i = 1; way == Way::sown && i <= seeds; ++i)
+    all.push_back(std::pow(static_cast<double>(i) / seeds, 2) * std::abs(settings_.to - from) / omega_unit_);
   const auto between = [](double w, double a, double b) { return (w - a) * (w - b) < 0; };
   std::vector<double> targets; // each part ahead, and before it the nearest frequency of `at` up to there
   for (std::size_t i = 0; i < all.size() && all[i] <= most && (targets.empty() || targets.back() != settings_.to);
        ++i) {
     double next = from + direction_ * all[i] * omega_unit_;
-    if ((next - settings_.to) * direction_ >= 0) next = settings_.to;
+    if ((next - settings_.to) * direction_ >= 0 || (way == Way::sown && i + 1 == all.size())) next = settings_.to;
     double nearest = next;
     for (const double w : settings_.at)
       if (between(w, targets.empty() ? reached : targets.back(), nearest)) nearest = w;
@@ -234,7 +237,8 @@ bool Follower::leap(Way way, double from, double most, bool briefly) {
   }
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const double next = targets[i];
-    if (!arrive_at(next, way, model, 1.0 / static_cast<double>(targets.size() - i), briefly)) continue;
+    if (way == Way::sown && interrupted()) break;
+    if (!arrive_at(next, way, model, 1.0 / static_cast<double>(targets.size() - i))) continue;
     for (const double w : settings_.at)
       if (between(w, reached, next)) {
         ++summary_.counts.missed;

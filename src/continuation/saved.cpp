@@ -117,8 +117,8 @@ void Follower::restore(const BranchState &state) {
   std::array<double, BetweenPoints::numbers> between;
   for (double &number : between) number = take();
   between_.restore(between);
-  const double behind = take(), along = take();
-  trail_.restore(state.trail, behind, along);
+  const double found = take(), sense = take();
+  trail_.restore(state.trail, found, sense, take());
   bends_.resize(static_cast<std::size_t>(take()));
   for (double &bend : bends_) bend = take();
   anchor_arc_ = take(), newer_arc_ = take(), since_anchor_ = take_int(), repeated_at_ = take_int();
@@ -135,6 +135,7 @@ void Follower::restore(const BranchState &state) {
     }
     (*station)->omega = system_->omega((*station)->y);
   }
+  recall_activity();
   verdict_ = judge(here_);
 }
 

@@ -29,8 +29,8 @@ constexpr long most_creeping = 1000;       // Newton iterations within it, unles
 constexpr int few_bends = 6;               // that: narrow peaks are
 constexpr const char *bends_often = "the curve bends again and again";
 constexpr double least_ahead = 0.01;   // of the sweep, for a curve that goes on;
-constexpr double least_patience = 800; // Newton iterations for one that does not, or so many that
-constexpr double most_wound = 6e5;     // unknowns were corrected in all; half of it
+constexpr double least_patience = 400; // Newton iterations for one that does not, or so many that
+constexpr double most_wound = 3e5;     // unknowns were corrected in all; half of it
 constexpr int most_halved = 3;         // each time that it was left before, until it went on by
 constexpr double enough_ahead = 0.05;  // of the sweep
 constexpr double first_skip = 0.01;    // of the sweep, left out when it is left again, twice as much each time
@@ -45,9 +45,11 @@ constexpr double most_beyond = 0.5; // of the sweep, and of its first frequency:
 constexpr double straight = 0.3;    // angle [rad] and correction [steps] up to which a curve runs on smoothly
 
 // Of the time integration that helps out.
-constexpr int most_integrated = 300; // dofs
-constexpr int most_periods = 2000;   // little damping takes many
-constexpr double brief_work = 4e9;   // where it is one way of several
+constexpr int most_integrated = 300;  // dofs
+constexpr int most_periods = 2000;    // little damping takes many
+constexpr double brief_work = 4e9;    // where it is one way of several
+constexpr int patient_periods = 8000; // where it is the last way, begun at rest at
+constexpr int seeds = 8;              // frequencies, closer to each other where the curve was left
 
 /// What successive halvings of a step tell. Halving makes angle and correction of a smooth curve 1/2 and 1/4 as large;
 /// at a corner the angle stays and the correction halves, at a jump to another branch both stay.

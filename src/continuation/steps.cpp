@@ -125,6 +125,7 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
     if (sense != Trail::Sense::fresh) {
       const std::string why = sense == Trail::Sense::opposite ? "the branch runs back over itself"
                                                               : "the branch is closed: it came back to where it was";
+      if (trail_.met_left()) return end(End::turned_back, "the branch came back to a piece of it that had been left");
       return follow_again(why) ? Go::on : end(End::retraced, why);
     }
   }

@@ -50,7 +50,7 @@ int Trail::first_near(int i, int last, double far) const {
 
 // Marks lie closer to each other the larger the motion that they are measured by.
 int Trail::older(double motion) {
-  const int last = static_cast<int>(marks_.size()) / (2 * size) - 1;
+  const int last = count() - 1;
   const double unit[] = {1 / omega_unit_, motion > 0 ? 1 / motion : 1};
   const double *here = marks_.begin() + 2 * size * last;
   const auto weighted = [&](const double *a, const double *b) { // scalar product
@@ -83,6 +83,7 @@ int Trail::older(double motion) {
       away[k] = to[k] - (3 - 2 * s) * s * s * chord[k] -
                 s * (1 - s) * ((1 - s) * a[size + k] / rise_a - s * b[size + k] / rise_b);
     if (weighted(away.data(), away.data()) > 1e-6 * length2) continue;
+    met_ = i;
     return weighted(here + size, chord.data()) > 0 ? 1 : -1;
   }
   return 0;

@@ -17,16 +17,22 @@ public:
   /// All marks, and what restores them.
   const GrowingList &marks() const { return marks_; }
   void save_count(std::vector<double> &numbers) const {
-    numbers.insert(numbers.end(), {double(found_), double(sense_)});
+    numbers.insert(numbers.end(), {double(found_), double(sense_), double(left_)});
   }
-  void restore(GrowingList marks, double found, double sense) {
+  void restore(GrowingList marks, double found, double sense, double left) {
     marks_ = std::move(marks), found_ = static_cast<int>(found), sense_ = static_cast<int>(sense);
+    left_ = static_cast<int>(left);
   }
-  /// The curve was left: what comes next does not hang together with the point before.
+  /// What comes next does not hang together with the point before: it lies farther back, or
   void interrupt() { found_ = 0; }
+  /// the curve was left.
+  void leave() { interrupt(), left_ = count(); }
+  /// Whether the older piece that was come upon is of the curve before it was left.
+  bool met_left() const { return met_ + 1 < left_; }
 
 private:
   static constexpr int size = 6, enough = 6;
+  int count() const { return static_cast<int>(marks_.size()) / (2 * size); }
   int first_near(int i, int last, double far) const;
   int older(double motion); // +1 or -1 if the last mark lies on an older piece run in that sense; else 0
 
@@ -34,6 +40,8 @@ private:
   std::vector<double> way_;   // length of the way up to each mark, or more
   GrowingList marks_;         // (points, 2, size): Omega and projections of the motion, then the same of the tangent
   int found_ = 0, sense_ = 0; // points in succession on older pieces
+  int met_ = 0;               // mark where the last of these begins
+  int left_ = 0;              // marks of the curves that were left
 };
 
 } // namespace dovetail

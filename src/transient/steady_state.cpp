@@ -12,6 +12,10 @@ namespace {
 
 constexpr int watched = 32;         // instants of a period at which it is compared with the one before
 constexpr double stable = 1 + 1e-4; // multipliers are known to that; weakly damped ones are just below 1
+constexpr double kept_back = 0.1;   // of the work, for the last periods
+constexpr int first_shot = 12; // periods before shooting is tried, from rest; later after twice as many each time, or
+constexpr int short_wait = 40; // after so many more at most where the motion goes on changing by
+constexpr double wild = 0.1;   // that
 constexpr double unknown = std::numeric_limits<double>::infinity();
 
 // What the changes to come add up to, from how they fell over the last periods.
@@ -38,7 +42,7 @@ public:
   March(const DenseModel &model, double omega, const std::vector<double> &start, const IntegrationSettings &settings)
       : settings_(settings), flow_(model, omega), from_rest_(start.empty()),
         state_(from_rest_ ? flow_.rest() : state_of(flow_, start)) {
-    flow_.work = settings.work;
+    flow_.work = (1 - kept_back) * settings.work;
   }
 
   SteadyState to_the_end() {
@@ -50,6 +54,7 @@ public:
       else if (plain_ >= shoot_at_)
         arrived = shoot();
     }
+    flow_.work += kept_back * settings_.work;
     if (!arrived && unstable_.found) arrived = go_on_from(unstable_);
     if (!arrived && alive_) arrived = confirm();
     return told(arrived);
@@ -62,7 +67,10 @@ private:
     ++periods_, ++plain_;
     alive_ = flow_.period(state_, instants, now_);
     if (!alive_) return false;
-    if (before_.instants > 0) changes_.push_back(difference(now_, before_, flow_.model().modes));
+    if (before_.instants > 0) {
+      changes_.push_back(difference(now_, before_, flow_.model().modes));
+      if (changes_.back() <= nearest_) nearest_ = changes_.back(), returned_ = state_;
+    }
     std::swap(before_, now_);
     return true;
   }
@@ -88,9 +96,13 @@ private:
   }
 
   bool shoot() {
-    const Orbit orbit = periodic_orbit(flow_, state_, 1e-3 * settings_.tolerance, periods_left() / 2);
+    // A motion that does not settle comes near to unstable periodic ones again and again.
+    const bool roams = plain_ > first_shot && changes_.back() > wild;
+    const Orbit orbit =
+        periodic_orbit(flow_, roams ? returned_ : state_, 1e-3 * settings_.tolerance, periods_left() / 2);
     periods_ += orbit.periods;
-    shoot_at_ = 2 * plain_;
+    shoot_at_ = plain_ + (roams ? std::min(plain_, short_wait) : plain_);
+    nearest_ = unknown;
     if (!orbit.found && orbit.nearer < 0.3) { // sliders find their places by themselves, and then it may go on
       jump_to(orbit.state);
       shoot_at_ = plain_ + 4;
@@ -118,9 +130,11 @@ private:
   Flow flow_;
   bool from_rest_, alive_ = true;
   int periods_ = 0, plain_ = 0; // all; of the march alone
-  int shoot_at_ = from_rest_ ? 12 : 3;
+  int shoot_at_ = from_rest_ ? first_shot : 3;
   double multiplier_ = 0; // of the motion that the march goes on from, if shooting found it
   Flow::State state_;
+  Flow::State returned_;     // where it came nearest to the period before since the last shooting, and
+  double nearest_ = unknown; // how near, as `change`
   Orbit unstable_;
   Motion now_, before_;         // before_: the last one
   std::vector<double> changes_; // from period to period

@@ -195,6 +195,19 @@ def test_goes_on_from_the_other_end(tmp_path):
     assert "from here on the rest of the sweep, from its other end back to where it was lost" in done.out
 
 
+def test_begun_anew_at_more_frequencies_where_it_is_lost(tmp_path):
+    """What lies between 13.64 and 14.84 rad/s none of the other ways aims at, and at the end of the sweep nothing is."""
+    case, (ends, begins, last) = walking(tmp_path, omega=[9.93, 16.33], samples="exact")
+    done = run(case, status=3)
+    omega = done.points["omega"]
+    there = ends + (5 / 8) ** 2 * (16.33 - ends)
+    assert done.summary["leaps"] == 1 and done.summary["integrations"] == 0
+    leapt = int(np.flatnonzero(omega > ends + 1e-3)[0])
+    assert omega[:leapt].max() == pytest.approx(ends, rel=1e-4) and omega[leapt] == pytest.approx(there, rel=1e-4)
+    assert omega.max() == pytest.approx(last, rel=1e-4)
+    assert f"could not go on beyond {omega.max():.8g} rad/s" in done.err
+
+
 def test_gives_up_at_the_first_frequency(tmp_path):
     case, ends = walking(tmp_path, omega=[15, 16])
     done = run(case, status=3)

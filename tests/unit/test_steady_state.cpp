@@ -380,6 +380,26 @@ TEST(SteadyState, unstable_motion_is_found_and_named) {
   EXPECT_LT(steady_state(model, omega, {}, {5, 400, 1e-7}).multiplier, 1);
 }
 
+TEST(SteadyState, motions_that_chaos_passes_are_found) { // shooting from where a march happens to be finds half of them
+  DenseModel model = scene({Law::coulomb, Law::unilateral, Law::coulomb}, 1, 1e-3);
+  for (double &f : model.fourier) f *= 4;
+  for (ContactPoint &point : model.contact) point.kn = 1e4;
+  int found = 0;
+  for (int i = 0; i < 14; ++i) {
+    const double omega = 0.5 + 0.07 * i;
+    const SteadyState steady = steady_state(model, omega, {}, {5, 3000, 1e-6});
+    if (!steady.settled) continue;
+    ++found;
+    Flow flow(model, omega);
+    const Flow::State start = flow.state(steady.q, steady.v, steady.w);
+    Flow::State state = start;
+    Motion motion;
+    ASSERT_TRUE(flow.period(state, 0, motion));
+    EXPECT_LT(distance(place(flow, state), place(flow, start)), 1e-5 * (1 + steady.multiplier)) << omega;
+  }
+  EXPECT_GE(found, 10);
+}
+
 TEST(SteadyState, goes_on_from_the_motion_given) {
   // The second only: in the first some sliders stick in the end, where they came to on the way from rest.
   const Weak weak = weakly_damped()[1];

@@ -268,7 +268,7 @@ def test_what_lies_beyond_a_closed_curve_is_found(tmp_path, monkeypatch):
 
 def test_restart_of_a_curve_that_goes_astray(tmp_path):
     """Pieces that are followed again, leaps, the other end: a run in parts does what an uninterrupted one does, stopped right before and
-    after each of them, and what it says of them is so."""
+    after each of them and before turning points in corners, and what it says of them is so."""
     case = atlas_scenes.write(atlas_scenes.build(atlas_scenes.scenes()["067"]), tmp_path)
     text = case.read_text()
     subprocess.run([BINARY, "run", case, "--out", tmp_path / "whole"], stdout=subprocess.DEVNULL, check=False)
@@ -280,7 +280,11 @@ def test_restart_of_a_curve_that_goes_astray(tmp_path):
     for point in again.point:  # back on the way, and shorter steps
         before = np.abs(whole.omega[point + 1] - whole.omega[max(0, point - 100):point]).min()
         assert before < 1e-2 * np.ptp(whole.omega)
-    stops = sorted({int(p) + k for p in (*again.point, *leaps.point) for k in (1, 2)} & set(range(2, len(whole.omega))))
+    corners = set(whole.events.of("corner").point)
+    turning = [p for p in whole.events.of("fold").point if p + 1 in corners][:2]
+    assert len(turning) == 2
+    stops = {int(p) + k for p in (*again.point, *leaps.point) for k in (1, 2)} & set(range(2, len(whole.omega)))
+    stops = sorted(stops | {int(p) for p in turning})
     for i, points in enumerate([*stops, 10**6]):
         case.write_text(text + f"max_points = {points}\n")
         restart = ["--restart"] if i else []
