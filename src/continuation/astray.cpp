@@ -96,9 +96,10 @@ bool Follower::leave_from_farthest(const std::string &why, bool briefly) {
   refusal_ = why;
   integrating_ -= 2 * brief_work; // nothing else is left
   const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
-               from = turned + direction_ * skipped * omega_unit_;
+               from = turned + direction_ * skipped * omega_unit_,
+               within = direction_ * (settings_.to - from) > 0 ? from : turned;
   const bool left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) ||
-                    from_other_end(why, turned, briefly) || (!briefly && leap(Way::sown, from, 1));
+                    from_other_end(why, turned, briefly) || (!briefly && leap(Way::sown, within, 1));
   if (left) {
     farthest_.reset();
     ++windings_, left_at_ = turned;
