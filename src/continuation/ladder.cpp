@@ -220,15 +220,15 @@ bool Follower::leap(Way way, double from, double most) {
   if (integrate) model = dense_model(*system_);
   static const std::vector<double> parts[] = {
       {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}, {}};
-  std::vector<double> all = parts[static_cast<int>(way)]; // of the sweep
-  for (int i = 1; way == Way::sown && i <= seeds; ++i)
+  std::vector<double> all = parts[static_cast<int>(way)];              // of the sweep
+  for (int i = 1; way == Way::sown && i <= seeds - turned_round_; ++i) // from the other end its end is known
     all.push_back(std::pow(static_cast<double>(i) / seeds, 2) * std::abs(settings_.to - from) / omega_unit_);
   const auto between = [](double w, double a, double b) { return (w - a) * (w - b) < 0; };
   std::vector<double> targets; // each part ahead, and before it the nearest frequency of `at` up to there
   for (std::size_t i = 0; i < all.size() && all[i] <= most && (targets.empty() || targets.back() != settings_.to);
        ++i) {
     double next = from + direction_ * all[i] * omega_unit_;
-    if ((next - settings_.to) * direction_ >= 0 || (way == Way::sown && i + 1 == all.size())) next = settings_.to;
+    if ((next - settings_.to) * direction_ >= 0 || (way == Way::sown && i + 1 == seeds)) next = settings_.to;
     double nearest = next;
     for (const double w : settings_.at)
       if (between(w, targets.empty() ? reached : targets.back(), nearest)) nearest = w;
