@@ -85,28 +85,31 @@ void Follower::pass_crowd() {
 }
 
 // A branch that runs back, in a circle or on and on is left at its farthest point, for the next one of the sweep's
-// sense; false if none is found, and nothing has changed then.
-bool Follower::leave_from_farthest(const std::string &why, bool briefly) {
+// sense; false if none is found, and nothing has changed then. `why` by value: the ways on have words of their own.
+bool Follower::leave_from_farthest(std::string why, bool briefly) {
   if (settings_.steps_only) return false;
-  if (!farthest_ || direction_ * (here_.omega - farthest_->omega) > 0) // all that leads ahead was tried
-    return from_other_end(why, here_.omega, briefly) || (!briefly && leap(Way::sown, here_.omega, 1));
-  if (summary_.counts.leaps + summary_.counts.integrations >= most_leaps)
-    return from_other_end(why, farthest_->omega, briefly);
-  std::swap(here_, *farthest_);
-  refusal_ = why;
-  integrating_ -= 2 * brief_work; // nothing else is left
-  const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
-               from = turned + direction_ * skipped * omega_unit_,
-               within = direction_ * (settings_.to - from) > 0 ? from : turned;
-  const bool left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) ||
-                    from_other_end(why, turned, briefly) || (!briefly && leap(Way::sown, within, 1));
-  if (left) {
-    farthest_.reset();
-    ++windings_, left_at_ = turned;
+  bool left;
+  if (!farthest_ || direction_ * (here_.omega - farthest_->omega) > 0) { // all that leads ahead was tried
+    left = from_other_end(why, here_.omega, briefly) || (!briefly && leap(Way::sown, here_.omega));
+  } else if (summary_.counts.leaps + summary_.counts.integrations >= most_leaps) {
+    left = from_other_end(why, farthest_->omega, briefly);
   } else {
     std::swap(here_, *farthest_);
-    if (summary_.end != End::interrupted) summary_.why = why; // that of the last attempt says nothing
+    refusal_ = why;
+    integrating_ -= 2 * brief_work; // nothing else is left
+    const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
+                 from = turned + direction_ * skipped * omega_unit_,
+                 within = direction_ * (settings_.to - from) > 0 ? from : turned;
+    left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) || from_other_end(why, turned, briefly) ||
+           (!briefly && leap(Way::sown, within));
+    if (left) {
+      farthest_.reset();
+      ++windings_, left_at_ = turned;
+    } else {
+      std::swap(here_, *farthest_);
+    }
   }
+  if (!left && summary_.end != End::interrupted) summary_.why = why;
   return left;
 }
 

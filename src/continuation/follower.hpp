@@ -1,8 +1,8 @@
 #pragma once
 // The continuation at work. branch.cpp: from beginning to end; steps.cpp: along the curve; places.cpp: what lies within
-// a step; corners.cpp: round corners; ladder.cpp: what is tried when no step converges; astray.cpp: when steps lead
-// nowhere; adapt.cpp: harmonics to a tolerance; first_point.cpp: where to begin; saved.cpp: where it stands, for a
-// restart.
+// a step; corners.cpp: round corners; ladder.cpp: what is tried when no step converges; leaps.cpp: to
+// frequencies ahead; astray.cpp: when steps lead nowhere; adapt.cpp: harmonics to a tolerance; first_point.cpp: where
+// to begin; saved.cpp: where it stands, for a restart.
 #include <memory>
 #include <optional>
 
@@ -59,7 +59,7 @@ private:
   void note_creeping();
   bool winds();
   void pass_crowd();
-  bool leave_from_farthest(const std::string &why, bool briefly = false);
+  bool leave_from_farthest(std::string why, bool briefly = false);
 
   // places.cpp
   struct Place {  // something worth a point of its own within a step
@@ -104,19 +104,22 @@ private:
   int needed_harmonics(double omega) const;
   bool more_harmonics();
   bool solve_finer(const std::vector<double> &q, double omega);
+  std::string difference() const;
+
+  // leaps.cpp
   /// To frequencies ahead: Newton or integration from the last point; as for a first point of a branch, with all that
   /// there is at some, or by Newton and long integration at more of them.
   enum class Way { newton, integration, anew, sown };
   bool from_other_end(const std::string &why, double lost, bool briefly);
   void stand_anew();
-  bool leap(Way way, double from, double most = 0.2);
+  double integration_left() const;
   bool arrive_at(double omega, Way way, const DenseModel &model, double share);
-  std::string difference() const;
+  std::vector<double> aims(Way way, double from, double most) const;
+  bool leap(Way way, double from, double most = 0.2);
 
   // adapt.cpp
   int least_harmonics() const;
   const ErrorEstimate &error_of(Station &s);
-  double integration_left() const;
   const ErrorEstimate &affordable_error_of(Station &s);
   bool refined_for(Station &s);
   void spare_harmonics();

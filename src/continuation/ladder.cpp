@@ -5,19 +5,12 @@
 
 #include "continuation/follower.hpp"
 #include "continuation/needed_harmonics.hpp"
-#include "transient/steady_state.hpp"
 
 namespace dovetail {
 namespace {
 
-constexpr double step_after = 1e-3;    // of a rung
 constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
 constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
-
-std::string ahead_in_words(double part) { // of the sweep
-  const long percent = std::lround(100 * part);
-  return percent < 1 ? "the next frequency" : "a frequency " + std::to_string(percent) + " % of the sweep ahead";
-}
 
 } // namespace
 
@@ -135,133 +128,6 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega) {
     ++summary_.counts.harmonics;
     return true;
   }
-  return false;
-}
-
-// The branch is lost at that frequency: what is left of the sweep, from its end back to there.
-bool Follower::from_other_end(const std::string &why, double lost, bool briefly) {
-  if (interrupted() || !settings_.both_ends) return false;
-  settings_.both_ends = briefly; // if it is tried with all that there is, once
-  Station first = curve_->station();
-  UniqueVec rest = system_->unknowns();
-  std::string how;
-  if (!first_point(settings_.to, rest, first, how, briefly ? Effort::brief : Effort::full)) {
-    summary_.why = why;
-    return false;
-  }
-  turned_round_ = true;
-  here_ = std::move(first);
-  settings_.both_ends = false;
-  settings_.from = std::exchange(settings_.to, lost);
-  direction_ = -direction_;
-  if (direction_ < 0) turn(here_);
-  ++summary_.counts.leaps;
-  notify(BranchEvent::Kind::leap,
-         "the curve could not be followed to the end (" + why +
-             "): from here on the rest of the sweep, from its other end back to where it was lost; the branch may be "
-             "another one",
-         here_.omega);
-  bends_.clear(), farthest_.reset();
-  windings_ = still_ = 0, stay_until_.reset();
-  ahead_ = crowd_ = {here_.omega, summary_.counts.newton};
-  begin_amplitude();
-  verdict_ = judge(here_);
-  report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-  stand_anew();
-  return true;
-}
-
-// After a leap: steps begin short, and what comes does not hang together with the points before.
-void Follower::stand_anew() {
-  curve_->norm.see(here_.y);
-  check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
-  drop_anchors();
-  trail_.leave();
-  trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
-  step_ = step_after;
-  limit_step();
-}
-
-// Work that the ways on may still take: where integration has led on it may again.
-double Follower::integration_left() const { return (2 + 2 * summary_.counts.integrations) * brief_work - integrating_; }
-
-// here_ becomes a solution at that frequency. `share`: of the work left for integration.
-bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
-  check(VecCopy(here_.y, trial_.y), "predicting");
-  SteadyState steady;
-  if (way == Way::integration) {
-    IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(omega))};
-    settings.periods = most_periods, settings.work = std::min(brief_work, share * integration_left());
-    steady = steady_state(model, omega, all_coefficients(system_->layout(), here_.y), settings);
-    integrating_ += steady.work;
-    if (!steady.settled) return false;
-    set_coefficients(system_->layout(), steady.coefficients, trial_.y);
-  }
-  UniqueVec rest = system_->unknowns();
-  std::string how;
-  const bool found = way == Way::anew || way == Way::sown
-                         ? first_point(omega, rest, trial_, how, way == Way::sown ? Effort::patient : Effort::full)
-                         : curve_->solve_at(omega, trial_);
-  if (found) std::swap(here_, trial_);
-  return found || (way == Way::integration && solve_finer(steady.coefficients, omega));
-}
-
-// On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so. So
-// far ahead as `most`, of the sweep.
-bool Follower::leap(Way way, double from, double most) {
-  const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_integrated;
-  int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
-  if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
-  if ((way == Way::integration || way == Way::anew) && !(integration_left() > 0)) return false;
-  const std::string reason = refusal_;
-  const double before = here_.omega,
-               reached = farther(before) ? before : farthest_->omega; // frequencies of `at` up to there were met
-  DenseModel model;
-  if (integrate) model = dense_model(*system_);
-  static const std::vector<double> parts[] = {
-      {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}, {}};
-  std::vector<double> all = parts[static_cast<int>(way)];              // of the sweep
-  for (int i = 1; way == Way::sown && i <= seeds - turned_round_; ++i) // from the other end its end is known
-    all.push_back(std::pow(static_cast<double>(i) / seeds, 2) * std::abs(settings_.to - from) / omega_unit_);
-  const auto between = [](double w, double a, double b) { return (w - a) * (w - b) < 0; };
-  std::vector<double> targets; // each part ahead, and before it the nearest frequency of `at` up to there
-  for (std::size_t i = 0; i < all.size() && all[i] <= most && (targets.empty() || targets.back() != settings_.to);
-       ++i) {
-    double next = from + direction_ * all[i] * omega_unit_;
-    if ((next - settings_.to) * direction_ >= 0 || (way == Way::sown && i + 1 == seeds)) next = settings_.to;
-    double nearest = next;
-    for (const double w : settings_.at)
-      if (between(w, targets.empty() ? reached : targets.back(), nearest)) nearest = w;
-    if (nearest != next) targets.push_back(nearest);
-    targets.push_back(next);
-  }
-  for (std::size_t i = 0; i < targets.size(); ++i) {
-    const double next = targets[i];
-    if (way == Way::sown && interrupted()) break;
-    if (!arrive_at(next, way, model, 1.0 / static_cast<double>(targets.size() - i))) continue;
-    for (const double w : settings_.at)
-      if (between(w, reached, next)) {
-        ++summary_.counts.missed;
-        notify(BranchEvent::Kind::missed, "this frequency of continuation.at is left out by a leap", w);
-      }
-    if (direction_ < 0) turn(here_);
-    ++count;
-    notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
-           "the curve could not be followed here (" + reason + "): went on from the " +
-               (integrate ? "steady state that time integration finds" : "solution") + " at " +
-               ahead_in_words(std::abs(next - before) / omega_unit_) + "; the branch may have changed",
-           here_.omega);
-    begin_amplitude();
-    verdict_ = judge(here_);
-    report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-    if (next == settings_.to) {
-      end(End::arrived);
-      return true;
-    }
-    stand_anew();
-    return true;
-  }
-  refusal_ = reason;
   return false;
 }
 

@@ -10,6 +10,7 @@ constexpr double longest_omega_step = 0.01;   // of the sweep: a resonance narro
 constexpr double longest_motion_step = 0.25;  // of the motion at hand, which after a resonance is far below the largest
 constexpr double shortest_motion_step = 1e-3; // that limit does not hold a curve up where the motion passes zero
 constexpr double shortest_step = 1e-7;
+constexpr double step_after = 1e-3; // another system, or a leap
 constexpr double most_angle = 0.64; // between the tangents before and after a step [rad]
 constexpr double most_astray = 0.1; // by which a step may point away from the tangent more than the curve turns [rad],
 constexpr double most_astray_sampled = 0.8; // where sampled contact forces make teeth that are not worth following

@@ -205,7 +205,8 @@ def test_begun_anew_at_more_frequencies_where_it_is_lost(tmp_path):
     leapt = int(np.flatnonzero(omega > ends + 1e-3)[0])
     assert omega[:leapt].max() == pytest.approx(ends, rel=1e-4) and omega[leapt] == pytest.approx(there, rel=1e-4)
     assert omega.max() == pytest.approx(last, rel=1e-4)
-    assert f"could not go on beyond {omega.max():.8g} rad/s" in done.err
+    assert f"could not go on beyond {omega.max():.8g} rad/s: " in done.err
+    assert "held by its joint alone" in done.err and "first frequency" not in done.err  # why it was lost, not what failed last
 
 
 def test_gives_up_at_the_first_frequency(tmp_path):

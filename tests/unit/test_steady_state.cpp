@@ -381,6 +381,9 @@ TEST(SteadyState, unstable_motion_is_found_and_named) {
 }
 
 TEST(SteadyState, motions_that_chaos_passes_are_found) { // shooting from where a march happens to be finds half of them
+  int size;
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  if (size > 1) return; // nothing is shared out, and it takes seconds
   DenseModel model = scene({Law::coulomb, Law::unilateral, Law::coulomb}, 1, 1e-3);
   for (double &f : model.fourier) f *= 4;
   for (ContactPoint &point : model.contact) point.kn = 1e4;
@@ -395,7 +398,8 @@ TEST(SteadyState, motions_that_chaos_passes_are_found) { // shooting from where 
     Flow::State state = start;
     Motion motion;
     ASSERT_TRUE(flow.period(state, 0, motion));
-    EXPECT_LT(distance(place(flow, state), place(flow, start)), 1e-5 * (1 + steady.multiplier)) << omega;
+    // a period changes it by 1e-6 at most, the next one by that times the multiplier
+    EXPECT_LT(distance(place(flow, state), place(flow, start)), 1e-6 * std::max(1.0, steady.multiplier)) << omega;
   }
   EXPECT_GE(found, 10);
 }
