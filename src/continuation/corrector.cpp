@@ -36,7 +36,6 @@ Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
   check(SNESSetOptionsPrefix(snes_, "hb_"), "setting up Newton");
   check(SNESSetFunction(snes_, residual_, &Corrector::residual, this), "setting up Newton");
   check(SNESSetJacobian(snes_, jacobian_, jacobian_, &Corrector::jacobian, this), "setting up Newton");
-  check(SNESSetTolerances(snes_, 0, 0, 0, settings.max_iterations, 100000000), "setting up Newton");
   check(SNESSetConvergenceTest(snes_, &Corrector::converged, this, nullptr), "setting up Newton");
   check(SNESSetType(snes_, SNESNEWTONLS), "setting up Newton");
   KSP ksp;
@@ -104,6 +103,7 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
   if (effort.line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
+  check(SNESSetTolerances(snes_, 0, 0, 0, effort.times * settings_.max_iterations, 100000000), "Newton");
   check(VecCopy(y, trial_), "Newton");
   const PetscErrorCode code = SNESSolve(snes_, nullptr, trial_);
   courier_.rethrow();

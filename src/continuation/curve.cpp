@@ -46,12 +46,12 @@ bool Curve::solve_across(Vec normal, Station &s, const StepEffort &effort) {
   return finish(s);
 }
 
-bool Curve::solve_at(double w, Station &s) {
+bool Curve::solve_at(double w, Station &s, int times) {
   set_omega(s.y, w);
-  s.newton = corrector_.solve(s.y, e_omega_, w);
+  s.newton = corrector_.solve(s.y, e_omega_, w, {.times = times});
   if (!s.newton.converged) {
     counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
-    s.newton = corrector_.solve(s.y, e_omega_, w, {true});
+    s.newton = corrector_.solve(s.y, e_omega_, w, {.line_search = true, .times = times});
   }
   if (!finish(s)) return false;
   set_omega(s.y, w); // to the last bit

@@ -46,36 +46,41 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Ef
 
   const std::vector<double> begin = all_coefficients(system_->layout(), y);
   const std::string alas = "Newton does not converge from rest; the first point comes from ";
-  const auto arrive = [&](const std::vector<double> &q, const std::string &by) {
+  const auto arrive = [&](const std::vector<double> &q, const std::string &by, int times = 1) {
     set_coefficients(system_->layout(), q, first.y);
-    if (!curve_->solve_at(w, first)) return false;
+    if (!curve_->solve_at(w, first, times)) return false;
     how += (how.empty() ? "" : "; ") + alas + by;
     return true;
   };
-  const auto through = [&](HarmonicSystem &easier, std::vector<double> &q) { // q becomes the solution of `easier`
+  // q becomes the solution of `easier`
+  const auto through = [&](HarmonicSystem &easier, std::vector<double> &q, int times = 1) {
     Curve curve(easier, newton_, omega_unit_, settings_.adaptive, summary_.counts);
     Station s = curve.station();
     set_coefficients(easier.layout(), q, s.y);
-    if (!curve.solve_at(w, s)) return false;
+    if (!curve.solve_at(w, s, times)) return false;
     q = all_coefficients(easier.layout(), s.y);
     return true;
   };
 
-  std::vector<double> q = begin;
-  bool good = effort == Effort::full;
-  for (int H = 1; good && H < system_->harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
-    HarmonicSystem easier(*system_, H, system_->samples());
-    good = through(easier, q);
-  }
-  if (good && arrive(q, "fewer harmonics")) return true;
+  std::vector<double> q;
+  const auto from_fewer_harmonics = [&](int times) {
+    q = begin;
+    for (int H = 1; H < system_->harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
+      HarmonicSystem easier(*system_, H, system_->samples());
+      if (!through(easier, q, times)) return false;
+    }
+    return arrive(q, "fewer harmonics", times);
+  };
+  if (effort == Effort::full && from_fewer_harmonics(1)) return true;
   if (interrupted()) return false;
 
   SteadyState steady;
+  const bool patient = effort == Effort::patient, nowhere_else = patient || settings_.to == settings_.from;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
   if (system_->layout().dofs() <= most_integrated) {
-    IntegrationSettings settings{std::max(H, needed)};
-    settings.periods = effort == Effort::patient ? patient_periods : most_periods;
-    const bool limited = effort != Effort::patient && summary_.counts.points > 0;
+    IntegrationSettings settings{std::max(H, nowhere_else ? needed_harmonics(w, Resort::last) : needed)};
+    settings.periods = patient ? patient_periods : most_periods;
+    const bool limited = !patient && summary_.counts.points > 0;
     if (limited || effort == Effort::brief) settings.work = std::min(brief_work, integration_left());
     steady = steady_state(dense_model(*system_), w, {}, settings);
     if (limited) integrating_ += steady.work;
@@ -83,7 +88,8 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Ef
   }
   if (interrupted()) return false;
 
-  q = begin, good = effort == Effort::full;
+  q = begin;
+  bool good = effort == Effort::full;
   for (double part = 1.0 / 1024; good && part < 1; part *= 2) {
     HarmonicSystem easier(*system_, system_->harmonics(), system_->samples(), part);
     good = through(easier, q);
@@ -95,7 +101,10 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Ef
   if (effort == Effort::full && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;
 
   if (interrupted()) return false;
-  if (!steady.settled || !solve_finer(steady.coefficients, w)) return false;
+  bool finer = steady.settled && solve_finer(steady.coefficients, w, Resort::usual);
+  if (!finer && effort != Effort::brief && from_fewer_harmonics(patient_newton)) return true;
+  if (!finer) finer = nowhere_else && steady.settled && solve_finer(steady.coefficients, w, Resort::last);
+  if (!finer) return false;
   std::swap(first, here_);
   how += (how.empty() ? "" : "; ") + alas + "time integration, with " + std::to_string(system_->harmonics()) +
          " harmonics; the closed contact wants " + std::to_string(needed);

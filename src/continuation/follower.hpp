@@ -101,9 +101,10 @@ private:
   void take_system(HarmonicSystem &system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
   bool better_sampling();
-  int needed_harmonics(double omega) const;
+  enum class Resort { usual, last }; // last: more harmonics, closer to each other, and more of Newton's iterations
+  int needed_harmonics(double omega, Resort resort = Resort::usual) const;
   bool more_harmonics();
-  bool solve_finer(const std::vector<double> &q, double omega);
+  bool solve_finer(const std::vector<double> &q, double omega, Resort resort);
   std::string difference() const;
 
   // leaps.cpp

@@ -10,7 +10,7 @@ namespace dovetail {
 namespace {
 
 constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
-constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
+constexpr double most_unknowns = 1500; // of a system whose harmonics are raised; of its contacts, as a last resort
 
 } // namespace
 
@@ -85,10 +85,11 @@ bool Follower::better_sampling() {
 }
 
 // By the rule that H Omega should reach twice the frequency of the closed contact; as far as size allows.
-int Follower::needed_harmonics(double omega) const {
-  const PetscInt dofs = system_->layout().dofs();
-  if (dofs > most_integrated) return 0;
+int Follower::needed_harmonics(double omega, Resort resort) const {
+  const Layout &layout = system_->layout();
+  if (layout.dofs() > most_integrated) return 0;
   const double wanted = std::ceil(2 * closed_contact_frequency(dense_model(*system_)) / omega);
+  const PetscInt dofs = layout.dofs() - (resort == Resort::last ? layout.modes : 0);
   return static_cast<int>(std::min(wanted, (most_unknowns / dofs - 1) / 2));
 }
 
@@ -113,14 +114,17 @@ bool Follower::more_harmonics() {
 
 // Where a motion that time integration finds is no solution for these harmonics, with more of them: here_, in a system
 // that has them. `q`: coefficients of any number of harmonics.
-bool Follower::solve_finer(const std::vector<double> &q, double omega) {
-  const int needed = needed_harmonics(omega);
-  for (int more = 2 * system_->harmonics(); more / 2 < needed; more *= 2) {
-    auto system = std::make_unique<HarmonicSystem>(*system_, std::min(more, needed), system_->samples());
+bool Follower::solve_finer(const std::vector<double> &q, double omega, Resort resort) {
+  const bool last = resort == Resort::last;
+  const int H = system_->harmonics(), needed = std::max(needed_harmonics(omega, resort), H);
+  const double growth = last ? 1.4 : 2;
+  for (double more = last ? H : 2 * H; more == H || more < growth * needed; more *= growth) {
+    auto system =
+        std::make_unique<HarmonicSystem>(*system_, std::min(static_cast<int>(more), needed), system_->samples());
     Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
     Station s = curve.station();
     set_coefficients(system->layout(), q, s.y);
-    if (!curve.solve_at(omega, s)) continue;
+    if (!curve.solve_at(omega, s, last ? patient_newton : 1)) continue;
     take_system(*system);
     std::swap(changed_, system); // the old one goes last
     here_ = std::move(s);

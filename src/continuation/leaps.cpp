@@ -78,7 +78,7 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
                          ? first_point(omega, rest, trial_, how, way == Way::sown ? Effort::patient : Effort::full)
                          : curve_->solve_at(omega, trial_);
   if (found) std::swap(here_, trial_);
-  return found || (way == Way::integration && solve_finer(steady.coefficients, omega));
+  return found || (way == Way::integration && solve_finer(steady.coefficients, omega, Resort::usual));
 }
 
 // Frequencies of the sweep after `from`, so far ahead as `most`, of the sweep; where it is sown, to its end.

@@ -52,6 +52,8 @@ constexpr double brief_work = 4e9;    // where it is one way of several
 constexpr int patient_periods = 8000; // where it is the last way, begun at rest at
 constexpr int seeds = 8;              // frequencies, closer to each other where the curve was left
 
+constexpr int patient_newton = 3; // times newton.max_iterations, for a first point that nothing else has led to
+
 /// What successive halvings of a step tell. Halving makes angle and correction of a smooth curve 1/2 and 1/4 as large;
 /// at a corner the angle stays and the correction halves, at a jump to another branch both stay.
 class Halvings {
