@@ -36,6 +36,7 @@ Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
   check(SNESSetOptionsPrefix(snes_, "hb_"), "setting up Newton");
   check(SNESSetFunction(snes_, residual_, &Corrector::residual, this), "setting up Newton");
   check(SNESSetJacobian(snes_, jacobian_, jacobian_, &Corrector::jacobian, this), "setting up Newton");
+  check(SNESSetTolerances(snes_, 0, 0, 0, settings.max_iterations, 100000000), "setting up Newton");
   check(SNESSetConvergenceTest(snes_, &Corrector::converged, this, nullptr), "setting up Newton");
   check(SNESSetType(snes_, SNESNEWTONLS), "setting up Newton");
   KSP ksp;
@@ -48,6 +49,7 @@ Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
   check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC), "setting up Newton");
   check(SNESSetFromOptions(snes_), "setting up Newton");
   check(SNESLineSearchGetType(search, &type), "setting up Newton");
+  check(SNESGetTolerances(snes_, nullptr, nullptr, nullptr, &usual_iterations_, nullptr), "setting up Newton");
   usual_search_ = type;
   if (layout.owns_omega()) check(VecSetValue(unit_, layout.omega_row(), 1, INSERT_VALUES), "setting up Newton");
   check(VecAssemblyBegin(unit_), "setting up Newton");
@@ -103,7 +105,7 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
   if (effort.line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
-  check(SNESSetTolerances(snes_, 0, 0, 0, effort.times * settings_.max_iterations, 100000000), "Newton");
+  check(SNESSetTolerances(snes_, 0, 0, 0, effort.times * usual_iterations_, 100000000), "Newton");
   check(VecCopy(y, trial_), "Newton");
   const PetscErrorCode code = SNESSolve(snes_, nullptr, trial_);
   courier_.rethrow();

@@ -72,8 +72,9 @@ private:
   UniqueVec residual_, trial_, unit_;
   UniqueSNES snes_;
   Courier courier_;
-  std::string usual_search_; // type of line search, basic unless an option says otherwise
-  Vec border_ = nullptr;     // of the solve in progress
+  std::string usual_search_;      // type of line search, basic unless an option says otherwise
+  PetscInt usual_iterations_ = 0; // the settings', unless an option says otherwise
+  Vec border_ = nullptr;          // of the solve in progress
   double target_ = 0;
   NewtonEffort effort_; // of the solve in progress
   struct Iterate {
