@@ -105,7 +105,10 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
   if (effort.line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
-  check(SNESSetTolerances(snes_, 0, 0, 0, effort.times * usual_iterations_, 100000000), "Newton");
+  const double most = static_cast<double>(effort.times) * usual_iterations_;
+  check(SNESSetTolerances(snes_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT,
+                          static_cast<PetscInt>(std::min<double>(most, PETSC_MAX_INT)), PETSC_DEFAULT),
+        "Newton");
   check(VecCopy(y, trial_), "Newton");
   const PetscErrorCode code = SNESSolve(snes_, nullptr, trial_);
   courier_.rethrow();

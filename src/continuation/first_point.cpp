@@ -75,7 +75,8 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Ef
   if (interrupted()) return false;
 
   SteadyState steady;
-  const bool patient = effort == Effort::patient, nowhere_else = patient || settings_.to == settings_.from;
+  const bool patient = effort == Effort::patient, nowhere_else = patient || settings_.to == settings_.from,
+             begins = effort == Effort::full && summary_.counts.points == 0;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
   if (system_->layout().dofs() <= most_integrated) {
     IntegrationSettings settings{std::max(H, nowhere_else ? needed_harmonics(w, Resort::last) : needed)};
@@ -102,8 +103,11 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Ef
 
   if (interrupted()) return false;
   bool finer = steady.settled && solve_finer(steady.coefficients, w, Resort::usual);
-  if (!finer && effort != Effort::brief && from_fewer_harmonics(patient_newton)) return true;
-  if (!finer) finer = nowhere_else && steady.settled && solve_finer(steady.coefficients, w, Resort::last);
+  if (!finer && (patient || begins) && from_fewer_harmonics(patient_newton)) return true;
+  if (!finer && nowhere_else && steady.settled) {
+    if (arrive(steady.coefficients, "time integration", patient_newton)) return true;
+    finer = solve_finer(steady.coefficients, w, Resort::last);
+  }
   if (!finer) return false;
   std::swap(first, here_);
   how += (how.empty() ? "" : "; ") + alas + "time integration, with " + std::to_string(system_->harmonics()) +

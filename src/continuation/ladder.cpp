@@ -116,9 +116,9 @@ bool Follower::more_harmonics() {
 // that has them. `q`: coefficients of any number of harmonics.
 bool Follower::solve_finer(const std::vector<double> &q, double omega, Resort resort) {
   const bool last = resort == Resort::last;
-  const int H = system_->harmonics(), needed = std::max(needed_harmonics(omega, resort), H);
+  const int needed = needed_harmonics(omega, resort);
   const double growth = last ? 1.4 : 2;
-  for (double more = last ? H : 2 * H; more == H || more < growth * needed; more *= growth) {
+  for (double more = growth * system_->harmonics(); more < growth * needed; more *= growth) {
     auto system =
         std::make_unique<HarmonicSystem>(*system_, std::min(static_cast<int>(more), needed), system_->samples());
     Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);

@@ -267,12 +267,12 @@ def test_what_lies_beyond_a_closed_curve_is_found(tmp_path, monkeypatch):
 
 
 # Stiff contacts that open, and a part of the sweep: with the usual iterations and harmonics nothing is found there.
-HARD = [("031", 0.5), ("031", 0.825), ("045", 0.2), ("087", 0.0), ("291", 0.5), ("291", 1.0)]
-COARSE = ("087", "291")  # solutions with the case's harmonics, close enough to the motion that integration settles to it
+HARD = [("031", 0.5), ("031", 0.825), ("087", 0.0), ("291", 0.5), ("291", 1.0)]
 
 
 def test_hard_first_points(tmp_path):
-    """Found with more iterations, or more harmonics closer to each other. One may be missed with other last bits: the motions are unstable."""
+    """Found with more iterations, or more harmonics closer to each other, and no false motions: integration settles nearby, begun there or
+    at rest. One may be missed with other last bits, and another not confirmed: the motions are unstable."""
     if not atlas_truth.PROGRAM.exists():
         pytest.skip(f"{atlas_truth.PROGRAM} is not built")
     found, near = 0, 0
@@ -282,15 +282,15 @@ def test_hard_first_points(tmp_path):
         built = atlas_scenes.build(atlas_scenes.scenes()[name])
         omega = float(np.interp(part, (0, 1), built.omega))
         case = atlas_scenes.write(replace(built, omega=(omega, omega)), folder)
-        status = subprocess.run([BINARY, "run", case], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode
-        found += status == 0
-        if status == 0 and name in COARSE:
-            said = atlas_truth.integrate(case, [omega], folder / "results.h5", 10)[0]
-            if said["settled"]:
-                motions = [atlas_truth.compared(np.array(c)) for c in (Results(folder / "results.h5").coefficients[0], said["coefficients"])]
-                near += atlas_truth.error(*motions, built.modes) < 0.05
+        if subprocess.run([BINARY, "run", case], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode:
+            continue
+        found += 1
+        motion = atlas_truth.compared(Results(folder / "results.h5").coefficients[0])
+        said = [atlas_truth.integrate(case, [omega], start, 10)[0] for start in (folder / "results.h5", None)]
+        true = [atlas_truth.compared(np.array(one["coefficients"])) for one in said if one["settled"]]
+        near += any(atlas_truth.error(motion, one, built.modes) < 0.05 for one in true)
     assert found >= len(HARD) - 1
-    assert near >= 2
+    assert near >= len(HARD) - 2
 
 
 def test_restart_of_a_curve_that_goes_astray(tmp_path):
