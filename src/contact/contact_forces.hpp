@@ -26,9 +26,13 @@ public:
   /// next.
   void evaluate(const double *X, double *G, bool derivative = true);
 
-  /// Derivative at the last motion evaluated: blocks of one point (Linearisation::write), or of all
+  const Linearisation &derivative(int point) const { return linear_[point]; } ///< at the last motion evaluated
+  /// The same: blocks of one point (Linearisation::write), or of all
   /// points times V (points, 3, 2H+1).
   void write(int point, double *blocks) const { linear_[point].write(points_[point], blocks); }
+  void write(int point, const int *which, int count, double *blocks) const {
+    linear_[point].write(points_[point], which, count, blocks);
+  }
   void multiply(const double *V, double *out) const;
 
   /// True if that derivative is springs only: stuck_springs(), the point being closed and stuck all through the period.

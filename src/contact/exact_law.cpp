@@ -99,7 +99,7 @@ void ExactLaw::evaluate(const ContactPoint &point, const Standstill &standstill,
     G[2 * n] += 2 * (point.kn * (standstill.x[2] - point.gap) - standstill.force[2]);
     return;
   }
-  grid_.sample(p_.data(), &values_[2 * ends], &slopes_[2 * ends]);
+  grid_.sample(p_.data(), 0, grid_.cells - 1, &values_[2 * ends], &slopes_[2 * ends]);
   find_spans();
   activity.open = 1;
   for (const Span &span : spans_) activity.open -= (span.end - span.begin) / period;
@@ -107,7 +107,7 @@ void ExactLaw::evaluate(const ContactPoint &point, const Standstill &standstill,
   activity.events = always_closed_ ? 0 : 2 * static_cast<int>(spans_.size());
   for (int d = 0; d < 2; ++d) {
     if (!has_friction(point.law) || point.mu[d] == 0) continue; // slips without force
-    grid_.sample(X + d * n, &values_[d * ends], &slopes_[d * ends]);
+    sample_closed(X + d * n, &values_[d * ends], &slopes_[d * ends]);
     sliders_[d].on_grid(&values_[d * ends], &slopes_[d * ends], &values_[2 * ends], &slopes_[2 * ends]);
     march(d, v[d]);
     tangential(point, d, X, G, linear);
@@ -117,6 +117,16 @@ void ExactLaw::evaluate(const ContactPoint &point, const Standstill &standstill,
   linear.springs_only = always_closed_ && (!has_friction(point.law) || (rests(0) && rests(1)));
   for (int d = 0; d < 3; ++d) G[d * n] -= 2 * standstill.force[d];
   activity.dissipation = dissipation(harmonics_, X, G);
+}
+
+// On the grid where the point is closed, and one cell about that.
+void ExactLaw::sample_closed(const double *x, double *value, double *slope) const {
+  for (const Span &span : spans_) {
+    const int first = static_cast<int>(span.begin / grid_.width) - 1,
+              last = static_cast<int>(span.end / grid_.width) + 1;
+    grid_.sample(x, first, std::min(last, grid_.cells - 1), value, slope);
+    if (last >= grid_.cells) grid_.sample(x, 0, last - grid_.cells, value, slope);
+  }
 }
 
 // By bounds alone, without looking for instants.
@@ -219,6 +229,7 @@ void ExactLaw::add(double begin, int from, double end, int to, double weight, Ma
 
 void ExactLaw::normal(const ContactPoint &point, double *G, Linearisation &linear) const {
   for (const Span &span : spans_) add(span.begin, span.from, span.end, span.to, 1, linear.closed);
+  linear.spans = static_cast<int>(spans_.size());
   if (always_closed_) linear.closed.set_whole();
   linear.closed.add_gram_times(point.kn, p_.data(), G + 2 * coefficient_count(harmonics_));
 }

@@ -36,6 +36,7 @@ private:
   bool surely_stuck(const ContactPoint &point, const std::array<double, 2> &v) const;
   bool rests(int direction) const;
   void find_spans();
+  void sample_closed(const double *x, double *value, double *slope) const;
   void march(int direction, double v);
   void add(double begin, int from, double end, int to, double weight, MaskMeans &mask) const;
   void normal(const ContactPoint &point, double *G, Linearisation &linear) const;

@@ -154,6 +154,16 @@ void MaskMeans::set_whole() {
   cosine[0] = 1;
 }
 
+double MaskMeans::gram(int row, int column) const {
+  const int k = (row + 1) / 2, l = (column + 1) / 2;
+  const bool k_cosine = row % 2 == 1, l_cosine = column % 2 == 1;
+  const auto odd = [&](int m) { return m < 0 ? -sine[-m] : sine[m]; };
+  if (row == 0) return column == 0 ? cosine[0] : 2 * (l_cosine ? cosine : sine)[l];
+  if (column == 0) return (k_cosine ? cosine : sine)[k];
+  if (k_cosine == l_cosine) return cosine[std::abs(k - l)] + (k_cosine ? 1 : -1) * cosine[k + l];
+  return odd(k + l) + (l_cosine ? odd(k - l) : odd(l - k));
+}
+
 void MaskMeans::add_gram_times(double factor, const double *v, double *out) const {
   if (whole()) {
     for (std::size_t i = 0; i < cosine.size(); ++i) out[i] += factor * v[i];
@@ -165,7 +175,7 @@ void MaskMeans::add_gram_times(double factor, const double *v, double *out) cons
 
 void Linearisation::reset(int harmonics) {
   harmonics_ = harmonics;
-  count_ = 0;
+  count_ = 0, spans = 1;
   springs_only = false;
   dense.clear();
   for (MaskMeans *mask : {&closed, &stick[0], &stick[1], &slip[0], &slip[1]}) mask->reset(harmonics);
@@ -209,6 +219,31 @@ void Linearisation::write(const ContactPoint &point, double *blocks) const {
     write_block(n, slipping, shares.data(), by_n.data(), runs, blocks + (2 * d + 1) * size);
   }
   write_normal(n, closed, point.kn, blocks + 4 * size);
+}
+
+void Linearisation::write(const ContactPoint &point, const int *which, int count, double *blocks) const {
+  const std::size_t size = static_cast<std::size_t>(count) * count;
+  const bool stuck = springs_only || point.law == Law::bilateral;
+  for (const BlockPlace place : block_places(point.law)) {
+    const int d = place.row;
+    const bool slips = place.column != d;
+    if (stuck) {
+      std::fill_n(blocks, size, 0.0);
+      for (int i = 0; i < count && !slips; ++i) blocks[i * (count + 1)] = stuck_springs(point)[d];
+    } else {
+      const MaskMeans &mask = d == 2 ? closed : (slips ? slip : stick)[d];
+      const double factor = d == 2 ? point.kn : slips ? point.mu[d] * point.kn : point.kt[d];
+      for (int i = 0; i < count; ++i)
+        for (int j = 0; j < count; ++j) blocks[i * count + j] = factor * mask.gram(which[i], which[j]);
+      for (const Run &run : *this) {
+        if (run.direction != d) continue;
+        const std::vector<double> &by = slips ? run.by_n : run.by_t;
+        for (int i = 0; i < count; ++i)
+          for (int j = 0; j < count; ++j) blocks[i * count + j] += run.share[which[i]] * by[which[j]];
+      }
+    }
+    blocks += size;
+  }
 }
 
 std::array<double, 3> Linearisation::mean_stiffness(const ContactPoint &point) const {

@@ -24,6 +24,7 @@ struct MaskMeans {
   void reset(int harmonics);                    ///< nowhere 1
   void set_whole();                             ///< everywhere 1
   bool whole() const { return cosine[0] == 1; } // a sign or a gap anywhere makes the mean less
+  double gram(int row, int column) const;
   void add_gram_times(double factor, const double *v, double *out) const; ///< out += factor * gram v, (2H+1) each
 };
 
@@ -33,6 +34,7 @@ public:
 
   bool springs_only = false;      ///< closed and stuck on w_p all round: the springs alone, nothing below is used
   MaskMeans closed;               ///< normal force acts
+  int spans = 1;                  ///< times in the period that it does, where that was counted
   std::array<MaskMeans, 2> stick; ///< per tangential direction
   std::array<MaskMeans, 2> slip;  ///< the same, times the sign of the slip
 
@@ -51,6 +53,8 @@ public:
 
   /// Writes the blocks, one after the other in the order of block_places, each row-major.
   void write(const ContactPoint &point, double *blocks) const;
+  /// Only the rows and columns of those coefficients, (count, count) blocks; of laws that have the structure above.
+  void write(const ContactPoint &point, const int *which, int count, double *blocks) const;
   /// The diagonal of the constant parts: d (mean of G_d) / d (mean of X_d), in order t1, t2, n [N/m].
   std::array<double, 3> mean_stiffness(const ContactPoint &point) const;
   /// out (3, 2H+1) = (d G / d X) v, without any block.

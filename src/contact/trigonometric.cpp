@@ -30,12 +30,12 @@ inline void turn_parts(int count, double turn, const double *middle_c, const dou
   }
 }
 
-// Some vectors of ends of cells at a time; tables and values have room for whole ones.
+// From one end of a cell to before another, some vectors of them at a time; tables and values have room for whole ones.
 template <int Width>
-inline void sum_waves_parts(int harmonics, int ends, const double *table, const double *coefficients, double *value,
-                            double *slope) {
+inline void sum_waves_parts(int harmonics, int ends, int from, int to, const double *table, const double *coefficients,
+                            double *value, double *slope) {
   using V = typename Vector<Width>::Real;
-  for (int j = 0; j < ends; j += at_a_time * Width) {
+  for (int j = from; j < to; j += at_a_time * Width) {
     V f[at_a_time], f1[at_a_time]{};
     for (V &sum : f) sum = V{} + coefficients[0] / 2;
     for (int k = 1; k <= harmonics; ++k) {
@@ -93,9 +93,9 @@ DOVETAIL_WIDE_PARTS(turn,
                     (int count, double turn, const double *middle_c, const double *middle_s, double *c, double *s),
                     (count, turn, middle_c, middle_s, c, s))
 DOVETAIL_WIDE_PARTS(sum_waves,
-                    (int harmonics, int ends, const double *table, const double *coefficients, double *value,
-                     double *slope),
-                    (harmonics, ends, table, coefficients, value, slope))
+                    (int harmonics, int ends, int from, int to, const double *table, const double *coefficients,
+                     double *value, double *slope),
+                    (harmonics, ends, from, to, table, coefficients, value, slope))
 DOVETAIL_WIDE_PARTS(sum_terms,
                     (int stride, const double *a, const double *b, const double *c, const double *s,
                      const double *taylor, CellPolynomial &out),
@@ -139,8 +139,10 @@ Grid::Grid(int harmonics)
   }
 }
 
-void Grid::sample(const double *coefficients, double *value, double *slope) const {
-  sum_waves(harmonics_, ends, ends_.values(), coefficients, value, slope);
+void Grid::sample(const double *coefficients, int first, int last, double *value, double *slope) const {
+  constexpr int together = at_a_time * lane_count;
+  const int from = std::max(first, 0) / together * together, to = std::min(last + 2, ends);
+  sum_waves(harmonics_, ends, from, to, ends_.values(), coefficients, value, slope);
 }
 
 void Grid::expand(const Trigonometric &f, int cell, CellPolynomial &out) const {

@@ -32,8 +32,8 @@ public:
   const double width; ///< of a cell
   double middle(int cell) const { return (cell + 0.5) * width; }
 
-  /// f and f' at the ends of the cells, (ends) each, from coefficients [a0, a1, b1, ...].
-  void sample(const double *coefficients, double *value, double *slope) const;
+  /// f and f' at the ends of the cells from the first to the last, in (ends) each, from coefficients [a0, a1, b1, ...].
+  void sample(const double *coefficients, int first, int last, double *value, double *slope) const;
   /// f in a cell; truncated where its terms are below round-off.
   void expand(const Trigonometric &f, int cell, CellPolynomial &out) const;
   /// The instant at t in a cell (of the periods that follow, too).

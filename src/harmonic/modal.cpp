@@ -6,6 +6,9 @@
 namespace dovetail {
 namespace {
 
+constexpr PetscInt most_open = 300; // dofs of a model whose modes without contacts are wanted
+constexpr double least_held = 1e-6; // lowest of these, squared, by that of the stuck structure; less is a loose body
+
 // M_ax by rows, from the ranks that hold its columns.
 Slab<double> own_rows_of_max(const ReducedModel &model, const Layout &layout) {
   std::vector<int> counts(layout.size), starts(layout.size);
@@ -50,7 +53,14 @@ Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact
               std::copy_n(&model.mxx[i * nc], nc, made->mass.row(i) + na);
               std::copy_n(&model.kxx[i * nc], nc, made->stiffness.row(i));
             }
-            made->basis = stuck_basis(model, contact, layout);
+            std::vector<double> springs;
+            for (const ContactPoint &point : contact)
+              for (const double spring : stuck_springs(point)) springs.push_back(spring);
+            if (layout.dofs() <= most_open)
+              made->open = stuck_basis(model, std::vector<double>(springs.size()), layout);
+            made->basis = stuck_basis(model, std::move(springs), layout);
+            if (!made->open.lambda.empty() && made->open.lambda.front() < least_held * made->basis.lambda.front())
+              made->open = {};
             return made;
           }(),
           layout) {}
@@ -115,7 +125,9 @@ std::vector<Coupling> Modal::couplings() const {
 
 UniqueMat Modal::matrix(const ContactForces &) const {
   UniqueMat J;
-  auto solver = std::make_unique<ModalSolver>(std::shared_ptr<const StuckBasis>(model_, &model_->basis), layout_);
+  auto solver = std::make_unique<ModalSolver>(
+      std::shared_ptr<const StuckBasis>(model_, &model_->basis),
+      model_->open.lambda.empty() ? nullptr : std::shared_ptr<const StuckBasis>(model_, &model_->open), layout_);
   check(MatCreateShell(layout_.comm, layout_.own_unknowns(), layout_.own_unknowns(), layout_.unknowns(),
                        layout_.unknowns(), solver.release(), J.out()),
         "laying out the Jacobian");

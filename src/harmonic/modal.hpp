@@ -30,7 +30,7 @@ private:
     Slab<double> max;       // (own modes, 3 N_x)
     Slab<double> mass;      // (own contact dofs, N_a + 3 N_x): M_xa, M_xx
     Slab<double> stiffness; // (own contact dofs, 3 N_x): K_xx
-    StuckBasis basis;
+    StuckBasis basis, open; // with contacts stuck, and without any: the latter of models that are not large
   };
   Modal(std::shared_ptr<const Model> model, const Layout &layout);
   void gather(const double *q);

@@ -14,18 +14,23 @@ constexpr PetscInt small_size = 150;       // unknowns of the contacts that are 
 constexpr double factored_accuracy = 1e-8; // of factors that are exact, unrefined
 constexpr int never = 1 << 20;             // iterations of a method that fails
 constexpr int most_refinements = 12;       // iterations with factors of the same Jacobian,
+constexpr double worth_again = 0.5;        // of a factorisation,
 constexpr double most_again = 40;          // and of an earlier one
 constexpr double least_tried = 10;         // iterations in the modes, at least, before factors are made instead
-constexpr double usual_reuse = 3;          // Jacobians solved with one set of factors
+constexpr double least_open = 40;          // iterations that the stuck structure's modes take where contacts are open
+constexpr double usual_reuse = 2;          // Jacobians solved with one set of factors
 constexpr double least_gain = 0.5;         // of what is left, by a round of refinement
-constexpr double least_round = 1e-3;       // accuracy of one: its norm is that of the preconditioned remainder
+constexpr double least_round = 1e-5;       // accuracy of one: its norm is that of the preconditioned remainder
 constexpr double most_expected = 2;        // times those that factors are worth, where few motions are known to help
 constexpr double fading = 0.95;            // of what is expected in the modes, with every Jacobian factored
 
 } // namespace
 
-ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, const Layout &layout)
-    : basis_(std::move(basis)), layout_(layout), in_modes_(*basis_, layout), factors_(*basis_, layout) {
+ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, std::shared_ptr<const StuckBasis> open,
+                         const Layout &layout)
+    : basis_(std::move(basis)), open_(std::move(open)), layout_(layout), in_modes_(*basis_, layout),
+      factors_(*basis_, layout) {
+  if (open_) windows_.emplace(*open_, layout);
   for (UniqueVec *v : {&remainder_, &correction_})
     check(VecCreateMPI(layout_.comm, layout_.own_unknowns(), layout_.unknowns(), v->out()), doing);
   matrix_ = shell_matrix<&ModalSolver::multiply>(layout_.comm, layout_.own_unknowns(), layout_.unknowns(), this, doing);
@@ -82,15 +87,15 @@ JacobianParts ModalSolver::parts() const {
   return {omega_, damping_, *contact_, held_.empty() ? nullptr : held_.data(), column_.data(), border_.data()};
 }
 
-bool ModalSolver::may_factor() const { return factors_.size() < most_factored_; }
+bool ModalSolver::may_factor() const { return chosen_->size() < most_factored_; }
 
 double ModalSolver::work_in_modes() const {
-  return in_modes_.work() + 5 * factors_.size() * padded<float>(layout_.width);
+  return in_modes_.work() + 15.0 * factors_.size() * padded<float>(layout_.width);
 }
 
 double ModalSolver::work_to_solve() const {
   const double c = 3.0 * layout_.points, n = static_cast<double>(layout_.dofs());
-  return factors_.work_to_solve() + 8 * c * (n + c) * layout_.width + 2e5;
+  return chosen_->work_to_solve() + 8 * c * (n + c) * layout_.width + 2e5;
 }
 
 double ModalSolver::memory() const {
@@ -102,6 +107,8 @@ void ModalSolver::begin(double memory, bool for_one) {
   for_one_ = for_one;
   expected_ = std::abs(memory), of_all_ = memory < 0, taken_ = 0;
   factors_.forget(), in_modes_.begin(for_one);
+  failed_again_ = false;
+  chosen_ = &factors_;
 }
 
 void ModalSolver::choose() {
@@ -110,19 +117,31 @@ void ModalSolver::choose() {
   const bool small = reuse > 1 && 3 * layout_.points * layout_.width <= small_size; // in double precision: the same on
   factors_.look_at(*contact_, of_all_ || small);                                    // all ranks
   fresh_ = false;
-  const double as_long = (factors_.work() / reuse + work_to_solve()) / work_in_modes(); // in iterations
+  chosen_ = &factors_;
+  double work = factors_.work() / reuse;
+  const double worth = std::min(factors_.work(), std::max(expected_, least_open) * work_in_modes());
+  const bool by_windows = !small && take_windows(worth);
+  if (by_windows) work = windows_->work();
+  const double as_long = (work + work_to_solve()) / work_in_modes(); // in iterations
   if (in_modes_.corrected()) expected_ = std::min(expected_, most_expected * as_long);
-  by_factors_ = may_factor() && (small || as_long < expected_);
-  if (by_factors_ && !factors_.factored()) by_factors_ = factor();
+  by_factors_ = may_factor() && (small || by_windows || as_long < expected_);
+  if (failed_again_) factors_.forget();
+  if (by_factors_ && !chosen_->factored()) by_factors_ = factor();
   if (by_factors_)
     expected_ *= fading;
   else
     in_modes_.take(parts());
 }
 
+bool ModalSolver::take_windows(double worth) {
+  const bool take = windows_ && held_.empty() && windows_->look_at(*contact_, worth);
+  if (take) chosen_ = &*windows_;
+  return take;
+}
+
 bool ModalSolver::factor(bool precisely) {
-  work_ += factors_.work();
-  return fresh_ = factors_.factor(parts(), precisely);
+  work_ += chosen_->work();
+  return fresh_ = chosen_->factor(parts(), precisely);
 }
 
 // What damps the springs of points that stick is not always small.
@@ -141,38 +160,72 @@ void ModalSolver::solve(Vec r, Vec x) {
   if (!by_factors_) {
     if (solve_in_modes(r, x, asked)) return;
     taken_ = never;
+    take_windows(factors_.work());
     by_factors_ = factor();
   }
   if (!by_factors_ || solve_with_factors(r, x, asked)) return;
   if (!fresh_) {
+    failed_again_ = true;
     by_factors_ = factor();
+    if (!by_factors_ || solve_with_factors(r, x, asked)) return;
+  }
+  if (chosen_ != &factors_) {
+    chosen_ = &factors_;
+    by_factors_ = may_factor() && factor();
     if (!by_factors_ || solve_with_factors(r, x, asked)) return;
   }
   if (!factors_.of_all() && factor_all()) solve_with_factors(r, x, asked);
 }
 
-void ModalSolver::apply_factors(Vec r, Vec x) { factors_.solve(ReadValues(r), Values(x)); }
+void ModalSolver::apply_factors(Vec r, Vec x) { chosen_->solve(ReadValues(r), Values(x)); }
+
+// What GMRES takes to be left is not what is left of r: in single precision far off where modes resonate, with factors
+// that of the preconditioned equations. `round`: solves to an accuracy; `sign`: what it met.
+template <class Round, class Sign>
+bool ModalSolver::refine(Vec r, Vec x, double asked, const Round &round, const Sign &sign) {
+  bool good = round(r, x, asked);
+  first_sign_.reset();
+  PetscReal whole = 0, left, before = PETSC_INFINITY;
+  if (asked < ModalKrylov::best_accuracy) check(VecNorm(r, NORM_2, &whole), doing);
+  while (good && whole > 0) {
+    multiply(x, remainder_);
+    check(VecAYPX(remainder_, -1, r), doing);
+    check(VecNorm(remainder_, NORM_2, &left), doing);
+    if (!(left > asked * whole) || left > least_gain * std::exchange(before, left)) break;
+    if (!first_sign_) first_sign_ = sign(); // the rounds to come are short and meet few eigenvalues
+    good = round(remainder_, correction_, std::min(least_round, asked * whole / left));
+    check(VecAXPY(x, 1, correction_), doing);
+  }
+  return good;
+}
+
+int ModalSolver::factors_sign() { return chosen_->determinant_sign() * (fresh_ ? 1 : sign_of_met(ksp_)); }
 
 bool ModalSolver::solve_with_factors(Vec r, Vec x, double asked) {
   first_sign_.reset();
-  if (fresh_ && factors_.exact() && asked >= factored_accuracy) {
+  if (fresh_ && chosen_->exact() && asked >= factored_accuracy) {
     ++iterations_, work_ += work_to_solve();
     apply_factors(r, x);
     return true;
   }
-  const double worth = fresh_ ? most_refinements : std::clamp(0.5 * factors_.work() / work_to_solve(), 2.0, most_again);
-  PetscInt count;
-  KSPConvergedReason reason;
-  check(KSPSetTolerances(ksp_, asked, 0, 1e30, static_cast<PetscInt>(worth)), doing);
-  check(KSPSolve(ksp_, r, x), doing);
-  check(KSPGetIterationNumber(ksp_, &count), doing);
-  check(KSPGetConvergedReason(ksp_, &reason), doing);
-  iterations_ += static_cast<int>(count), work_ += count * work_to_solve();
-  return reason > 0;
+  const double worth =
+      fresh_ ? most_refinements : std::clamp(worth_again * chosen_->work() / work_to_solve(), 2.0, most_again);
+  const auto round = [&](Vec from, Vec to, double accuracy) {
+    PetscInt count;
+    KSPConvergedReason reason;
+    check(KSPSetTolerances(ksp_, accuracy, 0, 1e30, static_cast<PetscInt>(worth)), doing);
+    check(KSPSolve(ksp_, from, to), doing);
+    check(KSPGetIterationNumber(ksp_, &count), doing);
+    check(KSPGetConvergedReason(ksp_, &reason), doing);
+    iterations_ += static_cast<int>(count), work_ += count * work_to_solve();
+    return reason > 0;
+  };
+  return refine(r, x, asked, round, [&] { return factors_sign(); });
 }
 
 bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
-  const int most = static_cast<int>(may_factor() ? std::max(least_tried, 2 * factors_.work() / work_in_modes())
+  const double most_tried = chosen_ == &factors_ && !for_one_ ? 2 : 0.5;
+  const int most = static_cast<int>(may_factor() ? std::max(least_tried, most_tried * chosen_->work() / work_in_modes())
                                                  : ModalKrylov::most_iterations);
   const auto round = [&](Vec from, Vec to, double accuracy) {
     const bool good = in_modes_.solve(from, to, accuracy, most);
@@ -180,30 +233,14 @@ bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
     work_ += in_modes_.iterations() * work_in_modes();
     return good;
   };
-  bool good = round(r, x, asked);
-  first_sign_.reset();
-  PetscReal whole = 0, left, before = PETSC_INFINITY;
-  if (asked < ModalKrylov::best_accuracy) check(VecNorm(r, NORM_2, &whole), doing);
-  while (good && whole > 0) { // what GMRES takes to be left is far off in single precision where modes resonate
-    multiply(x, remainder_);
-    check(VecAYPX(remainder_, -1, r), doing);
-    check(VecNorm(remainder_, NORM_2, &left), doing);
-    if (!(left > asked * whole) || left > least_gain * std::exchange(before, left)) break;
-    if (!first_sign_) first_sign_ = in_modes_.sign(); // the rounds to come are short and meet few eigenvalues
-    good = round(remainder_, correction_, std::min(least_round, asked * whole / left));
-    check(VecAXPY(x, 1, correction_), doing);
-  }
-  return good || !may_factor();
+  return refine(r, x, asked, round, [&] { return in_modes_.sign(); }) || !may_factor();
 }
 
 int ModalSolver::determinant_sign() {
   if (!may_factor()) return 0;
-  int sign = first_sign_    ? *first_sign_
-             : !by_factors_ ? in_modes_.sign()
-                            : factors_.determinant_sign() * (fresh_ ? 1 : sign_of_met(ksp_));
-  if ((!fresh_ || !factors_.exact()) && (sign == 0 || (sign_ != 0 && sign != sign_))) {
-    sign = factor(true) ? factors_.determinant_sign() : 0;
-  }
+  int sign = first_sign_ ? *first_sign_ : !by_factors_ ? in_modes_.sign() : factors_sign();
+  if (!(fresh_ && chosen_->tells_sign()) && (sign == 0 || (sign_ != 0 && sign != sign_)))
+    sign = factor(true) ? chosen_->determinant_sign() : 0;
   return sign_ = sign;
 }
 

@@ -1,19 +1,22 @@
 #pragma once
 // Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure (docs/points.md), one way or the
 // other: GMRES in single precision, with rounds of refinement in double where more is asked for (modal_krylov.hpp); or,
-// where few contacts move or many iterations would be wanted, factors of the contacts' part (contact_factors.hpp),
-// which serve the following Jacobians of the same Newton solve as well, as the preconditioner of GMRES in double.
+// where few contacts move or many iterations would be wanted, factors of the contacts' part, as the preconditioner of
+// GMRES in double: those of contact_factors.hpp, which serve the following Jacobians of the same Newton solve as well,
+// or where contacts are open for long those of window_factors.hpp.
 #include <memory>
 #include <optional>
 
 #include "harmonic/contact_factors.hpp"
 #include "harmonic/modal_krylov.hpp"
+#include "harmonic/window_factors.hpp"
 
 namespace dovetail {
 
 class ModalSolver {
 public:
-  ModalSolver(std::shared_ptr<const StuckBasis> basis, const Layout &layout);
+  /// `open`: modes of the structure without contacts, or none.
+  ModalSolver(std::shared_ptr<const StuckBasis> basis, std::shared_ptr<const StuckBasis> open, const Layout &layout);
   ModalSolver(const ModalSolver &) = delete; // PETSc knows where it is
 
   /// `parts.contact` and `linear` must outlive the solves.
@@ -35,21 +38,27 @@ public:
 private:
   void solve(Vec r, Vec x);
   void choose(); // one way or the other, for a new Jacobian
+  bool take_windows(double worth);
   bool factor(bool precisely = false);
   bool factor_all();
   bool may_factor() const;
   double work_in_modes() const; // of an iteration, as ContactFactors::work
   double work_to_solve() const; // of an iteration with factors, likewise
   void apply_factors(Vec r, Vec x);
+  template <class Round, class Sign> bool refine(Vec r, Vec x, double asked, const Round &round, const Sign &sign);
+  int factors_sign();
   bool solve_with_factors(Vec r, Vec x, double asked); // false: not within as many iterations as are worth it
   bool solve_in_modes(Vec r, Vec x, double asked);     // likewise
   JacobianParts parts() const;
 
-  std::shared_ptr<const StuckBasis> basis_;
+  std::shared_ptr<const StuckBasis> basis_, open_;
   Layout layout_;
   ModalKrylov in_modes_;
   ContactFactors factors_;
+  std::optional<WindowFactors> windows_;
+  ModalFactors *chosen_ = &factors_;        // of these two
   bool by_factors_ = false, fresh_ = false; // these factors, of this Jacobian
+  bool failed_again_ = false;               // since begin(), factors of an earlier Jacobian
   bool of_all_ = false;                     // points, as if all of them moved
   double expected_ = 10;                    // iterations in the modes with one Jacobian,
   int taken_ = 0;                           // and with this one

@@ -11,12 +11,11 @@ constexpr PetscInt large = 1000; // dofs; the modes of fewer are found within a 
 
 } // namespace
 
-StuckBasis stuck_basis(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Layout &layout) {
+StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout) {
   const std::size_t na = layout.modes, nc = 3 * layout.points, n = na + nc, own = layout.own_dofs(),
                     own_modes = layout.own_modes.size();
   StuckBasis basis;
-  for (const ContactPoint &point : contact)
-    for (const double spring : stuck_springs(point)) basis.springs.push_back(spring);
+  basis.springs = std::move(springs);
   std::vector<double> phi(own * n), M(own * n); // K_s, until its modes take the place
   for (std::size_t d = 0; d < own_modes; ++d) {
     const std::size_t number = layout.number(d);

@@ -2,7 +2,6 @@
 // The modes of the structure with all contact points stuck (docs/points.md): K_s Phi = M Phi diag(lambda) with
 // K_s = K + K_t, K_t the springs of closed and stuck contacts, and Phi^T M Phi = 1. One basis for every frequency and
 // every harmonic, because K = K_s - K_t differs from K_s on the contact dofs' diagonal only.
-#include "contact/contact_point.hpp"
 #include "harmonic/layout.hpp"
 #include "harmonic/slab.hpp"
 #include "reduction/reduced_model.hpp"
@@ -18,9 +17,9 @@ struct StuckBasis {
   Slab<float> phi;             ///< the same
 };
 
-/// A dense eigenproblem of all n dofs, a large one on all ranks; solved already if `model` names a file that holds it.
-/// Collective.
+/// With those springs, (own contact dofs). A dense eigenproblem of all n dofs, a large one on all ranks; solved already
+/// if `model` names a file that holds it. Collective.
 /// ComputeError: M is not positive definite.
-StuckBasis stuck_basis(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Layout &layout);
+StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout);
 
 } // namespace dovetail

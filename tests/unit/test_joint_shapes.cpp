@@ -14,8 +14,7 @@ constexpr int points = 60;
 constexpr double tie = 300, contact = 1;
 
 StuckBasis basis_of(const Layout &layout, ReducedModel model) {
-  const std::vector<ContactPoint> joint(model.own_points.size(),
-                                        {Law::coulomb, contact, {contact, contact}, {1, 1}, 0});
+  const std::vector<double> joint(3 * model.own_points.size(), contact);
   for (int i = 3 * model.own_points.begin; i < 3 * model.own_points.end; ++i)
     for (int j = 0; j < 3 * points; ++j) {
       const bool last = i / 3 == 0 || i / 3 == points - 1;

@@ -4,60 +4,12 @@
 #include <cmath>
 
 #include "continuation/curve.hpp"
-#include "harmonic/dense_model.hpp"
-#include "harmonic/harmonic_system.hpp"
-#include "small_model.hpp"
-#include "support/error.hpp"
+#include "small_system.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
 
-namespace {
-
 constexpr int harmonics = 3;
-
-class Option { // of PETSc, while it lives
-public:
-  Option(const char *name, const char *value) : name_(name) { check(PetscOptionsSetValue(nullptr, name, value), ""); }
-  ~Option() { PetscOptionsClearValue(nullptr, name_); }
-
-private:
-  const char *name_;
-};
-
-HarmonicSystem small_system(LinearForm form, int samples = exactly, const std::vector<Law> &laws = {}) {
-  PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
-  for (std::size_t p = 0; !laws.empty() && p < model.contact.size(); ++p)
-    model.contact[p].law = laws[model.reduced.own_points.begin + p];
-  return HarmonicSystem(scaled(std::move(model), 0.05, {}), harmonics, samples, {0.2, 1.0, 0.3}, form);
-}
-
-UniqueVec vector_of(const HarmonicSystem &system, double size, int seed, double last) {
-  UniqueVec y = system.unknowns();
-  const Layout &layout = system.layout();
-  std::vector<double> all(static_cast<std::size_t>(layout.dofs()) * layout.width);
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = size * wave(seed, static_cast<int>(i));
-  set_coefficients(layout, all, y);
-  if (layout.owns_omega()) check(VecSetValue(y, layout.omega_row(), last, INSERT_VALUES), "");
-  check(VecAssemblyBegin(y), "");
-  check(VecAssemblyEnd(y), "");
-  return y;
-}
-
-double norm(Vec v) {
-  PetscReal value;
-  check(VecNorm(v, NORM_2, &value), "");
-  return value;
-}
-
-double relative_difference(Vec a, Vec b) {
-  UniqueVec c;
-  check(VecDuplicate(a, c.out()), "");
-  check(VecWAXPY(c, -1, a, b), "");
-  return norm(c) / norm(b);
-}
-
-} // namespace
 
 TEST(Modal, residual_and_jacobian_are_those_of_the_assembled_form) {
   for (const auto &laws : {std::vector<Law>{}, {Law::unilateral, Law::cone, Law::bilateral}})

@@ -1,0 +1,175 @@
+#include "harmonic/modal_factors.hpp"
+
+#include <petscsys.h>
+// needs the one above
+#include <petscblaslapack.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "support/event.hpp"
+
+namespace dovetail {
+
+void gemm(const char *ta, const char *tb, std::size_t m, std::size_t n, std::size_t k, const double *A, std::size_t lda,
+          const double *B, std::size_t ldb, double beta, double *C, std::size_t ldc) {
+  const PetscBLASInt rows = static_cast<PetscBLASInt>(m), columns = static_cast<PetscBLASInt>(n),
+                     inner = static_cast<PetscBLASInt>(k), la = static_cast<PetscBLASInt>(lda),
+                     lb = static_cast<PetscBLASInt>(ldb), lc = static_cast<PetscBLASInt>(ldc);
+  const double one = 1;
+  if (m > 0 && n > 0) BLASgemm_(ta, tb, &rows, &columns, &inner, &one, A, &la, B, &lb, &beta, C, &lc);
+}
+
+int factor_in_place(std::vector<double> &matrix, std::vector<PetscBLASInt> &pivots) {
+  PetscBLASInt n = static_cast<PetscBLASInt>(std::lround(std::sqrt(static_cast<double>(matrix.size())))), info = 0;
+  pivots.resize(n);
+  if (n > 0) LAPACKgetrf_(&n, &n, matrix.data(), &n, pivots.data(), &info);
+  int sign = info == 0 ? 1 : 0;
+  for (PetscBLASInt i = 0; i < n; ++i) { // its sign is that of the pivots and of their exchanges
+    if (matrix[i + static_cast<std::size_t>(i) * n] < 0) sign = -sign;
+    if (pivots[i] != i + 1) sign = -sign;
+  }
+  return sign;
+}
+
+void solve_in_place(const std::vector<double> &factors, const std::vector<PetscBLASInt> &pivots, double *x) {
+  PetscBLASInt n = static_cast<PetscBLASInt>(pivots.size()), one = 1, info;
+  if (n > 0)
+    LAPACKgetrs_("T", &n, &one, const_cast<double *>(factors.data()), &n, const_cast<PetscBLASInt *>(pivots.data()), x,
+                 &n, &info);
+}
+
+ModalFactors::ModalFactors(const StuckBasis &basis, const Layout &layout)
+    : basis_(basis), layout_(layout), n_(layout.dofs()), shares_(layout.size) {}
+
+void ModalFactors::share_moving() {
+  const int own = static_cast<int>(moving_.size());
+  MPI_Allgather(&own, 1, MPI_INT, shares_.data(), 1, MPI_INT, layout_.comm);
+  std::vector<int> starts(layout_.size);
+  std::exclusive_scan(shares_.begin(), shares_.end(), starts.begin(), 0);
+  std::vector<PetscInt> numbers;
+  for (const int dof : moving_) numbers.push_back(3 * layout_.own_points.begin + dof);
+  all_moving_.resize(starts.back() + shares_.back());
+  MPI_Allgatherv(numbers.data(), own, MPIU_INT, all_moving_.data(), shares_.data(), starts.data(), MPIU_INT,
+                 layout_.comm);
+}
+
+void ModalFactors::gather_rows() {
+  if (factored_ == all_moving_) return;
+  factored_ = all_moving_;
+  std::vector<double> own;
+  for (const int dof : moving_) {
+    const double *row = basis_.exact.row(layout_.own_modes.size() + dof);
+    own.insert(own.end(), row, row + n_);
+  }
+  rows_.resize(factored_.size() * n_);
+  std::vector<int> counts(layout_.size), starts(layout_.size);
+  for (int r = 0; r < layout_.size; ++r) counts[r] = static_cast<int>(shares_[r] * n_);
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, rows_.data(), counts.data(), starts.data(), MPI_DOUBLE,
+                 layout_.comm);
+}
+
+// D^-1. The damping of the other points' springs, which the structure does not have, leaves the diagonal.
+void ModalFactors::weigh() {
+  std::vector<double> damped(n_);
+  std::size_t next = 0;
+  for (PetscInt dof = 0; dof < 3 * layout_.own_points.size(); ++dof) {
+    if (next < moving_.size() && moving_[next] == dof) {
+      ++next;
+      continue;
+    }
+    const double *row = basis_.exact.row(layout_.own_modes.size() + dof), spring = basis_.springs[dof];
+    for (std::size_t j = 0; j < n_; ++j) damped[j] -= spring * row[j] * row[j];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, damped.data(), static_cast<int>(n_), MPI_DOUBLE, MPI_SUM, layout_.comm);
+  const int harmonics = layout_.width / 2;
+  own_.resize(n_ * (harmonics + 1)), other_.resize(own_.size());
+  for (std::size_t j = 0, at = 0; j < n_; ++j)
+    for (int k = 0; k <= harmonics; ++k, ++at) {
+      const double lambda = basis_.lambda[j], a = lambda - k * omega_ * k * omega_,
+                   b = k * omega_ * damping_ * std::max(0.0, lambda + damped[j]),
+                   square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
+      own_[at] = a / square, other_[at] = b / square;
+    }
+}
+
+void ModalFactors::flexibility(int k, double *in_phase, double *out_of_phase) {
+  const std::size_t rows = factored_.size(), stride = layout_.width / 2 + 1;
+  scaled_.resize(rows_.size());
+  for (const bool phase : {true, false}) {
+    if (k == 0 && !phase) break;
+    const double *weight = (phase ? own_ : other_).data() + k;
+    for (std::size_t i = 0; i < rows; ++i)
+      for (std::size_t j = 0; j < n_; ++j) scaled_[i * n_ + j] = weight[j * stride] * rows_[i * n_ + j];
+    gemm("T", "N", rows, rows, n_, rows_.data(), n_, scaled_.data(), n_, 0, phase ? in_phase : out_of_phase, rows);
+  }
+}
+
+bool ModalFactors::factor(const JacobianParts &parts, bool precisely) {
+  const Timed timed(Work::factors);
+  omega_ = parts.omega, damping_ = parts.damping;
+  gather_rows();
+  weigh();
+  sign_ = decompose(parts, precisely);
+  to_modes(parts.column, b_);
+  to_modes(parts.border, c_);
+  if (sign_ != 0) solve_in_modes(b_);
+  double corner = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
+  MPI_Bcast(&corner, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  schur_ = corner - std::inner_product(c_.begin(), c_.end(), b_.begin(), 0.0);
+  if (!std::isfinite(schur_) || schur_ == 0) sign_ = 0;
+  if (schur_ < 0) sign_ = -sign_;
+  return sign_ != 0;
+}
+
+// y (n, 2H+1) = Phi^T of all ranks' coefficients.
+void ModalFactors::to_modes(const double *own, std::vector<double> &y) const {
+  const std::size_t w = layout_.width;
+  y.assign(n_ * w, 0);
+  gemm("N", "T", w, n_, layout_.own_dofs(), own, w, basis_.exact.row(0), basis_.exact.stride(), 0, y.data(), w);
+  MPI_Allreduce(MPI_IN_PLACE, y.data(), static_cast<int>(y.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+}
+
+void ModalFactors::solve_in_modes(std::vector<double> &y) {
+  const int w = layout_.width;
+  const std::size_t rows = factored_.size();
+  const auto divide = [&] {
+    for (std::size_t j = 0, at = 0; j < n_; ++j)
+      for (int k = 0; k <= w / 2; ++k, ++at) {
+        double *of_mode = &y[j * w];
+        if (k == 0) {
+          of_mode[0] *= own_[at];
+          continue;
+        }
+        const double c = of_mode[cosine(k)], s = of_mode[sine(k)];
+        of_mode[cosine(k)] = own_[at] * c - other_[at] * s, of_mode[sine(k)] = other_[at] * c + own_[at] * s;
+      }
+  };
+  if (rows == 0) return divide();
+  y_ = y;
+  divide();
+  motion_.resize(rows * w), force_.assign(rows * w, 0);
+  gemm("N", "N", w, rows, n_, y.data(), w, rows_.data(), n_, 0, motion_.data(), w);
+  react();
+  y.swap(y_);
+  gemm("N", "T", w, n_, rows, force_.data(), w, rows_.data(), n_, 1, y.data(), w);
+  divide();
+}
+
+void ModalFactors::solve(const double *r, double *x) {
+  const Timed timed(Work::factors);
+  std::vector<double> y;
+  to_modes(r, y);
+  solve_in_modes(y);
+  double last = layout_.owns_omega() ? r[layout_.own_coefficients()] : 0;
+  MPI_Bcast(&last, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  last = (last - std::inner_product(c_.begin(), c_.end(), y.begin(), 0.0)) / schur_;
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] -= last * b_[i];
+  gemm("N", "N", layout_.width, layout_.own_dofs(), n_, y.data(), layout_.width, basis_.exact.row(0),
+       basis_.exact.stride(), 0, x, layout_.width);
+  if (layout_.owns_omega()) x[layout_.own_coefficients()] = last;
+}
+
+} // namespace dovetail
