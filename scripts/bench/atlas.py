@@ -48,8 +48,8 @@ def main():
     parser = argparse.ArgumentParser(prog="scripts/bench/atlas", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help="names of scenes, or beginnings of names; default: all")
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS, help="make these only; what is there is shown all the same")
-    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="scenes at a time; default: one a core")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)) + 1, metavar="N",
+                        help="scenes at a time; default: one a core, and one while another waits for the disk")
     parser.add_argument("--patience", type=float, default=1, metavar="N",
                         help="N times the usual limit for Dovetail; scenes that met a shorter one are run again")
     parser.add_argument("--fresh", action="store_true", help="forget what was kept")
