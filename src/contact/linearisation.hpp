@@ -24,7 +24,7 @@ struct MaskMeans {
   void reset(int harmonics);                    ///< nowhere 1
   void set_whole();                             ///< everywhere 1
   bool whole() const { return cosine[0] == 1; } // a sign or a gap anywhere makes the mean less
-  double gram(int row, int column) const;
+  double gram(int row, int column) const;       ///< an entry of it, by the places of coefficients [a0, a1, b1, ...]
   void add_gram_times(double factor, const double *v, double *out) const; ///< out += factor * gram v, (2H+1) each
 };
 
@@ -34,7 +34,7 @@ public:
 
   bool springs_only = false;      ///< closed and stuck on w_p all round: the springs alone, nothing below is used
   MaskMeans closed;               ///< normal force acts
-  int spans = 1;                  ///< times in the period that it does, where that was counted
+  int spans = 1;                  ///< times in the period that it does; the sampled laws do not count them
   std::array<MaskMeans, 2> stick; ///< per tangential direction
   std::array<MaskMeans, 2> slip;  ///< the same, times the sign of the slip
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "harmonic/rough_factors.hpp"
 #include "support/event.hpp"
 
 namespace dovetail {
@@ -25,12 +26,7 @@ int factor_in_place(std::vector<double> &matrix, std::vector<PetscBLASInt> &pivo
   PetscBLASInt n = static_cast<PetscBLASInt>(std::lround(std::sqrt(static_cast<double>(matrix.size())))), info = 0;
   pivots.resize(n);
   if (n > 0) LAPACKgetrf_(&n, &n, matrix.data(), &n, pivots.data(), &info);
-  int sign = info == 0 ? 1 : 0;
-  for (PetscBLASInt i = 0; i < n; ++i) { // its sign is that of the pivots and of their exchanges
-    if (matrix[i + static_cast<std::size_t>(i) * n] < 0) sign = -sign;
-    if (pivots[i] != i + 1) sign = -sign;
-  }
-  return sign;
+  return sign_of_factors(matrix, pivots);
 }
 
 void solve_in_place(const std::vector<double> &factors, const std::vector<PetscBLASInt> &pivots, double *x) {
@@ -41,18 +37,12 @@ void solve_in_place(const std::vector<double> &factors, const std::vector<PetscB
 }
 
 ModalFactors::ModalFactors(const StuckBasis &basis, const Layout &layout)
-    : basis_(basis), layout_(layout), n_(layout.dofs()), shares_(layout.size) {}
+    : basis_(basis), layout_(layout), n_(layout.dofs()) {}
 
 void ModalFactors::share_moving() {
-  const int own = static_cast<int>(moving_.size());
-  MPI_Allgather(&own, 1, MPI_INT, shares_.data(), 1, MPI_INT, layout_.comm);
-  std::vector<int> starts(layout_.size);
-  std::exclusive_scan(shares_.begin(), shares_.end(), starts.begin(), 0);
   std::vector<PetscInt> numbers;
   for (const int dof : moving_) numbers.push_back(3 * layout_.own_points.begin + dof);
-  all_moving_.resize(starts.back() + shares_.back());
-  MPI_Allgatherv(numbers.data(), own, MPIU_INT, all_moving_.data(), shares_.data(), starts.data(), MPIU_INT,
-                 layout_.comm);
+  gather(layout_, std::move(numbers), all_moving_, MPIU_INT);
 }
 
 void ModalFactors::gather_rows() {
@@ -63,12 +53,7 @@ void ModalFactors::gather_rows() {
     const double *row = basis_.exact.row(layout_.own_modes.size() + dof);
     own.insert(own.end(), row, row + n_);
   }
-  rows_.resize(factored_.size() * n_);
-  std::vector<int> counts(layout_.size), starts(layout_.size);
-  for (int r = 0; r < layout_.size; ++r) counts[r] = static_cast<int>(shares_[r] * n_);
-  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
-  MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, rows_.data(), counts.data(), starts.data(), MPI_DOUBLE,
-                 layout_.comm);
+  gather(layout_, std::move(own), rows_, MPI_DOUBLE);
 }
 
 // D^-1. The damping of the other points' springs, which the structure does not have, leaves the diagonal.

@@ -4,6 +4,8 @@
 //     (D + Phi_c^T Delta Phi_c)^-1 = D^-1 - D^-1 Phi_c^T Delta (I + F Delta)^-1 Phi_c D^-1,   F = Phi_c D^-1 Phi_c^T.
 // What I + F Delta is like depends on the basis: contact_factors.hpp, window_factors.hpp. Every rank factors and solves
 // the same.
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "harmonic/linear_part.hpp"
@@ -14,6 +16,20 @@ namespace dovetail {
 /// C (m, n) = A B + beta C by columns, with op(A) (m, k), op(B) (k, n).
 void gemm(const char *ta, const char *tb, std::size_t m, std::size_t n, std::size_t k, const double *A, std::size_t lda,
           const double *B, std::size_t ldb, double beta, double *C, std::size_t ldc);
+
+/// `all` = what the ranks have, one after the other. Collective.
+template <class T> void gather(const Layout &layout, std::vector<T> own, std::vector<T> &all, MPI_Datatype type) {
+  if (layout.size == 1) {
+    all = std::move(own);
+    return;
+  }
+  const int count = static_cast<int>(own.size());
+  std::vector<int> counts(layout.size), starts(layout.size);
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, layout.comm);
+  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
+  all.resize(starts.back() + counts.back());
+  MPI_Allgatherv(own.data(), count, type, all.data(), counts.data(), starts.data(), type, layout.comm);
+}
 
 /// LAPACK's factors of a square row-major matrix, in its place; the sign of its determinant, 0 where it is singular.
 int factor_in_place(std::vector<double> &matrix, std::vector<PetscBLASInt> &pivots);
@@ -46,7 +62,7 @@ protected:
   /// force_ = -Delta (I + F Delta)^-1 motion_.
   virtual void react() = 0;
 
-  void share_moving();                                             // all_moving_ and shares_, from moving_
+  void share_moving();                                             // all_moving_, from moving_
   void flexibility(int k, double *in_phase, double *out_of_phase); // F of a harmonic, (rows, rows) each; k = 0: one
 
   const StuckBasis &basis_;
@@ -54,7 +70,6 @@ protected:
   std::size_t n_;                    // modes of the basis
   std::vector<int> moving_;          // own contact dofs that Delta has rows of
   std::vector<PetscInt> all_moving_; // those of all ranks, by number
-  std::vector<int> shares_;          // how many of them each rank owns
   std::vector<PetscInt> factored_;   // those that were factored, from here on `rows`
   double omega_ = 0, damping_ = 0;
   std::vector<double> motion_, force_; // (rows, 2H+1)

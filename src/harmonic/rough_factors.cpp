@@ -10,19 +10,12 @@ void sgetrs_(const char *, const int *, const int *, const float *, const int *,
 
 namespace dovetail {
 
-// The sign is that of the pivots and of their exchanges.
 bool RoughFactors::factor(std::vector<float> matrix) {
   matrix_ = std::move(matrix);
   int n = static_cast<int>(std::lround(std::sqrt(static_cast<double>(matrix_.size())))), info = 0;
   pivots_.resize(n);
   if (n > 0) sgetrf_(&n, &n, matrix_.data(), &n, pivots_.data(), &info);
-  sign_ = 1;
-  for (int i = 0; i < n; ++i) {
-    const float pivot = matrix_[i + static_cast<std::size_t>(i) * n];
-    if (!std::isfinite(pivot) || pivot == 0) sign_ = 0;
-    if (pivot < 0) sign_ = -sign_;
-    if (pivots_[i] != i + 1) sign_ = -sign_;
-  }
+  sign_ = sign_of_factors(matrix_, pivots_);
   return sign_ != 0;
 }
 

@@ -1,8 +1,22 @@
 #pragma once
 // LU factors in single precision: PETSc knows the names of LAPACK's routines in its own precision only.
+#include <cmath>
 #include <vector>
 
 namespace dovetail {
+
+/// Sign of the determinant, from LAPACK's LU factors (n, n) and exchanges: 0 where it is zero, or no number.
+template <class Real, class Whole>
+int sign_of_factors(const std::vector<Real> &factors, const std::vector<Whole> &pivots) {
+  const std::size_t n = pivots.size();
+  int sign = 1;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Real pivot = factors[i * (n + 1)];
+    if (!std::isfinite(pivot) || pivot == 0) return 0;
+    if ((pivot < 0) != (pivots[i] != static_cast<Whole>(i + 1))) sign = -sign;
+  }
+  return sign;
+}
 
 class RoughFactors {
 public:

@@ -2,24 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace dovetail {
 namespace {
 
 constexpr double most_closed = 0.7; // of the period; beyond, all waves are taken
-constexpr double least_beyond = 5;  // waves that a window takes more than it is long, at least
-
-// Puts what the ranks have one after the other.
-template <class T>
-void gather(const Layout &layout, const std::vector<T> &own, std::vector<T> &all, MPI_Datatype type) {
-  const int count = static_cast<int>(own.size());
-  std::vector<int> counts(layout.size), starts(layout.size);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, layout.comm);
-  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
-  all.resize(starts.back() + counts.back());
-  MPI_Allgatherv(own.data(), count, type, all.data(), counts.data(), starts.data(), type, layout.comm);
-}
+constexpr double beyond = 5;        // waves that each span of a window takes more than it is long, about
 
 double closed_part(const ContactForces &contact, int p) { // of the period
   return contact.springs_only(p) ? 1 : contact.derivative(p).closed.cosine[0];
@@ -38,7 +26,7 @@ bool WindowFactors::plausible(const ContactForces &contact, double worth) const 
   for (int p = 0; p < contact.size(); ++p) {
     const Linearisation &derivative = contact.derivative(p);
     const double closed = closed_part(contact, p),
-                 waves = std::min<double>(layout_.width, closed * layout_.width + least_beyond * derivative.spans);
+                 waves = std::min<double>(layout_.width, closed * layout_.width + beyond * derivative.spans);
     if (closed > 0) least[0] += (3 - first_direction(contact, p)) * waves;
     least[1] += !derivative.dense.empty();
   }
@@ -76,7 +64,7 @@ void WindowFactors::list_windows() {
   share_moving();
   std::vector<int> own, ranks;
   for (const Window &window : own_) own.push_back(static_cast<int>(window.waves.size()));
-  gather(layout_, own, ranks, MPI_INT);
+  gather(layout_, std::move(own), ranks, MPI_INT);
   windows_.clear(), size_ = 0;
   std::size_t weights = 0, delta = 0, row = 0;
   for (const int rank : ranks) {
@@ -130,10 +118,7 @@ void WindowFactors::gather_deltas(const ContactForces &contact) {
     }
     dof += directions;
   }
-  if (layout_.size == 1)
-    deltas_.swap(own);
-  else
-    gather(layout_, own, deltas_, MPI_DOUBLE);
+  gather(layout_, std::move(own), deltas_, MPI_DOUBLE);
 }
 
 // seen_ = W^T F W and matrix_ = I + W^T F W C, by rows.
@@ -173,10 +158,7 @@ void WindowFactors::fill() {
 int WindowFactors::decompose(const JacobianParts &parts, bool) {
   std::vector<double> own;
   for (const Window &window : own_) own.insert(own.end(), window.weights.begin(), window.weights.end());
-  if (layout_.size == 1)
-    weights_.swap(own);
-  else
-    gather(layout_, own, weights_, MPI_DOUBLE);
+  gather(layout_, std::move(own), weights_, MPI_DOUBLE);
   gather_deltas(parts.contact);
   fill();
   return factor_in_place(matrix_, pivots_);
