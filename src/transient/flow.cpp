@@ -97,8 +97,9 @@ void Flow::expand(const State &state, double time) {
   Series force{}; // f(t)
   force[0] = model_.fourier.empty() ? 0 : model_.fourier[0] / 2;
   for (int h = 1; sine(h) < static_cast<int>(model_.fourier.size()); ++h) {
-    const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
     const double a = model_.fourier[cosine(h)], b = model_.fourier[sine(h)];
+    if (a == 0 && b == 0) continue; // as most are where there are many harmonics
+    const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
     double now = a * c + b * s, quarter_on = b * c - a * s; // derivatives: in turn, with alternating signs
     for (int k = 0; k <= p; ++k) {
       force[k] += now;
