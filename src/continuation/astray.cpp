@@ -68,7 +68,8 @@ bool Follower::winds() {
   const double patience = std::max(least_patience, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
   return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
          farthest_ && beyond(farthest_->omega) < 0 &&
-         (!stay_until_ || direction_ * (farthest_->omega - *stay_until_) > least_ahead * omega_unit_);
+         (!stay_until_ || direction_ * (farthest_->omega - *stay_until_) > least_ahead * omega_unit_ ||
+          static_cast<double>(now - ahead_.newton) > patience * (1 + stays_));
 }
 
 // Steps converge and lead nowhere: harmonics that the contacts want and do not have, unless that was tried, or else on
@@ -100,11 +101,13 @@ bool Follower::leave_from_farthest(std::string why, bool briefly) {
     const double turned = here_.omega, skipped = windings_ > 0 ? std::min(first_skip * std::pow(2, windings_), 1.0) : 0,
                  from = turned + direction_ * skipped * omega_unit_,
                  within = direction_ * (settings_.to - from) > 0 ? from : turned;
-    left = leap(Way::newton, from) || leap(Way::integration, from, 0.4) || from_other_end(why, turned, briefly) ||
-           (!briefly && leap(Way::sown, within));
+    left = (!briefly && leap(Way::newton, from)) || leap(Way::integration, from, 0.4) ||
+           (briefly && stays_ == 0 && leap(Way::newton, from)) || from_other_end(why, turned, briefly) ||
+           (briefly ? stays_ > 0 && leap(Way::scattered, within) : leap(Way::sown, within));
     if (left) {
       farthest_.reset();
       ++windings_, left_at_ = turned;
+      stay_until_.reset(), stays_ = 0;
     } else {
       std::swap(here_, *farthest_);
     }

@@ -145,7 +145,7 @@ Follower::Go Follower::after_step() {
       integrating_ = integrated;
       end(End::interrupted, "interrupted");
     } else {
-      if (!left) stay_until_ = turned; // it is followed on
+      if (!left) stay_until_ = turned, ++stays_; // it is followed on
       ahead_.newton = summary_.counts.newton;
     }
   }
@@ -193,12 +193,13 @@ BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton
   std::swap(other.from, other.to);
   BranchSummary from_there = begun_at("the other end of the sweep: begun at this one, towards it");
   other.to = settings.to, other.briefly = true;
-  for (const double part : {0.02, 0.2, 0.35, 0.5, 0.65, 0.8}) {
-    if (from_there.end != BranchSummary::End::no_start) return from_there;
-    other.from = settings.from + part * (settings.to - settings.from);
-    from_there = begun_at("either end of the sweep: begun at this frequency, towards " +
-                          std::string(settings.to < settings.from ? "lower" : "higher") + " ones");
-  }
+  for (const bool finely : {false, true})
+    for (const double part : {0.02, 0.2, 0.35, 0.5, 0.65, 0.8}) {
+      if (from_there.end != BranchSummary::End::no_start) return from_there;
+      other.from = settings.from + part * (settings.to - settings.from), other.finely = finely;
+      from_there = begun_at("either end of the sweep: begun at this frequency, towards " +
+                            std::string(settings.to < settings.from ? "lower" : "higher") + " ones");
+    }
   return from_there.end == BranchSummary::End::no_start ? summary : from_there;
 }
 

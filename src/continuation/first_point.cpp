@@ -75,13 +75,14 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Ef
   if (interrupted()) return false;
 
   SteadyState steady;
-  const bool patient = effort == Effort::patient, nowhere_else = patient || settings_.to == settings_.from,
-             begins = effort == Effort::full && summary_.counts.points == 0;
+  const bool patient = effort == Effort::patient, begun = summary_.counts.points > 0,
+             nowhere_else = patient || settings_.to == settings_.from || (settings_.finely && !begun),
+             begins = effort == Effort::full && !begun;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
   if (system_->layout().dofs() <= most_integrated) {
-    IntegrationSettings settings{std::max(H, nowhere_else ? needed_harmonics(w, Resort::last) : needed)};
+    IntegrationSettings settings{std::max(H, nowhere_else ? ample_harmonics(w) : needed)};
     settings.periods = patient ? patient_periods : most_periods;
-    const bool limited = !patient && summary_.counts.points > 0;
+    const bool limited = !patient && begun;
     if (limited || effort == Effort::brief) settings.work = std::min(brief_work, integration_left());
     steady = steady_state(dense_model(*system_), w, {}, settings);
     if (limited) integrating_ += steady.work;

@@ -101,16 +101,20 @@ private:
   void take_system(HarmonicSystem &system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
   bool better_sampling();
-  enum class Resort { usual, last }; // last: more harmonics, closer to each other, and more of Newton's iterations
+  /// last: more harmonics, closer to each other, and more of Newton's iterations, and then ample ones; ample: these
+  /// only
+  enum class Resort { usual, last, ample };
   int needed_harmonics(double omega, Resort resort = Resort::usual) const;
+  int ample_harmonics(double omega, double parts = ample_parts) const;
   bool more_harmonics();
   bool solve_finer(const std::vector<double> &q, double omega, Resort resort);
   std::string difference() const;
 
   // leaps.cpp
   /// To frequencies ahead: Newton or integration from the last point; as for a first point of a branch, with all that
-  /// there is at some, or by Newton and long integration at more of them.
-  enum class Way { newton, integration, anew, sown };
+  /// there is at some, or by Newton and long integration at more of them; or at as many by brief integration.
+  enum class Way { newton, integration, anew, sown, scattered };
+  static bool integrates(Way way);
   bool from_other_end(const std::string &why, double lost, bool briefly);
   void stand_anew();
   double integration_left() const;
@@ -183,7 +187,8 @@ private:
   } crowd_{}, ahead_{}; // where the last stretch of the sweep was left behind, or was met first; iterations until then
   int windings_ = 0;    // times that a curve was left because it leads nowhere, since it went on
   double left_at_ = 0;  // frequency, the last time
-  std::optional<double> stay_until_; // farthest frequency from where no way on was found
+  std::optional<double> stay_until_; // farthest frequency from where no way on was found,
+  int stays_ = 0;                    // times since the curve was left
   double step_ = 0, arclength_ = 0;
   double curvature_ = 0; // at the last smooth step: angle per arc length
   int still_ = 0;        // steps in succession along which only mean positions changed

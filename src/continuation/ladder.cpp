@@ -10,7 +10,8 @@ namespace dovetail {
 namespace {
 
 constexpr double most_change = 0.1;    // by other harmonics or samples, where 1 is the largest motion so far
-constexpr double most_unknowns = 1500; // of a system whose harmonics are raised; of its contacts, as a last resort
+constexpr double most_unknowns = 1500; // of a system whose harmonics are raised; of its contacts, as a last resort,
+constexpr double most_ample = 4000;    // or if they are ample
 
 } // namespace
 
@@ -93,6 +94,12 @@ int Follower::needed_harmonics(double omega, Resort resort) const {
   return static_cast<int>(std::min(wanted, (most_unknowns / dofs - 1) / 2));
 }
 
+// So many that Newton's method arrives from the motion that time integration finds.
+int Follower::ample_harmonics(double omega, double parts) const {
+  const double wanted = std::ceil(2 * parts * closed_contact_frequency(dense_model(*system_)) / omega);
+  return static_cast<int>(std::min(wanted, (most_ample / (3.0 * system_->layout().points) - 1) / 2));
+}
+
 bool Follower::more_harmonics() {
   if (settings_.steps_only) return false;
   const int H = system_->harmonics(), needed = needed_harmonics(here_.omega);
@@ -115,12 +122,16 @@ bool Follower::more_harmonics() {
 // Where a motion that time integration finds is no solution for these harmonics, with more of them: here_, in a system
 // that has them. `q`: coefficients of any number of harmonics.
 bool Follower::solve_finer(const std::vector<double> &q, double omega, Resort resort) {
+  const int H = system_->harmonics(), needed = needed_harmonics(omega, resort);
   const bool last = resort == Resort::last;
-  const int needed = needed_harmonics(omega, resort);
   const double growth = last ? 1.4 : 2;
-  for (double more = growth * system_->harmonics(); more < growth * needed; more *= growth) {
-    auto system =
-        std::make_unique<HarmonicSystem>(*system_, std::min(static_cast<int>(more), needed), system_->samples());
+  std::vector<int> numbers;
+  for (double more = growth * H; resort != Resort::ample && more < growth * needed; more *= growth)
+    numbers.push_back(std::min(static_cast<int>(more), needed));
+  for (const double parts : {enough_parts, ample_parts})
+    if (const int more = ample_harmonics(omega, parts); resort != Resort::usual && more > H) numbers.push_back(more);
+  for (const int more : numbers) {
+    auto system = std::make_unique<HarmonicSystem>(*system_, more, system_->samples());
     Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
     Station s = curve.station();
     set_coefficients(system->layout(), q, s.y);

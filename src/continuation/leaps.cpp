@@ -16,6 +16,8 @@ std::string ahead_in_words(double part) { // of the sweep
 
 } // namespace
 
+bool Follower::integrates(Way way) { return way == Way::integration || way == Way::scattered; }
+
 // The branch is lost at that frequency: what is left of the sweep, from its end back to there.
 bool Follower::from_other_end(const std::string &why, double lost, bool briefly) {
   if (interrupted() || !settings_.both_ends) return false;
@@ -37,7 +39,7 @@ bool Follower::from_other_end(const std::string &why, double lost, bool briefly)
              "another one",
          here_.omega);
   bends_.clear(), farthest_.reset();
-  windings_ = still_ = 0, stay_until_.reset();
+  windings_ = still_ = stays_ = 0, stay_until_.reset();
   ahead_ = crowd_ = {here_.omega, summary_.counts.newton};
   begin_amplitude();
   verdict_ = judge(here_);
@@ -64,11 +66,13 @@ double Follower::integration_left() const { return (2 + 2 * summary_.counts.inte
 bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
   check(VecCopy(here_.y, trial_.y), "predicting");
   SteadyState steady;
-  if (way == Way::integration) {
-    IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(omega))};
-    settings.periods = most_periods, settings.work = std::min(brief_work, share * integration_left());
+  if (integrates(way)) {
+    IntegrationSettings settings{
+        std::max(system_->harmonics(), stays_ > 0 ? ample_harmonics(omega) : needed_harmonics(omega))};
+    settings.periods = most_periods;
+    settings.work = way == Way::scattered ? brief_work / 2 : std::min(brief_work, share * integration_left());
     steady = steady_state(model, omega, all_coefficients(system_->layout(), here_.y), settings);
-    integrating_ += steady.work;
+    if (way == Way::integration) integrating_ += steady.work;
     if (!steady.settled) return false;
     set_coefficients(system_->layout(), steady.coefficients, trial_.y);
   }
@@ -78,22 +82,25 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
                          ? first_point(omega, rest, trial_, how, way == Way::sown ? Effort::patient : Effort::full)
                          : curve_->solve_at(omega, trial_);
   if (found) std::swap(here_, trial_);
-  return found || (way == Way::integration && solve_finer(steady.coefficients, omega, Resort::usual));
+  return found ||
+         ((integrates(way)) && solve_finer(steady.coefficients, omega, stays_ > 0 ? Resort::ample : Resort::usual));
 }
 
-// Frequencies of the sweep after `from`, so far ahead as `most`, of the sweep; where it is sown, to its end.
+// Frequencies of the sweep after `from`, so far ahead as `most`, of the sweep; where it is sown or scattered, to its
+// end. Others each time that the curve has wound on at the same place.
 std::vector<double> Follower::aims(Way way, double from, double most) const {
   static const std::vector<double> parts[] = {
       {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
   std::vector<double> out;
-  if (way == Way::sown) {
-    for (int i = 1; i < seeds; ++i) out.push_back(from + std::pow(double(i) / seeds, 2) * (settings_.to - from));
+  if (way >= Way::sown) {
+    const double shift = std::fmod(other_places * stays_, 1.0);
+    for (int i = 1; i < seeds; ++i) out.push_back(from + std::pow((i - shift) / seeds, 2) * (settings_.to - from));
     if (!turned_round_) out.push_back(settings_.to); // else the branch was lost there
     return out;
   }
   for (const double part : parts[static_cast<int>(way)]) {
     if (part > most) break;
-    out.push_back(from + direction_ * part * omega_unit_);
+    out.push_back(from + direction_ * part * std::pow(nearer, stays_) * omega_unit_);
     if ((out.back() - settings_.to) * direction_ < 0) continue;
     out.back() = settings_.to;
     break;
@@ -104,7 +111,7 @@ std::vector<double> Follower::aims(Way way, double from, double most) const {
 // On to the solution at a next frequency of the sweep after `from`, which arc length does not lead to, and say so. So
 // far ahead as `most`, of the sweep.
 bool Follower::leap(Way way, double from, double most) {
-  const bool integrate = way == Way::integration, small = system_->layout().dofs() <= most_integrated;
+  const bool integrate = integrates(way), small = system_->layout().dofs() <= most_integrated;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   if ((way == Way::integration || way == Way::anew) && !(integration_left() > 0)) return false;
@@ -124,7 +131,7 @@ bool Follower::leap(Way way, double from, double most) {
   }
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const double next = targets[i];
-    if (way == Way::sown && interrupted()) break;
+    if (way >= Way::sown && interrupted()) break;
     if (!arrive_at(next, way, model, 1.0 / static_cast<double>(targets.size() - i))) continue;
     for (const double w : settings_.at)
       if (between(w, reached, next)) {

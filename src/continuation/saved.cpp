@@ -37,7 +37,7 @@ BranchState Follower::state() {
                    double(windings_),
                    left_at_,
                    double(!crowded_.empty()),
-                   double(stay_until_.has_value()),
+                   double(stays_),
                    stay_until_.value_or(0),
                    double(settings_.both_ends),
                    double(turned_round_),
@@ -105,8 +105,8 @@ void Follower::restore(const BranchState &state) {
   for (Crowd *crowd : {&crowd_, &ahead_}) crowd->omega = take(), crowd->newton = static_cast<long>(take());
   windings_ = take_int(), left_at_ = take();
   if (take() != 0) crowded_ = bends_often;
-  const bool stays = take() != 0;
-  if (const double until = take(); stays) stay_until_ = until;
+  stays_ = take_int();
+  if (const double until = take(); stays_ > 0) stay_until_ = until;
   settings_.both_ends = take() != 0, turned_round_ = take() != 0;
   if (const double to = take(); turned_round_)
     direction_ = -direction_, settings_.from = std::exchange(settings_.to, to);
