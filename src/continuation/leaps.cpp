@@ -83,7 +83,7 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
                          : curve_->solve_at(omega, trial_);
   if (found) std::swap(here_, trial_);
   return found ||
-         ((integrates(way)) && solve_finer(steady.coefficients, omega, stays_ > 0 ? Resort::ample : Resort::usual));
+         (integrates(way) && solve_finer(steady.coefficients, omega, stays_ > 0 ? Resort::ample : Resort::usual));
 }
 
 // Frequencies of the sweep after `from`, so far ahead as `most`, of the sweep; where it is sown or scattered, to its

@@ -267,16 +267,20 @@ def test_what_lies_beyond_a_closed_curve_is_found(tmp_path, monkeypatch):
 
 
 # Stiff contacts that open, and a part of the sweep: with the usual iterations and harmonics nothing is found there.
-HARD = [("031", 0.5), ("031", 0.825), ("087", 0.0), ("291", 0.5), ("291", 1.0)]
+HARD = [("031", 0.3), ("031", 0.65), ("087", 0.0), ("291", 0.5), ("291", 1.0)]
+# Nor with as many as the rule of thumb has, but with 1.4 or 2 times as many.
+HARDER = [("203", 0.5), ("203", 0.7), ("045", 0.3)]
 
 
-def test_hard_first_points(tmp_path):
-    """Found with more iterations, or more harmonics closer to each other, and no false motions: integration settles nearby, begun there or
-    at rest. One may be missed with other last bits, and another not confirmed: the motions are unstable."""
+@pytest.mark.parametrize("points, most", [(HARD, 0.05), (HARDER, 0.1)])
+def test_hard_first_points(tmp_path, points, most):
+    """Found with more iterations, or more harmonics closer to each other, or twice as many as the closed contact wants, and no false
+    motions: integration settles nearby, begun there or at rest. One may be missed with other last bits, and another not confirmed: the
+    motions are unstable."""
     if not atlas_truth.PROGRAM.exists():
         pytest.skip(f"{atlas_truth.PROGRAM} is not built")
     found, near = 0, 0
-    for name, part in HARD:
+    for name, part in points:
         folder = tmp_path / f"{name}_{part}"
         folder.mkdir()
         built = atlas_scenes.build(atlas_scenes.scenes()[name])
@@ -288,9 +292,24 @@ def test_hard_first_points(tmp_path):
         motion = atlas_truth.compared(Results(folder / "results.h5").coefficients[0])
         said = [atlas_truth.integrate(case, [omega], start, 10)[0] for start in (folder / "results.h5", None)]
         true = [atlas_truth.compared(np.array(one["coefficients"])) for one in said if one["settled"]]
-        near += any(atlas_truth.error(motion, one, built.modes) < 0.05 for one in true)
-    assert found >= len(HARD) - 1
-    assert near >= len(HARD) - 2
+        near += any(atlas_truth.error(motion, one, built.modes) < most for one in true)
+    assert found >= len(points) - 1
+    assert near >= len(points) - 2
+
+
+def test_a_curve_that_winds_goes_on(tmp_path, monkeypatch):
+    """Where no way on was found it is left later, for the motion of another frequency; a run in parts does the same as one in one go."""
+    monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
+    run = made("013", tmp_path, ("dovetail",), patience=4)["dovetail"]
+    assert run["end"] == "arrived" and run["integrations"] >= 1, run["said"]
+    whole, case = Results(tmp_path / "results.h5"), tmp_path / "case.toml"
+    text = case.read_text()
+    for i, points in enumerate([*(int(p) + 1 for p in whole.events.of("integration").point), 10**6]):
+        case.write_text(text + f"max_points = {points}\n")
+        restart = ["--restart"] if i else []
+        subprocess.run([BINARY, "run", case, "--out", tmp_path / "parts", *restart], stdout=subprocess.DEVNULL, check=False)
+    parts = Results(tmp_path / "parts/results.h5")
+    np.testing.assert_allclose(parts.omega, whole.omega, rtol=1e-10)
 
 
 def test_restart_of_a_curve_that_goes_astray(tmp_path):
