@@ -11,6 +11,7 @@ namespace {
 constexpr int most_harmonics = 64;
 constexpr double most_probed = 1e4;     // unknowns, to see whether still more harmonics help where some did not
 constexpr double estimated_part = 0.5;  // of the linear solver's work on a point,
+constexpr double estimated_dear = 0.1;  // or where the harmonics are many more than the case's,
 constexpr double estimated_least = 3e7; // and more for the rest of it, some 1 ms;
 constexpr double estimated_ahead = 3e8; // so much may be saved up
 constexpr double most_part = 0.5;   // of the tolerance, for estimates may be half of the error where contacts are stiff
@@ -56,7 +57,8 @@ int Follower::least_harmonics() const { // those of the load
 const ErrorEstimate &Follower::affordable_error_of(Station &s) {
   static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan(""), {}};
   if (settings_.tolerance > 0) return s.error ? *s.error : none;
-  estimating_ = std::min(estimating_ + estimated_part * curve_->take_work() + estimated_least, estimated_ahead);
+  const double part = dear() ? estimated_dear : estimated_part;
+  estimating_ = std::min(estimating_ + part * curve_->take_work() + estimated_least, estimated_ahead);
   if (!s.error && estimating_ < 0) return none;
   const ErrorEstimate &error = error_of(s);
   estimating_ -= estimator_->take_work();

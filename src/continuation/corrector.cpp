@@ -105,7 +105,7 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
   if (effort.line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
-  const double most = static_cast<double>(effort.times) * usual_iterations_;
+  const double most = effort.times * usual_iterations_;
   check(SNESSetTolerances(snes_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT,
                           static_cast<PetscInt>(std::min<double>(most, PETSC_MAX_INT)), PETSC_DEFAULT),
         "Newton");

@@ -18,7 +18,7 @@ struct NewtonEffort {
   bool line_search = false;
   int most = 0;     ///< iterations, if that is fewer than the settings'; 0: those
   double reach = 0; ///< longest correction, plain norm: beyond, nothing is wanted; 0: any
-  int times = 1;    ///< the settings' iterations, so many times
+  double times = 1; ///< the settings' iterations, so many times
 };
 
 class Corrector {

@@ -46,10 +46,10 @@ bool Curve::solve_across(Vec normal, Station &s, const StepEffort &effort) {
   return finish(s);
 }
 
-bool Curve::solve_at(double w, Station &s, int times) {
+bool Curve::solve_at(double w, Station &s, double times) {
   set_omega(s.y, w);
   s.newton = corrector_.solve(s.y, e_omega_, w, {.times = times});
-  if (!s.newton.converged) {
+  if (!s.newton.converged && times >= 1) {
     counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
     s.newton = corrector_.solve(s.y, e_omega_, w, {.line_search = true, .times = times});
   }

@@ -38,8 +38,8 @@ public:
   /// to the same side as `normal`. If it fails s.newton.why says so, and s.y is what it was. Collective.
   bool solve_across(Vec normal, Station &s, const StepEffort &effort = {});
   /// Newton from the guess in s.y at the frequency w, plainly, then with a line search, each with `times` the settings'
-  /// iterations. The tangent looks to growing frequencies. Collective.
-  bool solve_at(double w, Station &s, int times = 1);
+  /// iterations; plainly only, if that is less than 1. The tangent looks to growing frequencies. Collective.
+  bool solve_at(double w, Station &s, double times = 1);
 
   /// From now on tangents as accurate as possible, or as usual: places are located by them.
   void precisely(bool yes) { corrector_.tangent_accuracy = yes ? Corrector::high_accuracy : Corrector::usual_accuracy; }

@@ -115,6 +115,7 @@ private:
   /// there is at some, or by Newton and long integration at more of them; or at as many by brief integration.
   enum class Way { newton, integration, anew, sown, scattered };
   static bool integrates(Way way);
+  bool dear() const;
   bool from_other_end(const std::string &why, double lost, bool briefly);
   void stand_anew();
   double integration_left() const;
@@ -193,6 +194,7 @@ private:
   double curvature_ = 0; // at the last smooth step: angle per arc length
   int still_ = 0;        // steps in succession along which only mean positions changed
   int direction_ = 1;
+  const int asked_for_;       // harmonics, by the case
   const double begun_at_;     // frequency
   bool turned_round_ = false; // what is left is followed from the other end
   int last_verdict_ = -1;     // the last that was certain: 1 stable, 0 unstable; -1: none yet

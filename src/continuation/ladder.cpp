@@ -125,17 +125,18 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega, Resort re
   const int H = system_->harmonics(), needed = needed_harmonics(omega, resort);
   const bool last = resort == Resort::last;
   const double growth = last ? 1.4 : 2;
-  std::vector<int> numbers;
+  std::vector<std::pair<int, double>> tries; // with so many, and so many times newton.max_iterations
   for (double more = growth * H; resort != Resort::ample && more < growth * needed; more *= growth)
-    numbers.push_back(std::min(static_cast<int>(more), needed));
+    tries.emplace_back(std::min(static_cast<int>(more), needed), last ? patient_newton : 1);
   for (const double parts : {enough_parts, ample_parts})
-    if (const int more = ample_harmonics(omega, parts); resort != Resort::usual && more > H) numbers.push_back(more);
-  for (const int more : numbers) {
+    if (const int more = ample_harmonics(omega, parts); resort != Resort::usual && more > H)
+      if (tries.empty() || more > tries.back().first) tries.emplace_back(more, impatient_newton);
+  for (const auto &[more, times] : tries) {
     auto system = std::make_unique<HarmonicSystem>(*system_, more, system_->samples());
     Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
     Station s = curve.station();
     set_coefficients(system->layout(), q, s.y);
-    if (!curve.solve_at(omega, s, last ? patient_newton : 1)) continue;
+    if (!curve.solve_at(omega, s, times)) continue;
     take_system(*system);
     std::swap(changed_, system); // the old one goes last
     here_ = std::move(s);

@@ -16,6 +16,9 @@ std::string ahead_in_words(double part) { // of the sweep
 
 } // namespace
 
+// Iterations are: harmonics were raised to many more than the case has.
+bool Follower::dear() const { return system_->harmonics() > 2 * asked_for_; }
+
 bool Follower::integrates(Way way) { return way == Way::integration || way == Way::scattered; }
 
 // The branch is lost at that frequency: what is left of the sweep, from its end back to there.
@@ -65,10 +68,11 @@ double Follower::integration_left() const { return (2 + 2 * summary_.counts.inte
 // here_ becomes a solution at that frequency. `share`: of the work left for integration.
 bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
   check(VecCopy(here_.y, trial_.y), "predicting");
+  const bool amply = stays_ > 0 || dear();
   SteadyState steady;
   if (integrates(way)) {
     IntegrationSettings settings{
-        std::max(system_->harmonics(), stays_ > 0 ? ample_harmonics(omega) : needed_harmonics(omega))};
+        std::max(system_->harmonics(), amply ? ample_harmonics(omega) : needed_harmonics(omega))};
     settings.periods = most_periods;
     settings.work = way == Way::scattered ? brief_work / 2 : std::min(brief_work, share * integration_left());
     steady = steady_state(model, omega, all_coefficients(system_->layout(), here_.y), settings);
@@ -80,10 +84,9 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
   std::string how;
   const bool found = way == Way::anew || way == Way::sown
                          ? first_point(omega, rest, trial_, how, way == Way::sown ? Effort::patient : Effort::full)
-                         : curve_->solve_at(omega, trial_);
+                         : curve_->solve_at(omega, trial_, dear() ? impatient_newton : 1);
   if (found) std::swap(here_, trial_);
-  return found ||
-         (integrates(way) && solve_finer(steady.coefficients, omega, stays_ > 0 ? Resort::ample : Resort::usual));
+  return found || (integrates(way) && solve_finer(steady.coefficients, omega, amply ? Resort::ample : Resort::usual));
 }
 
 // Frequencies of the sweep after `from`, so far ahead as `most`, of the sweep; where it is sown or scattered, to its
