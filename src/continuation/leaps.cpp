@@ -17,7 +17,7 @@ std::string ahead_in_words(double part) { // of the sweep
 } // namespace
 
 // Iterations are: harmonics were raised to many more than the case has.
-bool Follower::dear() const { return system_->harmonics() > 2 * asked_for_; }
+bool Follower::dear() const { return settings_.tolerance == 0 && system_->harmonics() > 2 * asked_for_; }
 
 bool Follower::integrates(Way way) { return way == Way::integration || way == Way::scattered; }
 
