@@ -57,12 +57,18 @@ int Follower::least_harmonics() const { // those of the load
 const ErrorEstimate &Follower::affordable_error_of(Station &s) {
   static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan(""), {}};
   if (settings_.tolerance > 0) return s.error ? *s.error : none;
-  const double part = dear() ? estimated_dear : estimated_part;
-  estimating_ = std::min(estimating_ + part * curve_->take_work() + estimated_least, estimated_ahead);
-  if (!s.error && estimating_ < 0) return none;
-  const ErrorEstimate &error = error_of(s);
-  estimating_ -= estimator_->take_work();
-  return error;
+  count_estimates(estimated_least);
+  return s.error || estimating_ >= 0 ? error_of(s) : none;
+}
+
+// Up by what solves along the curve took, and `besides`, down by what estimates took. Between two steps nothing is left
+// to count: a restart goes on from the same.
+void Follower::count_estimates(double besides) {
+  if (!estimator_) return;
+  const double part = dear() ? estimated_dear : estimated_part, solved = curve_->take_work(),
+               estimated = estimator_->take_work();
+  if (std::isfinite(solved) && std::isfinite(estimated)) // else not counted, and every point is estimated
+    estimating_ = std::min(estimating_ + part * solved + besides, estimated_ahead) - estimated;
 }
 
 const ErrorEstimate &Follower::error_of(Station &s) {

@@ -156,6 +156,7 @@ Follower::Go Follower::after_step() {
         "else: any of them is a solution, and beyond the body walks away";
     if (!leap(Way::newton, here_.omega) && !leap(Way::integration, here_.omega)) end(End::stalled, refusal_);
   }
+  count_estimates();
   if (observer_.state) observer_.state(state());
   return ended_ ? Go::ended : Go::on;
 }

@@ -127,6 +127,7 @@ private:
   int least_harmonics() const;
   const ErrorEstimate &error_of(Station &s);
   const ErrorEstimate &affordable_error_of(Station &s);
+  void count_estimates(double besides = 0);
   bool refined_for(Station &s);
   void spare_harmonics();
   bool change_harmonics(int harmonics, double error);
