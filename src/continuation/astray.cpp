@@ -69,7 +69,7 @@ bool Follower::winds() {
   const double patience = std::max(least, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
   return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
          farthest_ && beyond(farthest_->omega) < 0 &&
-         (!stay_until_ || direction_ * (farthest_->omega - *stay_until_) > least_ahead * omega_unit_ ||
+         (stays_ == 0 || direction_ * (farthest_->omega - stayed_at_) > least_ahead * omega_unit_ ||
           static_cast<double>(now - ahead_.newton) > patience * (1 + stays_));
 }
 
@@ -108,7 +108,7 @@ bool Follower::leave_from_farthest(std::string why, bool briefly) {
     if (left) {
       farthest_.reset();
       ++windings_, left_at_ = turned;
-      stay_until_.reset(), stays_ = 0;
+      stays_ = 0;
     } else {
       std::swap(here_, *farthest_);
     }

@@ -145,7 +145,7 @@ Follower::Go Follower::after_step() {
       integrating_ = integrated;
       end(End::interrupted, "interrupted");
     } else {
-      if (!left) stay_until_ = turned, ++stays_; // it is followed on
+      if (!left) stayed_at_ = turned, ++stays_; // it is followed on
       ahead_.newton = summary_.counts.newton;
     }
   }

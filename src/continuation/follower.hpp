@@ -186,11 +186,11 @@ private:
   struct Crowd {
     double omega;
     long newton;
-  } crowd_{}, ahead_{}; // where the last stretch of the sweep was left behind, or was met first; iterations until then
-  int windings_ = 0;    // times that a curve was left because it leads nowhere, since it went on
-  double left_at_ = 0;  // frequency, the last time
-  std::optional<double> stay_until_; // farthest frequency from where no way on was found,
-  int stays_ = 0;                    // times since the curve was left
+  } crowd_{}, ahead_{};  // where the last stretch of the sweep was left behind, or was met first; iterations until then
+  int windings_ = 0;     // times that a curve was left because it leads nowhere, since it went on
+  double left_at_ = 0;   // frequency, the last time
+  int stays_ = 0;        // times that no way on was found, since the curve was left;
+  double stayed_at_ = 0; // farthest frequency, the last time
   double step_ = 0, arclength_ = 0;
   double curvature_ = 0; // at the last smooth step: angle per arc length
   int still_ = 0;        // steps in succession along which only mean positions changed

@@ -42,7 +42,7 @@ bool Follower::from_other_end(const std::string &why, double lost, bool briefly)
              "another one",
          here_.omega);
   bends_.clear(), farthest_.reset();
-  windings_ = still_ = stays_ = 0, stay_until_.reset();
+  windings_ = still_ = stays_ = 0;
   ahead_ = crowd_ = {here_.omega, summary_.counts.newton};
   begin_amplitude();
   verdict_ = judge(here_);

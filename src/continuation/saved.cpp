@@ -38,7 +38,7 @@ BranchState Follower::state() {
                    left_at_,
                    double(!crowded_.empty()),
                    double(stays_),
-                   stay_until_.value_or(0),
+                   stayed_at_,
                    double(settings_.both_ends),
                    double(turned_round_),
                    settings_.to,
@@ -106,7 +106,7 @@ void Follower::restore(const BranchState &state) {
   windings_ = take_int(), left_at_ = take();
   if (take() != 0) crowded_ = bends_often;
   stays_ = take_int();
-  if (const double until = take(); stays_ > 0) stay_until_ = until;
+  stayed_at_ = take();
   settings_.both_ends = take() != 0, turned_round_ = take() != 0;
   if (const double to = take(); turned_round_)
     direction_ = -direction_, settings_.from = std::exchange(settings_.to, to);

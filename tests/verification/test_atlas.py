@@ -297,26 +297,42 @@ def test_hard_first_points(tmp_path, points, most):
     assert near >= len(points) - 2
 
 
+def in_parts(case, stops):
+    """The results of a run that was stopped after each of these numbers of points and restarted."""
+    text = case.read_text()
+    for i, points in enumerate([*stops, 10**6]):
+        case.write_text(text + f"max_points = {points}\n")
+        restart = ["--restart"] if i else []
+        subprocess.run([BINARY, "run", case, "--out", case.parent / "parts", *restart], stdout=subprocess.DEVNULL, check=False)
+    return Results(case.parent / "parts/results.h5")
+
+
 def test_a_curve_that_winds_goes_on(tmp_path, monkeypatch):
     """Where no way on was found it is left later, for the motion of another frequency; a run in parts does the same as one in one go."""
     monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
     run = made("013", tmp_path, ("dovetail",), patience=4)["dovetail"]
     assert run["end"] == "arrived" and run["integrations"] >= 1, run["said"]
-    whole, case = Results(tmp_path / "results.h5"), tmp_path / "case.toml"
-    text = case.read_text()
-    for i, points in enumerate([*(int(p) + 1 for p in whole.events.of("integration").point), 10**6]):
-        case.write_text(text + f"max_points = {points}\n")
-        restart = ["--restart"] if i else []
-        subprocess.run([BINARY, "run", case, "--out", tmp_path / "parts", *restart], stdout=subprocess.DEVNULL, check=False)
-    parts = Results(tmp_path / "parts/results.h5")
+    whole = Results(tmp_path / "results.h5")
+    parts = in_parts(tmp_path / "case.toml", [int(p) + 1 for p in whole.events.of("integration").point])
     np.testing.assert_allclose(parts.omega, whole.omega, rtol=1e-10)
+
+
+def test_restart_where_harmonics_change(tmp_path, monkeypatch):
+    """What estimates took so far is not forgotten: they come at the same points, and so harmonics go again at the same ones."""
+    monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
+    assert made("214", tmp_path, ("dovetail",), patience=4)["dovetail"]["end"] == "arrived"
+    whole = Results(tmp_path / "results.h5")
+    changed = np.flatnonzero(np.diff(whole.points("harmonics")))
+    assert len(changed) > 0
+    parts = in_parts(tmp_path / "case.toml", sorted({int(p) + k for p in changed for k in (1, 2)}))
+    np.testing.assert_allclose(parts.omega, whole.omega, rtol=1e-10)
+    np.testing.assert_array_equal(np.isnan(parts.error), np.isnan(whole.error))
 
 
 def test_restart_of_a_curve_that_goes_astray(tmp_path):
     """Pieces that are followed again, leaps, the other end: a run in parts does what an uninterrupted one does, stopped right before and
     after each of them and before turning points in corners, and what it says of them is so."""
     case = atlas_scenes.write(atlas_scenes.build(atlas_scenes.scenes()["067"]), tmp_path)
-    text = case.read_text()
     subprocess.run([BINARY, "run", case, "--out", tmp_path / "whole"], stdout=subprocess.DEVNULL, check=False)
     whole = Results(tmp_path / "whole/results.h5")
     again, leaps = whole.events.of("again"), whole.events.of("leap", "integration")
@@ -331,11 +347,7 @@ def test_restart_of_a_curve_that_goes_astray(tmp_path):
     assert len(turning) == 2
     stops = {int(p) + k for p in (*again.point, *leaps.point) for k in (1, 2)} & set(range(2, len(whole.omega)))
     stops = sorted(stops | {int(p) for p in turning})
-    for i, points in enumerate([*stops, 10**6]):
-        case.write_text(text + f"max_points = {points}\n")
-        restart = ["--restart"] if i else []
-        subprocess.run([BINARY, "run", case, "--out", tmp_path / "parts", *restart], stdout=subprocess.DEVNULL, check=False)
-    parts = Results(tmp_path / "parts/results.h5")
+    parts = in_parts(case, stops)
     np.testing.assert_allclose(parts.omega, whole.omega, rtol=1e-10)
     np.testing.assert_allclose(parts.coefficients, whole.coefficients, rtol=0, atol=1e-8 * np.abs(whole.coefficients).max())
 
