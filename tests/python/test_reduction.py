@@ -116,7 +116,8 @@ def test_less_memory_than_psi_needs(make, all_points, ranks):
     assert roomy.summary["reduction"]["kept_psi"]
     refused = run(make("refused", reduction="memory = 0.01", model=all_points), "--dry-run", ranks=ranks, command="reduce", status=3).err
     least = float(re.search(r"would take ([\d.]+) GiB", refused)[1])
-    tight = run(make("tight", reduction=f"memory = {1.02 * least}", model=all_points), ranks=ranks, command="reduce")
+    # Where a process begins differs by a few per cent from run to run; Psi takes a third more than the least on both numbers of ranks.
+    tight = run(make("tight", reduction=f"memory = {1.1 * least}", model=all_points), ranks=ranks, command="reduce")
     assert not tight.summary["reduction"]["kept_psi"] and "a block at a time" in tight.out
     assert peak_of(tight).sum() < peak_of(roomy).sum()
     expect_same(matrices(roomy), matrices(tight))
