@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "contact/fourier.hpp"
+#include "harmonic/slab.hpp"
+#include "transient/weighted_sum.hpp"
 
 namespace dovetail {
 namespace {
@@ -26,7 +28,10 @@ Flow::Flow(const DenseModel &model, double omega, double tolerance)
   for (const double a : model.fourier) most += std::abs(a);
   for (int i = 0; i < n; ++i)
     size_ = std::max(size_, most * std::abs(modes_.force[i]) / std::max(modes_.w2[i], omega * omega));
-  eta_.resize(static_cast<std::size_t>(p + 1) * n), x_.resize(m), g_.resize(m), pull_.resize(n), now_.resize(2 * n);
+  eta_.resize(static_cast<std::size_t>(p + 1) * n), x_.resize(padded<double>(m)), g_.resize(m), now_.resize(2 * n);
+  pull_.resize(padded<double>(n)), rest_pull_.resize(n);
+  for (int i = 0; i < n; ++i)
+    for (int c = 0; c < m; ++c) rest_pull_[i] += modes_.contact[i * m + c] * model.standstill[c / 3].force[c % 3];
   work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // the search for events takes most
   for (const ContactPoint &point : model.contact)
     if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
@@ -89,9 +94,30 @@ std::vector<Memory> Flow::sliders(const State &state) const {
   return w;
 }
 
+// seen_ and pulls_: an open point has no force, and of its motion only the normal part matters until it lands.
+void Flow::lay_out(const State &state) {
+  std::vector<bool> closed;
+  for (const TouchState &touch : state.touch) closed.push_back(touch.closed);
+  if (closed == closed_) return;
+  closed_ = std::move(closed);
+  std::vector<int> columns;
+  for (int c = 0; c < 3 * model_.points; ++c)
+    if (closed_[c / 3] || c % 3 == 2) columns.push_back(c);
+  const int n = modes_.count, m = 3 * model_.points, width = padded<double>(n);
+  seen_columns_ = padded<double>(static_cast<int>(columns.size()));
+  seen_.assign(static_cast<std::size_t>(n) * seen_columns_, 0), pulls_.clear();
+  for (std::size_t j = 0; j < columns.size(); ++j) {
+    for (int i = 0; i < n; ++i) seen_[i * seen_columns_ + j] = modes_.contact[i * m + columns[j]];
+    if (!closed_[columns[j] / 3]) continue;
+    for (int i = 0; i < n; ++i) pulls_.push_back(modes_.contact[i * m + columns[j]]);
+    pulls_.resize(pulls_.size() + width - n);
+  }
+}
+
 // Terms of the motion from time on, of the displacements and forces at the contact points along with them.
 void Flow::expand(const State &state, double time) {
-  const int n = modes_.count, m = 3 * model_.points;
+  const int n = modes_.count;
+  lay_out(state);
   std::copy(state.eta.begin(), state.eta.end(), term(0));
   std::copy(state.rate.begin(), state.rate.end(), term(1));
   Series force{}; // f(t)
@@ -108,13 +134,20 @@ void Flow::expand(const State &state, double time) {
     }
   }
   for (int k = 0; k <= p; ++k) {
-    combine(n, m, term(k), modes_.contact.data(), x_.data());
+    combine(n, seen_columns_, term(k), seen_.data(), x_.data());
+    double *x = x_.data(), *g = g_.data();
     for (int point = 0; point < model_.points; ++point) {
-      for (int d = 0; d < 3 && k == 0; ++d) x_[3 * point + d] += touches_[point].origin()[d];
-      touches_[point].expand(state.touch[point], k, &x_[3 * point], &g_[3 * point]);
+      const bool closed = closed_[point];
+      for (int d = closed ? 0 : 2; d < 3; ++d, ++x)
+        if (k == 0) *x += touches_[point].origin()[d];
+      if (closed)
+        touches_[point].expand(state.touch[point], k, x - 3, g), g += 3;
+      else
+        touches_[point].expand_open(k, x[-1]);
     }
     if (k + 2 > p) continue;
-    combine(m, n, g_.data(), modes_.participation.data(), pull_.data());
+    combine(static_cast<int>(g - g_.data()), static_cast<int>(pull_.size()), g_.data(), pulls_.data(), pull_.data());
+    for (int i = 0; i < n && k == 0; ++i) pull_[i] -= rest_pull_[i];
     const double *now = term(k), *then = term(k + 1), share = 1.0 / ((k + 1) * (k + 2)),
                  damping = model_.damping * (k + 1);
     double *out = term(k + 2);
@@ -152,10 +185,13 @@ void Flow::advance(State &state, double t, int touched, const TouchEvent &event)
   evaluate(t, state.eta.data(), state.rate.data());
   for (int point = 0; point < model_.points; ++point) {
     const bool here = point == touched;
-    std::array<double, 3> v{};
+    std::array<double, 3> x = touches_[point].origin(), v{};
     for (int i = 0; i < n && here; ++i)
-      for (int d = 0; d < 3; ++d) v[d] += state.rate[i] * modes_.contact[i * m + 3 * point + d];
-    touches_[point].advance(state.touch[point], t, here ? event : TouchEvent{}, v.data());
+      for (int d = 0; d < 3; ++d) {
+        const double shape = modes_.contact[i * m + 3 * point + d];
+        x[d] += state.eta[i] * shape, v[d] += state.rate[i] * shape;
+      }
+    touches_[point].advance(state.touch[point], t, here ? event : TouchEvent{}, x, v);
   }
 }
 

@@ -39,6 +39,7 @@ public:
   double work = 1e300;                    ///< multiplications left, roughly
 
 private:
+  void lay_out(const State &state);
   void expand(const State &state, double time);
   double length(const State &state, double left) const;
   void advance(State &state, double t, int touched, const TouchEvent &event);
@@ -55,7 +56,13 @@ private:
   double size_ = 0, reach_ = 0; // largest |eta| so far, or what the force alone would make; in displacements
   double work_of_step_;
   long steps_ = 0;
-  std::vector<double> eta_, x_, g_, pull_, now_; // (order+1, n), (3 points), (3 points), (n), (2 n)
+  std::vector<bool> closed_;      // points, as these are laid out for:
+  int seen_columns_ = 0;          // padded
+  std::vector<double> seen_;      // (n, seen_columns) displacements that matter: t1, t2, n, or n where it is open
+  std::vector<double> pulls_;     // (3 closed points, padded n) what their forces do to the modes
+  std::vector<double> rest_pull_; // (n) what those of the preload do
+  std::vector<double> eta_, x_, g_, now_; // (order+1, n), (seen_columns), (3 points), (2 n)
+  std::vector<double> pull_;              // (padded n)
 };
 
 } // namespace dovetail

@@ -60,17 +60,15 @@ TouchState Touch::at(const double *x, const double *v, const Memory &w, const st
 
 void Touch::expand(const TouchState &state, int k, const double *x, double *g) {
   for (int d = 0; d < 3; ++d) x_[d][k] = x[d], force_[d][k] = 0;
-  if (state.closed) {
-    force_[2][k] = point_.kn * x[2];
-    if (cone() && state.slides)
-      expand_cone(state, k);
-    else
-      for (int d = 0; d < 2; ++d)
-        if (rubs(d))
-          force_[d][k] =
-              state.side[d] != 0 ? state.side[d] * mu_[d] * force_[2][k] : kt_[d] * (k == 0 ? x[d] - state.w[d] : x[d]);
-  }
-  for (int d = 0; d < 3; ++d) g[d] = force_[d][k] - (k == 0 ? rest_.force[d] : 0);
+  force_[2][k] = point_.kn * x[2];
+  if (cone() && state.slides)
+    expand_cone(state, k);
+  else
+    for (int d = 0; d < 2; ++d)
+      if (rubs(d))
+        force_[d][k] =
+            state.side[d] != 0 ? state.side[d] * mu_[d] * force_[2][k] : kt_[d] * (k == 0 ? x[d] - state.w[d] : x[d]);
+  for (int d = 0; d < 3; ++d) g[d] = force_[d][k];
 }
 
 // Where N begins or ends, the direction of slip is a singular equation. Very near to it, it hardly moves.
@@ -178,9 +176,8 @@ void Touch::look_at_cone(const TouchState &state, TouchEvent &event, const Serie
   look(event, Kind::slips, guard, powers);
 }
 
-void Touch::advance(TouchState &state, double t, const TouchEvent &event, const double *v) const {
-  if (!state.closed && event.kind == Kind::none) return;
-  const std::array<double, 3> x{value(x_[0], t), value(x_[1], t), value(x_[2], t)};
+void Touch::advance(TouchState &state, double t, const TouchEvent &event, const std::array<double, 3> &x,
+                    const std::array<double, 3> &v) const {
   if (cone() && state.slides) {
     const std::array<double, 2> T{value(force_[0], t), value(force_[1], t)};
     const double size = std::hypot(T[0], T[1]);
@@ -199,7 +196,7 @@ void Touch::advance(TouchState &state, double t, const TouchEvent &event, const 
   case Kind::lands: {
     const std::array<double, 3> touching{x[0], x[1], std::max(x[2], 0.0)};
     const std::array<double, 2> moved = state.moved;
-    state = at(touching.data(), v, {x[0], x[1]}, state.held);
+    state = at(touching.data(), v.data(), {x[0], x[1]}, state.held);
     state.closed = true, state.moved = moved;
     break;
   }

@@ -43,14 +43,16 @@ public:
   /// The state that displacement x, velocity v and slider w mean. A slider beyond its bound gives way.
   TouchState at(const double *x, const double *v, const Memory &w, const std::array<bool, 2> &held = {}) const;
 
-  /// Term k of the force g(x + x_p) - g(x_p), from that of the displacement (3). k = 0, 1, ..., series_order in turn.
+  /// Term k of the force, from that of the displacement (3), of a closed point. k = 0, 1, ..., series_order in turn.
   void expand(const TouchState &state, int k, const double *x, double *g);
+  void expand_open(int k, double normal) { x_[2][k] = normal; } ///< of an open one
 
   double longest(const TouchState &state) const; ///< step that these series are good for
   /// First event of the step; powers: of its length.
   TouchEvent next(const TouchState &state, const Series &powers, double before) const;
-  /// Follows the state to time t of the step, and through an event there; v: velocity then.
-  void advance(TouchState &state, double t, const TouchEvent &event, const double *v) const;
+  /// Follows the state to time t of the step, and through an event there: x, v: displacement and velocity then.
+  void advance(TouchState &state, double t, const TouchEvent &event, const std::array<double, 3> &x,
+               const std::array<double, 3> &v) const;
 
   /// Position of the sliders: w, or x where they have no place of their own.
   Memory sliders(const TouchState &state, const double *x) const;
@@ -67,7 +69,7 @@ private:
   std::array<double, 2> kt_, mu_;
   std::array<double, 3> origin_;
   double rate_, brief_, tiny_ = 0;
-  std::array<Series, 3> x_{}, force_{};  // displacement, force T1, T2, N over the step
+  std::array<Series, 3> x_{}, force_{};  // displacement, force T1, T2, N over the step; open: x_[2] alone
   Series power_{}, square_{}, lambda_{}; // cone: (mu N)^2 lambda, (mu N)^2, lambda
   bool frozen_ = false;                  // cone: so near landing or lift-off that the direction of slip is kept
 };

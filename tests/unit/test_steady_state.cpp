@@ -506,3 +506,22 @@ TEST(Series, first_zero) {
   double t = std::acos(0.0) / 9;
   EXPECT_NEAR(first_below_zero(wave), t, 1e-9);
 }
+
+TEST(Series, is_not_below_zero_before_the_first_zero_and_zero_there) {
+  int found = 0;
+  for (int seed = 1; seed <= 500; ++seed) {
+    Series c;
+    double size = 0, term = 1 + seed % 7; // of a sum of waves of up to so many radians
+    for (int k = 0; k <= series_order; term *= (1 + seed % 7) / (k + 1.0), ++k)
+      c[k] = term * std::sin(seed * (k + 1.3)), size += std::abs(c[k]);
+    c[0] = std::abs(c[0]);
+    const double zero = first_below_zero(c), round_off = 1e-14 * size;
+    found += zero <= 1;
+    if (zero <= 1) {
+      EXPECT_NEAR(value(c, zero), 0, round_off) << seed;
+    }
+    for (int i = 0; i < 1000 && i * 1e-3 < zero; ++i) EXPECT_GT(value(c, i * 1e-3), -round_off) << seed << " " << i;
+  }
+  EXPECT_GT(found, 100);
+  EXPECT_LT(found, 400);
+}
