@@ -9,6 +9,18 @@
 namespace dovetail {
 namespace {
 
+constexpr int many = 48; // harmonics, from which on transforms take less time than sums
+
+// At least `least`, of small factors.
+int quick_to_transform(int least) {
+  for (int n = least;; ++n) {
+    int left = n;
+    for (const int factor : {2, 3, 5})
+      while (left % factor == 0) left /= factor;
+    if (left == 1) return n;
+  }
+}
+
 constexpr int padded(int count, int to = lane_count) { return (count + to - 1) / to * to; }
 
 // cos m theta, sin m theta from those in the middle of a cell, `turn` away: series in m turn, which is at most pi / 4.
@@ -117,20 +129,25 @@ void Grid::find(long cell, double t, Instant &instant) const {
 }
 
 Grid::Grid(int harmonics)
-    : cells(std::max(64, 8 * harmonics)), ends(padded(cells + 1, at_a_time * lane_count)), width(2 * M_PI / cells),
-      harmonics_(harmonics), stride_(padded(harmonics + 1)), powers_(padded(2 * harmonics + 1)),
-      ends_(2 * harmonics * ends / lane_count), middles_(2 * cells * powers_ / lane_count), taylor_(2 * stride_) {
+    : cells(harmonics < many ? std::max(64, 8 * harmonics) : quick_to_transform(8 * harmonics)),
+      ends(padded(cells + 1, at_a_time * lane_count)), width(2 * M_PI / cells), harmonics_(harmonics),
+      stride_(padded(harmonics + 1)), powers_(padded(2 * harmonics + 1)),
+      transform_(harmonics < many ? nullptr : std::make_unique<WaveTransform>(harmonics, cells)),
+      ends_(transform_ ? 0 : 2 * harmonics * ends / lane_count), middles_(2 * cells * powers_ / lane_count),
+      taylor_(2 * stride_) {
   double *at_ends = ends_.values(), *at_middles = middles_.values(), *terms = taylor_.values();
-  const auto angle = [&](long k, long half_cells) { return M_PI * (k * half_cells % (2 * cells)) / cells; };
-  for (int k = 1; k <= harmonics; ++k)
+  std::vector<std::array<double, 2>> turns; // cosine and sine, half cells apart
+  for (int i = 0; i < 2 * cells; ++i) turns.push_back({std::cos(M_PI * i / cells), std::sin(M_PI * i / cells)});
+  const auto turned = [&](long k, long half_cells) { return turns[k * half_cells % (2 * cells)]; };
+  for (int k = 1; k <= harmonics && !transform_; ++k)
     for (int j = 0; j < ends; ++j) {
-      at_ends[2 * (k - 1) * ends + j] = std::cos(angle(k, 2 * j));
-      at_ends[(2 * k - 1) * ends + j] = std::sin(angle(k, 2 * j));
+      const auto [c, s] = turned(k, 2 * j);
+      at_ends[2 * (k - 1) * ends + j] = c, at_ends[(2 * k - 1) * ends + j] = s;
     }
   for (int j = 0; j < cells; ++j)
     for (int m = 0; m <= 2 * harmonics; ++m) {
-      at_middles[2 * j * powers_ + m] = std::cos(angle(m, 2 * j + 1));
-      at_middles[(2 * j + 1) * powers_ + m] = std::sin(angle(m, 2 * j + 1));
+      const auto [c, s] = turned(m, 2 * j + 1);
+      at_middles[2 * j * powers_ + m] = c, at_middles[(2 * j + 1) * powers_ + m] = s;
     }
   for (int k = 0; k <= harmonics; ++k) {
     double term = 1; // (k half)^q / q!, signs + + - - of cosine and sine
@@ -140,6 +157,11 @@ Grid::Grid(int harmonics)
 }
 
 void Grid::sample(const double *coefficients, int first, int last, double *value, double *slope) const {
+  if (transform_) {
+    transform_->sample(coefficients, value, slope);
+    std::copy_n(value, ends - cells, value + cells), std::copy_n(slope, ends - cells, slope + cells);
+    return;
+  }
   constexpr int together = at_a_time * lane_count;
   const int from = std::max(first, 0) / together * together, to = std::min(last + 2, ends);
   sum_waves(harmonics_, ends, from, to, ends_.values(), coefficients, value, slope);

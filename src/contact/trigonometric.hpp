@@ -2,8 +2,10 @@
 // Trigonometric polynomials f(theta) = a0/2 + sum_{k=1..H} a_k cos k theta + b_k sin k theta: sampled on a grid, and
 // expanded in the cells of that grid, where an ordinary polynomial equals them to round-off.
 #include <array>
+#include <memory>
 #include <vector>
 
+#include "contact/wave_transform.hpp"
 #include "contact/wide.hpp"
 
 namespace dovetail {
@@ -32,8 +34,10 @@ public:
   const double width; ///< of a cell
   double middle(int cell) const { return (cell + 0.5) * width; }
 
-  /// f and f' at the ends of the cells from the first to the last, in (ends) each, from coefficients [a0, a1, b1, ...].
+  /// f and f' at the ends of the cells from the first to the last, or of all, in (ends) each, from coefficients [a0,
+  /// a1, b1, ...].
   void sample(const double *coefficients, int first, int last, double *value, double *slope) const;
+  bool samples_all() const { return transform_ != nullptr; } ///< whatever is asked for
   /// f in a cell; truncated where its terms are below round-off.
   void expand(const Trigonometric &f, int cell, CellPolynomial &out) const;
   /// The instant at t in a cell (of the periods that follow, too).
@@ -41,9 +45,10 @@ public:
 
 private:
   int harmonics_, stride_, powers_;
-  LaneArray<double> ends_;    // (H, 2, ends) cosines and sines at the ends of the cells
-  LaneArray<double> middles_; // (cells, 2, powers) and in the middles, to twice the harmonics
-  LaneArray<double> taylor_;  // (stride, 2, 8) even and odd terms of exp(i k half t)
+  std::unique_ptr<WaveTransform> transform_; // of many harmonics, in place of:
+  LaneArray<double> ends_;                   // (H, 2, ends) cosines and sines at the ends of the cells
+  LaneArray<double> middles_;                // (cells, 2, powers) and in the middles, to twice the harmonics
+  LaneArray<double> taylor_;                 // (stride, 2, 8) even and odd terms of exp(i k half t)
 };
 
 class Trigonometric {
