@@ -49,7 +49,7 @@ constexpr double straight = 0.3;    // angle [rad] and correction [steps] up to 
 // Of the time integration that helps out.
 constexpr int most_integrated = 300;  // dofs
 constexpr int most_periods = 4000;    // little damping takes many
-constexpr double brief_work = 1e10;   // where it is one way of several
+constexpr double brief_work = 2e10;   // where it is one way of several
 constexpr int patient_periods = 8000; // where it is the last way, begun at rest at
 constexpr int seeds = 8;              // frequencies, closer to each other where the curve was left
 

@@ -26,7 +26,7 @@ struct IntegrationSettings {
   int harmonics = 1;       ///< of `coefficients`
   int periods = 200;       ///< at most, those of shooting included
   double tolerance = 1e-6; ///< of `change`, and of what is left to come
-  double work = 2e10;      ///< multiplications at most, roughly: a second or more
+  double work = 2e10;      ///< multiplications at most, roughly: some tenths of a second
 };
 
 /// Integrates at `omega` from the periodic motion `start` (n, 2H+1 of any H; empty: rest in the preload state), the
