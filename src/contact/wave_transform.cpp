@@ -1,6 +1,7 @@
 #include "contact/wave_transform.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "contact/fourier.hpp"
 
@@ -10,7 +11,9 @@ WaveTransform::WaveTransform(int harmonics, int samples)
     : harmonics_(harmonics), samples_(samples), waves_(fftw_alloc_complex(2 * (samples / 2 + 1))),
       values_(fftw_alloc_real(2 * samples)),
       plan_(fftw_plan_many_dft_c2r(1, &samples, 2, waves_.get(), nullptr, 1, samples / 2 + 1, values_.get(), nullptr, 1,
-                                   samples, FFTW_ESTIMATE)) {}
+                                   samples, FFTW_ESTIMATE)) {
+  if (!waves_ || !values_ || !plan_) throw std::bad_alloc();
+}
 
 void WaveTransform::sample(const double *coefficients, double *value, double *slope) {
   fftw_complex *f = waves_.get(), *df = f + samples_ / 2 + 1; // f = sum of f_k exp(i k theta) over k of either sign
