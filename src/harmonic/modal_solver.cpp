@@ -139,9 +139,9 @@ bool ModalSolver::take_windows(double worth) {
   return take;
 }
 
-bool ModalSolver::factor(bool precisely) {
+bool ModalSolver::factor() {
   work_ += chosen_->work();
-  return fresh_ = chosen_->factor(parts(), precisely);
+  return fresh_ = chosen_->factor(parts());
 }
 
 // What damps the springs of points that stick is not always small.
@@ -239,8 +239,10 @@ bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
 int ModalSolver::determinant_sign() {
   if (!may_factor()) return 0;
   int sign = first_sign_ ? *first_sign_ : !by_factors_ ? in_modes_.sign() : factors_sign();
-  if (!(fresh_ && chosen_->tells_sign()) && (sign == 0 || (sign_ != 0 && sign != sign_)))
-    sign = factor(true) ? chosen_->determinant_sign() : 0;
+  if (!(fresh_ && chosen_->tells_sign()) && (sign == 0 || (sign_ != 0 && sign != sign_))) {
+    fresh_ = chosen_->factor(parts(), true); // not counted as work: a run that is restarted does not know sign_
+    sign = fresh_ ? chosen_->determinant_sign() : 0;
+  }
   return sign_ = sign;
 }
 

@@ -39,7 +39,7 @@ private:
   void solve(Vec r, Vec x);
   void choose(); // one way or the other, for a new Jacobian
   bool take_windows(double worth);
-  bool factor(bool precisely = false);
+  bool factor();
   bool factor_all();
   bool may_factor() const;
   double work_in_modes() const; // of an iteration, as ContactFactors::work
