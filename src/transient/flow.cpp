@@ -32,7 +32,7 @@ Flow::Flow(const DenseModel &model, double omega, double tolerance)
   pull_.resize(padded<double>(n)), rest_pull_.resize(n);
   for (int i = 0; i < n; ++i)
     for (int c = 0; c < m; ++c) rest_pull_[i] += modes_.contact[i * m + c] * model.standstill[c / 3].force[c % 3];
-  work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // the search for events takes most
+  work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // all points closed
   for (const ContactPoint &point : model.contact)
     if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
 }
@@ -96,10 +96,10 @@ std::vector<Memory> Flow::sliders(const State &state) const {
 
 // seen_ and pulls_: an open point has no force, and of its motion only the normal part matters until it lands.
 void Flow::lay_out(const State &state) {
-  std::vector<bool> closed;
-  for (const TouchState &touch : state.touch) closed.push_back(touch.closed);
-  if (closed == closed_) return;
-  closed_ = std::move(closed);
+  const auto same = [](bool closed, const TouchState &touch) { return closed == touch.closed; };
+  if (std::equal(closed_.begin(), closed_.end(), state.touch.begin(), state.touch.end(), same)) return;
+  closed_.clear();
+  for (const TouchState &touch : state.touch) closed_.push_back(touch.closed);
   std::vector<int> columns;
   for (int c = 0; c < 3 * model_.points; ++c)
     if (closed_[c / 3] || c % 3 == 2) columns.push_back(c);

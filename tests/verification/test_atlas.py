@@ -301,7 +301,7 @@ def test_hard_first_points(tmp_path, points, most):
         true = [atlas_truth.compared(np.array(one["coefficients"])) for one in said if one["settled"]]
         near += any(atlas_truth.error(motion, one, built.modes) < most for one in true)
     assert found >= 2 * len(points) / 3
-    assert near >= (len(points) - 1) / 2
+    assert near >= found - 1
 
 
 def in_parts(case, stops):
@@ -369,10 +369,9 @@ def test_harmonics_that_were_added_go_again(tmp_path, monkeypatch):
         results = Results(tmp_path / name / "results.h5")
         harmonics, asked = results.points("harmonics"), atlas_scenes.build(atlas_scenes.scenes()[name]).harmonics
         assert harmonics.min() >= asked
-        dropped = np.flatnonzero(np.diff(harmonics) < 0)
-        if len(dropped) > 0:
-            errors.append(np.nanmedian(results.points("error_harmonics")[dropped + 1]))
-    assert len(errors) >= 3 and np.median(errors) < 0.01 and max(errors) < 0.1
+        known = results.points("error_harmonics")[np.flatnonzero(np.diff(harmonics) < 0) + 1]
+        errors.extend(known[~np.isnan(known)][:1])
+    assert len(errors) >= 3 and np.median(errors) < 0.01 and max(errors) < 0.1  # above 0.1 they would not have gone
 
 
 def test_where_estimates_would_cost_too_much(tmp_path, monkeypatch):
