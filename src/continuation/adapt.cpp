@@ -127,7 +127,7 @@ bool Follower::change_harmonics(int harmonics, double error) {
   const int before = system_->harmonics();
   const double step = step_;
   if (!rebuild(std::make_unique<HarmonicSystem>(*system_, harmonics, system_->samples()),
-               settings_.tolerance > 0 ? most_newton : 0))
+               settings_.tolerance > 0 || dear() ? most_newton : 0))
     return false;
   step_ = step;
   unchanged_ = 0;

@@ -16,10 +16,12 @@ constexpr double least_apart = 1e-3; // squared sine of the angle between lines 
 // meets it, however near. The Jacobian beyond the corner knows its tangent, and the sign of the determinant, which
 // stays the same along the curve, on which side of the corner it lies. Where parts of the structure are alike, several
 // contacts change at once, other branches may meet here, and the sign tells nothing: close to the corner the other side
-// is tried as well, and taken unless it is the leg we came by.
-bool Follower::round_corner(double step, Go &outcome) {
+// is tried as well, and taken unless it is the leg we came by. Far along the leg Newton's method takes many iterations:
+// not where they are dear.
+bool Follower::round_corner(double step, Extent extent, Go &outcome) {
   UniqueVec beyond = system_->unknowns(), t = system_->unknowns();
   for (const bool by_sign : {true, false}) {
+    if (!by_sign && extent == Extent::first) break;
     if (by_sign ? here_.sign == 0 : step > close_to_corner) continue;
     std::vector<UniqueVec> tried;
     for (const double ahead : {1.0, 4.0, 0.25, 16.0, 64.0, 0.02}) {
@@ -31,8 +33,11 @@ bool Follower::round_corner(double step, Go &outcome) {
       if (curve_->norm.product(t, here_.t) > 0.9 || std::any_of(tried.begin(), tried.end(), alike)) continue;
       tried.push_back(system_->unknowns());
       check(VecCopy(t, tried.back()), doing);
-      for (const double part : {1.0, 0.1, 8.0})
+      for (const double part : {1.0, 0.1, 8.0}) {
+        if (part > 1 && dear()) break;
         if ((ahead <= 4 || part < 1) && go_round(t, part * step, by_sign, outcome)) return true;
+        if (extent == Extent::first) return false;
+      }
     }
   }
   return false;

@@ -88,7 +88,8 @@ private:
   std::optional<Stability> judge(const Station &s);
 
   // corners.cpp
-  bool round_corner(double step, Go &outcome);
+  enum class Extent { first, all }; // legs that are tried
+  bool round_corner(double step, Extent extent, Go &outcome);
   bool go_round(Vec t, double step, bool by_sign, Go &outcome);
   bool back_to_corner(Station &corner);
 
@@ -176,7 +177,8 @@ private:
   } raised_, coarse_;      // before harmonics were added for the step at hand; and where more did not help
   double estimating_ = 0;  // work that estimates may take
   double integrating_ = 0; // that time integration took
-  int in_vain_ = 0;        // harmonics for which more were tried and led nowhere
+  int in_vain_ = 0;        // harmonics for which more were tried and led nowhere,
+  int end_in_vain_ = 0;    // and with which the other end was looked at briefly, likewise
   double lent_at_ = 0;     // frequency where more were taken last
   int lent_from_;          // fewest that are gone back to after more were taken: the case's, or more than had failed
   std::string refusal_;
@@ -192,8 +194,9 @@ private:
   int stays_ = 0;        // times that no way on was found, since the curve was left;
   double stayed_at_ = 0; // farthest frequency, the last time
   double step_ = 0, arclength_ = 0;
-  double curvature_ = 0; // at the last smooth step: angle per arc length
-  int still_ = 0;        // steps in succession along which only mean positions changed
+  double curvature_ = 0;    // at the last smooth step: angle per arc length
+  int corners_in_vain_ = 0; // times in succession that all legs were tried, up to most_waiting
+  int still_ = 0;           // steps in succession along which only mean positions changed
   int direction_ = 1;
   const int asked_for_;       // harmonics, by the case
   const double begun_at_;     // frequency

@@ -24,11 +24,15 @@ bool Follower::integrates(Way way) { return way == Way::integration || way == Wa
 // The branch is lost at that frequency: what is left of the sweep, from its end back to there.
 bool Follower::from_other_end(const std::string &why, double lost, bool briefly) {
   if (interrupted() || !settings_.both_ends) return false;
+  if (briefly && end_in_vain_ == system_->harmonics()) return false;
   settings_.both_ends = briefly; // if it is tried with all that there is, once
   Station first = curve_->station();
   UniqueVec rest = system_->unknowns();
   std::string how;
-  if (!first_point(settings_.to, rest, first, how, briefly ? Effort::brief : Effort::full)) return false;
+  if (!first_point(settings_.to, rest, first, how, briefly ? Effort::brief : Effort::full)) {
+    if (briefly && !interrupted()) end_in_vain_ = system_->harmonics();
+    return false;
+  }
   turned_round_ = true;
   here_ = std::move(first);
   settings_.both_ends = false;
@@ -118,6 +122,7 @@ bool Follower::leap(Way way, double from, double most) {
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   if ((way == Way::integration || way == Way::anew) && !(integration_left() > 0)) return false;
+  if (way == Way::anew && dear()) return false; // takes long, and was in vain
   const std::string reason = refusal_;
   const double before = here_.omega,
                reached = farther(before) ? before : farthest_->omega; // frequencies of `at` up to there were met

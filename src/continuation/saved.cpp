@@ -43,6 +43,8 @@ BranchState Follower::state() {
                    double(turned_round_),
                    settings_.to,
                    double(in_vain_),
+                   double(end_in_vain_),
+                   double(corners_in_vain_),
                    double(lent_from_),
                    lent_at_,
                    double(unchanged_),
@@ -110,7 +112,8 @@ void Follower::restore(const BranchState &state) {
   settings_.both_ends = take() != 0, turned_round_ = take() != 0;
   if (const double to = take(); turned_round_)
     direction_ = -direction_, settings_.from = std::exchange(settings_.to, to);
-  in_vain_ = take_int(), lent_from_ = take_int(), lent_at_ = take(), unchanged_ = take_int();
+  in_vain_ = take_int(), end_in_vain_ = take_int(), corners_in_vain_ = take_int();
+  lent_from_ = take_int(), lent_at_ = take(), unchanged_ = take_int();
   for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
   curve_->recall(take());
   estimating_ = take(), integrating_ = take();

@@ -21,6 +21,7 @@ constexpr int aimed_newton = 4, most_newton = 8;
 constexpr int most_refinements = 8;        // of the harmonics, for one step
 constexpr double least_newton_step = 1e-4; // shorter steps may take newton.max_iterations
 constexpr double corner_step = 2e-3;       // shorter steps that fail may be at a corner of the curve
+constexpr int most_waiting = 3;            // further halvings, where iterations are dear and that was in vain
 constexpr double close_to_corner = 1e-4;   // so near, both sides of a corner are tried
 constexpr double most_miss = 0.05;         // of the tangents' lines at a corner, of the way there and back
 constexpr int many_bends = 12;             // turning points and corners

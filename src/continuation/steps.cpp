@@ -17,6 +17,7 @@ Follower::Go Follower::advance() {
   const double least = settings_.adaptive ? shortest_step : shortest_step * settings_.step;
   halvings_ = {};
   double corner_due = corner_step;
+  int waiting = dear() ? corners_in_vain_ : 0; // halvings before all legs of a corner are tried
   for (double step = step_; step >= least; step /= 2) {
     Go go = try_step(step);
     for (int i = 0; i < most_refinements && go == Go::refined; ++i) go = try_step(step);
@@ -25,8 +26,11 @@ Follower::Go Follower::advance() {
     ++summary_.counts.cuts;
     notify(BranchEvent::Kind::cut, refusal_ + ", step halved", here_.omega);
     if (Go go; settings_.adaptive && step <= corner_due) {
-      if (round_corner(step, go)) return go;
-      corner_due = step / 64;
+      const bool all = waiting-- <= 0;
+      const bool found = round_corner(step, all ? Extent::all : Extent::first, go);
+      if (all) corners_in_vain_ = found ? 0 : std::min(corners_in_vain_ + 1, most_waiting);
+      if (found) return go;
+      if (all) corner_due = step / 64;
     }
   }
   return settings_.adaptive ? climb() : end(End::stalled, refusal_);

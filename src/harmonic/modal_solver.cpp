@@ -22,6 +22,7 @@ constexpr double usual_reuse = 2;          // Jacobians solved with one set of f
 constexpr double least_gain = 0.5;         // of what is left, by a round of refinement
 constexpr double least_round = 1e-5;       // accuracy of one: its norm is that of the preconditioned remainder
 constexpr double most_expected = 2;        // times those that factors are worth, where few motions are known to help
+constexpr double cached = 3e5;             // entries of the contacts' derivative by a direction, in the cache
 constexpr double fading = 0.95;            // of what is expected in the modes, with every Jacobian factored
 
 } // namespace
@@ -90,7 +91,8 @@ JacobianParts ModalSolver::parts() const {
 bool ModalSolver::may_factor() const { return chosen_->size() < most_factored_; }
 
 double ModalSolver::work_in_modes() const {
-  return in_modes_.work() + 15.0 * factors_.size() * padded<float>(layout_.width);
+  const double entries = static_cast<double>(factors_.size()) * padded<float>(layout_.width);
+  return in_modes_.work() + (entries > cached ? 40 : 15) * entries;
 }
 
 double ModalSolver::work_to_solve() const {
@@ -161,7 +163,7 @@ void ModalSolver::solve(Vec r, Vec x) {
     if (solve_in_modes(r, x, asked)) return;
     taken_ = never;
     take_windows(factors_.work());
-    by_factors_ = factor();
+    by_factors_ = may_factor() && factor();
   }
   if (!by_factors_ || solve_with_factors(r, x, asked)) return;
   if (!fresh_) {
@@ -233,7 +235,7 @@ bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
     work_ += in_modes_.iterations() * work_in_modes();
     return good;
   };
-  return refine(r, x, asked, round, [&] { return in_modes_.sign(); }) || !may_factor();
+  return refine(r, x, asked, round, [&] { return in_modes_.sign(); });
 }
 
 int ModalSolver::determinant_sign() {

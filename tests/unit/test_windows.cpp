@@ -167,3 +167,15 @@ TEST(Windows, solve_with_the_jacobian_and_tell_its_sign) {
   }
   EXPECT_LT(std::abs(sum), 18); // both signs are met
 }
+
+// Where all coefficients are too many to be factored and GMRES in the modes fails.
+TEST(Windows, help_where_nothing_else_does) {
+  const HarmonicSystem like = small_system(LinearForm::modal);
+  const Option none("-hb_modal_ksp_max_it", "1"), few("-hb_factors_most", "700");
+  for (const double deep : {1.6, 1.8, 2.0, 2.2}) {
+    HarmonicSystem system(like, harmonics, exactly);
+    const Solved by_windows = solve(system, 3, deep, 7);
+    EXPECT_LT(by_windows.rough, 1e-3) << deep;
+    EXPECT_LT(by_windows.precise, 1e-9) << deep << " open " << by_windows.open;
+  }
+}
