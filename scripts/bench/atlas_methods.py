@@ -92,8 +92,7 @@ class Plain(reference.HarmonicBalance):
         low, high = np.where(landing, touch, low), np.where(landing, touch, high)
         w, feet = np.broadcast_to(p.w, low.shape[1:]), np.empty_like(low)
         for j in 2 * list(range(self.N)):
-            w = np.where(w.real < low[j].real, low[j], w)
-            w = feet[j] = np.where(w.real > high[j].real, high[j], w)
+            w = np.minimum(np.maximum(w, low[j], out=feet[j]), high[j], out=feet[j])  # complex ones: by their real parts first
         tangential = np.where(closed, c.kt * (surface - feet), 0)
         force = np.concatenate([np.moveaxis(tangential, 0, -1), np.moveaxis(normal, 0, -1)], axis=-2)
         return reference.analysis(force - p.g[..., None], self.H)

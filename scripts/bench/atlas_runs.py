@@ -21,6 +21,7 @@ LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 45, "truth": 4, "beyond": 60, "agai
 MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
 FACTOR = 2
 MORE = ("folds", "corners", "harmonics", "integrations", "leaps", "repeats", "step_cuts", "left_out")  # of Dovetail's summary
+PASSED = 1.4  # lengths of a step after which a curve followed again has mostly come by its end, and need not go on
 STARTS = 3  # points from which a suspect step of Dovetail's is followed again
 
 
@@ -153,9 +154,16 @@ def follower(method, built, folder, run, limit):
             return
         step, sense = np.linalg.norm(whole) / atlas_jumps.FINER, 1 if up @ whole >= 0 else -1
         beyond = run.omega[i], run.omega[i] * (1 + 100 * sense)
-        points = (lambda: ((*point, 0) for point in islice(system.branch(*beyond, step, step, step / 1e3, q), 4 * atlas_jumps.FINER)))
-        done = atlas_methods.collect(points, replace(built, omega=beyond), limit)
-        yield done.omega, done.coefficients
+        branch = ((*point, 0) for point in system.branch(*beyond, step, step, step / 1e3, q))
+        omega, coefficients, left = run.omega[:0], run.coefficients[:0], limit
+        for points in (PASSED * atlas_jumps.FINER, (4 - PASSED) * atlas_jumps.FINER):
+            done = atlas_methods.collect(lambda: islice(branch, int(points)), replace(built, omega=beyond), left)
+            left -= done.seconds
+            if done.points:
+                omega, coefficients = np.r_[omega, done.omega], np.concatenate([coefficients, done.coefficients])
+            yield omega, coefficients
+            if done.end != "arrived" or left < 0:
+                return
 
     def again_dovetail(i):
         """Short sweeps from points before, with the harmonics the curve has there; their steps are a hundredth of the sweep at most."""
