@@ -65,10 +65,10 @@ bool Follower::winds() {
   if (windings_ > 0 && beyond(left_at_) > enough_ahead * omega_unit_) windings_ = 0;
   if (beyond(ahead_.omega) > least_ahead * omega_unit_) ahead_ = {here_.omega, now};
   const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
-  const double least = dear() ? dear_patience : least_patience;
+  const double least = dear() && !orbit_ ? dear_patience : least_patience;
   const double patience = std::max(least, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
   return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
-         farthest_ && beyond(farthest_->omega) < 0 &&
+         farthest_ && (orbit_ || beyond(farthest_->omega) < 0) &&
          (stays_ == 0 || direction_ * (farthest_->omega - stayed_at_) > least_ahead * omega_unit_ ||
           static_cast<double>(now - ahead_.newton) > patience * (1 + stays_));
 }
@@ -92,8 +92,9 @@ bool Follower::leave_from_farthest(std::string why, bool briefly) {
   if (settings_.steps_only) return false;
   bool left;
   if (!farthest_ || direction_ * (here_.omega - farthest_->omega) > 0) { // all that leads ahead was tried
-    left = from_other_end(why, here_.omega, briefly) || (!briefly && leap(Way::sown, here_.omega));
-  } else if (summary_.counts.leaps + summary_.counts.integrations >= most_leaps) {
+    left = (orbit_ && (leap(Way::integration, here_.omega, 0.4) || leap(Way::scattered, here_.omega))) ||
+           from_other_end(why, here_.omega, briefly) || (!briefly && leap(Way::sown, here_.omega));
+  } else if (summary_.counts.leaps >= most_leaps || summary_.counts.integrations >= most_integrations) {
     left = from_other_end(why, farthest_->omega, briefly);
   } else {
     std::swap(here_, *farthest_);
@@ -104,7 +105,7 @@ bool Follower::leave_from_farthest(std::string why, bool briefly) {
                  within = direction_ * (settings_.to - from) > 0 ? from : turned;
     left = (!briefly && leap(Way::newton, from)) || leap(Way::integration, from, 0.4) ||
            (briefly && stays_ == 0 && !dear() && leap(Way::newton, from)) || from_other_end(why, turned, briefly) ||
-           (briefly ? stays_ > 0 && leap(Way::scattered, within) : leap(Way::sown, within));
+           (briefly || orbit_ ? (orbit_ || stays_ > 0) && leap(Way::scattered, within) : leap(Way::sown, within));
     if (left) {
       farthest_.reset();
       ++windings_, left_at_ = turned;

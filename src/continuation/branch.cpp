@@ -34,7 +34,11 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
            "the structure is held by its joint alone in " + std::to_string(motions) +
                (motions == 1 ? " rigid motion" : " rigid motions"),
            settings_.from);
-  if (!first_point(settings_.from, y, first, how, settings_.briefly ? Effort::brief : Effort::full)) {
+  if (settings_.in_time && first_in_time(settings_.from)) {
+    std::swap(first, here_);
+    how += "; the first point comes from time integration, and the curve is followed in time from there";
+  } else if (settings_.in_time ||
+             !first_point(settings_.from, y, first, how, settings_.briefly ? Effort::brief : Effort::full)) {
     if (summary_.end != End::interrupted) summary_.end = End::no_start;
     return summary_;
   }
@@ -47,7 +51,7 @@ void Follower::begin(Station first) {
   here_ = std::move(first);
   if (direction_ < 0) turn(here_);
   curve_->norm.see(here_.y);
-  for (int i = 0; i < most_refinements && refined_for(here_); ++i) {
+  for (int i = 0; i < most_refinements && !orbit_ && refined_for(here_); ++i) {
   }
   verdict_ = judge(here_);
   report(here_, 0, verdict_ ? &*verdict_ : nullptr);
@@ -70,7 +74,7 @@ BranchSummary Follower::follow(bool between) {
   if (settings_.to == settings_.from) end(End::arrived);
   if (summary_.counts.points >= settings_.max_points) between = true;
   while (!ended_) {
-    if (!std::exchange(between, false)) advance();
+    if (!std::exchange(between, false)) orbit_ ? advance_in_time() : advance();
     if (!ended_) after_step();
     const bool lost = summary_.end == End::retraced || summary_.end == End::turned_back || summary_.end == End::stalled;
     if (!ended_ || !lost) continue;
@@ -186,22 +190,30 @@ BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton
   other.both_ends = true;
   const BranchSummary summary = Follower(system, newton, other, observer).run(y, "");
   other.both_ends = false;
-  if (summary.end != BranchSummary::End::no_start || settings.from == settings.to) return summary;
-  const auto begun_at = [&](const std::string &where) {
+  BranchSummary from_there = summary;
+  const auto none = [&] { return from_there.end == BranchSummary::End::no_start; };
+  const auto begin_at = [&](double from, double to, const std::string &where) {
+    if (!none()) return;
+    other.from = from, other.to = to;
     check(VecSet(y, 0), "starting elsewhere");
-    return Follower(system, newton, other, observer).run(y, "no solution was found at " + where);
+    from_there = Follower(system, newton, other, observer).run(y, "no solution was found at " + where);
   };
-  std::swap(other.from, other.to);
-  BranchSummary from_there = begun_at("the other end of the sweep: begun at this one, towards it");
-  other.to = settings.to, other.briefly = true;
-  for (const bool finely : {false, true})
+  const std::string other_end = "the other end of the sweep: begun at this one, towards it";
+  const bool sweep = settings.from != settings.to;
+  if (sweep) begin_at(settings.to, settings.from, other_end);
+  other.in_time = true;
+  begin_at(settings.from, settings.to, sweep ? "either end of the sweep by harmonic balance" : "this frequency by it");
+  if (sweep) begin_at(settings.to, settings.from, other_end);
+  other.briefly = true;
+  for (const bool in_time : {false, true})
     for (const double part : {0.02, 0.2, 0.35, 0.5, 0.65, 0.8}) {
-      if (from_there.end != BranchSummary::End::no_start) return from_there;
-      other.from = settings.from + part * (settings.to - settings.from), other.finely = finely;
-      from_there = begun_at("either end of the sweep: begun at this frequency, towards " +
-                            std::string(settings.to < settings.from ? "lower" : "higher") + " ones");
+      other.in_time = in_time;
+      if (sweep)
+        begin_at(settings.from + part * (settings.to - settings.from), settings.to,
+                 "either end of the sweep: begun at this frequency, towards " +
+                     std::string(settings.to < settings.from ? "lower" : "higher") + " ones");
     }
-  return from_there.end == BranchSummary::End::no_start ? summary : from_there;
+  return none() ? summary : from_there;
 }
 
 } // namespace dovetail

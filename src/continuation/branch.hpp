@@ -23,8 +23,8 @@ struct BranchSettings {
   int stop_after_peaks = 0;     ///< 0: never
   double stop_at_amplitude = 0; ///< of the watched dof; 0: never
   bool steps_only = false;      ///< nothing is tried but steps along the curve
-  bool briefly = false;         ///< for a first point, only the quick ways,
-  bool finely = false;          ///< but with many harmonics
+  bool briefly = false;         ///< for a first point, only the quick ways
+  bool in_time = false;         ///< the first point by integration, to be followed in time
   bool both_ends = false;       ///< where the branch is lost, the rest may be followed from `to`
   bool stability = false;       ///< judge every point
   bool estimates = false;       ///< of the error of every point

@@ -12,6 +12,7 @@ struct Counts {
   int folds = 0, peaks = 0, branch_points = 0, stability_changes = 0; ///< located
   int cuts = 0, corners = 0, samplings = 0, harmonics = 0, leaps = 0,
       integrations = 0;        ///< rungs of the ladder
+  int in_time = 0;             ///< points of curves that were followed in time
   int repeats = 0;             ///< pieces of the curve that were followed once more
   int missed = 0;              ///< frequencies of `at` without solution
   int adaptations = 0;         ///< of the harmonics to the tolerance

@@ -1,7 +1,7 @@
 #pragma once
 // The continuation at work. branch.cpp: from beginning to end; steps.cpp: along the curve; places.cpp: what lies within
 // a step; corners.cpp: round corners; ladder.cpp: what is tried when no step converges; leaps.cpp: to
-// frequencies ahead; astray.cpp: when steps lead nowhere; adapt.cpp: harmonics to a tolerance; first_point.cpp: where
+// frequencies ahead; in_time.cpp: along motions in time; astray.cpp: when steps lead nowhere; adapt.cpp: harmonics to a tolerance; first_point.cpp: where
 // to begin; saved.cpp: where it stands, for a restart.
 #include <memory>
 #include <optional>
@@ -13,6 +13,8 @@
 #include "continuation/step_rules.hpp"
 #include "continuation/trail.hpp"
 #include "stability/large_stability.hpp"
+#include "transient/orbit_curve.hpp"
+#include "transient/steady_state.hpp"
 
 namespace dovetail {
 
@@ -124,6 +126,14 @@ private:
   std::vector<double> aims(Way way, double from, double most) const;
   bool leap(Way way, double from, double most = 0.2);
 
+  // in_time.cpp
+  bool begin_in_time(const DenseModel &model, const SteadyState &steady, double omega);
+  bool first_in_time(double omega);
+  void show(const Motion &motion, double omega, Station &s);
+  int instants() const;
+  Go advance_in_time();
+  bool back_to_harmonics();
+
   // adapt.cpp
   int least_harmonics() const;
   const ErrorEstimate &error_of(Station &s);
@@ -152,6 +162,8 @@ private:
   std::unique_ptr<StabilityTest> stability_;            // of a small model, or
   std::unique_ptr<LargeStabilityTest> large_stability_; // of any
   std::unique_ptr<Estimator> estimator_;
+  std::unique_ptr<OrbitCurve> orbit_; // while the curve is followed in time; here_ shows it then
+  double balanced_at_ = 0;            // frequency where it was begun, or harmonic balance was tried again
   Station here_, trial_;              // last accepted point; the one being tried
   std::optional<Station> before_;     // where the smooth step to here_ began
   std::optional<Station> farthest_;   // where the curve turned back nearest to the end of the sweep

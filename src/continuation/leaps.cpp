@@ -24,7 +24,7 @@ bool Follower::integrates(Way way) { return way == Way::integration || way == Wa
 // The branch is lost at that frequency: what is left of the sweep, from its end back to there.
 bool Follower::from_other_end(const std::string &why, double lost, bool briefly) {
   if (interrupted() || !settings_.both_ends) return false;
-  if (briefly && end_in_vain_ == system_->harmonics()) return false;
+  if (briefly && (orbit_ || end_in_vain_ == system_->harmonics())) return false;
   settings_.both_ends = briefly; // if it is tried with all that there is, once
   Station first = curve_->station();
   UniqueVec rest = system_->unknowns();
@@ -34,6 +34,7 @@ bool Follower::from_other_end(const std::string &why, double lost, bool briefly)
     return false;
   }
   turned_round_ = true;
+  orbit_.reset();
   here_ = std::move(first);
   settings_.both_ends = false;
   settings_.from = std::exchange(settings_.to, lost);
@@ -72,7 +73,7 @@ double Follower::integration_left() const { return (2 + 2 * summary_.counts.inte
 // here_ becomes a solution at that frequency. `share`: of the work left for integration.
 bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
   check(VecCopy(here_.y, trial_.y), "predicting");
-  const bool amply = stays_ > 0 || dear();
+  const bool amply = stays_ > 0 || dear(), in_time = amply || orbit_ || windings_ > 0;
   SteadyState steady;
   if (integrates(way)) {
     IntegrationSettings settings{
@@ -82,6 +83,7 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
     steady = steady_state(model, omega, all_coefficients(system_->layout(), here_.y), settings);
     if (way == Way::integration) integrating_ += steady.work;
     if (!steady.settled) return false;
+    if (in_time && begin_in_time(model, steady, omega)) return true;
     set_coefficients(system_->layout(), steady.coefficients, trial_.y);
   }
   UniqueVec rest = system_->unknowns();
@@ -89,8 +91,12 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
   const bool found = way == Way::anew || way == Way::sown
                          ? first_point(omega, rest, trial_, how, way == Way::sown ? Effort::patient : Effort::full)
                          : curve_->solve_at(omega, trial_, dear() ? impatient_newton : 1);
-  if (found) std::swap(here_, trial_);
-  return found || (integrates(way) && solve_finer(steady.coefficients, omega, amply ? Resort::ample : Resort::usual));
+  if (found)
+    std::swap(here_, trial_);
+  else if (!integrates(way) || !solve_finer(steady.coefficients, omega, amply ? Resort::ample : Resort::usual))
+    return integrates(way) && !in_time && begin_in_time(model, steady, omega);
+  orbit_.reset();
+  return true;
 }
 
 // Frequencies of the sweep after `from`, so far ahead as `most`, of the sweep; where it is sown or scattered, to its
@@ -122,7 +128,7 @@ bool Follower::leap(Way way, double from, double most) {
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   if ((way == Way::integration || way == Way::anew) && !(integration_left() > 0)) return false;
-  if (way == Way::anew && dear()) return false; // takes long, and was in vain
+  if (!integrate && (orbit_ || (way == Way::anew && dear()))) return false; // takes long, and was in vain
   const std::string reason = refusal_;
   const double before = here_.omega,
                reached = farther(before) ? before : farthest_->omega; // frequencies of `at` up to there were met
@@ -151,7 +157,8 @@ bool Follower::leap(Way way, double from, double most) {
     notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
            "the curve could not be followed here (" + reason + "): went on from the " +
                (integrate ? "steady state that time integration finds" : "solution") + " at " +
-               ahead_in_words(std::abs(next - before) / omega_unit_) + "; the branch may have changed",
+               ahead_in_words(std::abs(next - before) / omega_unit_) + (orbit_ ? ", in time" : "") +
+               "; the branch may have changed",
            here_.omega);
     begin_amplitude();
     verdict_ = judge(here_);

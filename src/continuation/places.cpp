@@ -222,12 +222,6 @@ void Follower::begin_stability() {
     large_stability_ = std::make_unique<LargeStabilityTest>(*system_);
 }
 
-std::optional<Stability> Follower::judge(const Station &s) {
-  if (stability_) return stability_->judge(all_coefficients(system_->layout(), s.y), s.omega);
-  if (large_stability_) return large_stability_->judge(s.y);
-  return std::nullopt;
-}
-
 void Follower::tell_stability(double omega, double amplitude) {
   ++summary_.counts.stability_changes;
   notify(BranchEvent::Kind::stability,

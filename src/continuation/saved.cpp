@@ -73,6 +73,10 @@ BranchState Follower::state() {
       state.numbers.push_back(system_->omega(v));
     }
   }
+  state.numbers.push_back(balanced_at_);
+  const std::vector<double> orbit = orbit_ ? orbit_->save() : std::vector<double>{};
+  state.numbers.push_back(static_cast<double>(orbit.size()));
+  state.numbers.insert(state.numbers.end(), orbit.begin(), orbit.end());
   state.trail = trail_.marks();
   state.counts = summary_.counts;
   return state;
@@ -137,6 +141,12 @@ void Follower::restore(const BranchState &state) {
       next = end + 1;
     }
     (*station)->omega = system_->omega((*station)->y);
+  }
+  balanced_at_ = take();
+  if (const auto size = static_cast<std::ptrdiff_t>(take()); size > 0) {
+    orbit_ = std::make_unique<OrbitCurve>(dense_model(*system_), *next, omega_unit_);
+    if (!orbit_->restore({next, next + size})) throw ComputeError("the motion of the run before is not met again");
+    next += size;
   }
   recall_activity();
   verdict_ = judge(here_);

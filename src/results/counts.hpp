@@ -17,6 +17,7 @@ template <class Numbers, class Act> void for_each_count(Numbers &counts, Act &&a
   act("harmonics", counts.harmonics);
   act("leaps", counts.leaps);
   act("integrations", counts.integrations);
+  act("points_in_time", counts.in_time);
   act("repeats", counts.repeats);
   act("missed", counts.missed);
   act("adaptations", counts.adaptations);

@@ -178,7 +178,8 @@ void tell(const BranchStory &story) {
       {counts.harmonics, "harmonics added " + many(counts.harmonics, "time", "times")},
       {counts.repeats, many(counts.repeats, "piece followed again", "pieces followed again")},
       {counts.leaps, many(counts.leaps, "leap", "leaps")},
-      {counts.integrations, many(counts.integrations, "time integration", "time integrations")}};
+      {counts.integrations, many(counts.integrations, "time integration", "time integrations")},
+      {counts.in_time, many(counts.in_time, "point followed in time", "points followed in time")}};
   std::string used;
   for (const auto &[count, words] : rungs)
     if (count > 0) used += (used.empty() ? "" : ", ") + words;

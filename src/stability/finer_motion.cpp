@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "contact/fourier.hpp"
-#include "stability/dense.hpp"
+#include "support/dense.hpp"
 
 namespace dovetail {
 namespace {

@@ -7,7 +7,7 @@
 #include <complex>
 
 #include "harmonic/dense_model.hpp"
-#include "stability/dense.hpp"
+#include "support/dense.hpp"
 #include "stability/waves.hpp"
 
 namespace dovetail {

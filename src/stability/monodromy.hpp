@@ -4,7 +4,7 @@
 // given. The sliders are states as well: they remember.
 #include "harmonic/dense_model.hpp"
 #include "stability/contact_history.hpp"
-#include "stability/dense.hpp"
+#include "support/dense.hpp"
 
 namespace dovetail {
 

@@ -16,18 +16,9 @@ constexpr double two_pi = 6.283185307179586476925287;
 } // namespace
 
 Flow::Flow(const DenseModel &model, double omega, double tolerance)
-    : model_(model), modes_(free_modes(model)), omega_(omega), tolerance_(tolerance) {
+    : model_(model), modes_(free_modes(model)), tolerance_(tolerance) {
   const int n = modes_.count, m = 3 * model.points;
-  for (int point = 0; point < model.points; ++point) {
-    std::array<double, 3> mobility{};
-    for (int i = 0; i < n; ++i)
-      for (int d = 0; d < 3; ++d) mobility[d] += std::pow(modes_.contact[i * m + 3 * point + d], 2);
-    touches_.emplace_back(model.contact[point], model.standstill[point], mobility, 1 / omega);
-  }
-  double most = 0;
-  for (const double a : model.fourier) most += std::abs(a);
-  for (int i = 0; i < n; ++i)
-    size_ = std::max(size_, most * std::abs(modes_.force[i]) / std::max(modes_.w2[i], omega * omega));
+  set_omega(omega);
   eta_.resize(static_cast<std::size_t>(p + 1) * n), x_.resize(padded<double>(m)), g_.resize(m), now_.resize(2 * n);
   pull_.resize(padded<double>(n)), rest_pull_.resize(n);
   for (int i = 0; i < n; ++i)
@@ -35,6 +26,23 @@ Flow::Flow(const DenseModel &model, double omega, double tolerance)
   work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // all points closed
   for (const ContactPoint &point : model.contact)
     if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
+}
+
+void Flow::set_omega(double omega) {
+  const int n = modes_.count, m = 3 * model_.points;
+  omega_ = omega;
+  touches_.clear();
+  for (int point = 0; point < model_.points; ++point) {
+    std::array<double, 3> mobility{};
+    for (int i = 0; i < n; ++i)
+      for (int d = 0; d < 3; ++d) mobility[d] += std::pow(modes_.contact[i * m + 3 * point + d], 2);
+    touches_.emplace_back(model_.contact[point], model_.standstill[point], mobility, 1 / omega);
+  }
+  double most = 0;
+  for (const double a : model_.fourier) most += std::abs(a);
+  size_ = reach_ = 0;
+  for (int i = 0; i < n; ++i)
+    size_ = std::max(size_, most * std::abs(modes_.force[i]) / std::max(modes_.w2[i], omega * omega));
 }
 
 double Flow::contact_rate() const {

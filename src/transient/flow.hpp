@@ -18,7 +18,8 @@ public:
   /// The error of one step stays below `tolerance` times the largest motion so far.
   Flow(const DenseModel &model, double omega, double tolerance = 1e-12);
 
-  State rest() const; ///< the preload state
+  void set_omega(double omega); ///< and forgets how far the motion has reached: what follows depends on it alone
+  State rest() const;           ///< the preload state
   /// (n) each; sliders (points), in total displacements as Standstill::w.
   State state(const std::vector<double> &q, const std::vector<double> &v, const std::vector<Memory> &w) const;
   void dofs_of(const State &state, std::vector<double> &q, std::vector<double> &v, std::vector<Memory> &w) const;

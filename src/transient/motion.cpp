@@ -1,8 +1,12 @@
 #include "transient/motion.hpp"
 
+#include <fftw3.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <new>
 #include <utility>
 
 #include "contact/fourier.hpp"
@@ -57,12 +61,23 @@ std::vector<double> amplitudes(const Motion &motion, double step) {
 }
 
 std::vector<double> coefficients_of(const Motion &motion, int harmonics) {
-  const Fourier fourier(harmonics, motion.instants);
-  std::vector<double> out(static_cast<std::size_t>(motion.dofs) * fourier.size()), course(motion.instants);
-  for (int i = 0; i < motion.dofs; ++i) {
-    for (int j = 0; j < motion.instants; ++j) course[j] = motion.at(j)[i];
-    fourier.analyse(course.data(), &out[static_cast<std::size_t>(i) * fourier.size()]);
-  }
+  const int N = motion.instants, waves = N / 2 + 1;
+  const std::unique_ptr<fftw_complex[], void (*)(void *)> f(
+      fftw_alloc_complex(static_cast<std::size_t>(motion.dofs) * waves), fftw_free);
+  const fftw_plan plan =
+      fftw_plan_many_dft_r2c(1, &N, motion.dofs, const_cast<double *>(motion.q.data()), nullptr, motion.dofs, 1,
+                             f.get(), nullptr, 1, waves, FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
+  if (!f || !plan) throw std::bad_alloc();
+  fftw_execute(plan);
+  fftw_destroy_plan(plan);
+  const std::size_t width = coefficient_count(harmonics);
+  std::vector<double> out(motion.dofs * width);
+  for (int i = 0; i < motion.dofs; ++i)
+    for (int k = 0; k <= harmonics; ++k) { // sum of q_j exp(-i k theta_j)
+      const fftw_complex &wave = f[static_cast<std::size_t>(i) * waves + k];
+      out[i * width + cosine(k)] = 2 * wave[0] / N;
+      if (k > 0) out[i * width + sine(k)] = -2 * wave[1] / N;
+    }
   return out;
 }
 

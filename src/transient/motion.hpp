@@ -21,7 +21,7 @@ double difference(const Motion &now, const Motion &before, int modes);
 /// time between them.
 std::vector<double> amplitudes(const Motion &motion, double step);
 
-/// (dofs, 2H+1)
+/// (dofs, 2H+1); more than 2H instants.
 std::vector<double> coefficients_of(const Motion &motion, int harmonics);
 
 } // namespace dovetail

@@ -4,96 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "transient/period_map.hpp"
 
 namespace dovetail {
 namespace {
-
-using Numbers = std::vector<double>;
-using Held = std::vector<std::array<bool, 2>>; // by contact point and slider
-
-double dot(const Numbers &a, const Numbers &b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); }
-double norm(const Numbers &a) { return std::sqrt(dot(a, a)); }
-void add(Numbers &y, double factor, const Numbers &x) {
-  for (std::size_t i = 0; i < y.size(); ++i) y[i] += factor * x[i];
-}
-
-// One period as a map of numbers: eta, eta' and sliders from their standstill, each such that its square is an energy.
-// Sliders that hardly move in it are held when it is differentiated: often they have slipped until they just do not
-// slip any more, and the map has a corner there, beyond which friction only takes more energy.
-class PeriodMap {
-public:
-  PeriodMap(Flow &flow, int periods) : flow_(flow), left_(periods) {
-    for (const double w2 : flow.modes().w2) weights_.push_back(std::max(std::sqrt(w2), flow.omega()));
-    weights_.resize(2 * weights_.size(), 1.0);
-    for (const ContactPoint &point : flow.model().contact)
-      for (int d = 0; d < 2; ++d) weights_.push_back(has_friction(point.law) ? std::sqrt(point.kt[d]) : 1);
-  }
-
-  std::size_t size() const { return weights_.size(); }
-  int used() const { return used_; }
-
-  Numbers numbers(const Flow::State &state) const {
-    Numbers y = state.eta;
-    y.insert(y.end(), state.rate.begin(), state.rate.end());
-    const std::vector<Memory> w = flow_.sliders(state);
-    for (std::size_t point = 0; point < w.size(); ++point)
-      for (int d = 0; d < 2; ++d) y.push_back(w[point][d] - flow_.model().standstill[point].w[d]);
-    for (std::size_t i = 0; i < y.size(); ++i) y[i] *= weights_[i];
-    return y;
-  }
-
-  Flow::State state(Numbers y, const Held &held) const {
-    for (std::size_t i = 0; i < y.size(); ++i) y[i] /= weights_[i];
-    const int n = flow_.modes().count;
-    std::vector<Memory> w;
-    for (int point = 0; point < flow_.model().points; ++point) {
-      const Memory &at_rest = flow_.model().standstill[point].w;
-      const double *own = &y[2 * n + 2 * point];
-      w.push_back({own[0] + at_rest[0], own[1] + at_rest[1]});
-    }
-    return flow_.modal_state({y.begin(), y.begin() + n}, {y.begin() + n, y.begin() + 2 * n}, w, held);
-  }
-
-  // The numbers a period later, and which sliders hardly moved.
-  bool next(const Numbers &y, Numbers &out, Held &still) {
-    Flow::State at = state(y, {});
-    if (!march(at, out)) return false;
-    still.clear();
-    for (const TouchState &touch : at.touch)
-      still.push_back({touch.moved[0] <= 1e-5 * flow_.reach(), touch.moved[1] <= 1e-5 * flow_.reach()});
-    return true;
-  }
-
-  // The same with sliders held.
-  bool next_held(const Numbers &y, Numbers &out, const Held &held) {
-    Flow::State at = state(y, held);
-    return march(at, out);
-  }
-
-  bool is_held(std::size_t i, const Held &held) const {
-    const int slider = static_cast<int>(i) - motion_numbers();
-    return slider >= 0 && held[slider / 2][slider % 2];
-  }
-
-  // Size of the motion, without the sliders, which may stand far away.
-  double motion_size(const Numbers &y) const { return norm({y.begin(), y.begin() + motion_numbers()}); }
-  int motion_numbers() const { return 2 * flow_.modes().count; }
-
-private:
-  bool march(Flow::State &at, Numbers &out) {
-    if (left_-- <= 0) return false;
-    ++used_;
-    if (!flow_.period(at, 0, motion_)) return false;
-    out = numbers(at);
-    return true;
-  }
-
-  Flow &flow_;
-  int left_, used_ = 0;
-  Numbers weights_;
-  Motion motion_;
-};
 
 // Arnoldi's method with the derivative of the period map at y, by differences: its columns of H, (j+2) each.
 class Krylov {

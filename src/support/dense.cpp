@@ -1,4 +1,4 @@
-#include "stability/dense.hpp"
+#include "support/dense.hpp"
 
 #include <petscsys.h> // first
 
@@ -79,6 +79,13 @@ void Factors::solve(double *b) const {
   const PetscBLASInt n = lu_.rows, one = 1;
   PetscBLASInt info = 0;
   LAPACKgetrs_("N", &n, &one, lu_.values.data(), &n, pivots_.data(), b, &n, &info);
+}
+
+int Factors::sign() const {
+  int sign = 1;
+  for (int i = 0; i < lu_.rows; ++i)
+    if ((pivots_[i] != i + 1) != (lu_(i, i) < 0)) sign = -sign;
+  return sign;
 }
 
 // Taylor's series to t^16 in powers of A^4 (Paterson & Stockmeyer): six products, and one for each halving of t.

@@ -42,6 +42,7 @@ public:
   /// False if singular.
   bool factor(const Dense &A);
   void solve(double *b) const; ///< one right-hand side, in place
+  int sign() const;            ///< of the determinant
 
 private:
   Dense lu_;

@@ -1,0 +1,276 @@
+#include "transient/orbit_curve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace dovetail {
+namespace {
+
+constexpr double first_step = 1e-3, shortest = 1e-8, longest = 0.1;
+constexpr double longest_omega = 0.01;   // of the unit
+constexpr double longest_motion = 0.25;  // of the motion at hand
+constexpr double smallest_motion = 1e-3; // that counts
+constexpr double nearby = 3e-7;          // differences for derivatives, of the motion
+constexpr double converged = 1e-9;       // correction
+constexpr double hopeless = 10;          // likewise
+constexpr double slow = 0.3;             // by which corrections shall fall with the same derivative
+constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations; derivatives
+constexpr int quick = 4, laborious = 6;
+constexpr double most_turned = 0.64, smooth = 0.2, bent = 0.4; // angles [rad]
+constexpr double most_correction = 1;                         // of the step
+constexpr double growth = 1.6, shrinkage = 0.7;
+constexpr double corner_step = 2e-3; // shorter steps that fail may be at a corner
+constexpr long no_limit = 1L << 62;
+
+Numbers ahead(const Numbers &z, double step, const Numbers &t) {
+  Numbers out = z;
+  add(out, step, t);
+  return out;
+}
+
+} // namespace
+
+OrbitCurve::OrbitCurve(DenseModel model, double omega, double omega_unit)
+    : model_(std::move(model)), flow_(model_, omega), map_(flow_, no_limit), omega_begun_(omega), unit_(omega_unit) {}
+
+Numbers OrbitCurve::motion_numbers(const Numbers &z) const {
+  Numbers y(z.begin(), z.end() - 1);
+  for (double &number : y) number *= scale_;
+  return y;
+}
+
+double OrbitCurve::size(const Numbers &z) const { return norm({z.begin(), z.begin() + map_.motion_numbers()}); }
+
+double OrbitCurve::length() const { return before_.empty() ? 0 : norm(ahead(z_, -1, before_)); }
+
+// By how much a period misses the motion it began with; freely: no slider held, and which of them hardly move.
+bool OrbitCurve::miss(const Numbers &z, bool freely, Numbers &r, Held &still) {
+  if (!(z.back() > 0)) return false;
+  flow_.set_omega(z.back() * unit_);
+  const Numbers y = motion_numbers(z);
+  if (!(freely ? map_.next(y, r, still) : map_.next_held(y, r, held_))) return false;
+  for (std::size_t i = 0; i < r.size(); ++i) r[i] = (r[i] - y[i]) / scale_;
+  return true;
+}
+
+// derivative_ at z by differences, and held_.
+bool OrbitCurve::linearise(const Numbers &z) {
+  const int N = static_cast<int>(map_.size());
+  Numbers r, moved;
+  Held none;
+  if (!miss(z, true, r, held_) || !miss(z, false, r, none)) return false;
+  derivative_.reset(N, N + 1);
+  const double step = nearby * std::max(size(z), smallest_motion);
+  for (int j = 0; j <= N; ++j) {
+    if (j < N && map_.is_held(j, held_)) {
+      derivative_(j, j) = 1; // it stays where it is
+      continue;
+    }
+    Numbers aside = z;
+    const double by = j < N ? step : nearby;
+    aside[j] += by;
+    if (!miss(aside, false, moved, none)) return false;
+    for (int i = 0; i < N; ++i) derivative_(i, j) = map_.is_held(i, held_) ? 0 : (moved[i] - r[i]) / by;
+  }
+  return std::isfinite(norm(derivative_.values));
+}
+
+void OrbitCurve::border(const Numbers &row, Factors &out) {
+  const int N = derivative_.rows;
+  Dense whole(N + 1, N + 1);
+  for (int j = 0; j <= N; ++j) {
+    std::copy_n(derivative_.column(j), N, whole.column(j));
+    whole(N, j) = row[j];
+  }
+  out.factor(whole);
+}
+
+Numbers OrbitCurve::tangent(const Factors &factors) const {
+  Numbers t(z_.size());
+  t.back() = 1;
+  factors.solve(t.data());
+  const double length = norm(t);
+  for (double &number : t) number /= length;
+  return t;
+}
+
+// Newton's method on the plane through z across `row`, with the same derivative as long as that does. Sliders that
+// hardly move go where the period leaves them.
+bool OrbitCurve::correct(Numbers &z, const Numbers &row, Factors factors, int most) {
+  const Numbers guess = z;
+  double before = HUGE_VAL;
+  for (int i = 0, anew = 0; i < most; ++i) {
+    Numbers r;
+    Held still;
+    ++newton_;
+    if (!miss(z, true, r, still)) return false;
+    Numbers drift(r.size()), correction(z.size());
+    for (std::size_t j = 0; j < r.size(); ++j) (map_.is_held(j, held_) ? drift[j] : correction[j]) = r[j];
+    for (double &number : correction) number = -number;
+    correction.back() = dot(row, guess) - dot(row, z);
+    factors.solve(correction.data());
+    const double length = norm(correction);
+    if (!(length < hopeless)) return false;
+    add(z, 1, correction);
+    for (std::size_t j = 0; j < drift.size(); ++j) z[j] += drift[j];
+    const bool same = still == held_;
+    if (length < converged * std::max(1.0, size(z)) && (same || i > enough_newton)) return true;
+    if (length > slow * before || !same) {
+      if (++anew > most_anew || !linearise(z)) return false;
+      border(row, factors);
+    }
+    before = length;
+  }
+  return false;
+}
+
+bool OrbitCurve::begin(const std::vector<double> &q, const std::vector<double> &v, const std::vector<Memory> &w,
+                       int direction) {
+  z_ = map_.numbers(flow_.state(q, v, w));
+  scale_ = map_.motion_size(z_);
+  if (!(scale_ > 0)) return false;
+  for (double &number : z_) number /= scale_;
+  z_.push_back(omega_begun_ / unit_);
+  Numbers row(z_.size());
+  row.back() = direction;
+  newton_ = 0;
+  Factors factors;
+  if (!linearise(z_)) return false;
+  border(row, factors);
+  if (!correct(z_, row, factors, most_newton) || !linearise(z_)) return false;
+  border(row, factors);
+  t_ = tangent(factors);
+  stand();
+  step_ = first_step;
+  limit_step();
+  return std::isfinite(norm(t_));
+}
+
+// With the derivative as linearised last, which is that of z_.
+void OrbitCurve::stand() {
+  border(t_, factors_);
+  here_ = derivative_, held_here_ = held_, sign_ = factors_.sign();
+}
+
+// trial_ by a step along t, with that derivative, if the curve goes on smoothly from there.
+bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors) {
+  const Numbers guess = ahead(z_, step, t);
+  trial_ = guess;
+  if (!correct(trial_, t, factors, most_newton) || !(norm(ahead(trial_, -1, guess)) < most_correction * step) ||
+      !linearise(trial_))
+    return false;
+  Factors there;
+  border(t, there);
+  trial_tangent_ = tangent(there);
+  turned_ = std::acos(std::clamp(dot(trial_tangent_, t), -1.0, 1.0));
+  return turned_ < most_turned;
+}
+
+// The tangent of the leg beyond a corner by the derivative there, and its sense by the determinant; where that leads
+// nowhere, the other sense.
+bool OrbitCurve::round_corner(double step) {
+  for (const double beyond : {1.0, 0.1, 10.0}) {
+    if (!linearise(ahead(z_, beyond * step, t_))) continue;
+    Factors factors;
+    border(t_, factors);
+    Numbers t = tangent(factors);
+    const Dense derivative = derivative_;
+    const Held held = held_;
+    border(t, factors);
+    if (factors.sign() != sign_)
+      for (double &number : t) number = -number;
+    for (int sense = 0; sense < 2; ++sense) {
+      derivative_ = derivative, held_ = held;
+      border(t, factors);
+      if (arrive(t, step, factors)) return true;
+      for (double &number : t) number = -number;
+    }
+  }
+  return false;
+}
+
+bool OrbitCurve::step() {
+  newton_ = 0;
+  for (double step = step_; step >= shortest; step /= 2) {
+    const int before = newton_;
+    held_ = held_here_;
+    const bool smoothly = arrive(t_, step, factors_);
+    if (!smoothly && (step > corner_step || !round_corner(step))) continue;
+    const int took = newton_ - before;
+    before_ = std::exchange(z_, trial_);
+    t_ = trial_tangent_;
+    stand();
+    largest_ = std::max(largest_, size(z_));
+    step_ = step;
+    if (smoothly && took <= quick && turned_ < smooth) step_ *= growth;
+    if (took > laborious || turned_ > bent) step_ *= shrinkage;
+    limit_step();
+    return true;
+  }
+  return false;
+}
+
+void OrbitCurve::limit_step() {
+  step_ = std::min({step_, longest * largest_, longest_motion * std::max(size(z_), smallest_motion),
+                    longest_omega / std::max(std::abs(t_.back()), longest_omega)});
+}
+
+Motion OrbitCurve::motion(int instants) {
+  flow_.set_omega(omega());
+  Flow::State at = map_.state(motion_numbers(z_), {});
+  flow_.period(at, instants, motion_);
+  return motion_;
+}
+
+bool OrbitCurve::motion_at(double omega, int instants, Motion &motion) {
+  Numbers z = z_, row(z_.size());
+  const double way = z_.back() - before_.back(), part = way != 0 ? (z_.back() - omega / unit_) / way : 0;
+  add(z, -part, ahead(z_, -1, before_));
+  z.back() = omega / unit_, row.back() = 1;
+  Factors factors;
+  bool found = linearise(z);
+  if (found) {
+    border(row, factors);
+    found = correct(z, row, factors, most_newton);
+  }
+  if (found) {
+    flow_.set_omega(omega);
+    Flow::State at = map_.state(motion_numbers(z), {});
+    found = flow_.period(at, instants, motion);
+  }
+  return found;
+}
+
+std::complex<double> OrbitCurve::multiplier() const {
+  Dense map(here_.rows, here_.rows);
+  for (int j = 0; j < here_.rows; ++j) {
+    if (map_.is_held(j, held_here_)) continue;
+    std::copy_n(here_.column(j), here_.rows, map.column(j));
+    map(j, j) += 1;
+  }
+  std::complex<double> largest = 0;
+  for (const auto &value : eigenvalues(map))
+    if (std::abs(value) > std::abs(largest)) largest = value;
+  return largest;
+}
+
+// omega_begun_ makes the weights of the numbers: given again to the constructor.
+std::vector<double> OrbitCurve::save() const {
+  std::vector<double> out{omega_begun_, scale_, step_, largest_};
+  for (const Numbers *numbers : {&z_, &t_}) out.insert(out.end(), numbers->begin(), numbers->end());
+  return out;
+}
+
+bool OrbitCurve::restore(const std::vector<double> &numbers) {
+  const std::size_t size = map_.size() + 1;
+  if (numbers.size() != 4 + 2 * size) return false;
+  scale_ = numbers[1], step_ = numbers[2], largest_ = numbers[3];
+  z_.assign(numbers.begin() + 4, numbers.begin() + 4 + size);
+  t_.assign(numbers.begin() + 4 + size, numbers.end());
+  if (!linearise(z_)) return false;
+  stand();
+  return true;
+}
+
+} // namespace dovetail
