@@ -12,7 +12,7 @@ constexpr double longest_omega = 0.01;   // of the unit
 constexpr double longest_motion = 0.25;  // of the motion at hand
 constexpr double smallest_motion = 1e-3; // that counts
 constexpr double nearby = 3e-7;          // differences for derivatives, of the motion
-constexpr double converged = 1e-9;       // correction
+constexpr double converged = 1e-7;       // correction: what is left is ten times less
 constexpr double hopeless = 10;          // likewise
 constexpr double slow = 0.3;             // by which corrections shall fall with the same derivative
 constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations; derivatives

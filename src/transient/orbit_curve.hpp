@@ -14,6 +14,8 @@ public:
   /// Motions near those at `omega`. A change of frequency by `omega_unit` counts as much as a motion as large as the
   /// first one.
   OrbitCurve(DenseModel model, double omega, double omega_unit);
+  OrbitCurve(const OrbitCurve &) = delete;
+  OrbitCurve &operator=(const OrbitCurve &) = delete;
 
   /// At the periodic motion near the state q, v (n), w (points) at theta = 0; direction: sign of the way in frequency.
   /// False if Newton's method does not converge.

@@ -1,0 +1,112 @@
+// Periodic motions followed over frequency in time: against time integration at single frequencies, against what
+// multipliers do at turning points, and that a restart goes the same way to the last bit.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "transient/orbit_curve.hpp"
+#include "transient/steady_state.hpp"
+
+using namespace dovetail;
+
+namespace {
+
+// One mass on springs, on one contact point: pressed on by `press`, force along t1 and n.
+DenseModel one_mass(double press, double along, double across, double damping) {
+  DenseModel model;
+  model.points = 1;
+  model.K = {40, 0, 0, 0, 40, 0, 0, 0, 40}, model.M = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  model.force = {along, 0, across}, model.fourier = {0, 0, 1}, model.damping = damping;
+  model.contact = {{Law::coulomb, 120, {30, 30}, {0.3, 0.3}, 0}};
+  model.standstill = {{{0, 0, press / 120}, {0, 0, press}, {0, 0}}};
+  return model;
+}
+
+std::unique_ptr<OrbitCurve> begun(const DenseModel &model, double omega, double unit) {
+  const SteadyState steady = steady_state(model, omega, {}, {.harmonics = 8, .periods = 2000});
+  EXPECT_TRUE(steady.settled);
+  auto curve = std::make_unique<OrbitCurve>(model, omega, unit);
+  EXPECT_TRUE(curve->begin(steady.q, steady.v, steady.w, 1));
+  return curve;
+}
+
+double distance(const std::vector<double> &a, const std::vector<double> &b) {
+  EXPECT_EQ(a.size(), b.size());
+  double most = 0, size = 0;
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+    most = std::max(most, std::abs(a[i] - b[i])), size = std::max(size, std::abs(b[i]));
+  return most / size;
+}
+
+} // namespace
+
+TEST(OrbitCurve, between_turning_points_a_multiplier_is_beyond_one) {
+  const DenseModel model = one_mass(600, 0, 100, 0.01); // lifts off: the peak leans to lower frequencies
+  const auto at = begun(model, 8, 8);
+  OrbitCurve &curve = *at;
+  std::vector<double> turns;
+  double nearest = HUGE_VAL; // to 1, of the multipliers next to a turning point
+  bool rises = true, opens = false;
+  for (int i = 0; i < 2000 && curve.omega() < 16; ++i) {
+    ASSERT_TRUE(curve.step()) << curve.omega();
+    const std::complex<double> multiplier = curve.multiplier();
+    if ((curve.rising() > 0) != rises) {
+      rises = !rises;
+      turns.push_back(curve.omega());
+      nearest = std::min(nearest, std::abs(multiplier - 1.0));
+    } else if (rises) {
+      EXPECT_LT(std::abs(multiplier), 1 + 1e-3) << curve.omega();
+    } else {
+      EXPECT_GT(multiplier.real(), 1 - 1e-3) << curve.omega();
+      EXPECT_EQ(multiplier.imag(), 0) << curve.omega();
+    }
+    const Motion motion = curve.motion(64);
+    for (int j = 0; j < motion.instants; ++j) opens = opens || motion.at(j)[2] < -5;
+  }
+  EXPECT_GE(curve.omega(), 16);
+  EXPECT_TRUE(opens);
+  ASSERT_EQ(turns.size(), 2u);
+  EXPECT_LT(turns[1], turns[0]);
+  EXPECT_LT(nearest, 0.1);
+}
+
+TEST(OrbitCurve, the_motions_are_those_of_time_integration) {
+  for (const DenseModel &model : {one_mass(600, 0, 100, 0.01), one_mass(20, 30, 6, 0.02), one_mass(20, 40, 30, 0.05)}) {
+    const auto at = begun(model, 4, 10);
+    OrbitCurve &curve = *at;
+    double before = curve.omega();
+    int met = 0;
+    for (int i = 0; i < 3000 && curve.omega() < 14; ++i, before = curve.omega()) {
+      ASSERT_TRUE(curve.step()) << curve.omega();
+      for (const double omega : {5.5, 7.5, 8.5, 13.0}) { // with one motion each
+        if (!(before < omega && omega <= curve.omega())) continue;
+        ++met;
+        Motion motion;
+        ASSERT_TRUE(curve.motion_at(omega, 256, motion));
+        const SteadyState steady = steady_state(model, omega, {}, {.harmonics = 8, .periods = 4000, .tolerance = 1e-8});
+        EXPECT_TRUE(steady.settled);
+        EXPECT_LT(distance(coefficients_of(motion, 8), steady.coefficients), 1e-6) << omega;
+      }
+    }
+    EXPECT_EQ(met, 4);
+  }
+}
+
+TEST(OrbitCurve, goes_on_from_what_was_saved_to_the_last_bit) {
+  const DenseModel model = one_mass(20, 40, 30, 0.05);
+  const auto at = begun(model, 4, 10);
+  OrbitCurve &curve = *at;
+  for (int i = 0; i < 30; ++i) ASSERT_TRUE(curve.step());
+  const std::vector<double> saved = curve.save();
+  OrbitCurve other(model, saved[0], 10);
+  EXPECT_FALSE(other.restore({saved.begin(), saved.end() - 1}));
+  ASSERT_TRUE(other.restore(saved));
+  for (int i = 0; i < 30; ++i) {
+    ASSERT_TRUE(curve.step());
+    ASSERT_TRUE(other.step());
+    ASSERT_EQ(curve.omega(), other.omega()) << i;
+    ASSERT_EQ(curve.motion(16).q, other.motion(16).q) << i;
+  }
+}
