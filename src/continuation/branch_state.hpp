@@ -23,6 +23,7 @@ struct Counts {
 struct BranchState {
   int harmonics = 0, samples = 0; ///< in force here; more than the case asks for if the ladder raised them
   std::vector<double> y, tangent;
+  double residual = 0;         ///< norm, at y: not about 0 where a motion in time is shown with some harmonics
   std::vector<double> largest; ///< (n) motion of each dof met so far
   std::vector<double> numbers; ///< step lengths, norms, signs: the continuation's own, in its own order
   GrowingList trail;           ///< marks of the points behind, by which a curve that runs back over itself is known

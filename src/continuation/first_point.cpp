@@ -76,8 +76,7 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Ef
 
   SteadyState steady;
   const bool patient = effort == Effort::patient, begun = summary_.counts.points > 0,
-             nowhere_else = patient || settings_.to == settings_.from,
-             begins = effort == Effort::full && !begun;
+             nowhere_else = patient || settings_.to == settings_.from, begins = effort == Effort::full && !begun;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
   if (system_->layout().dofs() <= most_integrated) {
     IntegrationSettings settings{std::max(H, nowhere_else ? ample_harmonics(w) : needed)};

@@ -1,8 +1,8 @@
 #pragma once
 // The continuation at work. branch.cpp: from beginning to end; steps.cpp: along the curve; places.cpp: what lies within
 // a step; corners.cpp: round corners; ladder.cpp: what is tried when no step converges; leaps.cpp: to
-// frequencies ahead; in_time.cpp: along motions in time; astray.cpp: when steps lead nowhere; adapt.cpp: harmonics to a tolerance; first_point.cpp: where
-// to begin; saved.cpp: where it stands, for a restart.
+// frequencies ahead; in_time.cpp: along motions in time; astray.cpp: when steps lead nowhere; adapt.cpp: harmonics to a
+// tolerance; first_point.cpp: where to begin; saved.cpp: where it stands, for a restart.
 #include <memory>
 #include <optional>
 

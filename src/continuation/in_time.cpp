@@ -86,7 +86,9 @@ void Follower::show(const Motion &motion, double omega, Station &s) {
     for (int j = 0; j < motion.instants; ++j) whole += std::pow(motion.at(j)[i] - mean, 2) / motion.instants;
     for (std::size_t k = 1; k < width; ++k) shown += std::pow(coefficients[i * width + k], 2) / 2;
   }
-  s.error = ErrorEstimate{whole > 0 ? std::sqrt(std::max(0.0, 1 - shown / whole)) : 0, 0, std::nan(""), {}};
+  const double missing = whole > 0 ? std::sqrt(std::max(0.0, 1 - shown / whole)) : 0;
+  const bool modes_known = system_->scaled().model.reduced.left_out.squares.empty(); // nothing to tell of them
+  s.error = ErrorEstimate{missing, 0, modes_known ? 0 : std::nan(""), {}};
 }
 
 // One step in time, with the frequencies that are wanted within.
@@ -174,7 +176,8 @@ bool Follower::back_to_harmonics() {
 std::optional<Stability> Follower::judge(const Station &s) {
   if (!stability_ && !large_stability_) return std::nullopt;
   if (orbit_) return stability_of(orbit_->multiplier());
-  return stability_ ? stability_->judge(all_coefficients(system_->layout(), s.y), s.omega) : large_stability_->judge(s.y);
+  return stability_ ? stability_->judge(all_coefficients(system_->layout(), s.y), s.omega)
+                    : large_stability_->judge(s.y);
 }
 
 } // namespace dovetail

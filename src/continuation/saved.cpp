@@ -11,6 +11,7 @@ BranchState Follower::state() {
   BranchState state;
   state.harmonics = system_->harmonics(), state.samples = system_->samples();
   state.y = all_coefficients(system_->layout(), here_.y), state.tangent = all_coefficients(system_->layout(), here_.t);
+  state.residual = orbit_ ? here_.newton.residual : 0;
   UniqueVec largest = system_->unknowns(); // in the place of each dof's first coefficient
   double *own;
   check(VecGetArray(largest, &own), "saving a state");
@@ -95,7 +96,7 @@ void Follower::restore(const BranchState &state) {
     set_coefficients(system_->layout(), *from[i], to[i]);
     curve_->set_omega(to[i], from[i]->back());
   }
-  here_.omega = state.y.back();
+  here_.omega = state.y.back(), here_.newton.residual = state.residual;
   auto next = state.numbers.begin();
   const auto take = [&] { return *next++; };
   const auto take_int = [&] { return static_cast<int>(take()); };

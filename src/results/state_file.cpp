@@ -39,7 +39,8 @@ std::string fingerprint(const SavedRun &run) {
   };
   for (const auto *values : {&branch.y, &branch.tangent, &branch.largest, &branch.numbers}) take_all(*values);
   take_all(branch.trail);
-  for (const double value : {run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds}) take(value);
+  for (const double value : {branch.residual, run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds})
+    take(value);
   char text[24];
   std::snprintf(text, sizeof text, "%016" PRIx64, hash);
   return text;
@@ -69,6 +70,7 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
                    [&](const char *name, long number) { file.attribute(std::string(count) + name, number); });
     list(file, "/y", run.branch.y);
     list(file, "/tangent", run.branch.tangent);
+    list(file, "/residual", std::vector{run.branch.residual});
     list(file, "/largest", run.branch.largest);
     list(file, "/numbers", run.branch.numbers);
     list(file, "/trail", run.branch.trail);
@@ -100,9 +102,11 @@ SavedRun read_state(const std::filesystem::path &path) {
   run.branch.largest = file.doubles("/largest");
   run.branch.numbers = file.doubles("/numbers");
   run.branch.trail = GrowingList(file.doubles("/trail"));
-  const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds");
+  const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds"), residual = file.doubles("/residual");
   const std::string damaged = path.string() + ": damaged; begin anew without --restart";
-  if (scales.size() != 3 || seconds.size() != 1 || run.branch.y.empty()) throw InputError(damaged);
+  if (scales.size() != 3 || seconds.size() != 1 || residual.size() != 1 || run.branch.y.empty())
+    throw InputError(damaged);
+  run.branch.residual = residual[0];
   run.scales = {scales[0], scales[1], scales[2]};
   run.seconds = seconds[0];
   if (fingerprint(run) != file.text_attribute("fingerprint")) throw InputError(damaged);

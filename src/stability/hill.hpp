@@ -7,8 +7,8 @@
 #include <complex>
 
 #include "harmonic/dense_model.hpp"
-#include "support/dense.hpp"
 #include "stability/waves.hpp"
+#include "support/dense.hpp"
 
 namespace dovetail {
 

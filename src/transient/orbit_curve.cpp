@@ -18,7 +18,7 @@ constexpr double slow = 0.3;             // by which corrections shall fall with
 constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations; derivatives
 constexpr int quick = 4, laborious = 6;
 constexpr double most_turned = 0.64, smooth = 0.2, bent = 0.4; // angles [rad]
-constexpr double most_correction = 1;                         // of the step
+constexpr double most_correction = 1;                          // of the step
 constexpr double growth = 1.6, shrinkage = 0.7;
 constexpr double corner_step = 2e-3; // shorter steps that fail may be at a corner
 constexpr long no_limit = 1L << 62;

@@ -55,14 +55,14 @@ private:
   Flow flow_;
   PeriodMap map_;
   double omega_begun_, unit_, scale_ = 1;
-  Numbers z_, t_;     // numbers of the map over scale_, then omega / unit_; tangent of length 1
-  Numbers before_;    // z_ before the last step
-  Factors factors_;   // of the derivative here, bordered by t_,
-  Dense derivative_;  // without the border: (numbers, numbers + 1) of period map minus 1, as linearised last
-  Dense here_;        // the same, here
-  Held held_;         // sliders that stick all the time, as linearised last,
-  Held held_here_;    // and here
-  int sign_ = 0;      // of the bordered determinant: it stays the same along a curve
+  Numbers z_, t_;    // numbers of the map over scale_, then omega / unit_; tangent of length 1
+  Numbers before_;   // z_ before the last step
+  Factors factors_;  // of the derivative here, bordered by t_,
+  Dense derivative_; // without the border: (numbers, numbers + 1) of period map minus 1, as linearised last
+  Dense here_;       // the same, here
+  Held held_;        // sliders that stick all the time, as linearised last,
+  Held held_here_;   // and here
+  int sign_ = 0;     // of the bordered determinant: it stays the same along a curve
   double step_ = 0, largest_ = 1;
   int newton_ = 0;
   Numbers trial_, trial_tangent_; // a step that was tried
