@@ -65,7 +65,7 @@ bool Follower::winds() {
   if (windings_ > 0 && beyond(left_at_) > enough_ahead * omega_unit_) windings_ = 0;
   if (beyond(ahead_.omega) > least_ahead * omega_unit_) ahead_ = {here_.omega, now};
   const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
-  const double least = dear() && !orbit_ ? dear_patience : least_patience;
+  const double least = orbit_ ? patience_in_time : dear() ? dear_patience : least_patience;
   const double patience = std::max(least, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
   return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
          farthest_ && (orbit_ || beyond(farthest_->omega) < 0) &&
@@ -104,8 +104,9 @@ bool Follower::leave_from_farthest(std::string why, bool briefly) {
                  from = turned + direction_ * skipped * omega_unit_,
                  within = direction_ * (settings_.to - from) > 0 ? from : turned;
     left = (!briefly && leap(Way::newton, from)) || leap(Way::integration, from, 0.4) ||
-           (briefly && stays_ == 0 && !dear() && leap(Way::newton, from)) || from_other_end(why, turned, briefly) ||
-           (briefly || orbit_ ? (orbit_ || stays_ > 0) && leap(Way::scattered, within) : leap(Way::sown, within));
+           (orbit_ && leap(Way::scattered, within)) || (briefly && stays_ == 0 && !dear() && leap(Way::newton, from)) ||
+           from_other_end(why, turned, briefly) ||
+           (!orbit_ && (briefly ? stays_ > 0 && leap(Way::scattered, within) : leap(Way::sown, within)));
     if (left) {
       farthest_.reset();
       ++windings_, left_at_ = turned;

@@ -49,7 +49,7 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
 
 void Follower::begin(Station first) {
   here_ = std::move(first);
-  if (direction_ < 0) turn(here_);
+  if (direction_ < 0 && !orbit_) turn(here_);
   curve_->norm.see(here_.y);
   for (int i = 0; i < most_refinements && !orbit_ && refined_for(here_); ++i) {
   }
@@ -171,7 +171,7 @@ void Follower::report(Station &s, double arclength, const Stability *stability, 
                    !estimator_ ? nullptr
                    : place     ? &error_of(s)
                                : &affordable_error_of(s),
-                   between_error_, 1 - std::abs(settings_.to - s.omega) / omega_unit_});
+                   between_error_, 1 - std::abs(settings_.to - s.omega) / omega_unit_, orbit_ != nullptr});
 }
 
 void Follower::notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude) {

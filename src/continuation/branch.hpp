@@ -42,6 +42,8 @@ struct BranchPoint {
   const ErrorEstimate *error;            ///< likewise
   double between;  ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
   double progress; ///< 0..1, how far from `from` to `to`
+  bool in_time;    ///< found as a motion in time, of which y are the first coefficients: residual and error say by how
+                   ///< much they miss it
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the

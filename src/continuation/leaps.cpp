@@ -73,7 +73,9 @@ double Follower::integration_left() const { return (2 + 2 * summary_.counts.inte
 // here_ becomes a solution at that frequency. `share`: of the work left for integration.
 bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
   check(VecCopy(here_.y, trial_.y), "predicting");
-  const bool amply = stays_ > 0 || dear(), in_time = amply || orbit_ || windings_ > 0;
+  const Layout &layout = system_->layout();
+  const bool amply = stays_ > 0 || dear(), large = layout.dofs() * layout.width * least_patience > most_wound,
+             in_time = amply || orbit_ || (windings_ > 0 && large);
   SteadyState steady;
   if (integrates(way)) {
     IntegrationSettings settings{
@@ -152,7 +154,7 @@ bool Follower::leap(Way way, double from, double most) {
         ++summary_.counts.missed;
         notify(BranchEvent::Kind::missed, "this frequency of continuation.at is left out by a leap", w);
       }
-    if (direction_ < 0) turn(here_);
+    if (direction_ < 0 && !orbit_) turn(here_);
     ++count;
     notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
            "the curve could not be followed here (" + reason + "): went on from the " +

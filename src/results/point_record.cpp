@@ -39,7 +39,7 @@ PointRecord collect(const BranchPoint &point, double seconds) {
   PointRecord record;
   record.omega = point.omega * system.scales().frequency;
   record.arclength = point.arclength;
-  record.harmonics = system.harmonics();
+  record.harmonics = system.harmonics(), record.in_time = point.in_time;
   record.newton = point.newton.newton, record.linear = point.newton.linear;
   record.residual = point.newton.residual;
   record.seconds = seconds;

@@ -20,6 +20,7 @@ struct PointRecord {
   double omega = 0;     ///< [rad/s]
   double arclength = 0; ///< scaled
   int harmonics = 0;
+  int in_time = 0; ///< 1: of a curve that is followed in time
   int newton = 0, linear = 0;
   double residual = 0;                  ///< scaled
   double seconds = 0;                   ///< since the point before

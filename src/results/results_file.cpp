@@ -135,6 +135,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
     if ((modes_estimated_ = !model.left_out.squares.empty())) real("error_modes", &PointRecord::modes_error);
   }
   whole("harmonics", &PointRecord::harmonics);
+  whole("in_time", &PointRecord::in_time);
   whole("newton_iterations", &PointRecord::newton);
   whole("linear_iterations", &PointRecord::linear);
   real("arclength", &PointRecord::arclength);

@@ -1,0 +1,116 @@
+"""Curves that are followed in time, where harmonic balance winds or does not begin: parts of scenes of the atlas."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from launch import BINARY, ROOT
+
+sys.path.insert(0, str(ROOT / "scripts/bench"))
+import atlas_scenes
+import atlas_truth
+
+from dovetail import Results
+
+SCENE = "249"  # two bodies, three stiff contact points: no first point by harmonic balance with all the harmonics that there may be
+PART = (0.995, 0.96)  # of the sweep: from its end, at which integration from rest settles
+
+
+def sweep(part, folder, more=""):
+    """The case of a part of the sweep, its frequencies, and its number of modes."""
+    built = atlas_scenes.build(atlas_scenes.scenes()[SCENE])
+    omega = tuple(float(np.interp(end, (0, 1), built.omega)) for end in part)
+    case = atlas_scenes.write(replace(built, omega=omega), folder)
+    case.write_text(case.read_text() + more)
+    return case, omega, built.modes
+
+
+def run(case, *more):
+    return subprocess.run([BINARY, "run", case, *more], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def followed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("in_time")
+    case, omega, modes = sweep(PART, folder)
+    said = run(case)
+    assert said.returncode == 0, said.stdout[-2000:]
+    return case, omega, modes, Results(folder / "results.h5"), said.stdout
+
+
+def test_said(followed):
+    *_, results, said = followed
+    assert "followed in time from there" in said and "points followed in time" in said
+
+
+def test_points_are_motions(followed):
+    """Time integration, begun at the coefficients of points that were followed in time, finds the same motion; points far apart, and only
+    where a motion that is lost in hundreds of periods can be stayed at."""
+    case, omega, modes, results, _ = followed
+    in_time = np.flatnonzero(results.points("in_time"))
+    assert len(in_time) > 50 and results.omega[-1] == omega[1]
+    chosen = in_time[np.linspace(0, len(in_time) - 1, 6).astype(int)]
+    said = atlas_truth.integrate(case, results.omega[chosen], case.parent / "results.h5", 30)
+    errors = [atlas_truth.error(atlas_truth.compared(results.coefficients[i]), atlas_truth.compared(np.array(one["coefficients"])), modes)
+              for i, one in zip(chosen, said) if one["settled"]]
+    assert len(errors) >= 4 and np.median(errors) < 1e-3, errors
+
+
+def test_what_coefficients_miss_is_told(followed):
+    """The estimated error is what the motion has beyond its harmonics: small, and the more harmonics the less."""
+    *_, results, _ = followed
+    in_time = results.points("in_time") == 1
+    errors = results.points("error_harmonics")[in_time]
+    assert np.all(errors >= 0) and np.median(errors) < 1e-2
+    q = results.coefficients[np.flatnonzero(in_time)[0]][:, 1:]
+    H = q.shape[1] // 2
+    assert np.linalg.norm(q[:, H:]) < 0.1 * np.linalg.norm(q)
+
+
+def test_frequencies_are_met(tmp_path):
+    """Those of `at` and the end exactly, in time as well."""
+    wanted = [float(np.interp(part, (0, 1), atlas_scenes.build(atlas_scenes.scenes()[SCENE]).omega)) for part in (0.99, 0.98)]
+    case, omega, _ = sweep((PART[0], 0.97), tmp_path, f"at = {wanted}\n")
+    said = run(case)
+    assert said.returncode == 0, said.stdout[-2000:]
+    results = Results(tmp_path / "results.h5")
+    missed = results.events.of("missed").omega
+    for one in wanted:
+        assert one in missed or results.points("in_time")[np.flatnonzero(results.omega == one)].any()
+    assert len(missed) < len(wanted) and results.omega[-1] == omega[1]
+
+
+def test_restart(followed):
+    """A run in parts does what one in one go does, to the last bit: within a piece in time, and at its ends."""
+    case, _, _, whole, _ = followed
+    in_time = whole.points("in_time")
+    ends = np.flatnonzero(np.diff(in_time)) + 1
+    stops = sorted({10, len(whole.omega) // 2, *(int(i) for i in ends[:3]), *(int(i) + 1 for i in ends[:3])} - {0, len(whole.omega)})
+    text = case.read_text()
+    for i, points in enumerate([*stops, 10 ** 6]):
+        case.write_text(text + f"max_points = {points}\n")
+        done = run(case, "--out", case.parent / "parts", *(["--restart"] if i else []))
+        assert done.returncode == 0, done.stdout[-2000:]
+    case.write_text(text)
+    parts = Results(case.parent / "parts/results.h5")
+    np.testing.assert_array_equal(parts.omega, whole.omega)
+    np.testing.assert_array_equal(parts.points("in_time"), in_time)
+
+
+def test_stability_by_multipliers(tmp_path):
+    """The largest multiplier is that of shooting, begun at the same point."""
+    case, *_ = sweep((PART[0], 0.98), tmp_path, "\n[stability]\nenabled = true\n")
+    assert run(case).returncode == 0
+    results = Results(tmp_path / "results.h5")
+    in_time = np.flatnonzero(results.points("in_time"))
+    chosen = in_time[np.linspace(0, len(in_time) - 1, 5).astype(int)]
+    said = atlas_truth.integrate(case, results.omega[chosen], tmp_path / "results.h5", 30)
+    found = [(results.points("multiplier")[i], results.points("stable")[i], one["multiplier"]) for i, one in zip(chosen, said)
+             if one["settled"] and one["multiplier"]]
+    assert len(found) >= 3, said
+    for mine, stable, shooting in found:
+        assert mine == pytest.approx(shooting, rel=1e-2)
+        assert stable == (mine < 1)
