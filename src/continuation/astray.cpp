@@ -65,7 +65,7 @@ bool Follower::winds() {
   if (windings_ > 0 && beyond(left_at_) > enough_ahead * omega_unit_) windings_ = 0;
   if (beyond(ahead_.omega) > least_ahead * omega_unit_) ahead_ = {here_.omega, now};
   const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
-  const double least = orbit_ ? patience_in_time : dear() ? dear_patience : least_patience;
+  const double least = dear() && !orbit_ ? dear_patience : least_patience;
   const double patience = std::max(least, most_wound / unknowns) / (1 << std::min(windings_, most_halved));
   return settings_.adaptive && !settings_.steps_only && static_cast<double>(now - ahead_.newton) > patience &&
          farthest_ && (orbit_ || beyond(farthest_->omega) < 0) &&

@@ -86,6 +86,7 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
     if (way == Way::integration) integrating_ += steady.work;
     if (!steady.settled) return false;
     if (in_time && begin_in_time(model, steady, omega)) return true;
+    if (orbit_) return false; // another frequency rather than hundreds of harmonics again
     set_coefficients(system_->layout(), steady.coefficients, trial_.y);
   }
   UniqueVec rest = system_->unknowns();

@@ -7,7 +7,7 @@
 namespace dovetail {
 namespace {
 
-constexpr double first_step = 1e-3, shortest = 1e-8, longest = 0.1;
+constexpr double first_step = 1e-3, shortest = 1e-7, longest = 0.1;
 constexpr double longest_omega = 0.01;   // of the unit
 constexpr double longest_motion = 0.25;  // of the motion at hand
 constexpr double smallest_motion = 1e-3; // that counts
@@ -19,8 +19,12 @@ constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations;
 constexpr int quick = 4, laborious = 6;
 constexpr double most_turned = 0.64, smooth = 0.2, bent = 0.4; // angles [rad]
 constexpr double most_correction = 1;                          // of the step
+constexpr double most_astray = 0.1; // by which a step may point away from the tangent more than the curve turns [rad]
+constexpr double most_off = 0.05;   // of a step, by which its middle may lie off the curve
 constexpr double growth = 1.6, shrinkage = 0.7;
-constexpr double corner_step = 2e-3; // shorter steps that fail may be at a corner
+constexpr double same_leg = -0.99;   // cosine of the angle beyond which a leg is that which led here
+constexpr double corner_step = 2e-3; // shorter steps that fail may be at a corner, or go round it
+constexpr double corner_again = 16;
 constexpr long no_limit = 1L << 62;
 
 Numbers ahead(const Numbers &z, double step, const Numbers &t) {
@@ -64,7 +68,7 @@ bool OrbitCurve::linearise(const Numbers &z) {
   const double step = nearby * std::max(size(z), smallest_motion);
   for (int j = 0; j <= N; ++j) {
     if (j < N && map_.is_held(j, held_)) {
-      derivative_(j, j) = 1; // it stays where it is
+      derivative_(j, j) = -1; // as of one that slips, whose place does not depend on where it was: the sign stays
       continue;
     }
     Numbers aside = z;
@@ -110,7 +114,7 @@ bool OrbitCurve::correct(Numbers &z, const Numbers &row, Factors factors, int mo
     for (double &number : correction) number = -number;
     correction.back() = dot(row, guess) - dot(row, z);
     factors.solve(correction.data());
-    const double length = norm(correction);
+    const double length = norm(correction) + norm(drift);
     if (!(length < hopeless)) return false;
     add(z, 1, correction);
     for (std::size_t j = 0; j < drift.size(); ++j) z[j] += drift[j];
@@ -157,14 +161,31 @@ void OrbitCurve::stand() {
 bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors) {
   const Numbers guess = ahead(z_, step, t);
   trial_ = guess;
-  if (!correct(trial_, t, factors, most_newton) || !(norm(ahead(trial_, -1, guess)) < most_correction * step) ||
-      !linearise(trial_))
-    return false;
+  if (!correct(trial_, t, factors, most_newton) || !linearise(trial_)) return false;
   Factors there;
   border(t, there);
   trial_tangent_ = tangent(there);
   turned_ = std::acos(std::clamp(dot(trial_tangent_, t), -1.0, 1.0));
-  return turned_ < most_turned;
+  const double aside = norm(ahead(trial_, -1, guess)) / step;
+  if (!(turned_ < most_turned && aside < most_correction)) return false;
+  if (&t != &t_ || step <= corner_step) return true; // at a corner
+  return std::atan(aside) < turned_ + most_astray && there.sign() == sign_ && hangs_together(there);
+}
+
+// Whether the middle of the cubic from here to trial_ lies on the curve, by one correction: else the step led to
+// another piece of it, or across a loop.
+bool OrbitCurve::hangs_together(const Factors &there) {
+  const Numbers way = ahead(trial_, -1, z_);
+  const double length = norm(way);
+  Numbers middle = ahead(z_, 0.5, way), r;
+  add(middle, length / 8, t_), add(middle, -length / 8, trial_tangent_);
+  Held none;
+  if (!miss(middle, false, r, none)) return false;
+  r.push_back(0);
+  for (std::size_t i = 0; i + 1 < r.size(); ++i)
+    if (map_.is_held(i, held_)) r[i] = 0;
+  there.solve(r.data());
+  return norm(r) < most_off * length;
 }
 
 // The tangent of the leg beyond a corner by the derivative there, and its sense by the determinant; where that leads
@@ -183,7 +204,7 @@ bool OrbitCurve::round_corner(double step) {
     for (int sense = 0; sense < 2; ++sense) {
       derivative_ = derivative, held_ = held;
       border(t, factors);
-      if (arrive(t, step, factors)) return true;
+      if (arrive(t, step, factors) && dot(trial_tangent_, t_) > same_leg) return true;
       for (double &number : t) number = -number;
     }
   }
@@ -192,11 +213,16 @@ bool OrbitCurve::round_corner(double step) {
 
 bool OrbitCurve::step() {
   newton_ = 0;
+  double corner_due = corner_step;
   for (double step = step_; step >= shortest; step /= 2) {
     const int before = newton_;
     held_ = held_here_;
     const bool smoothly = arrive(t_, step, factors_);
-    if (!smoothly && (step > corner_step || !round_corner(step))) continue;
+    if (!smoothly) {
+      if (step > corner_due) continue;
+      corner_due = step / corner_again; // each time it takes as long as several steps
+      if (!round_corner(step)) continue;
+    }
     const int took = newton_ - before;
     before_ = std::exchange(z_, trial_);
     t_ = trial_tangent_;

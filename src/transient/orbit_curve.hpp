@@ -46,6 +46,7 @@ private:
   Numbers tangent(const Factors &factors) const;
   bool correct(Numbers &z, const Numbers &row, Factors factors, int most);
   bool arrive(const Numbers &t, double step, const Factors &factors);
+  bool hangs_together(const Factors &there);
   void stand();
   bool round_corner(double step);
   double size(const Numbers &z) const; ///< of the motion, in the first one's
