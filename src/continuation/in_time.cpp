@@ -45,8 +45,8 @@ bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady,
   if (!orbit->begin(steady.q, steady.v, steady.w, direction_)) return false;
   orbit_ = std::move(orbit);
   const int H = std::max(asked_for_, ample_harmonics(omega, 1));
-  if (H != system_->harmonics()) {
-    auto system = std::make_unique<HarmonicSystem>(*system_, H, system_->samples());
+  if (H != system_->harmonics() || !exact()) { // exactly: samples that do for the case's harmonics do not for these
+    auto system = std::make_unique<HarmonicSystem>(*system_, H, exactly);
     take_system(*system);
     std::swap(changed_, system); // the old one goes last
   }

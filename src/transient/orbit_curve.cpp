@@ -46,8 +46,6 @@ Numbers OrbitCurve::motion_numbers(const Numbers &z) const {
 
 double OrbitCurve::size(const Numbers &z) const { return norm({z.begin(), z.begin() + map_.motion_numbers()}); }
 
-double OrbitCurve::length() const { return before_.empty() ? 0 : norm(ahead(z_, -1, before_)); }
-
 // By how much a period misses the motion it began with; freely: no slider held, and which of them hardly move.
 bool OrbitCurve::miss(const Numbers &z, bool freely, Numbers &r, Held &still) {
   if (!(z.back() > 0)) return false;
@@ -101,10 +99,10 @@ Numbers OrbitCurve::tangent(const Factors &factors) const {
 
 // Newton's method on the plane through z across `row`, with the same derivative as long as that does. Sliders that
 // hardly move go where the period leaves them.
-bool OrbitCurve::correct(Numbers &z, const Numbers &row, Factors factors, int most) {
+bool OrbitCurve::correct(Numbers &z, const Numbers &row, Factors factors) {
   const Numbers guess = z;
   double before = HUGE_VAL;
-  for (int i = 0, anew = 0; i < most; ++i) {
+  for (int i = 0, anew = 0; i < most_newton; ++i) {
     Numbers r;
     Held still;
     ++newton_;
@@ -142,7 +140,7 @@ bool OrbitCurve::begin(const std::vector<double> &q, const std::vector<double> &
   Factors factors;
   if (!linearise(z_)) return false;
   border(row, factors);
-  if (!correct(z_, row, factors, most_newton) || !linearise(z_)) return false;
+  if (!correct(z_, row, factors) || !linearise(z_)) return false;
   border(row, factors);
   t_ = tangent(factors);
   stand();
@@ -161,7 +159,7 @@ void OrbitCurve::stand() {
 bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors) {
   const Numbers guess = ahead(z_, step, t);
   trial_ = guess;
-  if (!correct(trial_, t, factors, most_newton) || !linearise(trial_)) return false;
+  if (!correct(trial_, t, factors) || !linearise(trial_)) return false;
   Factors there;
   border(t, there);
   trial_tangent_ = tangent(there);
@@ -258,7 +256,7 @@ bool OrbitCurve::motion_at(double omega, int instants, Motion &motion) {
   bool found = linearise(z);
   if (found) {
     border(row, factors);
-    found = correct(z, row, factors, most_newton);
+    found = correct(z, row, factors);
   }
   if (found) {
     flow_.set_omega(omega);

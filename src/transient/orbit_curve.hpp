@@ -27,7 +27,6 @@ public:
   double omega() const { return z_.back() * unit_; }
   double rising() const { return t_.back(); } ///< > 0: frequency grows along the curve from here on
   int newton() const { return newton_; }      ///< iterations of the last step, those that failed included
-  double length() const;                      ///< of the last step, in motions as large as the first one
   Motion motion(int instants);                ///< here
   /// That of the curve at a frequency between those of the last two motions; none where Newton fails.
   bool motion_at(double omega, int instants, Motion &motion);
@@ -44,7 +43,7 @@ private:
   bool linearise(const Numbers &z);
   void border(const Numbers &row, Factors &out);
   Numbers tangent(const Factors &factors) const;
-  bool correct(Numbers &z, const Numbers &row, Factors factors, int most);
+  bool correct(Numbers &z, const Numbers &row, Factors factors);
   bool arrive(const Numbers &t, double step, const Factors &factors);
   bool hangs_together(const Factors &there);
   void stand();
