@@ -151,6 +151,8 @@ Follower::Go Follower::after_step() {
     } else {
       if (!left) stayed_at_ = turned, ++stays_; // it is followed on
       ahead_.newton = summary_.counts.newton;
+      if (!left && orbit_ && stays_ > most_stays)
+        end(End::turned_back, "the curve winds on in time as well, and no way on was found");
     }
   }
   if (!ended_ && still_ == enough_still) {
@@ -167,6 +169,7 @@ Follower::Go Follower::after_step() {
 
 void Follower::report(Station &s, double arclength, const Stability *stability, bool place) {
   ++summary_.counts.points;
+  if (orbit_) ++summary_.counts.in_time;
   observer_.point({s.y, *system_, s.omega, arclength, s.newton, s.activity, stability,
                    !estimator_ ? nullptr
                    : place     ? &error_of(s)

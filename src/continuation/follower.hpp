@@ -166,7 +166,7 @@ private:
   double balanced_at_ = 0;            // frequency where it was begun, or harmonic balance was tried again
   Station here_, trial_;              // last accepted point; the one being tried
   std::optional<Station> before_;     // where the smooth step to here_ began
-  std::optional<Station> farthest_;   // where the curve turned back nearest to the end of the sweep
+  std::optional<Station> farthest_;   // where the curve turned back, or in time was, nearest to the end of the sweep
   std::optional<Station> anchors_[2]; // points of the curve to go back to, `anchored` to twice that behind; the next
   double anchor_arc_ = 0;             // way in the arc norm since the older one,
   double newer_arc_ = 0;              // and since the newer one

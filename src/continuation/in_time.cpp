@@ -40,9 +40,11 @@ int Follower::instants() const {
 // here_ becomes that motion, with as many harmonics as the closed contact wants; the curve is followed in time from
 // there.
 bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady, double omega) {
-  if (system_->layout().dofs() > most_followed) return false;
+  if (system_->layout().dofs() > most_followed || !settings_.adaptive || settings_.steps_only) return false;
   auto orbit = std::make_unique<OrbitCurve>(model, omega, omega_unit_);
-  if (!orbit->begin(steady.q, steady.v, steady.w, direction_)) return false;
+  const bool found = orbit->begin(steady.q, steady.v, steady.w, direction_);
+  summary_.counts.newton += orbit->newton();
+  if (!found) return false;
   orbit_ = std::move(orbit);
   const int H = std::max(asked_for_, ample_harmonics(omega, 1));
   if (H != system_->harmonics() || !exact()) { // exactly: samples that do for the case's harmonics do not for these
@@ -57,7 +59,7 @@ bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady,
 }
 
 bool Follower::first_in_time(double omega) {
-  if (system_->layout().dofs() > most_followed) return false;
+  if (system_->layout().dofs() > most_followed || interrupted()) return false;
   IntegrationSettings settings{system_->harmonics()};
   settings.periods = most_periods;
   const DenseModel model = dense_model(*system_);
@@ -98,7 +100,11 @@ Follower::Go Follower::advance_in_time() {
   summary_.counts.newton += orbit_->newton();
   if (!found) return end(End::stalled, "no step along the periodic motions in time converges");
   const double now = orbit_->omega();
-  const auto passed = [&](double w) { return (w - before) * (w - now) <= 0 && w != before; };
+  const int newton = orbit_->newton();
+  const bool was_outside = beyond_start(before) > 0, outside = beyond_start(now) > 0;
+  const auto passed = [&](double w) {
+    return !(was_outside && outside) && (w - before) * (w - now) <= 0 && w != before;
+  };
   std::vector<double> wanted;
   std::copy_if(settings_.at.begin(), settings_.at.end(), std::back_inserter(wanted), passed);
   if (passed(settings_.to)) wanted.push_back(settings_.to);
@@ -106,20 +112,22 @@ Follower::Go Follower::advance_in_time() {
   if (now < before) std::reverse(wanted.begin(), wanted.end());
   for (const double w : wanted) {
     Motion motion;
-    if (!orbit_->motion_at(w, instants(), motion)) {
+    const bool met = orbit_->motion_at(w, instants(), motion);
+    summary_.counts.newton += orbit_->newton();
+    if (!met) {
       if (w == settings_.to) return end(End::stalled, "the end of the sweep was passed and not met");
       ++summary_.counts.missed;
       notify(BranchEvent::Kind::missed, "at this frequency of continuation.at no periodic motion was found", w);
       continue;
     }
     show(motion, w, trial_);
-    ++summary_.counts.in_time;
     report(trial_, arclength_, nullptr, true);
     if (w != settings_.to) continue;
     here_.omega = w;
     return end(End::arrived);
   }
   show(orbit_->motion(instants()), now, trial_);
+  trial_.newton.newton = newton;
   check(VecWAXPY(predicted_, -1, here_.y, trial_.y), "measuring a step");
   arclength_ += plain_length(predicted_);
   std::swap(here_, trial_);
@@ -129,10 +137,9 @@ Follower::Go Follower::advance_in_time() {
   verdict_ = judge(here_);
   if (verdict_ && verdict_->verdict != Stability::Verdict::uncertain)
     last_verdict_ = verdict_->verdict == Stability::Verdict::stable;
-  if (const bool outside = beyond_start(now) > 0; !outside) {
-    ++summary_.counts.in_time;
+  if (!outside) {
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-  } else if (beyond_start(before) <= 0) {
+  } else if (!was_outside) {
     notify(BranchEvent::Kind::outside,
            "the curve leaves the sweep at its beginning: points beyond are not stored, the next is where it comes back",
            before);

@@ -98,7 +98,6 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
     std::swap(here_, trial_);
   else if (!integrates(way) || !solve_finer(steady.coefficients, omega, amply ? Resort::ample : Resort::usual))
     return integrates(way) && !in_time && begin_in_time(model, steady, omega);
-  orbit_.reset();
   return true;
 }
 
@@ -131,7 +130,8 @@ bool Follower::leap(Way way, double from, double most) {
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   if ((way == Way::integration || way == Way::anew) && !(integration_left() > 0)) return false;
-  if (!integrate && (orbit_ || (way == Way::anew && dear()))) return false; // takes long, and was in vain
+  if (!integrate && orbit_) return false;       // with hundreds of harmonics
+  if (way == Way::anew && dear()) return false; // takes long, and was in vain
   const std::string reason = refusal_;
   const double before = here_.omega,
                reached = farther(before) ? before : farthest_->omega; // frequencies of `at` up to there were met

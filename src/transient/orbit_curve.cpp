@@ -25,6 +25,7 @@ constexpr double growth = 1.6, shrinkage = 0.7;
 constexpr double same_leg = -0.99;   // cosine of the angle beyond which a leg is that which led here
 constexpr double corner_step = 2e-3; // shorter steps that fail may be at a corner, or go round it
 constexpr double corner_again = 16;
+constexpr double most_work = 2e9; // multiplications, for one period: an orderly one takes 1e5 to 1e7
 constexpr long no_limit = 1L << 62;
 
 Numbers ahead(const Numbers &z, double step, const Numbers &t) {
@@ -49,7 +50,7 @@ double OrbitCurve::size(const Numbers &z) const { return norm({z.begin(), z.begi
 // By how much a period misses the motion it began with; freely: no slider held, and which of them hardly move.
 bool OrbitCurve::miss(const Numbers &z, bool freely, Numbers &r, Held &still) {
   if (!(z.back() > 0)) return false;
-  flow_.set_omega(z.back() * unit_);
+  flow_.set_omega(z.back() * unit_), flow_.work = most_work;
   const Numbers y = motion_numbers(z);
   if (!(freely ? map_.next(y, r, still) : map_.next_held(y, r, held_))) return false;
   for (std::size_t i = 0; i < r.size(); ++i) r[i] = (r[i] - y[i]) / scale_;
@@ -238,10 +239,11 @@ bool OrbitCurve::step() {
 void OrbitCurve::limit_step() {
   step_ = std::min({step_, longest * largest_, longest_motion * std::max(size(z_), smallest_motion),
                     longest_omega / std::max(std::abs(t_.back()), longest_omega)});
+  step_ = std::max(step_, 10 * shortest);
 }
 
 Motion OrbitCurve::motion(int instants) {
-  flow_.set_omega(omega());
+  flow_.set_omega(omega()), flow_.work = most_work;
   Flow::State at = map_.state(motion_numbers(z_), {});
   flow_.period(at, instants, motion_);
   return motion_;
@@ -249,6 +251,7 @@ Motion OrbitCurve::motion(int instants) {
 
 bool OrbitCurve::motion_at(double omega, int instants, Motion &motion) {
   Numbers z = z_, row(z_.size());
+  newton_ = 0;
   const double way = z_.back() - before_.back(), part = way != 0 ? (z_.back() - omega / unit_) / way : 0;
   add(z, -part, ahead(z_, -1, before_));
   z.back() = omega / unit_, row.back() = 1;
@@ -259,7 +262,7 @@ bool OrbitCurve::motion_at(double omega, int instants, Motion &motion) {
     found = correct(z, row, factors);
   }
   if (found) {
-    flow_.set_omega(omega);
+    flow_.set_omega(omega), flow_.work = most_work;
     Flow::State at = map_.state(motion_numbers(z), {});
     found = flow_.period(at, instants, motion);
   }
@@ -274,24 +277,28 @@ std::complex<double> OrbitCurve::multiplier() const {
     map(j, j) += 1;
   }
   std::complex<double> largest = 0;
-  for (const auto &value : eigenvalues(map))
+  const auto values = eigenvalues(map);
+  if (values.empty()) return std::nan("");
+  for (const auto &value : values)
     if (std::abs(value) > std::abs(largest)) largest = value;
   return largest;
 }
 
-// omega_begun_ makes the weights of the numbers: given again to the constructor.
+// omega_begun_ makes the weights of the numbers: given again to the constructor. The unit may be another one there, for
+// the end of the sweep may move.
 std::vector<double> OrbitCurve::save() const {
-  std::vector<double> out{omega_begun_, scale_, step_, largest_};
+  std::vector<double> out{omega_begun_, unit_, scale_, step_, largest_};
   for (const Numbers *numbers : {&z_, &t_}) out.insert(out.end(), numbers->begin(), numbers->end());
   return out;
 }
 
 bool OrbitCurve::restore(const std::vector<double> &numbers) {
   const std::size_t size = map_.size() + 1;
-  if (numbers.size() != 4 + 2 * size) return false;
-  scale_ = numbers[1], step_ = numbers[2], largest_ = numbers[3];
-  z_.assign(numbers.begin() + 4, numbers.begin() + 4 + size);
-  t_.assign(numbers.begin() + 4 + size, numbers.end());
+  constexpr int own = 5;
+  if (numbers.size() != own + 2 * size) return false;
+  unit_ = numbers[1], scale_ = numbers[2], step_ = numbers[3], largest_ = numbers[4];
+  z_.assign(numbers.begin() + own, numbers.begin() + own + size);
+  t_.assign(numbers.begin() + own + size, numbers.end());
   if (!linearise(z_)) return false;
   stand();
   return true;

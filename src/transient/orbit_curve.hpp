@@ -26,11 +26,12 @@ public:
 
   double omega() const { return z_.back() * unit_; }
   double rising() const { return t_.back(); } ///< > 0: frequency grows along the curve from here on
-  int newton() const { return newton_; }      ///< iterations of the last step, those that failed included
+  int newton() const { return newton_; }      ///< iterations of the last call, those that failed included
   Motion motion(int instants);                ///< here
   /// That of the curve at a frequency between those of the last two motions; none where Newton fails.
   bool motion_at(double omega, int instants, Motion &motion);
-  /// Largest multiplier of the motion here; that of sliders that stick all the time, which is 1, is left out.
+  /// Largest multiplier of the motion here; that of sliders that stick all the time, which is 1, is left out. NaN where
+  /// LAPACK finds none.
   std::complex<double> multiplier() const;
 
   std::vector<double> save() const;

@@ -94,8 +94,8 @@ TEST(OrbitCurve, motions_come_back_by_small_steps) {
       const Motion motion = at->motion(1);
       std::vector<double> begin(motion.q.begin(), motion.q.end());
       begin.insert(begin.end(), motion.v.begin(), motion.v.end());
-      const std::vector<double> saved = at->save(); // sliders: numbers 6 and 7 of the map, from 4 on
-      for (int d = 0; d < 2; ++d) begin.push_back(saved[10 + d] * saved[1] / std::sqrt(30.0));
+      const std::vector<double> saved = at->save(); // sliders: numbers 6 and 7 of the map, from 5 on
+      for (int d = 0; d < 2; ++d) begin.push_back(saved[11 + d] * saved[2] / std::sqrt(30.0));
       EXPECT_LT(distance(by_small_steps(model, at->omega(), begin, 20000), begin), 2e-4) << at->omega();
     }
     if (model.force[0] == 0) EXPECT_GT(falling, 10); // unstable ones, too
@@ -160,7 +160,7 @@ TEST(OrbitCurve, goes_on_from_what_was_saved_to_the_last_bit) {
   OrbitCurve &curve = *at;
   for (int i = 0; i < 30; ++i) ASSERT_TRUE(curve.step());
   const std::vector<double> saved = curve.save();
-  OrbitCurve other(model, saved[0], 10);
+  OrbitCurve other(model, saved[0], 20); // the end of the sweep has moved
   EXPECT_FALSE(other.restore({saved.begin(), saved.end() - 1}));
   ASSERT_TRUE(other.restore(saved));
   for (int i = 0; i < 30; ++i) {
