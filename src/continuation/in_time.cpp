@@ -29,6 +29,16 @@ Stability stability_of(std::complex<double> multiplier) {
   return out;
 }
 
+// Where no contact opens there is no labyrinth, and what harmonic balance lacks is not harmonics.
+bool opens(const DenseModel &model, const Motion &motion) {
+  for (int p = 0; p < model.points; ++p) {
+    const double play = model.standstill[p].x[2] - model.contact[p].gap;
+    for (int j = 0; j < motion.instants && model.contact[p].law != Law::bilateral; ++j)
+      if (motion.at(j)[model.modes + 3 * p + 2] + play < 0) return true;
+  }
+  return false;
+}
+
 } // namespace
 
 int Follower::instants() const {
@@ -44,7 +54,7 @@ bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady,
   auto orbit = std::make_unique<OrbitCurve>(model, omega, omega_unit_);
   const bool found = orbit->begin(steady.q, steady.v, steady.w, direction_);
   summary_.counts.newton += orbit->newton();
-  if (!found) return false;
+  if (!found || !opens(model, orbit->motion(instants()))) return false;
   orbit_ = std::move(orbit);
   const int H = std::max(asked_for_, ample_harmonics(omega, 1));
   if (H != system_->harmonics() || !exact()) { // exactly: samples that do for the case's harmonics do not for these
