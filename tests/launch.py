@@ -15,6 +15,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from dovetail import Results
+
 ROOT = Path(__file__).resolve().parents[1]
 BINARY = Path(os.environ.get("DOVETAIL", ROOT / "build" / "dovetail"))
 SURROUNDINGS = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1",
@@ -87,6 +89,17 @@ def words_of(command, status=0):
     assert process.returncode == status, told
     assert "PETSC ERROR" not in err and "Segmentation" not in err, told
     return out, err
+
+
+def in_parts(case, stops):
+    """The results of a run of a case file that was stopped after each of these numbers of points and restarted."""
+    text = case.read_text()
+    for i, points in enumerate([*stops, 10**6]):
+        case.write_text(text + f"max_points = {points}\n")
+        restart = ["--restart"] if i else []
+        subprocess.run([BINARY, "run", case, "--out", case.parent / "parts", *restart], stdout=subprocess.DEVNULL, check=False)
+    case.write_text(text)
+    return Results(case.parent / "parts/results.h5")
 
 
 @contextmanager

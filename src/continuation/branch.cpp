@@ -20,7 +20,8 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
       curve_(std::make_unique<Curve>(system, newton, omega_unit_, settings.adaptive, summary_.counts)),
       meter_(std::make_unique<AmplitudeMeter>(system.layout(), settings.watched)), here_(curve_->station()),
       trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_), lent_from_(system.harmonics()),
-      direction_(settings.to < settings.from ? -1 : 1), asked_for_(system.harmonics()), begun_at_(settings.from) {
+      direction_(settings.to < settings.from ? -1 : 1), asked_for_(system.harmonics()),
+      asked_samples_(system.samples()), begun_at_(settings.from) {
   if (settings.stability) begin_stability();
   if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, omega_unit_, newton.residual_tolerance);
 }

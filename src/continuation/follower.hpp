@@ -102,6 +102,7 @@ private:
   // ladder.cpp
   Go climb();
   void take_system(HarmonicSystem &system);
+  void adopt(std::unique_ptr<HarmonicSystem> system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
   bool better_sampling();
   /// last: more harmonics, closer to each other, and more of Newton's iterations, and then ample ones; ample: these
@@ -210,7 +211,8 @@ private:
   int corners_in_vain_ = 0; // times in succession that all legs were tried, up to most_waiting
   int still_ = 0;           // steps in succession along which only mean positions changed
   int direction_ = 1;
-  const int asked_for_;       // harmonics, by the case
+  const int asked_for_;       // harmonics, by the case,
+  const int asked_samples_;   // and samples
   const double begun_at_;     // frequency
   bool turned_round_ = false; // what is left is followed from the other end
   int last_verdict_ = -1;     // the last that was certain: 1 stable, 0 unstable; -1: none yet

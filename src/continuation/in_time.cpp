@@ -5,29 +5,15 @@
 #include <utility>
 
 #include "continuation/follower.hpp"
+#include "stability/growth.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr PetscInt most_followed = 48; // dofs: a step takes some three periods for each
 constexpr double as_before = 0.05;     // by which harmonic balance may differ, of the motion, to go on with it
-constexpr double unstable = 1 + 1e-4;  // multipliers are known to that
+constexpr double accuracy = 2e-5;      // of growth, where multipliers near 1 are known to 1e-4
 constexpr int least_instants = 1024;
-
-Stability stability_of(std::complex<double> multiplier) {
-  using Kind = Stability::Kind;
-  Stability out;
-  out.multiplier = std::abs(multiplier);
-  out.growth = std::log(out.multiplier) / (2 * std::acos(-1));
-  out.verdict = out.multiplier < 1          ? Stability::Verdict::stable
-                : out.multiplier > unstable ? Stability::Verdict::unstable
-                                            : Stability::Verdict::uncertain;
-  if (out.verdict == Stability::Verdict::unstable)
-    out.kind = multiplier.imag() != 0  ? Kind::second_frequency
-               : multiplier.real() > 0 ? Kind::jump
-                                       : Kind::period_doubling;
-  return out;
-}
 
 // Where no contact opens there is no labyrinth, and what harmonic balance lacks is not harmonics.
 bool opens(const DenseModel &model, const Motion &motion) {
@@ -58,9 +44,7 @@ bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady,
   orbit_ = std::move(orbit);
   const int H = std::max(asked_for_, ample_harmonics(omega, 1));
   if (H != system_->harmonics() || !exact()) { // exactly: samples that do for the case's harmonics do not for these
-    auto system = std::make_unique<HarmonicSystem>(*system_, H, exactly);
-    take_system(*system);
-    std::swap(changed_, system); // the old one goes last
+    adopt(std::make_unique<HarmonicSystem>(*system_, H, exactly));
   }
   show(orbit_->motion(instants()), omega, here_);
   bends_.clear(), crowded_.clear();
@@ -162,10 +146,10 @@ Follower::Go Follower::advance_in_time() {
   return Go::on;
 }
 
-// On by harmonic balance, with the case's harmonics, if that has nearly the same solution here.
+// On by harmonic balance, with the case's harmonics and samples, if that has nearly the same solution here.
 bool Follower::back_to_harmonics() {
   balanced_at_ = here_.omega;
-  auto system = std::make_unique<HarmonicSystem>(*system_, asked_for_, system_->samples());
+  auto system = std::make_unique<HarmonicSystem>(*system_, asked_for_, asked_samples_);
   Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
   Station there = curve.station();
   UniqueVec motion = system->unknowns();
@@ -178,8 +162,7 @@ bool Follower::back_to_harmonics() {
     return false;
   const bool falls = orbit_->rising() < 0;
   orbit_.reset();
-  take_system(*system);
-  std::swap(changed_, system); // the old one goes last
+  adopt(std::move(system));
   here_ = std::move(there);
   if (falls) turn(here_);
   notify(BranchEvent::Kind::harmonics,
@@ -192,7 +175,7 @@ bool Follower::back_to_harmonics() {
 
 std::optional<Stability> Follower::judge(const Station &s) {
   if (!stability_ && !large_stability_) return std::nullopt;
-  if (orbit_) return stability_of(orbit_->multiplier());
+  if (orbit_) return conclude_alone(largest_of(orbit_->multipliers()), accuracy);
   return stability_ ? stability_->judge(all_coefficients(system_->layout(), s.y), s.omega)
                     : large_stability_->judge(s.y);
 }

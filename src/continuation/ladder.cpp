@@ -44,6 +44,12 @@ void Follower::take_system(HarmonicSystem &system) {
   if (estimator_) estimator_->match(system);
 }
 
+// In place of the one given, or of the last such one, which goes only then.
+void Follower::adopt(std::unique_ptr<HarmonicSystem> system) {
+  take_system(*system);
+  std::swap(changed_, system);
+}
+
 // The same point and direction in another system; everything stays as it is if there is none. `most`: iterations, and
 // no second try with a line search.
 bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
@@ -66,8 +72,7 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   if (!found) return false;
   check(VecAXPY(padded, -1, there.y), "changing harmonics");
   if (curve.norm.length(padded) > most_change) return false; // that is another branch
-  take_system(*system);
-  std::swap(changed_, system); // the old one goes last
+  adopt(std::move(system));
   here_ = std::move(there);
   begin_amplitude();
   step_ = step_after;
@@ -137,8 +142,7 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega, Resort re
     Station s = curve.station();
     set_coefficients(system->layout(), q, s.y);
     if (!curve.solve_at(omega, s, times)) continue;
-    take_system(*system);
-    std::swap(changed_, system); // the old one goes last
+    adopt(std::move(system));
     here_ = std::move(s);
     lent_at_ = omega, unchanged_ = 0;
     ++summary_.counts.harmonics;

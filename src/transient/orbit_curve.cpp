@@ -57,12 +57,14 @@ bool OrbitCurve::miss(const Numbers &z, bool freely, Numbers &r, Held &still) {
   return true;
 }
 
-// derivative_ at z by differences, and held_.
+// derivative_ at z by differences, and held_. Where no slider is held the period is the same as freely.
 bool OrbitCurve::linearise(const Numbers &z) {
   const int N = static_cast<int>(map_.size());
   Numbers r, moved;
   Held none;
-  if (!miss(z, true, r, held_) || !miss(z, false, r, none)) return false;
+  if (!miss(z, true, r, held_)) return false;
+  const bool some = std::any_of(held_.begin(), held_.end(), [](const auto &held) { return held[0] || held[1]; });
+  if (some && !miss(z, false, r, none)) return false;
   derivative_.reset(N, N + 1);
   const double step = nearby * std::max(size(z), smallest_motion);
   for (int j = 0; j <= N; ++j) {
@@ -156,8 +158,8 @@ void OrbitCurve::stand() {
   here_ = derivative_, held_here_ = held_, sign_ = factors_.sign();
 }
 
-// trial_ by a step along t, with that derivative, if the curve goes on smoothly from there.
-bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors) {
+// trial_ by a step along t, with that derivative; checked: if the curve runs smoothly from here to there.
+bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors, bool checked) {
   const Numbers guess = ahead(z_, step, t);
   trial_ = guess;
   if (!correct(trial_, t, factors) || !linearise(trial_)) return false;
@@ -167,8 +169,7 @@ bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors) {
   turned_ = std::acos(std::clamp(dot(trial_tangent_, t), -1.0, 1.0));
   const double aside = norm(ahead(trial_, -1, guess)) / step;
   if (!(turned_ < most_turned && aside < most_correction)) return false;
-  if (&t != &t_ || step <= corner_step) return true; // at a corner
-  return std::atan(aside) < turned_ + most_astray && there.sign() == sign_ && hangs_together(there);
+  return !checked || (std::atan(aside) < turned_ + most_astray && there.sign() == sign_ && hangs_together(there));
 }
 
 // Whether the middle of the cubic from here to trial_ lies on the curve, by one correction: else the step led to
@@ -194,16 +195,15 @@ bool OrbitCurve::round_corner(double step) {
     if (!linearise(ahead(z_, beyond * step, t_))) continue;
     Factors factors;
     border(t_, factors);
-    Numbers t = tangent(factors);
+    Numbers t = tangent(factors); // with it as border the sign is the same
     const Dense derivative = derivative_;
     const Held held = held_;
-    border(t, factors);
     if (factors.sign() != sign_)
       for (double &number : t) number = -number;
     for (int sense = 0; sense < 2; ++sense) {
       derivative_ = derivative, held_ = held;
       border(t, factors);
-      if (arrive(t, step, factors) && dot(trial_tangent_, t_) > same_leg) return true;
+      if (arrive(t, step, factors, false) && dot(trial_tangent_, t_) > same_leg) return true;
       for (double &number : t) number = -number;
     }
   }
@@ -216,7 +216,7 @@ bool OrbitCurve::step() {
   for (double step = step_; step >= shortest; step /= 2) {
     const int before = newton_;
     held_ = held_here_;
-    const bool smoothly = arrive(t_, step, factors_);
+    const bool smoothly = arrive(t_, step, factors_, step > corner_step);
     if (!smoothly) {
       if (step > corner_due) continue;
       corner_due = step / corner_again; // each time it takes as long as several steps
@@ -242,11 +242,16 @@ void OrbitCurve::limit_step() {
   step_ = std::max(step_, 10 * shortest);
 }
 
+bool OrbitCurve::look(const Numbers &z, double omega, int instants, Motion &motion) {
+  flow_.set_omega(omega), flow_.work = most_work;
+  Flow::State at = map_.state(motion_numbers(z), {});
+  return flow_.period(at, instants, motion);
+}
+
 Motion OrbitCurve::motion(int instants) {
-  flow_.set_omega(omega()), flow_.work = most_work;
-  Flow::State at = map_.state(motion_numbers(z_), {});
-  flow_.period(at, instants, motion_);
-  return motion_;
+  Motion motion;
+  look(z_, omega(), instants, motion); // that period was integrated before
+  return motion;
 }
 
 bool OrbitCurve::motion_at(double omega, int instants, Motion &motion) {
@@ -256,32 +261,19 @@ bool OrbitCurve::motion_at(double omega, int instants, Motion &motion) {
   add(z, -part, ahead(z_, -1, before_));
   z.back() = omega / unit_, row.back() = 1;
   Factors factors;
-  bool found = linearise(z);
-  if (found) {
-    border(row, factors);
-    found = correct(z, row, factors);
-  }
-  if (found) {
-    flow_.set_omega(omega), flow_.work = most_work;
-    Flow::State at = map_.state(motion_numbers(z), {});
-    found = flow_.period(at, instants, motion);
-  }
-  return found;
+  if (!linearise(z)) return false;
+  border(row, factors);
+  return correct(z, row, factors) && look(z, omega, instants, motion);
 }
 
-std::complex<double> OrbitCurve::multiplier() const {
+std::vector<std::complex<double>> OrbitCurve::multipliers() const {
   Dense map(here_.rows, here_.rows);
   for (int j = 0; j < here_.rows; ++j) {
     if (map_.is_held(j, held_here_)) continue;
     std::copy_n(here_.column(j), here_.rows, map.column(j));
     map(j, j) += 1;
   }
-  std::complex<double> largest = 0;
-  const auto values = eigenvalues(map);
-  if (values.empty()) return std::nan("");
-  for (const auto &value : values)
-    if (std::abs(value) > std::abs(largest)) largest = value;
-  return largest;
+  return eigenvalues(map);
 }
 
 // omega_begun_ makes the weights of the numbers: given again to the constructor. The unit may be another one there, for

@@ -30,9 +30,9 @@ public:
   Motion motion(int instants);                ///< here
   /// That of the curve at a frequency between those of the last two motions; none where Newton fails.
   bool motion_at(double omega, int instants, Motion &motion);
-  /// Largest multiplier of the motion here; that of sliders that stick all the time, which is 1, is left out. NaN where
-  /// LAPACK finds none.
-  std::complex<double> multiplier() const;
+  /// Multipliers of the motion here, by differences; 0 in the place of those of sliders that stick all the time, which
+  /// are 1. Empty where LAPACK fails.
+  std::vector<std::complex<double>> multipliers() const;
 
   std::vector<double> save() const;
   /// The same place, to the last bit; false for numbers that are not of such a curve.
@@ -45,10 +45,11 @@ private:
   void border(const Numbers &row, Factors &out);
   Numbers tangent(const Factors &factors) const;
   bool correct(Numbers &z, const Numbers &row, Factors factors);
-  bool arrive(const Numbers &t, double step, const Factors &factors);
+  bool arrive(const Numbers &t, double step, const Factors &factors, bool checked);
   bool hangs_together(const Factors &there);
   void stand();
   bool round_corner(double step);
+  bool look(const Numbers &z, double omega, int instants, Motion &motion);
   double size(const Numbers &z) const; ///< of the motion, in the first one's
   void limit_step();
 
@@ -68,7 +69,6 @@ private:
   int newton_ = 0;
   Numbers trial_, trial_tangent_; // a step that was tried
   double turned_ = 0;             // angle by which the curve turns in it [rad]
-  Motion motion_;
 };
 
 } // namespace dovetail

