@@ -12,7 +12,7 @@ was no jump. If it comes by the second later, the step cut off a loop of the cur
 the first point and goes on, not back, for `BEYOND` steps as long as the neighbours without coming by the second. As finer steps may go
 astray as well, several curves are followed, and one that finds no jump clears the step. If none says anything, or their steps there are no
 finer than `NEAR` of the step, it stays in doubt.
-Steps a method has announced are no jumps.
+Steps a method has announced are no jumps. Places located within a step, which make pieces of it as short as they like, are left out.
 """
 
 import numpy as np
@@ -93,33 +93,36 @@ def verdict(curve, before, first, second, beyond):
     off, begins = nearest(curve, first)
     if off > NEAR * step:
         return None
+    lengths = np.linalg.norm(np.diff(curve, axis=0), axis=1)
+    ends = np.cumsum(lengths)
+    if lengths[(ends > begins) & (ends - lengths < begins + step)].max(initial=0) > NEAR * step:
+        return None  # it may have jumped itself
     distance, where = passed(curve, second)
     comes = where[(distance < NEAR * step) & (where >= begins)]
     if len(comes):
         return "no jump" if comes[0] - begins < max(LOOP * step, beyond) else "jump"
-    lengths = np.linalg.norm(np.diff(curve, axis=0), axis=1)
-    ends = np.cumsum(lengths)
-    coarse = lengths[(ends > begins) & (ends - lengths < begins + step)].max(initial=0) > NEAR * step
     back, where = nearest(curve, before)
     goes_back = where > begins and back < NEAR * np.linalg.norm(first - before)
-    return "jump" if ends[-1] - begins > min(beyond, 1.5 * step) and not goes_back and not coarse else None
+    return "jump" if ends[-1] - begins > min(beyond, 1.5 * step) and not goes_back else None
 
 
-def silent_jumps(omega, coefficients, modes, width, announced, follow, all_of_them=True):
+def silent_jumps(omega, coefficients, modes, width, announced, follow, all_of_them=True, places=()):
     """Steps proved to be silent jumps, and those that stay in doubt.
 
-    follow(i) : iterates over curves (omega, coefficients) that may lead through points i and i + 1, with fine steps;
+    places : points that no step led to, but were located within one
+
+    follow(i, n) : iterates over curves (omega, coefficients) that may lead through points i and n, with fine steps;
     all_of_them : else no other step is looked at once a jump is proved
     """
     if len(omega) < 4:
         return [], []
     z = coordinates(omega, coefficients, modes, width)
-    kept = apart(z)
+    kept = np.array([i for i in apart(z) if i not in set(places)])
     length = np.linalg.norm(np.diff(z[kept], axis=0), axis=1)
     jumps, doubts = [], []
     for k in suspects(z[kept], np.searchsorted(kept, announced))[:MOST_SUSPECTS]:
-        said, i = set(), int(kept[k + 1]) - 1  # the step to the point kept[k + 1]
-        for again in follow(i):
+        said, i = set(), int(kept[k])
+        for again in follow(i, int(kept[k + 1])):
             if len(again[0]):
                 both = coordinates(np.r_[omega, again[0]], joined(coefficients, again[1]), modes, width)
                 said.add(verdict(both[len(omega):], *both[kept[k - 1:k + 2]], BEYOND * max(length[k - 1], length[k + 1])))

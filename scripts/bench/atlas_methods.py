@@ -207,6 +207,7 @@ def dovetail(case, sweep, folder, limit, binary=BINARY):
         omega, coefficients = results.omega, results.coefficients
         newton = int(results.points("newton_iterations").sum())
         announced = tuple(int(i) + 1 for i in results.events.of("leap", "integration", "outside", "harmonics", "sampling", "again").point)
+        about["places"] = results.events.of("fold", "peak", "branch", "stability").point.astype(int).tolist()
         leaps = [int(i) + 1 for i in results.events.of("leap", "integration").point]
     about["left_out"] = round(left_out(omega, leaps, sweep), 4)
     end = "limit" if run.status is None else ENDS.get(about.get("end"), "crashed") if run.status in (0, 3) else "crashed"

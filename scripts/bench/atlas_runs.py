@@ -17,7 +17,7 @@ from measure import BINARY, ROOT
 
 HERE = Path(__file__).resolve().parent
 # Seconds of the processor; truth and beyond: for all places.
-LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 55, "truth": 4, "beyond": 60, "again": 1}
+LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 55, "truth": 4, "beyond": 60, "again": 3}
 MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
 FACTOR = 2
 MORE = ("folds", "corners", "harmonics", "integrations", "leaps", "repeats", "step_cuts", "left_out")  # of Dovetail's summary
@@ -83,13 +83,13 @@ def run_scene(scene, folder, program, parts, patience=1):
         if part == DOVETAIL:
             atlas_scenes.write(built, folder)
             run, about = atlas_methods.dovetail(case, built.omega, folder, limits[part])
-            more = {name: about[name] for name in MORE if name in about}
+            more = {name: about[name] for name in (*MORE, "places") if name in about}
         else:
             run, more = getattr(atlas_methods, part)(built, limits[part]), {}
         np.savez(folder / f"{part}.npz", omega=run.omega, coefficients=run.coefficients, announced=np.array(run.announced, int))
         follow = follower(part, built, folder, run, limits["again"])
         jumps, doubts = atlas_jumps.silent_jumps(run.omega, run.coefficients, built.modes, abs(built.omega[1] - built.omega[0]),
-                                                 run.announced, follow, part == DOVETAIL)
+                                                 run.announced, follow, part == DOVETAIL, more.pop("places", ()))
         made[part] = keep(path, key[part], {**run.figures(), **more, "allowed": limits[part], "jumps": jumps, "doubts": doubts})
         anew.add(part)
     if made["truth"] is not None:
@@ -130,23 +130,23 @@ def only(results, point, path):
         old.visititems(copy)
 
 
-def starts(run, i, least):
-    """Points before the step from point i to the next, from which a sweep in the curve's own sense may come by both. Turning points are no
+def starts(run, i, n, least):
+    """Points before the step from point i to point n, from which a sweep in the curve's own sense may come by both. Turning points are no
     places to begin at a frequency, and where the frequency changes by less than `least` the sense is not known."""
     for j in range(i, -1, -1):
         if j < i and j + 1 in run.announced:
             return
         onwards = run.omega[j + 1] - run.omega[j]
         turns = j > 0 and (run.omega[j] - run.omega[j - 1]) * onwards < 0
-        if abs(onwards) > least and not turns and min((run.omega[i:i + 2] - run.omega[j]) * np.sign(onwards)) >= 0:
+        if abs(onwards) > least and not turns and min((run.omega[i:n + 1] - run.omega[j]) * np.sign(onwards)) >= 0:
             yield j
 
 
 def follower(method, built, folder, run, limit):
     """The function that `atlas_jumps.silent_jumps` wants: by Dovetail itself for its own curve, by plain continuation for the others."""
-    def again_plain(i):
+    def again_plain(i, n):
         system = atlas_methods.Plain(*atlas_methods.arguments(built))
-        whole = np.append(run.coefficients[i + 1] - run.coefficients[i], run.omega[i + 1] - run.omega[i])
+        whole = np.append(run.coefficients[n] - run.coefficients[i], run.omega[n] - run.omega[i])
         try:
             q = system.solve(run.omega[i], run.coefficients[i])
             up = system.tangent(np.append(q, run.omega[i]), np.eye(len(whole))[-1])
@@ -165,22 +165,48 @@ def follower(method, built, folder, run, limit):
             if done.end != "arrived" or left < 0:
                 return
 
-    def again_dovetail(i):
-        """Short sweeps from points before, with the harmonics the curve has there; their steps are a hundredth of the sweep at most."""
+    def again_dovetail(i, n):
+        """From points before: in time where the curve is followed in time there, else by a short sweep."""
         fine, width = folder / "again", abs(built.omega[1] - built.omega[0])
         fine.mkdir(exist_ok=True)
         with h5py.File(folder / "results.h5") as results:  # the highest coefficients do not tell: zero where the contact is still open
-            harmonics = results["points/harmonics"][:].tolist()
-        for j in islice(starts(run, i, atlas_jumps.SHORTEST * width), STARTS):
-            span = max(10 * np.abs(run.omega[j:i + 2] - run.omega[j]).max(), 1e-4 * width)
-            narrow = replace(built, omega=(float(run.omega[j]), float(run.omega[j] + np.copysign(span, run.omega[j + 1] - run.omega[j]))),
-                             step=1e-4, harmonics=harmonics[j])
-            case = atlas_scenes.write(narrow, fine)
+            harmonics, in_time = results["points/harmonics"][:].tolist(), results["points/in_time"][:]
+        for j in islice(starts(run, i, n, atlas_jumps.SHORTEST * width), STARTS):
             only(folder / "results.h5", j, fine / "start.h5")
-            case.write_text(case.read_text() + 'start = "start.h5"\nmax_points = 500\n')
-            done, _ = atlas_methods.dovetail(case, narrow.omega, fine, limit)
+            yield from (in_small_steps if in_time[j] else by_harmonics)(j, i, n, fine, harmonics[j], width)
+
+    def case_from(j, span, fine, **more):
+        """Case of a sweep that begins at point j, in the curve's sense."""
+        first, sense = float(run.omega[j]), np.sign(run.omega[j + 1] - run.omega[j])
+        return atlas_scenes.write(replace(built, omega=(first, float(first + sense * min(span, first / 2))), **more), fine)
+
+    def by_harmonics(j, i, n, fine, harmonics, width):
+        """Steps are a hundredth of the sweep at most, and then FINER of them for the one in question, all alike."""
+        span = max(10 * np.abs(run.omega[j:n + 1] - run.omega[j]).max(), 1e-4 * width)
+        with h5py.File(folder / "results.h5") as results:
+            arc = np.ptp(results["points/arclength"][i:n + 1])
+        for span, step, alike in ((span, 1e-4, "true"), (width, arc / atlas_jumps.FINER, "false")):
+            case = case_from(j, span, fine, step=float(step), harmonics=harmonics)
+            case.write_text(case.read_text() + f'start = "start.h5"\nmax_points = 500\nadaptive = {alike}\n')
+            done, _ = atlas_methods.dovetail(case, built.omega, fine, limit)
             end = done.announced[0] if done.announced else done.points
             if end and abs(done.omega[0] - run.omega[j]) <= 1e-12 * run.omega[j]:
                 yield done.omega[:end], done.coefficients[:end]
+
+    def in_small_steps(j, i, n, fine, harmonics, width):
+        """Steps as the judge of jumps measures them, FINER of them for the one in question: arc length in time is another measure."""
+        case = case_from(j, width, fine, harmonics=harmonics)
+        z = atlas_jumps.coordinates(run.omega[j:n + 1], run.coefficients[j:n + 1], built.modes, width)
+        way, length = np.linalg.norm(np.diff(z, axis=0), axis=1).sum(), np.linalg.norm(z[-1] - z[i - j])
+        step = wanted = length / atlas_jumps.FINER
+        whole = int(PASSED * way / wanted + atlas_jumps.LOOP * atlas_jumps.FINER)
+        for points in (5, 5, 5, whole):
+            omega, coefficients = atlas_truth.along(case, fine / "start.h5", run.omega[j], step, points, limit)
+            if len(omega) < 2:
+                return
+            both = atlas_jumps.coordinates(np.r_[run.omega[j:n + 1], omega], atlas_jumps.joined(run.coefficients[j:n + 1], coefficients),
+                                           built.modes, width)[n + 1 - j:]
+            step = min(step * wanted / np.linalg.norm(np.diff(both[:5], axis=0), axis=1).max(), 0.1)
+        yield omega, coefficients
 
     return again_dovetail if method == DOVETAIL else again_plain

@@ -2,6 +2,7 @@
 
 import json
 
+import h5py
 import numpy as np
 from atlas_methods import limited
 from measure import ROOT
@@ -36,13 +37,22 @@ def error(found, true, modes):
     return max(float(np.abs(found[part] - true[part]).max(initial=0) / (true[part].max(initial=0) or np.inf)) for part in parts)
 
 
-def integrate(case, omegas, results, limit):
-    """What the program says at each frequency, begun at the points of `results` (None: at rest) that have it; `limit` seconds for all."""
+def integrate(case, omegas, results, limit, harmonics=0):
+    """What the program says at each frequency, begun at the points of `results` (None: at rest) that have it, with so many harmonics (0:
+    those of the case); `limit` seconds for all."""
     start = [] if results is None else ["--from", results]
-    run = limited([PROGRAM, case, *start, "--tolerance", TOLERANCE, *(repr(float(omega)) for omega in omegas)], limit)
+    run = limited([PROGRAM, case, *start, "--harmonics", harmonics, "--tolerance", TOLERANCE, *(repr(float(omega)) for omega in omegas)], limit)
     said = [json.loads(line) for line in run.output.splitlines() if line.startswith("{")]
     why = run.complaint.strip() if run.status else f"not within {limit:g} s"
     return said + [{"settled": False, "why": why}] * (len(omegas) - len(said))
+
+
+def along(case, results, omega, step, points, limit):
+    """The curve of motions in time from that of `results` at a frequency, in steps of such an arc length at most, as far as it gets:
+    frequencies and coefficients."""
+    run = limited([PROGRAM, case, repr(float(omega)), "--from", results, "--along", step, "--points", points], limit)
+    said = [json.loads(line) for line in run.output.splitlines() if line.endswith("}")]
+    return np.array([one["omega"] for one in said]), np.array([one["coefficients"] for one in said])
 
 
 def beyond(case, run, limit):
@@ -69,10 +79,13 @@ def judge(case, folder, run, modes, limit):
                 integrate(case, omegas, None, limit)]
     judged = []
     chosen = places(run.omega, run.coefficients)
-    for i, said in zip(chosen, integrate(case, run.omega[chosen], folder / "results.h5", limit)):
-        place = dict(point=i, omega=float(run.omega[i]), settled=said["settled"], multiplier=said.get("multiplier"))
+    with h5py.File(folder / "results.h5") as results:
+        harmonics, in_time = results["points/harmonics"][:], results["points/in_time"][:]
+    for i, said in zip(chosen, integrate(case, run.omega[chosen], folder / "results.h5", limit, harmonics[chosen].max())):
+        place = dict(point=i, omega=float(run.omega[i]), settled=said["settled"], multiplier=said.get("multiplier"),
+                     in_time=bool(in_time[i]))
         if said["settled"]:
-            found, true = compared(run.coefficients[i]), compared(np.array(said["coefficients"]))
+            found, true = compared(run.coefficients[i]), compared(np.array(said["coefficients"])[:, :2 * harmonics[i] + 1])
             place |= dict(found=found.tolist(), true=true.tolist(), error=error(found, true, modes))
             place["stays"] = place["error"] < HERE
         else:

@@ -171,11 +171,13 @@ Follower::Go Follower::after_step() {
 void Follower::report(Station &s, double arclength, const Stability *stability, bool place) {
   ++summary_.counts.points;
   if (orbit_) ++summary_.counts.in_time;
+  std::optional<MotionState> motion;
+  if (orbit_) motion = orbit_->motion_state(*s.motion);
   observer_.point({s.y, *system_, s.omega, arclength, s.newton, s.activity, stability,
                    !estimator_ ? nullptr
                    : place     ? &error_of(s)
                                : &affordable_error_of(s),
-                   between_error_, 1 - std::abs(settings_.to - s.omega) / omega_unit_, orbit_ != nullptr});
+                   between_error_, 1 - std::abs(settings_.to - s.omega) / omega_unit_, motion ? &*motion : nullptr});
 }
 
 void Follower::notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude) {

@@ -8,8 +8,12 @@
 #include "continuation/corrector.hpp"
 #include "continuation/estimator.hpp"
 #include "stability/stability.hpp"
+#include "transient/motion_state.hpp"
 
 namespace dovetail {
+
+/// Dofs of a model whose curves may be followed in time: a step takes some three periods for each.
+constexpr PetscInt most_followed = 48;
 
 /// All frequencies, lengths and amplitudes in scaled numbers.
 struct BranchSettings {
@@ -42,8 +46,8 @@ struct BranchPoint {
   const ErrorEstimate *error;            ///< likewise
   double between;  ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
   double progress; ///< 0..1, how far from `from` to `to`
-  bool in_time;    ///< found as a motion in time, of which y are the first coefficients: residual and error say by how
-                   ///< much they miss it
+  const MotionState *motion; ///< at theta = 0 (scaled), if it was found in time and y are its first coefficients: residual
+                         ///< and error say by how much they miss it; else null
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the

@@ -6,6 +6,7 @@
 #include "continuation/branch_state.hpp"
 #include "continuation/corrector.hpp"
 #include "continuation/estimator.hpp"
+#include "transient/orbit_curve.hpp"
 
 namespace dovetail {
 
@@ -17,6 +18,7 @@ struct Station {
   Corrector::Outcome newton;          ///< of the solve that led here
   std::vector<Activity> activity;     ///< of the own contact points
   std::optional<ErrorEstimate> error; ///< once it has been asked for
+  OrbitCurve::PlacePtr motion;        ///< that y and t show, where the curve is followed in time
   long solve = 0;                     ///< number of the solve that led here, among those of all curves
 };
 

@@ -51,6 +51,7 @@ private:
   double allowed_astray() const; // Halvings::Measure
   Go try_step(double step);
   Go accept_step(Vec normal, double step, bool at_corner = false);
+  Go pass_to_trial(Vec normal, double step, double plain, bool at_corner);
   void choose_step(double step, double turned, int newton);
   void limit_step();
 
@@ -76,13 +77,16 @@ private:
     Vec y;
     double value;
   };
+  bool solve_within(Vec normal, double along, Station &s, const StepEffort &effort = {});
   std::optional<Place> locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f);
   std::vector<std::optional<Place>> find_folds(Vec normal, double step, bool at_corner);
   Place place_at(const Station &s, Place::Kind kind, double along);
+  Place corner_place(Place::Kind kind, double step, bool beyond);
   bool leads_back(double step, double missed);
   Place locate_branch_point(double step);
   bool find_places(Vec normal, double step, bool at_corner, const Amplitude &next, std::vector<Place> &found);
   bool find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found);
+  bool solve_wanted(Vec normal, const Station &a, const Station &b, double w, Place &place);
   void begin_stability();
   void tell_stability(double omega, double amplitude);
   void find_stability_change(Vec normal, double step, bool at_corner, std::vector<Place> &found);
@@ -130,7 +134,8 @@ private:
   // in_time.cpp
   bool begin_in_time(const DenseModel &model, const SteadyState &steady, double omega);
   bool first_in_time(double omega);
-  void show(const Motion &motion, double omega, Station &s);
+  void show(OrbitCurve::PlacePtr motion, Station &s);
+  bool show_if(OrbitCurve::PlacePtr motion, Station &s);
   int instants() const;
   Go advance_in_time();
   bool back_to_harmonics();

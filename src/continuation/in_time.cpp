@@ -10,10 +10,10 @@
 namespace dovetail {
 namespace {
 
-constexpr PetscInt most_followed = 48; // dofs: a step takes some three periods for each
-constexpr double as_before = 0.05;     // by which harmonic balance may differ, of the motion, to go on with it
-constexpr double accuracy = 2e-5;      // of growth, where multipliers near 1 are known to 1e-4
+constexpr double as_before = 0.05; // by which harmonic balance may differ, of the motion, to go on with it
+constexpr double accuracy = 2e-5;  // of growth, where multipliers near 1 are known to 1e-4
 constexpr int least_instants = 1024;
+constexpr double close = 1e-6; // arc length, for tangents
 
 // Where no contact opens there is no labyrinth, and what harmonic balance lacks is not harmonics.
 bool opens(const DenseModel &model, const Motion &motion) {
@@ -38,15 +38,15 @@ int Follower::instants() const {
 bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady, double omega) {
   if (system_->layout().dofs() > most_followed || !settings_.adaptive || settings_.steps_only) return false;
   auto orbit = std::make_unique<OrbitCurve>(model, omega, omega_unit_);
-  const bool found = orbit->begin(steady.q, steady.v, steady.w, direction_);
+  const bool found = orbit->begin(steady.end, direction_);
   summary_.counts.newton += orbit->newton();
-  if (!found || !opens(model, orbit->motion(instants()))) return false;
+  if (!found || !opens(model, orbit->motion(*orbit->here(), instants()))) return false;
   orbit_ = std::move(orbit);
   const int H = std::max(asked_for_, ample_harmonics(omega, 1));
   if (H != system_->harmonics() || !exact()) { // exactly: samples that do for the case's harmonics do not for these
     adopt(std::make_unique<HarmonicSystem>(*system_, H, exactly));
   }
-  show(orbit_->motion(instants()), omega, here_);
+  show(orbit_->here(), here_);
   bends_.clear(), crowded_.clear();
   balanced_at_ = omega;
   return true;
@@ -62,13 +62,17 @@ bool Follower::first_in_time(double omega) {
 }
 
 // s as a point of the results; what is missing in its harmonics is its error.
-void Follower::show(const Motion &motion, double omega, Station &s) {
+void Follower::show(OrbitCurve::PlacePtr place, Station &s) {
   constexpr const char *doing = "showing a motion";
-  const std::vector<double> coefficients = coefficients_of(motion, system_->harmonics());
-  set_coefficients(system_->layout(), coefficients, s.y);
-  check(VecSet(s.t, 0), doing);
-  curve_->set_omega(s.y, omega), curve_->set_omega(s.t, orbit_->rising() < 0 ? -1 : 1);
-  s.omega = omega, s.sign = 0;
+  const int H = system_->harmonics();
+  const Motion motion = orbit_->motion(*place, instants());
+  const std::vector<double> coefficients = coefficients_of(motion, H);
+  std::vector<double> slope = coefficients_of(orbit_->motion(*place, instants(), close), H);
+  for (std::size_t i = 0; i < slope.size(); ++i) slope[i] = (slope[i] - coefficients[i]) / close;
+  set_coefficients(system_->layout(), coefficients, s.y), set_coefficients(system_->layout(), slope, s.t);
+  s.omega = orbit_->omega(*place), s.sign = 0;
+  curve_->set_omega(s.y, s.omega), curve_->set_omega(s.t, orbit_->rate(*place));
+  check(VecScale(s.t, 1 / curve_->norm.length(s.t)), doing);
   const UniqueVec r = system_->unknowns();
   system_->residual(s.y, r);
   s.newton = {};
@@ -85,64 +89,36 @@ void Follower::show(const Motion &motion, double omega, Station &s) {
   const double missing = whole > 0 ? std::sqrt(std::max(0.0, 1 - shown / whole)) : 0;
   const bool modes_known = system_->scaled().model.reduced.left_out.squares.empty(); // nothing to tell of them
   s.error = ErrorEstimate{missing, 0, modes_known ? 0 : std::nan(""), {}};
+  s.motion = std::move(place);
 }
 
-// One step in time, with the frequencies that are wanted within.
+// One that was searched, if it was found.
+bool Follower::show_if(OrbitCurve::PlacePtr place, Station &s) {
+  summary_.counts.newton += orbit_->newton();
+  ahead_.newton += orbit_->newton(), crowd_.newton += orbit_->newton(); // that is no winding
+  if (!place) {
+    s.newton = {};
+    s.newton.newton = orbit_->newton(), s.newton.why = "no periodic motion was found in time";
+    return false;
+  }
+  show(std::move(place), s);
+  return true;
+}
+
+// One step in time, with what lies within.
 Follower::Go Follower::advance_in_time() {
-  const double before = here_.omega;
   const bool found = orbit_->step();
   summary_.counts.newton += orbit_->newton();
   if (!found) return end(End::stalled, "no step along the periodic motions in time converges");
-  const double now = orbit_->omega();
-  const int newton = orbit_->newton();
-  const bool was_outside = beyond_start(before) > 0, outside = beyond_start(now) > 0;
-  const auto passed = [&](double w) {
-    return !(was_outside && outside) && (w - before) * (w - now) <= 0 && w != before;
-  };
-  std::vector<double> wanted;
-  std::copy_if(settings_.at.begin(), settings_.at.end(), std::back_inserter(wanted), passed);
-  if (passed(settings_.to)) wanted.push_back(settings_.to);
-  std::sort(wanted.begin(), wanted.end());
-  if (now < before) std::reverse(wanted.begin(), wanted.end());
-  for (const double w : wanted) {
-    Motion motion;
-    const bool met = orbit_->motion_at(w, instants(), motion);
-    summary_.counts.newton += orbit_->newton();
-    if (!met) {
-      if (w == settings_.to) return end(End::stalled, "the end of the sweep was passed and not met");
-      ++summary_.counts.missed;
-      notify(BranchEvent::Kind::missed, "at this frequency of continuation.at no periodic motion was found", w);
-      continue;
-    }
-    show(motion, w, trial_);
-    report(trial_, arclength_, nullptr, true);
-    if (w != settings_.to) continue;
-    here_.omega = w;
-    return end(End::arrived);
-  }
-  show(orbit_->motion(instants()), now, trial_);
-  trial_.newton.newton = newton;
+  show(orbit_->here(), trial_);
   check(VecWAXPY(predicted_, -1, here_.y, trial_.y), "measuring a step");
-  arclength_ += plain_length(predicted_);
-  std::swap(here_, trial_);
-  if (farther(now)) note(farthest_, here_);
+  const double way = orbit_->way(), plain = plain_length(predicted_) / way;
+  const Go go = pass_to_trial(here_.t, way, plain, orbit_->cornered());
+  if (go == Go::refused) return end(End::stalled, refusal_);
+  if (go == Go::ended) return go;
+  if (farther(here_.omega)) note(farthest_, here_);
   curve_->norm.see(here_.y);
-  begin_amplitude();
-  verdict_ = judge(here_);
-  if (verdict_ && verdict_->verdict != Stability::Verdict::uncertain)
-    last_verdict_ = verdict_->verdict == Stability::Verdict::stable;
-  if (!outside) {
-    report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-  } else if (!was_outside) {
-    notify(BranchEvent::Kind::outside,
-           "the curve leaves the sweep at its beginning: points beyond are not stored, the next is where it comes back",
-           before);
-  } else if (beyond_start(now) > most_beyond * std::min(omega_unit_, settings_.from)) {
-    return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");
-  }
-  if (settings_.stop_at_amplitude > 0 && amplitude_.value >= settings_.stop_at_amplitude)
-    return end(End::amplitude, "stopped at continuation.stop_at_amplitude");
-  if (std::abs(now - balanced_at_) > enough_ahead * omega_unit_) back_to_harmonics();
+  if (std::abs(here_.omega - balanced_at_) > enough_ahead * omega_unit_) back_to_harmonics();
   return Go::on;
 }
 
@@ -160,7 +136,7 @@ bool Follower::back_to_harmonics() {
   const Layout &layout = system->layout();
   if (!(swing_product(layout, motion, motion) < as_before * as_before * swing_product(layout, there.y, there.y)))
     return false;
-  const bool falls = orbit_->rising() < 0;
+  const bool falls = !orbit_->here()->rises();
   orbit_.reset();
   adopt(std::move(system));
   here_ = std::move(there);
@@ -175,7 +151,7 @@ bool Follower::back_to_harmonics() {
 
 std::optional<Stability> Follower::judge(const Station &s) {
   if (!stability_ && !large_stability_) return std::nullopt;
-  if (orbit_) return conclude_alone(largest_of(orbit_->multipliers()), accuracy);
+  if (orbit_) return conclude_alone(largest_of(orbit_->multipliers(*s.motion)), accuracy);
   return stability_ ? stability_->judge(all_coefficients(system_->layout(), s.y), s.omega)
                     : large_stability_->judge(s.y);
 }

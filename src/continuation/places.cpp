@@ -11,6 +11,7 @@ namespace {
 constexpr double uneven = 0.25;          // part of the frequency's rate that is missing in the mean over a step
 constexpr int pieces = 4;                // of a step that may hide turning points
 constexpr double place_tolerance = 1e-8; // of the step, and of the measured quantity, unless Newton's is larger
+constexpr double place_in_time = 1e-7;   // arc length, likewise
 
 std::string in_words(Stability::Kind kind) {
   switch (kind) {
@@ -27,11 +28,17 @@ std::string in_words(Stability::Kind kind) {
 
 } // namespace
 
+// The solution on the plane across `normal`, so far along it from here_; s.y: a guess.
+bool Follower::solve_within(Vec normal, double along, Station &s, const StepEffort &effort) {
+  return orbit_ ? show_if(orbit_->between(along), s) : curve_->solve_across(normal, s, effort);
+}
+
 // Where f passes zero: regula falsi on planes across `normal`, halving the interval where that is slow, for f may jump
 // at a corner of the curve. Nothing if Newton fails in between.
 std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f) {
   const double scale = std::max(std::abs(from.value), std::abs(to.value)), step = to.along - from.along,
-               tolerance = std::max(place_tolerance, newton_.step_tolerance);
+               tolerance = orbit_ ? std::max(place_tolerance, place_in_time / step)
+                                  : std::max(place_tolerance, newton_.step_tolerance);
   curve_->precisely(true);
   const std::shared_ptr<void> usual(nullptr, [&](void *) { curve_->precisely(false); });
   double a = from.along, b = to.along, fa = from.value, fb = to.value;
@@ -48,8 +55,9 @@ std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, Bo
     part = std::clamp(part, 0.01, 0.99);
     check(VecWAXPY(place.at.y, -1, ya, yb), "locating a place");
     check(VecAYPX(place.at.y, part, ya), "locating a place");
-    if (!curve_->solve_across(normal, place.at)) return std::nullopt;
-    const double x = a + part * (b - a), fx = f(place.at);
+    const double x = a + part * (b - a);
+    if (!solve_within(normal, x, place.at)) return std::nullopt;
+    const double fx = f(place.at);
     place.along = x;
     if (std::abs(fx) <= tolerance * scale || b - a <= tolerance * step) return place;
     const int side = (fx > 0) == (fa > 0) ? -1 : 1;
@@ -72,8 +80,19 @@ Follower::Place Follower::place_at(const Station &s, Place::Kind kind, double al
   check(VecCopy(s.y, place.at.y), "locating a place");
   check(VecCopy(s.t, place.at.t), "locating a place");
   place.at.sign = s.sign, place.at.omega = s.omega;
-  place.at.newton = s.newton, place.at.activity = s.activity;
+  place.at.newton = s.newton, place.at.activity = s.activity, place.at.error = s.error, place.at.motion = s.motion;
   return place;
+}
+
+// For a corner between here_ and trial_, which planes across one leg may miss: the one of the two that lies `beyond`,
+// farther on or higher. In time the corner itself.
+Follower::Place Follower::corner_place(Place::Kind kind, double step, bool beyond) {
+  Place place{0, kind, curve_->station()};
+  if (orbit_ && show_if(orbit_->corner(), place.at)) {
+    place.along = std::clamp(orbit_->along(*place.at.motion), 0.0, step);
+    return place;
+  }
+  return beyond ? place_at(trial_, kind, step) : place_at(here_, kind, 0);
 }
 
 // Between here_ and trial_ the determinant changes its sign. Either another branch crosses the curve there, or two legs
@@ -110,27 +129,25 @@ Follower::Place Follower::locate_branch_point(double step) {
 // have two between them that its ends do not show: then the frequency gained is less than by a rate that changes
 // steadily from one end to the other, and points in between are asked.
 std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, double step, bool at_corner) {
-  const auto rate_of = [&](Station &s) { return system_->omega(s.t); };
+  const auto rate_of = [&](Station &s) { return orbit_ ? orbit_->rate(*s.motion) : system_->omega(s.t); };
   const double rate = rate_of(here_), next = rate_of(trial_), largest = std::max(std::abs(rate), std::abs(next)),
                missing = ((rate + next) / 2 - (trial_.omega - here_.omega) / step) * (rate > 0 ? 1 : -1);
   std::vector<std::optional<Place>> folds;
   if (largest <= 1e-12 / omega_unit_) return folds; // a sweep at one frequency has none
   if (at_corner) {
     const bool rises = (trial_.omega - here_.omega) * rate > 0;
-    if (rate * next < 0)
-      folds.push_back(rises ? place_at(trial_, Place::Kind::fold, step) : place_at(here_, Place::Kind::fold, 0));
+    if (rate * next < 0) folds.push_back(corner_place(Place::Kind::fold, step, rises));
     return folds;
   }
-  std::vector<Station> between;
+  std::vector<std::pair<double, Station>> between;
   for (int i = 1; i < pieces && rate * next > 0 && missing > uneven * largest; ++i) {
     Station s = curve_->station();
     check(VecAXPBYPCZ(s.y, 1 - double(i) / pieces, double(i) / pieces, 0, here_.y, trial_.y),
           "looking for turning points");
-    if (curve_->solve_across(normal, s, {false, most_newton})) between.push_back(std::move(s));
+    if (solve_within(normal, i * step / pieces, s, {false, most_newton})) between.emplace_back(i * step / pieces, std::move(s));
   }
   std::vector<Bound> bounds{{0, here_.y, rate}};
-  for (Station &s : between)
-    bounds.push_back({curve_->plane(normal, s.y) - curve_->plane(normal, here_.y), s.y, rate_of(s)});
+  for (auto &[along, s] : between) bounds.push_back({along, s.y, rate_of(s)});
   bounds.push_back({step, trial_.y, next});
   for (std::size_t i = 1; i < bounds.size(); ++i)
     if (bounds[i - 1].value * bounds[i].value < 0)
@@ -138,13 +155,12 @@ std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, dou
   return folds;
 }
 
-// False if the step ends the sweep, but no solution is found exactly there. At a corner between here_ and trial_, which
-// planes across one leg may miss, the place is the one of the two that lies farther on, or higher.
+// False if the step ends the sweep, but no solution is found exactly there.
 bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplitude &next, std::vector<Place> &found) {
   using Kind = Place::Kind;
   const auto located = [&](Kind kind, double from, double to, bool rises, const Measured &f) {
     if (!at_corner) return locate(kind, normal, {0, here_.y, from}, {step, trial_.y, to}, f);
-    return std::optional(rises ? place_at(trial_, kind, step) : place_at(here_, kind, 0));
+    return std::optional(corner_place(kind, step, rises));
   };
   const auto keep = [&](std::optional<Place> place) {
     if (!place) return false;
@@ -194,14 +210,9 @@ bool Follower::find_wanted(Vec normal, const Station &a, const Station &b, std::
   std::sort(passed.begin(), passed.end());
   if (b.omega < a.omega) std::reverse(passed.begin(), passed.end());
   if (ends) passed.push_back(settings_.to);
-  const double here = curve_->plane(normal, here_.y);
   for (const double w : passed) {
     Place place{0, ends && w == settings_.to ? Kind::last : Kind::wanted, curve_->station()};
-    check(VecWAXPY(place.at.y, -1, a.y, b.y), "interpolating");
-    check(VecAYPX(place.at.y, (w - a.omega) / (b.omega - a.omega), a.y), "interpolating");
-    if (curve_->solve_at(w, place.at)) {
-      if (curve_->norm.product(place.at.t, normal) < 0) turn(place.at);
-      place.along = curve_->plane(normal, place.at.y) - here;
+    if (solve_wanted(normal, a, b, w, place)) {
       place.amplitude = (*meter_)(place.at.y, place.at.t).value;
       found.push_back(std::move(place));
     } else if (place.kind == Kind::last) {
@@ -212,6 +223,25 @@ bool Follower::find_wanted(Vec normal, const Station &a, const Station &b, std::
       notify(BranchEvent::Kind::missed, "no solution at this frequency of continuation.at: " + place.at.newton.why, w);
     }
   }
+  return true;
+}
+
+bool Follower::solve_wanted(Vec normal, const Station &a, const Station &b, double w, Place &place) {
+  const double part = (w - a.omega) / (b.omega - a.omega);
+  if (orbit_) {
+    OrbitCurve::Place guess = *a.motion;
+    for (std::size_t i = 0; i < guess.z.size(); ++i) guess.z[i] += part * (b.motion->z[i] - guess.z[i]);
+    if (!show_if(orbit_->at(w, guess), place.at)) return false;
+    place.at.omega = w; // to the last bit
+    curve_->set_omega(place.at.y, w);
+    place.along = orbit_->along(*place.at.motion);
+    return true;
+  }
+  check(VecWAXPY(place.at.y, -1, a.y, b.y), "interpolating");
+  check(VecAYPX(place.at.y, part, a.y), "interpolating");
+  if (!curve_->solve_at(w, place.at)) return false;
+  if (curve_->norm.product(place.at.t, normal) < 0) turn(place.at);
+  place.along = curve_->plane(normal, place.at.y) - curve_->plane(normal, here_.y);
   return true;
 }
 
@@ -243,7 +273,7 @@ void Follower::find_stability_change(Vec normal, double step, bool at_corner, st
   if (then < 0 || then == now) return;
   std::optional<Place> place;
   if (!fold && at_corner)
-    place = place_at(trial_, Place::Kind::stability, step);
+    place = corner_place(Place::Kind::stability, step, true);
   else if (!fold && before && before->verdict != Verdict::uncertain)
     place = locate(Place::Kind::stability, normal, {0, here_.y, before->growth}, {step, trial_.y, verdict_->growth},
                    [&](Station &s) { return judge(s)->growth; });
@@ -270,7 +300,7 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
              s.omega, place.amplitude);
       higher = !higher;
       note_bend(s.omega);
-      if (summary_.counts.points < settings_.max_points && farther(s.omega)) farthest_ = std::move(place.at);
+      if (!orbit_ && summary_.counts.points < settings_.max_points && farther(s.omega)) farthest_ = std::move(place.at);
       break;
     case Kind::peak:
       ++summary_.counts.peaks;
@@ -296,7 +326,7 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
     case Kind::wanted:
       break;
     }
-    if (summary_.counts.points < settings_.max_points) continue;
+    if (orbit_ || summary_.counts.points < settings_.max_points) continue; // in time it stands at ends of steps only
     arclength_ += place.along * plain; // stand here, so that a restart goes on from here
     std::swap(here_, place.at);
     begin_amplitude();

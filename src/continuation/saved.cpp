@@ -147,6 +147,7 @@ void Follower::restore(const BranchState &state) {
   if (const auto size = static_cast<std::ptrdiff_t>(take()); size > 0) {
     orbit_ = std::make_unique<OrbitCurve>(dense_model(*system_), *next, omega_unit_);
     if (!orbit_->restore({next, next + size})) throw ComputeError("the motion of the run before is not met again");
+    here_.motion = orbit_->here();
     next += size;
   }
   recall_activity();

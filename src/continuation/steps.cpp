@@ -89,35 +89,12 @@ Follower::Go Follower::try_step(double step) {
 
 // The step to trial_, on planes across `normal`, with all that lies within; or round a corner, to where it is.
 Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
-  const Amplitude next = (*meter_)(trial_.y, trial_.t);
-  const bool was_outside = beyond_start(here_.omega) > 0, outside = beyond_start(trial_.omega) > 0;
-  const double plain = plain_length(normal);
-  const Amplitude by_arc{next.value, next.slope / plain_length(trial_.t)};
-  BetweenPoints between = between_;
-  if (at_corner) between.begin(by_arc);
-  const double between_error = at_corner ? NAN : between.add(step * plain, by_arc);
-  if (!was_outside || !outside) {
-    std::vector<Place> found;
-    if (!find_places(normal, step, at_corner, next, found)) return Go::refused;
-    between_error_ = between_error;
-    if (report_places(found, plain) == Go::ended) return Go::ended;
-  }
-  if (outside && !was_outside)
-    notify(BranchEvent::Kind::outside,
-           "the curve leaves the sweep at its beginning: points beyond are not stored, the next is where it comes back",
-           here_.omega);
-  arclength_ += step * plain;
-  std::swap(here_, trial_);
-  amplitude_ = next, between_ = between;
+  const Go go = pass_to_trial(normal, step, plain_length(normal), at_corner);
+  if (go != Go::on) return go;
   if (settings_.adaptive && exact() && !at_corner)
     note(before_, trial_);
   else
     before_.reset();
-  if (const double w = trial_.omega; direction_ * (here_.omega - w) < 0 && farther(w)) note(farthest_, trial_);
-  if (!outside)
-    report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-  else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
-    return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");
   check(VecWAXPY(predicted_, -1, trial_.y, here_.y), "measuring a step");
   still_ = curve_->norm.swing(predicted_) < nothing * curve_->norm.length(predicted_) ? still_ + 1 : 0;
   curve_->norm.see(here_.y);
@@ -139,6 +116,36 @@ Follower::Go Follower::accept_step(Vec normal, double step, bool at_corner) {
     anchor_arc_ = std::exchange(newer_arc_, 0.0), since_anchor_ = 0;
   }
   check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); // by the norm as it is now
+  return Go::on;
+}
+
+// here_ becomes trial_, `step` farther on along the curve, or `plain` times that in the plain norm; with all that lies
+// within, and nothing where the curve has left the sweep.
+Follower::Go Follower::pass_to_trial(Vec normal, double step, double plain, bool at_corner) {
+  const Amplitude next = (*meter_)(trial_.y, trial_.t);
+  const bool was_outside = beyond_start(here_.omega) > 0, outside = beyond_start(trial_.omega) > 0;
+  const Amplitude by_arc{next.value, next.slope / plain_length(trial_.t)};
+  BetweenPoints between = between_;
+  if (at_corner) between.begin(by_arc);
+  const double between_error = at_corner ? NAN : between.add(step * plain, by_arc);
+  if (!was_outside || !outside) {
+    std::vector<Place> found;
+    if (!find_places(normal, step, at_corner, next, found)) return Go::refused;
+    between_error_ = between_error;
+    if (report_places(found, plain) == Go::ended) return Go::ended;
+  }
+  if (outside && !was_outside)
+    notify(BranchEvent::Kind::outside,
+           "the curve leaves the sweep at its beginning: points beyond are not stored, the next is where it comes back",
+           here_.omega);
+  arclength_ += step * plain;
+  std::swap(here_, trial_);
+  amplitude_ = next, between_ = between;
+  if (const double w = trial_.omega; direction_ * (here_.omega - w) < 0 && farther(w)) note(farthest_, trial_);
+  if (!outside)
+    report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
+  else if (beyond_start(here_.omega) > most_beyond * std::min(omega_unit_, settings_.from))
+    return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");
   return Go::on;
 }
 

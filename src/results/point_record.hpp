@@ -32,6 +32,7 @@ struct PointRecord {
   double between_error = 0; ///< of the amplitude since the point before; NaN: unknown
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
+  std::vector<double> state;        ///< of small models, see motion_state_size [user units]; NaN unless followed in time
 };
 
 /// Something on the way along the branch.
@@ -53,6 +54,10 @@ struct EstimateRecord {
 
 /// The names of BranchEvent::Kind, by their numbers.
 const std::vector<const char *> &event_names();
+
+/// Numbers of a motion at theta = 0, displacements and velocities (N_a + 3 N_x each) and sliders (N_x, 2); 0 where the
+/// model is too large for its curve to be followed in time.
+std::size_t motion_state_size(PetscInt modes, PetscInt points);
 
 /// Collects a point from all ranks. Collective.
 PointRecord collect(const BranchPoint &point, double seconds);

@@ -13,6 +13,13 @@ namespace {
 constexpr int p = series_order;
 constexpr double two_pi = 6.283185307179586476925287;
 
+// Of the coefficient two terms on, in the second derivative's.
+constexpr std::array<double, p + 1> shares = [] {
+  std::array<double, p + 1> out{};
+  for (int k = 0; k <= p; ++k) out[k] = 1.0 / ((k + 1) * (k + 2));
+  return out;
+}();
+
 } // namespace
 
 Flow::Flow(const DenseModel &model, double omega, double tolerance)
@@ -26,6 +33,8 @@ Flow::Flow(const DenseModel &model, double omega, double tolerance)
   work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // all points closed
   for (const ContactPoint &point : model.contact)
     if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
+  for (int h = 1; sine(h) < static_cast<int>(model.fourier.size()); ++h)
+    if (model.fourier[cosine(h)] != 0 || model.fourier[sine(h)] != 0) driven_.push_back(h);
 }
 
 void Flow::set_omega(double omega) {
@@ -66,14 +75,13 @@ Flow::State Flow::modal_state(std::vector<double> eta, std::vector<double> rate,
   return state;
 }
 
-Flow::State Flow::state(const std::vector<double> &q, const std::vector<double> &v,
-                        const std::vector<Memory> &w) const {
+Flow::State Flow::state(const MotionState &at) const {
   const int n = modes_.count;
   std::vector<double> eta(n), rate(n);
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j)
-      eta[i] += modes_.momentum[i * n + j] * q[j], rate[i] += modes_.momentum[i * n + j] * v[j];
-  return modal_state(std::move(eta), std::move(rate), w);
+      eta[i] += modes_.momentum[i * n + j] * at.q[j], rate[i] += modes_.momentum[i * n + j] * at.v[j];
+  return modal_state(std::move(eta), std::move(rate), at.w);
 }
 
 Flow::State Flow::rest() const {
@@ -82,12 +90,12 @@ Flow::State Flow::rest() const {
   return modal_state(std::vector<double>(modes_.count), std::vector<double>(modes_.count), w);
 }
 
-void Flow::dofs_of(const State &state, std::vector<double> &q, std::vector<double> &v, std::vector<Memory> &w) const {
+MotionState Flow::motion_state(const State &state) const {
   const int n = modes_.count;
-  q.resize(n), v.resize(n);
-  combine(n, n, state.eta.data(), modes_.shapes.data(), q.data());
-  combine(n, n, state.rate.data(), modes_.shapes.data(), v.data());
-  w = sliders(state);
+  MotionState out{std::vector<double>(n), std::vector<double>(n), sliders(state)};
+  combine(n, n, state.eta.data(), modes_.shapes.data(), out.q.data());
+  combine(n, n, state.rate.data(), modes_.shapes.data(), out.v.data());
+  return out;
 }
 
 std::vector<Memory> Flow::sliders(const State &state) const {
@@ -130,9 +138,8 @@ void Flow::expand(const State &state, double time) {
   std::copy(state.rate.begin(), state.rate.end(), term(1));
   Series force{}; // f(t)
   force[0] = model_.fourier.empty() ? 0 : model_.fourier[0] / 2;
-  for (int h = 1; sine(h) < static_cast<int>(model_.fourier.size()); ++h) {
+  for (const int h : driven_) {
     const double a = model_.fourier[cosine(h)], b = model_.fourier[sine(h)];
-    if (a == 0 && b == 0) continue; // as most are where there are many harmonics
     const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
     double now = a * c + b * s, quarter_on = b * c - a * s; // derivatives: in turn, with alternating signs
     for (int k = 0; k <= p; ++k) {
@@ -156,8 +163,7 @@ void Flow::expand(const State &state, double time) {
     if (k + 2 > p) continue;
     combine(static_cast<int>(g - g_.data()), static_cast<int>(pull_.size()), g_.data(), pulls_.data(), pull_.data());
     for (int i = 0; i < n && k == 0; ++i) pull_[i] -= rest_pull_[i];
-    const double *now = term(k), *then = term(k + 1), share = 1.0 / ((k + 1) * (k + 2)),
-                 damping = model_.damping * (k + 1);
+    const double *now = term(k), *then = term(k + 1), share = shares[k], damping = model_.damping * (k + 1);
     double *out = term(k + 2);
     for (int i = 0; i < n; ++i)
       out[i] = share * (modes_.force[i] * force[k] - pull_[i] - modes_.w2[i] * (now[i] + damping * then[i]));

@@ -3,6 +3,7 @@
 // the step to be exact to round-off, and every event is located as the zero of such a series: there is no step size on
 // which the result depends, and stiff contacts only make the steps short while they are closed.
 #include "transient/free_modes.hpp"
+#include "transient/motion_state.hpp"
 #include "transient/motion.hpp"
 #include "transient/touch.hpp"
 
@@ -20,9 +21,8 @@ public:
 
   void set_omega(double omega); ///< and forgets how far the motion has reached: what follows depends on it alone
   State rest() const;           ///< the preload state
-  /// (n) each; sliders (points), in total displacements as Standstill::w.
-  State state(const std::vector<double> &q, const std::vector<double> &v, const std::vector<Memory> &w) const;
-  void dofs_of(const State &state, std::vector<double> &q, std::vector<double> &v, std::vector<Memory> &w) const;
+  State state(const MotionState &at) const;
+  MotionState motion_state(const State &state) const;
   /// The same for coordinates of the free modes; held: TouchState::held of each point, or empty.
   State modal_state(std::vector<double> eta, std::vector<double> rate, const std::vector<Memory> &w,
                     const std::vector<std::array<bool, 2>> &held = {}) const;
@@ -53,6 +53,7 @@ private:
   const DenseModel &model_;
   FreeModes modes_;
   std::vector<Touch> touches_;
+  std::vector<int> driven_; // harmonics that the load has, few of all where these are many
   double omega_, tolerance_;
   double size_ = 0, reach_ = 0; // largest |eta| so far, or what the force alone would make; in displacements
   double work_of_step_;

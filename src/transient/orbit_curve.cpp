@@ -7,12 +7,14 @@
 namespace dovetail {
 namespace {
 
-constexpr double first_step = 1e-3, shortest = 1e-7, longest = 0.1;
+constexpr double first_step = 1e-3, shortest = 1e-7;
 constexpr double longest_omega = 0.01;   // of the unit
 constexpr double longest_motion = 0.25;  // of the motion at hand
 constexpr double smallest_motion = 1e-3; // that counts
 constexpr double nearby = 3e-7;          // differences for derivatives, of the motion
-constexpr double converged = 1e-7;       // correction: what is left is ten times less
+constexpr double converged = 1e-7;       // correction: what is left is ten times less; between points
+constexpr double precisely = 1e-9;       // less
+constexpr double close = 1e-3;           // of a step: apart enough for a tangent
 constexpr double hopeless = 10;          // likewise
 constexpr double slow = 0.3;             // by which corrections shall fall with the same derivative
 constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations; derivatives
@@ -36,8 +38,9 @@ Numbers ahead(const Numbers &z, double step, const Numbers &t) {
 
 } // namespace
 
-OrbitCurve::OrbitCurve(DenseModel model, double omega, double omega_unit)
-    : model_(std::move(model)), flow_(model_, omega), map_(flow_, no_limit), omega_begun_(omega), unit_(omega_unit) {}
+OrbitCurve::OrbitCurve(DenseModel model, double omega, double omega_unit, double longest_step)
+    : model_(std::move(model)), flow_(model_, omega), map_(flow_, no_limit), omega_begun_(omega), unit_(omega_unit),
+      longest_(longest_step) {}
 
 Numbers OrbitCurve::motion_numbers(const Numbers &z) const {
   Numbers y(z.begin(), z.end() - 1);
@@ -56,6 +59,8 @@ bool OrbitCurve::miss(const Numbers &z, bool freely, Numbers &r, Held &still) {
   for (std::size_t i = 0; i < r.size(); ++i) r[i] = (r[i] - y[i]) / scale_;
   return true;
 }
+
+void OrbitCurve::take(const Place &place) { derivative_ = place.derivative, held_ = place.held; }
 
 // derivative_ at z by differences, and held_. Where no slider is held the period is the same as freely.
 bool OrbitCurve::linearise(const Numbers &z) {
@@ -92,7 +97,7 @@ void OrbitCurve::border(const Numbers &row, Factors &out) {
 }
 
 Numbers OrbitCurve::tangent(const Factors &factors) const {
-  Numbers t(z_.size());
+  Numbers t(derivative_.columns);
   t.back() = 1;
   factors.solve(t.data());
   const double length = norm(t);
@@ -102,7 +107,7 @@ Numbers OrbitCurve::tangent(const Factors &factors) const {
 
 // Newton's method on the plane through z across `row`, with the same derivative as long as that does. Sliders that
 // hardly move go where the period leaves them.
-bool OrbitCurve::correct(Numbers &z, const Numbers &row, Factors factors) {
+bool OrbitCurve::correct(Numbers &z, const Numbers &row, Factors factors, double tolerance) {
   const Numbers guess = z;
   double before = HUGE_VAL;
   for (int i = 0, anew = 0; i < most_newton; ++i) {
@@ -120,7 +125,7 @@ bool OrbitCurve::correct(Numbers &z, const Numbers &row, Factors factors) {
     add(z, 1, correction);
     for (std::size_t j = 0; j < drift.size(); ++j) z[j] += drift[j];
     const bool same = still == held_;
-    if (length < converged * std::max(1.0, size(z)) && (same || i > enough_newton)) return true;
+    if (length < tolerance * std::max(1.0, size(z)) && (same || i > enough_newton)) return true;
     if (length > slow * before || !same) {
       if (++anew > most_anew || !linearise(z)) return false;
       border(row, factors);
@@ -130,39 +135,39 @@ bool OrbitCurve::correct(Numbers &z, const Numbers &row, Factors factors) {
   return false;
 }
 
-bool OrbitCurve::begin(const std::vector<double> &q, const std::vector<double> &v, const std::vector<Memory> &w,
-                       int direction) {
-  z_ = map_.numbers(flow_.state(q, v, w));
-  scale_ = map_.motion_size(z_);
+bool OrbitCurve::begin(const MotionState &nearby, int direction) {
+  Numbers z = map_.numbers(flow_.state(nearby));
+  scale_ = map_.motion_size(z);
   if (!(scale_ > 0)) return false;
-  for (double &number : z_) number /= scale_;
-  z_.push_back(omega_begun_ / unit_);
-  Numbers row(z_.size());
+  for (double &number : z) number /= scale_;
+  z.push_back(omega_begun_ / unit_);
+  Numbers row(z.size());
   row.back() = direction;
   newton_ = 0;
   Factors factors;
-  if (!linearise(z_)) return false;
+  if (!linearise(z)) return false;
   border(row, factors);
-  if (!correct(z_, row, factors) || !linearise(z_)) return false;
+  if (!correct(z, row, factors, converged) || !linearise(z)) return false;
   border(row, factors);
-  t_ = tangent(factors);
-  stand();
+  stand(z, tangent(factors));
   step_ = first_step;
   limit_step();
-  return std::isfinite(norm(t_));
+  return std::isfinite(norm(here_->t));
 }
 
-// With the derivative as linearised last, which is that of z_.
-void OrbitCurve::stand() {
-  border(t_, factors_);
-  here_ = derivative_, held_here_ = held_, sign_ = factors_.sign();
+// With the derivative as linearised last, which is that of z.
+void OrbitCurve::stand(Numbers z, Numbers t) {
+  border(t, factors_);
+  sign_ = factors_.sign();
+  before_ = here_;
+  here_ = std::make_shared<Place>(Place{std::move(z), std::move(t), derivative_, held_});
 }
 
 // trial_ by a step along t, with that derivative; checked: if the curve runs smoothly from here to there.
 bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors, bool checked) {
-  const Numbers guess = ahead(z_, step, t);
+  const Numbers guess = ahead(here_->z, step, t);
   trial_ = guess;
-  if (!correct(trial_, t, factors) || !linearise(trial_)) return false;
+  if (!correct(trial_, t, factors, converged) || !linearise(trial_)) return false;
   Factors there;
   border(t, there);
   trial_tangent_ = tangent(there);
@@ -175,10 +180,10 @@ bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors, b
 // Whether the middle of the cubic from here to trial_ lies on the curve, by one correction: else the step led to
 // another piece of it, or across a loop.
 bool OrbitCurve::hangs_together(const Factors &there) {
-  const Numbers way = ahead(trial_, -1, z_);
+  const Numbers way = ahead(trial_, -1, here_->z);
   const double length = norm(way);
-  Numbers middle = ahead(z_, 0.5, way), r;
-  add(middle, length / 8, t_), add(middle, -length / 8, trial_tangent_);
+  Numbers middle = ahead(here_->z, 0.5, way), r;
+  add(middle, length / 8, here_->t), add(middle, -length / 8, trial_tangent_);
   Held none;
   if (!miss(middle, false, r, none)) return false;
   r.push_back(0);
@@ -192,9 +197,9 @@ bool OrbitCurve::hangs_together(const Factors &there) {
 // nowhere, the other sense.
 bool OrbitCurve::round_corner(double step) {
   for (const double beyond : {1.0, 0.1, 10.0}) {
-    if (!linearise(ahead(z_, beyond * step, t_))) continue;
+    if (!linearise(ahead(here_->z, beyond * step, here_->t))) continue;
     Factors factors;
-    border(t_, factors);
+    border(here_->t, factors);
     Numbers t = tangent(factors); // with it as border the sign is the same
     const Dense derivative = derivative_;
     const Held held = held_;
@@ -203,7 +208,7 @@ bool OrbitCurve::round_corner(double step) {
     for (int sense = 0; sense < 2; ++sense) {
       derivative_ = derivative, held_ = held;
       border(t, factors);
-      if (arrive(t, step, factors, false) && dot(trial_tangent_, t_) > same_leg) return true;
+      if (arrive(t, step, factors, false) && dot(trial_tangent_, here_->t) > same_leg) return true;
       for (double &number : t) number = -number;
     }
   }
@@ -215,18 +220,17 @@ bool OrbitCurve::step() {
   double corner_due = corner_step;
   for (double step = step_; step >= shortest; step /= 2) {
     const int before = newton_;
-    held_ = held_here_;
-    const bool smoothly = arrive(t_, step, factors_, step > corner_step);
+    held_ = here_->held;
+    const bool smoothly = arrive(here_->t, step, factors_, step > corner_step);
     if (!smoothly) {
       if (step > corner_due) continue;
       corner_due = step / corner_again; // each time it takes as long as several steps
       if (!round_corner(step)) continue;
     }
     const int took = newton_ - before;
-    before_ = std::exchange(z_, trial_);
-    t_ = trial_tangent_;
-    stand();
-    largest_ = std::max(largest_, size(z_));
+    stand(trial_, trial_tangent_);
+    corner_ = !smoothly;
+    largest_ = std::max(largest_, size(here_->z));
     step_ = step;
     if (smoothly && took <= quick && turned_ < smooth) step_ *= growth;
     if (took > laborious || turned_ > bent) step_ *= shrinkage;
@@ -237,40 +241,101 @@ bool OrbitCurve::step() {
 }
 
 void OrbitCurve::limit_step() {
-  step_ = std::min({step_, longest * largest_, longest_motion * std::max(size(z_), smallest_motion),
-                    longest_omega / std::max(std::abs(t_.back()), longest_omega)});
+  step_ = std::min({step_, longest_ * largest_, longest_motion * std::max(size(here_->z), smallest_motion),
+                    longest_omega / std::max(std::abs(here_->t.back()), longest_omega)});
   step_ = std::max(step_, 10 * shortest);
 }
 
-bool OrbitCurve::look(const Numbers &z, double omega, int instants, Motion &motion) {
-  flow_.set_omega(omega), flow_.work = most_work;
-  Flow::State at = map_.state(motion_numbers(z), {});
-  return flow_.period(at, instants, motion);
+double OrbitCurve::way() const { return norm(ahead(here_->z, -1, before_->z)); }
+
+double OrbitCurve::along(const Place &place) const {
+  return dot(ahead(place.z, -1, before_->z), ahead(here_->z, -1, before_->z)) / way();
 }
 
-Motion OrbitCurve::motion(int instants) {
+// Through both ends of the last step with the tangents there.
+Numbers OrbitCurve::cubic(double part) const {
+  const double left = 1 - part, length = way();
+  Numbers z(here_->z.size());
+  add(z, left * left * (1 + 2 * part), before_->z), add(z, part * part * (3 - 2 * part), here_->z);
+  add(z, length * left * left * part, before_->t), add(z, -length * part * part * left, here_->t);
+  return z;
+}
+
+// The tangent from a second motion close by: it takes a few periods, a derivative several for each number.
+OrbitCurve::PlacePtr OrbitCurve::between(double along) {
+  const double length = way();
+  Numbers row = ahead(here_->z, -1, before_->z);
+  for (double &number : row) number /= length;
+  newton_ = 0;
+  take(*here_);
+  Factors factors;
+  border(row, factors);
+  Numbers z[2];
+  for (int i = 0; i < 2; ++i) {
+    const double part = along / length + i * close;
+    z[i] = cubic(part);
+    add(z[i], part * length - dot(row, ahead(z[i], -1, before_->z)), row);
+    if (!correct(z[i], row, factors, precisely)) return nullptr;
+  }
+  Numbers t = ahead(z[1], -1, z[0]);
+  const double apart = norm(t);
+  for (double &number : t) number /= apart;
+  return std::make_shared<Place>(Place{z[0], t, {}, {}});
+}
+
+OrbitCurve::PlacePtr OrbitCurve::at(double omega, const Place &guess) {
+  Place out{guess.z, guess.t, {}, {}};
+  out.z.back() = omega / unit_;
+  Numbers row(out.z.size());
+  row.back() = guess.rises() ? 1 : -1;
+  newton_ = 0;
+  Factors factors;
+  if (!linearise(out.z)) return nullptr;
+  border(row, factors);
+  if (!correct(out.z, row, factors, converged) || !linearise(out.z)) return nullptr;
+  border(row, factors);
+  out.t = tangent(factors);
+  out.derivative = derivative_, out.held = held_;
+  return std::make_shared<Place>(std::move(out));
+}
+
+OrbitCurve::PlacePtr OrbitCurve::corner() {
+  const Numbers chord = ahead(here_->z, -1, before_->z);
+  const double c = dot(before_->t, here_->t), step = (dot(chord, before_->t) - c * dot(chord, here_->t)) / (1 - c * c);
+  if (!(step > 0 && step < 2 * norm(chord))) return nullptr;
+  const Numbers guess = ahead(before_->z, step, before_->t);
+  Place out{guess, before_->t, {}, {}};
+  newton_ = 0;
+  take(*before_);
+  Factors factors;
+  border(out.t, factors);
+  if (!correct(out.z, out.t, factors, converged) || norm(ahead(out.z, -1, guess)) > most_correction * step)
+    return nullptr;
+  return std::make_shared<Place>(std::move(out));
+}
+
+MotionState OrbitCurve::motion_state(const Place &place) const {
+  return flow_.motion_state(map_.state(motion_numbers(place.z), {}));
+}
+
+Motion OrbitCurve::motion(const Place &place, int instants, double aside) {
+  const Numbers z = ahead(place.z, aside, place.t);
+  flow_.set_omega(z.back() * unit_), flow_.work = most_work;
+  Flow::State at = map_.state(motion_numbers(z), {});
   Motion motion;
-  look(z_, omega(), instants, motion); // that period was integrated before
+  flow_.period(at, instants, motion); // that period, or one close to it, was integrated before
   return motion;
 }
 
-bool OrbitCurve::motion_at(double omega, int instants, Motion &motion) {
-  Numbers z = z_, row(z_.size());
-  newton_ = 0;
-  const double way = z_.back() - before_.back(), part = way != 0 ? (z_.back() - omega / unit_) / way : 0;
-  add(z, -part, ahead(z_, -1, before_));
-  z.back() = omega / unit_, row.back() = 1;
-  Factors factors;
-  if (!linearise(z)) return false;
-  border(row, factors);
-  return correct(z, row, factors) && look(z, omega, instants, motion);
-}
-
-std::vector<std::complex<double>> OrbitCurve::multipliers() const {
-  Dense map(here_.rows, here_.rows);
-  for (int j = 0; j < here_.rows; ++j) {
-    if (map_.is_held(j, held_here_)) continue;
-    std::copy_n(here_.column(j), here_.rows, map.column(j));
+std::vector<std::complex<double>> OrbitCurve::multipliers(const Place &place) {
+  if (place.derivative.rows > 0)
+    take(place);
+  else if (!linearise(place.z))
+    return {};
+  Dense map(derivative_.rows, derivative_.rows);
+  for (int j = 0; j < map.rows; ++j) {
+    if (map_.is_held(j, held_)) continue;
+    std::copy_n(derivative_.column(j), map.rows, map.column(j));
     map(j, j) += 1;
   }
   return eigenvalues(map);
@@ -280,7 +345,7 @@ std::vector<std::complex<double>> OrbitCurve::multipliers() const {
 // the end of the sweep may move.
 std::vector<double> OrbitCurve::save() const {
   std::vector<double> out{omega_begun_, unit_, scale_, step_, largest_};
-  for (const Numbers *numbers : {&z_, &t_}) out.insert(out.end(), numbers->begin(), numbers->end());
+  for (const Numbers *numbers : {&here_->z, &here_->t}) out.insert(out.end(), numbers->begin(), numbers->end());
   return out;
 }
 
@@ -289,10 +354,9 @@ bool OrbitCurve::restore(const std::vector<double> &numbers) {
   constexpr int own = 5;
   if (numbers.size() != own + 2 * size) return false;
   unit_ = numbers[1], scale_ = numbers[2], step_ = numbers[3], largest_ = numbers[4];
-  z_.assign(numbers.begin() + own, numbers.begin() + own + size);
-  t_.assign(numbers.begin() + own + size, numbers.end());
-  if (!linearise(z_)) return false;
-  stand();
+  const Numbers z(numbers.begin() + own, numbers.begin() + own + size), t(numbers.begin() + own + size, numbers.end());
+  if (!linearise(z)) return false;
+  stand(z, t);
   return true;
 }
 

@@ -50,7 +50,7 @@ Flow::State state_of(const Flow &flow, const std::vector<double> &coefficients) 
     q[i] = a[0] / 2;
     for (int k = 1; k <= harmonics; ++k) q[i] += a[cosine(k)], v[i] += k * flow.omega() * a[sine(k)];
   }
-  return flow.state(q, v, dragged(flow.model(), coefficients, harmonics));
+  return flow.state({q, v, dragged(flow.model(), coefficients, harmonics)});
 }
 
 } // namespace dovetail

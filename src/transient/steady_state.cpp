@@ -40,9 +40,12 @@ int enough_instants(const Flow &flow, int harmonics) {
 class March {
 public:
   March(const DenseModel &model, double omega, const std::vector<double> &start, const IntegrationSettings &settings)
-      : settings_(settings), flow_(model, omega), from_rest_(start.empty()),
-        state_(from_rest_ ? flow_.rest() : state_of(flow_, start)) {
-    flow_.work = (1 - kept_back) * settings.work;
+      : March(model, omega, settings, start.empty()) {
+    state_ = from_rest_ ? flow_.rest() : state_of(flow_, start);
+  }
+  March(const DenseModel &model, double omega, const MotionState &start, const IntegrationSettings &settings)
+      : March(model, omega, settings, false) {
+    state_ = flow_.state(start);
   }
 
   SteadyState to_the_end() {
@@ -61,6 +64,11 @@ public:
   }
 
 private:
+  March(const DenseModel &model, double omega, const IntegrationSettings &settings, bool from_rest)
+      : settings_(settings), flow_(model, omega), from_rest_(from_rest) {
+    flow_.work = (1 - kept_back) * settings.work;
+  }
+
   int periods_left() const { return settings_.periods - periods_ - 3; } // those of the end kept back
 
   bool march(int instants) {
@@ -120,7 +128,7 @@ private:
     out.settled = arrived, out.periods = periods_, out.work = settings_.work - flow_.work, out.multiplier = multiplier_;
     out.change = changes_.empty() ? unknown : changes_.back();
     if (!alive_) return out;
-    flow_.dofs_of(state_, out.q, out.v, out.w);
+    out.end = flow_.motion_state(state_);
     out.coefficients = coefficients_of(before_, settings_.harmonics);
     out.amplitude = amplitudes(before_, 2 * std::acos(-1) / flow_.omega() / before_.instants);
     return out;
@@ -144,6 +152,11 @@ private:
 
 SteadyState steady_state(const DenseModel &model, double omega, const std::vector<double> &start,
                          const IntegrationSettings &settings) {
+  return March(model, omega, start, settings).to_the_end();
+}
+
+SteadyState steady_state_from(const DenseModel &model, double omega, const MotionState &start,
+                              const IntegrationSettings &settings) {
   return March(model, omega, start, settings).to_the_end();
 }
 

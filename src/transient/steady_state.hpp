@@ -3,7 +3,7 @@
 // truth it is measured against.
 #include <vector>
 
-#include "harmonic/dense_model.hpp"
+#include "transient/flow.hpp"
 
 namespace dovetail {
 
@@ -16,8 +16,7 @@ struct SteadyState {
   /// Largest modulus of the multipliers where the motion was found by shooting, else 0. Beyond 1 it is unstable: a
   /// march would not arrive at it. The 1 of sliders that stick all the time is left out.
   double multiplier = 0;
-  std::vector<double> q, v;         ///< (n) motion and d/dt at the end of the last period, theta = 0
-  std::vector<Memory> w;            ///< (points) sliders there
+  MotionState end;                      ///< of the last period, theta = 0
   std::vector<double> coefficients; ///< (n, 2H+1) of the last period
   std::vector<double> amplitude;    ///< (n) largest |q - mean| over the last period, from its course in time
 };
@@ -35,5 +34,8 @@ struct IntegrationSettings {
 /// run away, or periods or work are used up, with settled = false and the last motion. The same on every rank.
 SteadyState steady_state(const DenseModel &model, double omega, const std::vector<double> &start,
                          const IntegrationSettings &settings);
+/// From theta = 0 of a motion.
+SteadyState steady_state_from(const DenseModel &model, double omega, const MotionState &start,
+                              const IntegrationSettings &settings);
 
 } // namespace dovetail

@@ -30,7 +30,7 @@ std::unique_ptr<OrbitCurve> begun(const DenseModel &model, double omega, double 
   const SteadyState steady = steady_state(model, omega, {}, {.harmonics = 8, .periods = 2000});
   EXPECT_TRUE(steady.settled);
   auto curve = std::make_unique<OrbitCurve>(model, omega, unit);
-  EXPECT_TRUE(curve->begin(steady.q, steady.v, steady.w, 1));
+  EXPECT_TRUE(curve->begin(steady.end, 1));
   return curve;
 }
 
@@ -45,20 +45,20 @@ TEST(OrbitCurve, motions_come_back_by_small_steps) {
     const auto at = begun(model, from, 8);
     int falling = 0;
     std::array<long, 2> seen{};
-    for (int i = 0; i < 3000 && at->omega() < to; ++i) {
+    for (int i = 0; i < 3000 && at->omega(*at->here()) < to; ++i) {
       ASSERT_TRUE(at->step());
-      falling += at->rising() < 0;
+      falling += !at->here()->rises();
       if (i % 20 != 0) continue;
-      const Motion motion = at->motion(1);
+      const Motion motion = at->motion(*at->here(), 1);
       std::vector<double> begin(motion.q.begin(), motion.q.end());
       begin.insert(begin.end(), motion.v.begin(), motion.v.end());
       const std::vector<double> saved = at->save(); // sliders: numbers 6 and 7 of the map, from 5 on
       const Memory slider{saved[11] * saved[2] / std::sqrt(30.0), saved[12] * saved[2] / std::sqrt(30.0)};
       std::vector<double> end = begin;
       std::vector<Memory> w{slider};
-      small_steps(model, at->omega(), 1, 20000, end, w, seen);
-      EXPECT_LT(distance(end, begin), 2e-4) << at->omega();
-      EXPECT_LT(std::hypot(w[0][0] - slider[0], w[0][1] - slider[1]), 2e-4 * largest(begin)) << at->omega();
+      small_steps(model, at->omega(*at->here()), 1, 20000, end, w, seen);
+      EXPECT_LT(distance(end, begin), 2e-4) << at->omega(*at->here());
+      EXPECT_LT(std::hypot(w[0][0] - slider[0], w[0][1] - slider[1]), 2e-4 * largest(begin)) << at->omega(*at->here());
     }
     EXPECT_GT(seen[1], 0) << "nothing opens";
     if (model.force[0] == 0)
@@ -75,25 +75,25 @@ TEST(OrbitCurve, between_turning_points_a_multiplier_is_beyond_one) {
   std::vector<double> turns;
   double nearest = HUGE_VAL; // to 1, of the multipliers next to a turning point
   bool rises = true, opens = false;
-  for (int i = 0; i < 2000 && curve.omega() < 16; ++i) {
-    ASSERT_TRUE(curve.step()) << curve.omega();
+  for (int i = 0; i < 2000 && curve.omega(*curve.here()) < 16; ++i) {
+    ASSERT_TRUE(curve.step()) << curve.omega(*curve.here());
     std::complex<double> multiplier = 0;
-    for (const auto &one : curve.multipliers())
+    for (const auto &one : curve.multipliers(*curve.here()))
       if (std::abs(one) > std::abs(multiplier)) multiplier = one;
-    if ((curve.rising() > 0) != rises) {
+    if (curve.here()->rises() != rises) {
       rises = !rises;
-      turns.push_back(curve.omega());
+      turns.push_back(curve.omega(*curve.here()));
       nearest = std::min(nearest, std::abs(multiplier - 1.0));
     } else if (rises) {
-      EXPECT_LT(std::abs(multiplier), 1 + 1e-3) << curve.omega();
+      EXPECT_LT(std::abs(multiplier), 1 + 1e-3) << curve.omega(*curve.here());
     } else {
-      EXPECT_GT(multiplier.real(), 1 - 1e-3) << curve.omega();
-      EXPECT_EQ(multiplier.imag(), 0) << curve.omega();
+      EXPECT_GT(multiplier.real(), 1 - 1e-3) << curve.omega(*curve.here());
+      EXPECT_EQ(multiplier.imag(), 0) << curve.omega(*curve.here());
     }
-    const Motion motion = curve.motion(64);
+    const Motion motion = curve.motion(*curve.here(), 64);
     for (int j = 0; j < motion.instants; ++j) opens = opens || motion.at(j)[2] < -5;
   }
-  EXPECT_GE(curve.omega(), 16);
+  EXPECT_GE(curve.omega(*curve.here()), 16);
   EXPECT_TRUE(opens);
   ASSERT_EQ(turns.size(), 2u);
   EXPECT_LT(turns[1], turns[0]);
@@ -104,15 +104,16 @@ TEST(OrbitCurve, the_motions_are_those_of_time_integration) {
   for (const DenseModel &model : {one_mass(600, 0, 100, 0.01), one_mass(20, 30, 6, 0.02), one_mass(20, 40, 30, 0.05)}) {
     const auto at = begun(model, 4, 10);
     OrbitCurve &curve = *at;
-    double before = curve.omega();
+    double before = curve.omega(*curve.here());
     int met = 0;
-    for (int i = 0; i < 3000 && curve.omega() < 14; ++i, before = curve.omega()) {
-      ASSERT_TRUE(curve.step()) << curve.omega();
+    for (int i = 0; i < 3000 && curve.omega(*curve.here()) < 14; ++i, before = curve.omega(*curve.here())) {
+      ASSERT_TRUE(curve.step()) << curve.omega(*curve.here());
       for (const double omega : {5.5, 7.5, 8.5, 13.0}) { // with one motion each
-        if (!(before < omega && omega <= curve.omega())) continue;
+        if (!(before < omega && omega <= curve.omega(*curve.here()))) continue;
         ++met;
-        Motion motion;
-        ASSERT_TRUE(curve.motion_at(omega, 256, motion));
+        const OrbitCurve::PlacePtr place = curve.at(omega, *curve.here());
+        ASSERT_TRUE(place);
+        const Motion motion = curve.motion(*place, 256);
         const SteadyState steady = steady_state(model, omega, {}, {.harmonics = 8, .periods = 4000, .tolerance = 1e-8});
         EXPECT_TRUE(steady.settled);
         EXPECT_LT(distance(coefficients_of(motion, 8), steady.coefficients), 1e-6) << omega;
@@ -134,7 +135,7 @@ TEST(OrbitCurve, goes_on_from_what_was_saved_to_the_last_bit) {
   for (int i = 0; i < 30; ++i) {
     ASSERT_TRUE(curve.step());
     ASSERT_TRUE(other.step());
-    ASSERT_EQ(curve.omega(), other.omega()) << i;
-    ASSERT_EQ(curve.motion(16).q, other.motion(16).q) << i;
+    ASSERT_EQ(curve.omega(*curve.here()), other.omega(*other.here())) << i;
+    ASSERT_EQ(curve.motion(*curve.here(), 16).q, other.motion(*other.here(), 16).q) << i;
   }
 }

@@ -79,9 +79,7 @@ Numbers response(const DenseModel &model, double omega, const Numbers &springs, 
 }
 
 Numbers place(const Flow &flow, const Flow::State &state) {
-  Numbers q, v;
-  std::vector<Memory> w;
-  flow.dofs_of(state, q, v, w);
+  auto [q, v, w] = flow.motion_state(state);
   q.insert(q.end(), v.begin(), v.end());
   return q;
 }
@@ -194,7 +192,7 @@ TEST(SteadyState, hard_impacts_keep_the_energy) {
   model.contact = {{Law::unilateral, kn, {}, {}, gap}};
   model.standstill = {{}};
   Flow flow(model, 0.37);
-  Flow::State state = flow.state({0, 0, 0}, {0, 0, 1}, {{}});
+  Flow::State state = flow.state({{0, 0, 0}, {0, 0, 1}, {{}}});
   Motion motion;
   double highest = 0;
   for (int period = 0; period < 200; ++period) {
@@ -266,13 +264,13 @@ TEST(SteadyState, unstable_motion_is_found_and_named) {
   EXPECT_LT(found[2].multiplier, 1);
   // The march leaves it, by that factor in every period.
   Flow flow(model, omega);
-  Flow::State state = flow.state(found[1].q, found[1].v, found[1].w);
+  Flow::State state = flow.state(found[1].end);
   state.rate[2] += 1e-6;
   Motion motion;
   Numbers away;
   for (int period = 0; period < 30; ++period) {
     ASSERT_TRUE(flow.period(state, 1, motion));
-    away.push_back(distance(place(flow, state), place(flow, flow.state(found[1].q, found[1].v, found[1].w))));
+    away.push_back(distance(place(flow, state), place(flow, flow.state(found[1].end))));
   }
   EXPECT_NEAR(away[29] / away[28], found[1].multiplier, 1e-3);
   // From rest, the answer is a motion that a march reaches.
@@ -294,7 +292,7 @@ TEST(SteadyState, motions_that_chaos_passes_are_found) {
     if (!steady.settled) continue;
     ++found;
     Flow flow(model, omega);
-    const Flow::State start = flow.state(steady.q, steady.v, steady.w);
+    const Flow::State start = flow.state(steady.end);
     Flow::State state = start;
     Motion motion;
     ASSERT_TRUE(flow.period(state, 0, motion));
@@ -321,7 +319,7 @@ TEST(SteadyState, stuck_sliders_stay) {
   for (int d = 0; d < 2; ++d) model.standstill[1].force[d] = -model.contact[1].kt[d] * model.standstill[1].w[d];
   const SteadyState moved = steady_state(model, 0.9, {}, {3, 400, 1e-7});
   EXPECT_TRUE(plain.settled && moved.settled);
-  for (int p = 0; p < model.points; ++p) EXPECT_EQ(moved.w[p], model.standstill[p].w); // to the last bit
+  for (int p = 0; p < model.points; ++p) EXPECT_EQ(moved.end.w[p], model.standstill[p].w); // to the last bit
   EXPECT_LT(distance(moved.coefficients, plain.coefficients), 1e-7);
 }
 
@@ -330,7 +328,7 @@ TEST(SteadyState, amplitude_is_that_of_the_course_in_time) {
   const SteadyState steady = steady_state(model, 0.9, {}, {60, 400, 1e-7});
   ASSERT_TRUE(steady.settled);
   Flow flow(model, 0.9);
-  Flow::State state = flow.state(steady.q, steady.v, steady.w);
+  Flow::State state = flow.state(steady.end);
   Motion motion;
   constexpr int instants = 1 << 17;
   ASSERT_TRUE(flow.period(state, instants, motion));
