@@ -117,12 +117,15 @@ def silent_jumps(omega, coefficients, modes, width, announced, follow, all_of_th
     if len(omega) < 4:
         return [], []
     z = coordinates(omega, coefficients, modes, width)
-    kept = np.array([i for i in apart(z) if i not in set(places)])
+    stepped = np.setdiff1d(np.arange(len(z)), places)
+    kept = np.intersect1d(apart(z), stepped)
     length = np.linalg.norm(np.diff(z[kept], axis=0), axis=1)
     jumps, doubts = [], []
     for k in suspects(z[kept], np.searchsorted(kept, announced))[:MOST_SUSPECTS]:
-        said, i = set(), int(kept[k])
-        for again in follow(i, int(kept[k + 1])):
+        said, i, n = set(), int(kept[k]), int(kept[k + 1])
+        if np.linalg.norm(z[n] - z[stepped[stepped < n][-1]]) < SHORTEST:
+            continue  # several steps, none of them long enough
+        for again in follow(i, n):
             if len(again[0]):
                 both = coordinates(np.r_[omega, again[0]], joined(coefficients, again[1]), modes, width)
                 said.add(verdict(both[len(omega):], *both[kept[k - 1:k + 2]], BEYOND * max(length[k - 1], length[k + 1])))

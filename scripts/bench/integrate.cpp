@@ -7,11 +7,12 @@
 //
 // On one rank. Reads the case, reduces the model or reads the reduced one, finds the preload state and integrates at
 // each frequency [rad/s]: from rest there, or with --from from the point of that file nearest to it, so that it stays
-// on that branch. --harmonics: of what is printed, the case's unless given. --periods and --work (multiplications) bound what one frequency may take. Prints one line of JSON for
-// each: omega, settled, periods, change (between the last two, relative), multiplier (null unless shooting found the
-// motion; beyond 1 it is unstable), seconds, and in user units, modes first, then t1, t2, n of each contact point,
-// `coefficients` (n, 2H+1), or with --amplitude the largest |q - mean| over the cycle (n), from its course in time.
-// Both are null where the numbers ran away or the work was used up.
+// on that branch. --harmonics: of what is printed, the case's unless given. --periods and --work (multiplications)
+// bound what one frequency may take. Prints one line of JSON for each: omega, settled, periods, change (between the
+// last two, relative), multiplier (null unless shooting found the motion; beyond 1 it is unstable), seconds, and in
+// user units, modes first, then t1, t2, n of each contact point, `coefficients` (n, 2H+1), or with --amplitude the
+// largest |q - mean| over the cycle (n), from its course in time. Both are null where the numbers ran away or the work
+// was used up.
 //
 // With --along the curve of motions is followed in time from the one of that file nearest to the frequency, towards the
 // end of the case's sweep, in steps of that arc length at most; a line of omega and coefficients for each.
@@ -175,7 +176,8 @@ void follow(const Wish &wish, const Case &study, HarmonicSystem &system) {
   bool found = curve.begin(start_of(wish, wish.omegas.front(), system, model), way < 0 ? -1 : 1);
   for (int i = 0; found && i < wish.points; ++i) {
     std::printf("{\"omega\": %.17g", curve.omega(*curve.here()) * scales.frequency);
-    print_values("coefficients", coefficients_of(curve.motion(*curve.here(), instants), study.harmonics), model, scales);
+    print_values("coefficients", coefficients_of(curve.motion(*curve.here(), instants), study.harmonics), model,
+                 scales);
     found = curve.step();
   }
 }

@@ -44,10 +44,10 @@ struct BranchPoint {
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
   const Stability *stability;            ///< null unless asked for
   const ErrorEstimate *error;            ///< likewise
-  double between;  ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
-  double progress; ///< 0..1, how far from `from` to `to`
-  const MotionState *motion; ///< at theta = 0 (scaled), if it was found in time and y are its first coefficients: residual
-                         ///< and error say by how much they miss it; else null
+  double between;            ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
+  double progress;           ///< 0..1, how far from `from` to `to`
+  const MotionState *motion; ///< at theta = 0 (scaled), if it was found in time and y are its first coefficients:
+                             ///< residual and error say by how much they miss it; else null
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the

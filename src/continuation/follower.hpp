@@ -1,8 +1,9 @@
 #pragma once
 // The continuation at work. branch.cpp: from beginning to end; steps.cpp: along the curve; places.cpp: what lies within
-// a step; corners.cpp: round corners; ladder.cpp: what is tried when no step converges; leaps.cpp: to
-// frequencies ahead; in_time.cpp: along motions in time; astray.cpp: when steps lead nowhere; adapt.cpp: harmonics to a
-// tolerance; first_point.cpp: where to begin; saved.cpp: where it stands, for a restart.
+// a step; locate.cpp: where; corners.cpp: round corners; ladder.cpp: what is tried when no step converges; leaps.cpp:
+// to frequencies ahead; in_time.cpp: along motions in time; astray.cpp: when steps lead nowhere; adapt.cpp: harmonics
+// to a tolerance; first_point.cpp: where to begin; saved.cpp: where it stands, for a restart.
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -77,13 +78,7 @@ private:
     Vec y;
     double value;
   };
-  bool solve_within(Vec normal, double along, Station &s, const StepEffort &effort = {});
-  std::optional<Place> locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f);
   std::vector<std::optional<Place>> find_folds(Vec normal, double step, bool at_corner);
-  Place place_at(const Station &s, Place::Kind kind, double along);
-  Place corner_place(Place::Kind kind, double step, bool beyond);
-  bool leads_back(double step, double missed);
-  Place locate_branch_point(double step);
   bool find_places(Vec normal, double step, bool at_corner, const Amplitude &next, std::vector<Place> &found);
   bool find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found);
   bool solve_wanted(Vec normal, const Station &a, const Station &b, double w, Place &place);
@@ -92,6 +87,15 @@ private:
   void find_stability_change(Vec normal, double step, bool at_corner, std::vector<Place> &found);
   Go report_places(std::vector<Place> &found, double plain);
   std::optional<Stability> judge(const Station &s);
+
+  // locate.cpp
+  bool solve_within(Vec normal, double along, Station &s, const StepEffort &effort = {});
+  std::optional<Place> locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f);
+  Place place_at(const Station &s, Place::Kind kind, double along);
+  Place corner_place(Place::Kind kind, double step, bool beyond, std::array<double, 2> values, const Measured &f);
+  std::optional<Place> locate_in_corner(Place::Kind kind, double step, std::array<double, 2> values, const Measured &f);
+  bool leads_back(double step, double missed);
+  Place locate_branch_point(double step);
 
   // corners.cpp
   enum class Extent { first, all }; // legs that are tried

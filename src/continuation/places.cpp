@@ -8,10 +8,8 @@
 namespace dovetail {
 namespace {
 
-constexpr double uneven = 0.25;          // part of the frequency's rate that is missing in the mean over a step
-constexpr int pieces = 4;                // of a step that may hide turning points
-constexpr double place_tolerance = 1e-8; // of the step, and of the measured quantity, unless Newton's is larger
-constexpr double place_in_time = 1e-7;   // arc length, likewise
+constexpr double uneven = 0.25; // part of the frequency's rate that is missing in the mean over a step
+constexpr int pieces = 4;       // of a step that may hide turning points
 
 std::string in_words(Stability::Kind kind) {
   switch (kind) {
@@ -28,103 +26,6 @@ std::string in_words(Stability::Kind kind) {
 
 } // namespace
 
-// The solution on the plane across `normal`, so far along it from here_; s.y: a guess.
-bool Follower::solve_within(Vec normal, double along, Station &s, const StepEffort &effort) {
-  return orbit_ ? show_if(orbit_->between(along), s) : curve_->solve_across(normal, s, effort);
-}
-
-// Where f passes zero: regula falsi on planes across `normal`, halving the interval where that is slow, for f may jump
-// at a corner of the curve. Nothing if Newton fails in between.
-std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f) {
-  const double scale = std::max(std::abs(from.value), std::abs(to.value)), step = to.along - from.along,
-               tolerance = orbit_ ? std::max(place_tolerance, place_in_time / step)
-                                  : std::max(place_tolerance, newton_.step_tolerance);
-  curve_->precisely(true);
-  const std::shared_ptr<void> usual(nullptr, [&](void *) { curve_->precisely(false); });
-  double a = from.along, b = to.along, fa = from.value, fb = to.value;
-  UniqueVec ya = system_->unknowns(), yb = system_->unknowns();
-  check(VecCopy(from.y, ya), "locating a place");
-  check(VecCopy(to.y, yb), "locating a place");
-  Place place{0, kind, curve_->station()};
-  double before = b - a;
-  int last_side = 0;
-  for (int i = 0; i < 80; ++i) {
-    double part = fa / (fa - fb);
-    if (!std::isfinite(part) || (i % 3 == 2 && b - a > before / 2)) part = 0.5;
-    if (i % 3 == 2) before = b - a;
-    part = std::clamp(part, 0.01, 0.99);
-    check(VecWAXPY(place.at.y, -1, ya, yb), "locating a place");
-    check(VecAYPX(place.at.y, part, ya), "locating a place");
-    const double x = a + part * (b - a);
-    if (!solve_within(normal, x, place.at)) return std::nullopt;
-    const double fx = f(place.at);
-    place.along = x;
-    if (std::abs(fx) <= tolerance * scale || b - a <= tolerance * step) return place;
-    const int side = (fx > 0) == (fa > 0) ? -1 : 1;
-    if (side < 0) {
-      a = x, fa = fx;
-      check(VecCopy(place.at.y, ya), "locating a place");
-      if (last_side == side) fb /= 2; // Illinois
-    } else {
-      b = x, fb = fx;
-      check(VecCopy(place.at.y, yb), "locating a place");
-      if (last_side == side) fa /= 2;
-    }
-    last_side = side;
-  }
-  return place;
-}
-
-Follower::Place Follower::place_at(const Station &s, Place::Kind kind, double along) {
-  Place place{along, kind, curve_->station()};
-  check(VecCopy(s.y, place.at.y), "locating a place");
-  check(VecCopy(s.t, place.at.t), "locating a place");
-  place.at.sign = s.sign, place.at.omega = s.omega;
-  place.at.newton = s.newton, place.at.activity = s.activity, place.at.error = s.error, place.at.motion = s.motion;
-  return place;
-}
-
-// For a corner between here_ and trial_, which planes across one leg may miss: the one of the two that lies `beyond`,
-// farther on or higher. In time the corner itself.
-Follower::Place Follower::corner_place(Place::Kind kind, double step, bool beyond) {
-  Place place{0, kind, curve_->station()};
-  if (orbit_ && show_if(orbit_->corner(), place.at)) {
-    place.along = std::clamp(orbit_->along(*place.at.motion), 0.0, step);
-    return place;
-  }
-  return beyond ? place_at(trial_, kind, step) : place_at(here_, kind, 0);
-}
-
-// Between here_ and trial_ the determinant changes its sign. Either another branch crosses the curve there, or two legs
-// of a hairpin face each other and the step went across: then the way back from trial_ misses here_ by as much.
-bool Follower::leads_back(double step, double missed) {
-  Station back = curve_->station();
-  check(VecWAXPY(back.y, -step, trial_.t, trial_.y), "looking back");
-  if (!curve_->solve_across(trial_.t, back)) return false;
-  check(VecAXPY(back.y, -1, here_.y), "looking back");
-  const double distance = curve_->norm.length(back.y), along = curve_->norm.product(back.y, here_.t);
-  return std::sqrt(std::max(0.0, distance * distance - along * along)) < 0.1 * std::max(missed, 1e-3 * step);
-}
-
-// Close to a branch point Newton may land on the other branch: the place is as good as bisection gets.
-Follower::Place Follower::locate_branch_point(double step) {
-  UniqueVec ya = system_->unknowns(), yb = system_->unknowns();
-  check(VecCopy(here_.y, ya), "locating a branch point");
-  check(VecCopy(trial_.y, yb), "locating a branch point");
-  Place place = place_at(trial_, Place::Kind::branch, step), middle{step, Place::Kind::branch, curve_->station()};
-  double a = 0, b = step;
-  while (b - a > 1e-5 * step) {
-    check(VecWAXPY(middle.at.y, -1, ya, yb), "locating a branch point");
-    check(VecAYPX(middle.at.y, 0.5, ya), "locating a branch point");
-    if (!curve_->solve_across(here_.t, middle.at) || angle(curve_->norm, here_.t, middle.at.t) > straight) break;
-    middle.along = (a + b) / 2;
-    (middle.at.sign == here_.sign ? a : b) = middle.along;
-    check(VecCopy(middle.at.y, middle.along == a ? ya : yb), "locating a branch point");
-    std::swap(place, middle);
-  }
-  return place;
-}
-
 // Turning points within the step; none in the place of one that cannot be located. Two corners closer than a step may
 // have two between them that its ends do not show: then the frequency gained is less than by a rate that changes
 // steadily from one end to the other, and points in between are asked.
@@ -136,7 +37,7 @@ std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, dou
   if (largest <= 1e-12 / omega_unit_) return folds; // a sweep at one frequency has none
   if (at_corner) {
     const bool rises = (trial_.omega - here_.omega) * rate > 0;
-    if (rate * next < 0) folds.push_back(corner_place(Place::Kind::fold, step, rises));
+    if (rate * next < 0) folds.push_back(corner_place(Place::Kind::fold, step, rises, {rate, next}, rate_of));
     return folds;
   }
   std::vector<std::pair<double, Station>> between;
@@ -144,7 +45,8 @@ std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, dou
     Station s = curve_->station();
     check(VecAXPBYPCZ(s.y, 1 - double(i) / pieces, double(i) / pieces, 0, here_.y, trial_.y),
           "looking for turning points");
-    if (solve_within(normal, i * step / pieces, s, {false, most_newton})) between.emplace_back(i * step / pieces, std::move(s));
+    if (solve_within(normal, i * step / pieces, s, {false, most_newton}))
+      between.emplace_back(i * step / pieces, std::move(s));
   }
   std::vector<Bound> bounds{{0, here_.y, rate}};
   for (auto &[along, s] : between) bounds.push_back({along, s.y, rate_of(s)});
@@ -160,7 +62,7 @@ bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplit
   using Kind = Place::Kind;
   const auto located = [&](Kind kind, double from, double to, bool rises, const Measured &f) {
     if (!at_corner) return locate(kind, normal, {0, here_.y, from}, {step, trial_.y, to}, f);
-    return std::optional(corner_place(kind, step, rises));
+    return std::optional(corner_place(kind, step, rises, {from, to}, f));
   };
   const auto keep = [&](std::optional<Place> place) {
     if (!place) return false;
@@ -273,7 +175,7 @@ void Follower::find_stability_change(Vec normal, double step, bool at_corner, st
   if (then < 0 || then == now) return;
   std::optional<Place> place;
   if (!fold && at_corner)
-    place = corner_place(Place::Kind::stability, step, true);
+    place = place_at(trial_, Place::Kind::stability, step);
   else if (!fold && before && before->verdict != Verdict::uncertain)
     place = locate(Place::Kind::stability, normal, {0, here_.y, before->growth}, {step, trial_.y, verdict_->growth},
                    [&](Station &s) { return judge(s)->growth; });

@@ -32,7 +32,7 @@ struct PointRecord {
   double between_error = 0; ///< of the amplitude since the point before; NaN: unknown
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
-  std::vector<double> state;        ///< of small models, see motion_state_size [user units]; NaN unless followed in time
+  std::vector<double> state; ///< of small models, see motion_state_size [user units]; NaN unless followed in time
 };
 
 /// Something on the way along the branch.

@@ -3,8 +3,8 @@
 // the step to be exact to round-off, and every event is located as the zero of such a series: there is no step size on
 // which the result depends, and stiff contacts only make the steps short while they are closed.
 #include "transient/free_modes.hpp"
-#include "transient/motion_state.hpp"
 #include "transient/motion.hpp"
+#include "transient/motion_state.hpp"
 #include "transient/touch.hpp"
 
 namespace dovetail {

@@ -38,8 +38,8 @@ public:
   int newton() const { return newton_; } ///< iterations of the last call that searched a motion, failures included
 
   // Within the last step. None where Newton fails.
-  double way() const;                      ///< length of its chord
-  double along(const Place &place) const;  ///< on the chord
+  double way() const;                       ///< length of its chord
+  double along(const Place &place) const;   ///< on the chord
   bool cornered() const { return corner_; } ///< it led round a corner
   /// On the plane across the chord, `along` it.
   PlacePtr between(double along);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "small_steps.hpp"
 #include "transient/orbit_curve.hpp"
@@ -26,12 +27,36 @@ DenseModel one_mass(double press, double along, double across, double damping) {
   return model;
 }
 
-std::unique_ptr<OrbitCurve> begun(const DenseModel &model, double omega, double unit) {
+std::unique_ptr<OrbitCurve> begun(const DenseModel &model, double omega, double unit, double longest_step = 0.1) {
   const SteadyState steady = steady_state(model, omega, {}, {.harmonics = 8, .periods = 2000});
   EXPECT_TRUE(steady.settled);
-  auto curve = std::make_unique<OrbitCurve>(model, omega, unit);
+  auto curve = std::make_unique<OrbitCurve>(model, omega, unit, longest_step);
   EXPECT_TRUE(curve->begin(steady.end, 1));
   return curve;
+}
+
+// Frequencies of turning points by bisection within steps, or at corners.
+std::vector<double> turns(OrbitCurve &curve, double to) {
+  std::vector<double> found;
+  bool rises = true;
+  for (int i = 0; i < 20000 && curve.omega(*curve.here()) < to; ++i) {
+    EXPECT_TRUE(curve.step());
+    if (curve.here()->rises() == rises) continue;
+    double a = 0, b = curve.way();
+    OrbitCurve::PlacePtr place = curve.cornered() ? curve.corner() : curve.between(b / 2);
+    while (!curve.cornered() && place && b - a > 1e-7) {
+      place = curve.between((a + b) / 2);
+      if (place) (place->rises() == rises ? a : b) = (a + b) / 2;
+    }
+    rises = !rises;
+    EXPECT_TRUE(place) << curve.omega(*curve.here());
+    if (place) found.push_back(curve.omega(*place));
+    double nearest = HUGE_VAL; // to 1, of the multipliers
+    for (const auto &one : place ? curve.multipliers(*place) : std::vector<std::complex<double>>{})
+      nearest = std::min(nearest, std::abs(one - 1.0));
+    EXPECT_TRUE(curve.cornered() || nearest < 1e-3) << nearest;
+  }
+  return found;
 }
 
 } // namespace
@@ -120,6 +145,30 @@ TEST(OrbitCurve, the_motions_are_those_of_time_integration) {
       }
     }
     EXPECT_EQ(met, 4);
+  }
+}
+
+TEST(OrbitCurve, turning_points_do_not_depend_on_steps) {
+  const DenseModel model = one_mass(600, 0, 100, 0.01);
+  const std::vector<double> usual = turns(*begun(model, 8, 8), 16), fine = turns(*begun(model, 8, 8, 2e-3), 16);
+  ASSERT_EQ(usual.size(), 2u);
+  ASSERT_EQ(fine.size(), 2u);
+  for (int i = 0; i < 2; ++i) EXPECT_NEAR(usual[i], fine[i], 1e-8 * fine[i]);
+}
+
+// A stop that is just touched is a corner of the curve: there the mass on its springs alone moves by the gap.
+TEST(OrbitCurve, turning_point_at_a_corner) {
+  constexpr double k = 40, xi = 0.003, force = 20, gap = 3;
+  DenseModel model = one_mass(0, 0, force, xi);
+  model.contact[0].kn = 40000, model.contact[0].gap = gap, model.standstill[0] = {};
+  const double middle =
+                   k - std::pow(xi * k, 2) / 2, // of both squares w^2 with (k - w^2)^2 + (xi k w)^2 = (force / gap)^2
+      touches = std::sqrt(middle + std::sqrt(middle * middle - k * k + std::pow(force / gap, 2)));
+  for (const double longest_step : {0.1, 2e-3}) {
+    const std::vector<double> found = turns(*begun(model, 3, 8, longest_step), 12);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_GT(found[0], 11);
+    EXPECT_NEAR(found[1], touches, 2e-6 * touches);
   }
 }
 

@@ -1,0 +1,113 @@
+// Curves that are followed in time have the turning points, maxima and changes of stability that harmonic balance finds
+// with many harmonics.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "continuation/branch.hpp"
+#include "transient/orbit_curve.hpp"
+#include "transient/steady_state.hpp"
+
+using namespace dovetail;
+
+namespace {
+
+constexpr double press = 10;
+
+// One mass of 1 on springs of 1 and one contact point, pressed on, with a force across the contact.
+HarmonicSystem one_mass(double force, double damping, int harmonics) {
+  ReducedModel model;
+  model.comm = PETSC_COMM_WORLD;
+  model.points = 1;
+  model.own_points = own_share(model.comm, 1), model.own_modes = own_share(model.comm, 0);
+  std::vector<ContactPoint> contact;
+  std::vector<double> initial;
+  if (model.own_points.size() == 1) {
+    model.kxx = {1, 0, 0, 0, 1, 0, 0, 0, 1}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    model.r = {0, 0, -press}, model.fx = {0, 0, force};
+    contact = {{Law::coulomb, 20, {10, 10}, {0.3, 0.3}, 0}}, initial = {0, 0, 0};
+  }
+  std::string note;
+  return HarmonicSystem(scaled(contact_preload(std::move(model), std::move(contact), initial, note), damping, {}),
+                        harmonics, exactly, {0, 1});
+}
+
+// Of a sweep, by kind.
+std::vector<BranchEvent> events(HarmonicSystem &system, double from, double to, bool in_time, int &points_in_time) {
+  const UniqueVec y = system.unknowns();
+  BranchSettings settings;
+  settings.from = from, settings.to = to, settings.step = 0.01, settings.max_points = 300;
+  settings.in_time = in_time, settings.stability = true;
+  std::vector<BranchEvent> all;
+  const BranchObserver observer{
+      [](const BranchPoint &) {}, [&](const BranchEvent &event) { all.push_back(event); }, {}, {}};
+  const auto summary = follow_branch(system, {1e-10, 1e-11, 30}, settings, y, observer);
+  EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;
+  points_in_time = summary.counts.in_time;
+  return all;
+}
+
+BranchEvent nearest(const std::vector<BranchEvent> &events, BranchEvent::Kind kind, double omega) {
+  BranchEvent found{kind, "", HUGE_VAL};
+  for (const BranchEvent &event : events)
+    if (event.kind == kind && std::abs(event.omega - omega) < std::abs(found.omega - omega)) found = event;
+  return found;
+}
+
+} // namespace
+
+TEST(InTime, places_are_those_of_harmonic_balance) {
+  using Kind = BranchEvent::Kind;
+  struct Known {
+    Kind kind;
+    double omega, accuracy;
+  };
+  struct {
+    double force, damping;
+    std::vector<Known> places;
+  } models[] = {{15, 0.1, {{Kind::fold, 1.6724, 1e-8}, {Kind::peak, 1.6997, 3e-6}}},
+                {25, 0.2, {{Kind::peak, 1.7075, 1e-5}, {Kind::stability, 1.2097, 3e-6}}}};
+  for (const auto &model : models) {
+    std::vector<BranchEvent> all[2];
+    for (const bool in_time : {false, true}) {
+      HarmonicSystem system = one_mass(model.force, model.damping, 50);
+      int points;
+      all[in_time] = events(system, 1.2, 30, in_time, points);
+      EXPECT_EQ(points > 50, in_time);
+    }
+    for (const auto &[kind, omega, accuracy] : model.places) {
+      const BranchEvent balanced = nearest(all[0], kind, omega), timed = nearest(all[1], kind, omega);
+      EXPECT_NEAR(balanced.omega, omega, 1e-3);
+      EXPECT_NEAR(timed.omega, balanced.omega, accuracy * omega);
+      if (kind == Kind::peak) EXPECT_NEAR(timed.amplitude, balanced.amplitude, 1e-7 * balanced.amplitude);
+    }
+  }
+}
+
+// A hairpin by lift-off, round which harmonic balance goes as round a corner: the place does not depend on steps or
+// harmonics, and is that of the motions in time.
+TEST(InTime, turning_point_in_a_hairpin) {
+  std::vector<double> found;
+  for (const int harmonics : {20, 40})
+    for (const double from : {4.6, 4.9}) {
+      HarmonicSystem system = one_mass(1.3, 0.02, harmonics);
+      int points;
+      const std::vector<BranchEvent> all = events(system, from, 0.1, false, points);
+      found.push_back(nearest(all, BranchEvent::Kind::fold, 4.277).omega);
+      EXPECT_TRUE(
+          std::any_of(all.begin(), all.end(), [](const auto &e) { return e.kind == BranchEvent::Kind::corner; }));
+    }
+  const DenseModel model = dense_model(one_mass(1.3, 0.02, 1));
+  const SteadyState steady = steady_state(model, 3.9, {}, {.periods = 2000});
+  OrbitCurve curve(model, 3.9, 1);
+  ASSERT_TRUE(curve.begin(steady.end, 1));
+  while (curve.here()->rises()) ASSERT_TRUE(curve.step());
+  double a = 0, b = curve.way();
+  OrbitCurve::PlacePtr place;
+  while (b - a > 1e-8) {
+    ASSERT_TRUE(place = curve.between((a + b) / 2));
+    (place->rises() ? a : b) = (a + b) / 2;
+  }
+  for (const double omega : found) EXPECT_NEAR(omega, curve.omega(*place), 1e-6 * omega);
+}
