@@ -12,7 +12,7 @@ was no jump. If it comes by the second later, the step cut off a loop of the cur
 the first point and goes on, not back, for `BEYOND` steps as long as the neighbours without coming by the second. As finer steps may go
 astray as well, several curves are followed, and one that finds no jump clears the step. If none says anything, or their steps there are no
 finer than `NEAR` of the step, it stays in doubt.
-Steps a method has announced are no jumps. Places located within a step, which make pieces of it as short as they like, are left out.
+Steps a method has announced are no jumps. Places located within a step make pieces of it as short as they like: neighbours count whole.
 """
 
 import numpy as np
@@ -50,16 +50,19 @@ def apart(z):
     return np.array(kept)
 
 
-def suspects(z, announced=()):
-    """Steps (index of the point they start from) that may be jumps, the worst first."""
+def suspects(z, announced=(), places=()):
+    """Steps or pieces of steps (index of the point they start from) that may be jumps, the worst first. places : located within steps"""
     steps = np.diff(z, axis=0)
     length = np.linalg.norm(steps, axis=1)
     said = {point - 1 for point in announced}
+    ends = np.setdiff1d(np.arange(len(z)), places)
+    of = np.searchsorted(ends, np.arange(len(steps)), "right")  # number of the step that a piece belongs to
+    whole = np.bincount(of, length, of[-1] + 2)
     found = {}
     for i in range(1, len(steps) - 1):
         if i in said or length[i] < SHORTEST:
             continue
-        ratio = length[i] / max(length[i - 1], length[i + 1], 1e-300)
+        ratio = length[i] / max(whole[of[i] - 1], whole[of[i] + 1], 1e-300)
         cosine = [steps[i] @ steps[j] / (length[i] * max(length[j], 1e-300)) for j in (i - 1, i + 1)]
         if ratio > LONG and not {i - 1, i + 1} & said or max(cosine) < np.cos(AWAY):
             found[i] = length[i]
@@ -93,17 +96,16 @@ def verdict(curve, before, first, second, beyond):
     off, begins = nearest(curve, first)
     if off > NEAR * step:
         return None
-    lengths = np.linalg.norm(np.diff(curve, axis=0), axis=1)
-    ends = np.cumsum(lengths)
-    if lengths[(ends > begins) & (ends - lengths < begins + step)].max(initial=0) > NEAR * step:
-        return None  # it may have jumped itself
     distance, where = passed(curve, second)
     comes = where[(distance < NEAR * step) & (where >= begins)]
     if len(comes):
         return "no jump" if comes[0] - begins < max(LOOP * step, beyond) else "jump"
+    lengths = np.linalg.norm(np.diff(curve, axis=0), axis=1)
+    ends = np.cumsum(lengths)
+    coarse = lengths[(ends > begins) & (ends - lengths < begins + step)].max(initial=0) > NEAR * step
     back, where = nearest(curve, before)
     goes_back = where > begins and back < NEAR * np.linalg.norm(first - before)
-    return "jump" if ends[-1] - begins > min(beyond, 1.5 * step) and not goes_back else None
+    return "jump" if ends[-1] - begins > min(beyond, 1.5 * step) and not goes_back and not coarse else None
 
 
 def silent_jumps(omega, coefficients, modes, width, announced, follow, all_of_them=True, places=()):
@@ -117,13 +119,12 @@ def silent_jumps(omega, coefficients, modes, width, announced, follow, all_of_th
     if len(omega) < 4:
         return [], []
     z = coordinates(omega, coefficients, modes, width)
-    stepped = np.setdiff1d(np.arange(len(z)), places)
-    kept = np.intersect1d(apart(z), stepped)
+    kept = apart(z)
     length = np.linalg.norm(np.diff(z[kept], axis=0), axis=1)
     jumps, doubts = [], []
-    for k in suspects(z[kept], np.searchsorted(kept, announced))[:MOST_SUSPECTS]:
+    for k in suspects(z[kept], np.searchsorted(kept, announced), np.flatnonzero(np.isin(kept, places)))[:MOST_SUSPECTS]:
         said, i, n = set(), int(kept[k]), int(kept[k + 1])
-        if np.linalg.norm(z[n] - z[stepped[stepped < n][-1]]) < SHORTEST:
+        if np.linalg.norm(z[n] - z[n - 1]) < SHORTEST:
             continue  # several steps, none of them long enough
         for again in follow(i, n):
             if len(again[0]):

@@ -38,7 +38,7 @@ def programs():
     python = digest(*sorted((ROOT / "python/dovetail/reference").glob("*.py")), HERE / "atlas_methods.py")
     core = digest(BINARY)
     judge = digest(atlas_truth.PROGRAM) if atlas_truth.PROGRAM.exists() else "none"
-    return {ORIGINAL: python, PLAIN: python, DOVETAIL: core, "truth": f"{core} {judge}"}
+    return {ORIGINAL: python, PLAIN: python, DOVETAIL: f"{core} {judge}", "truth": f"{core} {judge}"}  # the judge looks for jumps
 
 
 def kept(path, key, limit):
@@ -137,7 +137,7 @@ def starts(run, i, n, least):
         if j < i and j + 1 in run.announced:
             return
         onwards = run.omega[j + 1] - run.omega[j]
-        turns = j > 0 and (run.omega[j] - run.omega[j - 1]) * onwards < 0
+        turns = j > 0 and j not in run.announced and (run.omega[j] - run.omega[j - 1]) * onwards < 0
         if abs(onwards) > least and not turns and min((run.omega[i:n + 1] - run.omega[j]) * np.sign(onwards)) >= 0:
             yield j
 
@@ -195,6 +195,8 @@ def follower(method, built, folder, run, limit):
 
     def in_small_steps(j, i, n, fine, harmonics, width):
         """Steps as the judge of jumps measures them, FINER of them for the one in question: arc length in time is another measure."""
+        if not atlas_truth.PROGRAM.exists():
+            return
         case = case_from(j, width, fine, harmonics=harmonics)
         z = atlas_jumps.coordinates(run.omega[j:n + 1], run.coefficients[j:n + 1], built.modes, width)
         way, length = np.linalg.norm(np.diff(z, axis=0), axis=1).sum(), np.linalg.norm(z[-1] - z[i - j])

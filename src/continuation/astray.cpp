@@ -39,7 +39,9 @@ bool Follower::follow_again(const std::string &why) {
 }
 
 // Many bends within a small part of the sweep are no physics, but too few harmonics for contacts that open and close.
+// Not in time, where harmonics do not count.
 void Follower::note_bend(double omega) {
+  if (orbit_) return;
   bends_.push_back(omega);
   if (bends_.size() < many_bends) return;
   const auto [low, high] = std::minmax_element(bends_.end() - many_bends, bends_.end());
@@ -49,6 +51,7 @@ void Follower::note_bend(double omega) {
 
 // Nor are many short steps that come to nothing.
 void Follower::note_creeping() {
+  if (orbit_) return;
   const long now = summary_.counts.newton;
   const auto near = [&](double omega) { return std::abs(omega - crowd_.omega) <= creeping_part * omega_unit_; };
   if (!near(here_.omega)) crowd_ = {here_.omega, now};

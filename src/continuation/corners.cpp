@@ -76,33 +76,31 @@ bool Follower::go_round(Vec t, double step, bool by_sign, Go &outcome) {
   return outcome != Go::refused;
 }
 
+Follower::Meeting Follower::meeting(const Station &other) const {
+  const ArcNorm &norm = curve_->norm;
+  const UniqueVec between = system_->unknowns();
+  check(VecWAXPY(between, -1, here_.y, other.y), doing);
+  const double cosine = norm.product(here_.t, other.t), a = norm.product(between, here_.t),
+               b = norm.product(between, other.t), apart = 1 - cosine * cosine;
+  Meeting at{(a - cosine * b) / apart, (b - cosine * a) / apart, 0};
+  if (!(apart > least_apart && at.ahead >= 0)) at = {0, b, 0}; // as near to here_ as can be
+  check(VecAXPBYPCZ(between, -at.ahead, -at.back, 1, here_.t, other.t), doing);
+  at.miss = norm.length(between);
+  return at;
+}
+
 // A point close to the beginning of the leg on which trial_ lies, if it is one that begins where the old one ends: a
 // step back along it converges, and from there the lines along both tangents all but meet, ahead of here_. Else it is
 // some other leg nearby, or one of a loop that would be cut off.
 bool Follower::back_to_corner(Station &corner) {
-  const ArcNorm &norm = curve_->norm;
-  UniqueVec between = system_->unknowns();
-  struct Meeting {
-    double ahead, back, miss; // lengths along both tangents to where the lines are closest, and how close
-  };
-  const auto meet = [&](const Station &s) {
-    check(VecWAXPY(between, -1, here_.y, s.y), doing);
-    const double cosine = norm.product(here_.t, s.t), a = norm.product(between, here_.t),
-                 b = norm.product(between, s.t), apart = 1 - cosine * cosine;
-    Meeting at{(a - cosine * b) / apart, (b - cosine * a) / apart, 0};
-    if (!(apart > least_apart && at.ahead >= 0)) at = {0, b, 0}; // as near to here_ as can be
-    check(VecAXPBYPCZ(between, -at.ahead, -at.back, 1, here_.t, s.t), doing);
-    at.miss = norm.length(between);
-    return at;
-  };
-  const double back = meet(trial_).back;
+  const double back = meeting(trial_).back;
   const auto step_back = [&](double part) {
     check(VecWAXPY(corner.y, -part * back, trial_.t, trial_.y), doing);
     return curve_->solve_across(trial_.t, corner, {false, most_newton, part * back}) && corner.sign == trial_.sign &&
-           angle(norm, corner.t, trial_.t) < most_angle;
+           angle(curve_->norm, corner.t, trial_.t) < most_angle;
   };
   if (!(back > 0) || !(step_back(0.8) || step_back(0.5))) return false;
-  const Meeting at = meet(corner);
+  const Meeting at = meeting(corner);
   return at.miss < most_miss * (at.ahead + std::abs(at.back));
 }
 

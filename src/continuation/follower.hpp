@@ -67,7 +67,7 @@ private:
 
   // places.cpp
   struct Place {  // something worth a point of its own within a step
-    double along; // arc length from the last point
+    double along; // way from the last point: on planes across the step, in corners such a part of it
     enum class Kind { wanted, fold, peak, branch, stability, limit, last } kind;
     Station at;
     double amplitude = 0;
@@ -80,12 +80,16 @@ private:
   };
   std::vector<std::optional<Place>> find_folds(Vec normal, double step, bool at_corner);
   bool find_places(Vec normal, double step, bool at_corner, const Amplitude &next, std::vector<Place> &found);
-  bool find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found);
+  struct PieceEnd { // of a step, between turning points
+    const Station &at;
+    double along;
+  };
+  bool find_wanted(Vec normal, const PieceEnd &from, const PieceEnd &to, bool at_corner, std::vector<Place> &found);
   bool solve_wanted(Vec normal, const Station &a, const Station &b, double w, Place &place);
   void begin_stability();
   void tell_stability(double omega, double amplitude);
   void find_stability_change(Vec normal, double step, bool at_corner, std::vector<Place> &found);
-  Go report_places(std::vector<Place> &found, double plain);
+  Go report_places(std::vector<Place> &found, double plain, bool at_corner);
   std::optional<Stability> judge(const Station &s);
 
   // locate.cpp
@@ -101,6 +105,10 @@ private:
   enum class Extent { first, all }; // legs that are tried
   bool round_corner(double step, Extent extent, Go &outcome);
   bool go_round(Vec t, double step, bool by_sign, Go &outcome);
+  struct Meeting {            // of the lines along two tangents
+    double ahead, back, miss; // lengths from here_ and back from the other one to where they are closest, how close
+  };
+  Meeting meeting(const Station &other) const;
   bool back_to_corner(Station &corner);
 
   // saved.cpp
@@ -140,7 +148,6 @@ private:
   bool first_in_time(double omega);
   void show(OrbitCurve::PlacePtr motion, Station &s);
   bool show_if(OrbitCurve::PlacePtr motion, Station &s);
-  int instants() const;
   Go advance_in_time();
   bool back_to_harmonics();
 

@@ -12,7 +12,6 @@ namespace {
 
 constexpr double as_before = 0.05; // by which harmonic balance may differ, of the motion, to go on with it
 constexpr double accuracy = 2e-5;  // of growth, where multipliers near 1 are known to 1e-4
-constexpr int least_instants = 1024;
 constexpr double close = 1e-6; // arc length, for tangents
 
 // Where no contact opens there is no labyrinth, and what harmonic balance lacks is not harmonics.
@@ -27,12 +26,6 @@ bool opens(const DenseModel &model, const Motion &motion) {
 
 } // namespace
 
-int Follower::instants() const {
-  int instants = least_instants;
-  while (instants < 16 * system_->harmonics()) instants *= 2;
-  return instants;
-}
-
 // here_ becomes that motion, with as many harmonics as the closed contact wants; the curve is followed in time from
 // there.
 bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady, double omega) {
@@ -40,7 +33,7 @@ bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady,
   auto orbit = std::make_unique<OrbitCurve>(model, omega, omega_unit_);
   const bool found = orbit->begin(steady.end, direction_);
   summary_.counts.newton += orbit->newton();
-  if (!found || !opens(model, orbit->motion(*orbit->here(), instants()))) return false;
+  if (!found || !opens(model, orbit->motion(*orbit->here(), instants_for(system_->harmonics())))) return false;
   orbit_ = std::move(orbit);
   const int H = std::max(asked_for_, ample_harmonics(omega, 1));
   if (H != system_->harmonics() || !exact()) { // exactly: samples that do for the case's harmonics do not for these
@@ -64,10 +57,10 @@ bool Follower::first_in_time(double omega) {
 // s as a point of the results; what is missing in its harmonics is its error.
 void Follower::show(OrbitCurve::PlacePtr place, Station &s) {
   constexpr const char *doing = "showing a motion";
-  const int H = system_->harmonics();
-  const Motion motion = orbit_->motion(*place, instants());
+  const int H = system_->harmonics(), instants = instants_for(H);
+  const Motion motion = orbit_->motion(*place, instants);
   const std::vector<double> coefficients = coefficients_of(motion, H);
-  std::vector<double> slope = coefficients_of(orbit_->motion(*place, instants(), close), H);
+  std::vector<double> slope = coefficients_of(orbit_->motion(*place, instants, close), H);
   for (std::size_t i = 0; i < slope.size(); ++i) slope[i] = (slope[i] - coefficients[i]) / close;
   set_coefficients(system_->layout(), coefficients, s.y), set_coefficients(system_->layout(), slope, s.t);
   s.omega = orbit_->omega(*place), s.sign = 0;

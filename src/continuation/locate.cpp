@@ -10,7 +10,6 @@ namespace {
 
 constexpr double place_tolerance = 1e-8; // of the step, and of the measured quantity, unless Newton's is larger
 constexpr double place_in_time = 1e-7;   // arc length, likewise
-constexpr double least_width = 1e-3;     // of the sum of both tangents at a corner, if they are to be told from a line
 
 } // namespace
 
@@ -66,7 +65,8 @@ Follower::Place Follower::place_at(const Station &s, Place::Kind kind, double al
   check(VecCopy(s.y, place.at.y), "locating a place");
   check(VecCopy(s.t, place.at.t), "locating a place");
   place.at.sign = s.sign, place.at.omega = s.omega;
-  place.at.newton = s.newton, place.at.activity = s.activity, place.at.error = s.error, place.at.motion = s.motion;
+  place.at.newton = s.newton, place.at.activity = s.activity, place.at.motion = s.motion;
+  if (s.motion) place.at.error = s.error;
   return place;
 }
 
@@ -96,24 +96,28 @@ Follower::Place Follower::corner_place(Place::Kind kind, double step, bool beyon
 std::optional<Follower::Place> Follower::locate_in_corner(Place::Kind kind, double step, std::array<double, 2> values,
                                                           const Measured &f) {
   constexpr const char *doing = "locating a place in a corner";
-  const ArcNorm &norm = curve_->norm;
-  UniqueVec normal = system_->unknowns(), chord = system_->unknowns();
+  const double ahead = meeting(trial_).ahead;
+  if (!(ahead > 0)) return std::nullopt;
+  UniqueVec normal = system_->unknowns(), guess = system_->unknowns();
   check(VecWAXPY(normal, 1, here_.t, trial_.t), doing);
-  check(VecWAXPY(chord, -1, here_.y, trial_.y), doing);
-  const double width = norm.length(normal), cosine = norm.product(here_.t, trial_.t);
-  if (width < least_width) return std::nullopt;
-  check(VecScale(normal, 1 / width), doing);
-  const double ahead = (norm.product(chord, here_.t) - cosine * norm.product(chord, trial_.t)) / (1 - cosine * cosine);
+  check(VecScale(normal, 1 / curve_->norm.length(normal)), doing);
+  check(VecWAXPY(guess, ahead, here_.t, here_.y), doing);
+  const auto near = [&](Vec y, Vec from) { // else it is a solution of another branch
+    const UniqueVec way = system_->unknowns();
+    check(VecWAXPY(way, -1, from, y), doing);
+    return curve_->norm.length(way) < most_correction * ahead;
+  };
   Station corner = curve_->station();
-  check(VecWAXPY(corner.y, ahead, here_.t, here_.y), doing);
-  if (!(ahead > 0) || !curve_->solve_across(normal, corner, {false, most_newton})) return std::nullopt;
+  check(VecCopy(guess, corner.y), doing);
+  if (!curve_->solve_across(normal, corner, {false, most_newton, ahead}) || !near(corner.y, guess)) return std::nullopt;
   const double here = curve_->plane(normal, here_.y), there = curve_->plane(normal, corner.y) - here,
                end = curve_->plane(normal, trial_.y) - here, value = f(corner);
   if (!(0 < there && there < end)) return std::nullopt;
   const Bound middle{there, corner.y, value};
   std::optional<Place> place = value * values[0] < 0 ? locate(kind, normal, {0, here_.y, values[0]}, middle, f)
                                                      : locate(kind, normal, middle, {end, trial_.y, values[1]}, f);
-  if (place) place->along *= step / end;
+  if (!place || !near(place->at.y, corner.y)) return std::nullopt;
+  place->along *= step / end;
   return place;
 }
 

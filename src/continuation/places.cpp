@@ -80,20 +80,21 @@ bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplit
     ++summary_.counts.peaks, notify(BranchEvent::Kind::peak, "maximum, not located", here_.omega, amplitude_.value);
   if (const double limit = settings_.stop_at_amplitude; limit > 0 && amplitude_.value < limit && next.value >= limit)
     keep(locate(Kind::limit, normal, {0, here_.y, amplitude_.value - limit}, {step, trial_.y, next.value - limit},
-                [&](Station &s) { return (*meter_)(s.y, s.t).value - limit; }));
-  if (branch_point_) keep(std::move(branch_point_));
+                [&](Station &s) { return (*meter_)(s.y, s.t).value - limit; })) ||
+        keep(place_at(trial_, Kind::limit, step));
+  if (branch_point_) keep(std::exchange(branch_point_, std::nullopt));
   if (settings_.stability) find_stability_change(normal, step, at_corner, found);
 
   // Within each piece between turning points the frequency is monotone.
   const auto in_order = [](const Place &a, const Place &b) { return a.along < b.along; };
   std::sort(found.begin(), found.end(), in_order);
-  std::vector<const Station *> pieces{&here_};
+  std::vector<PieceEnd> ends{{here_, 0}};
   for (const Place &place : found)
-    if (place.kind == Kind::fold) pieces.push_back(&place.at);
-  pieces.push_back(&trial_);
+    if (place.kind == Kind::fold) ends.push_back({place.at, place.along});
+  ends.push_back({trial_, step});
   std::vector<Place> wanted;
-  for (std::size_t i = 1; i < pieces.size(); ++i) {
-    if (!find_wanted(normal, *pieces[i - 1], *pieces[i], wanted)) return false;
+  for (std::size_t i = 1; i < ends.size(); ++i) {
+    if (!find_wanted(normal, ends[i - 1], ends[i], at_corner, wanted)) return false;
     if (!wanted.empty() && wanted.back().kind == Kind::last) break;
   }
   for (Place &place : wanted) found.push_back(std::move(place));
@@ -102,8 +103,10 @@ bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplit
 }
 
 // Solutions exactly at the frequencies of `at`, and at the end of the sweep, between two stations.
-bool Follower::find_wanted(Vec normal, const Station &a, const Station &b, std::vector<Place> &found) {
+bool Follower::find_wanted(Vec normal, const PieceEnd &from, const PieceEnd &to, bool at_corner,
+                           std::vector<Place> &found) {
   using Kind = Place::Kind;
+  const Station &a = from.at, &b = to.at;
   const auto between = [&](double w) { return (w - a.omega) * (w - b.omega) < 0; };
   const bool ends = (settings_.to - a.omega) * (settings_.to - b.omega) <= 0 && a.omega != b.omega;
   std::vector<double> passed;
@@ -115,6 +118,8 @@ bool Follower::find_wanted(Vec normal, const Station &a, const Station &b, std::
   for (const double w : passed) {
     Place place{0, ends && w == settings_.to ? Kind::last : Kind::wanted, curve_->station()};
     if (solve_wanted(normal, a, b, w, place)) {
+      if (at_corner) // no plane tells where on which leg
+        place.along = from.along + (w - a.omega) / (b.omega - a.omega) * (to.along - from.along);
       place.amplitude = (*meter_)(place.at.y, place.at.t).value;
       found.push_back(std::move(place));
     } else if (place.kind == Kind::last) {
@@ -131,9 +136,9 @@ bool Follower::find_wanted(Vec normal, const Station &a, const Station &b, std::
 bool Follower::solve_wanted(Vec normal, const Station &a, const Station &b, double w, Place &place) {
   const double part = (w - a.omega) / (b.omega - a.omega);
   if (orbit_) {
-    OrbitCurve::Place guess = *a.motion;
-    for (std::size_t i = 0; i < guess.z.size(); ++i) guess.z[i] += part * (b.motion->z[i] - guess.z[i]);
-    if (!show_if(orbit_->at(w, guess), place.at)) return false;
+    Numbers guess = a.motion->z;
+    for (std::size_t i = 0; i < guess.size(); ++i) guess[i] += part * (b.motion->z[i] - guess[i]);
+    if (!show_if(orbit_->at(w, guess, b.omega > a.omega), place.at)) return false;
     place.at.omega = w; // to the last bit
     curve_->set_omega(place.at.y, w);
     place.along = orbit_->along(*place.at.motion);
@@ -142,7 +147,7 @@ bool Follower::solve_wanted(Vec normal, const Station &a, const Station &b, doub
   check(VecWAXPY(place.at.y, -1, a.y, b.y), "interpolating");
   check(VecAYPX(place.at.y, part, a.y), "interpolating");
   if (!curve_->solve_at(w, place.at)) return false;
-  if (curve_->norm.product(place.at.t, normal) < 0) turn(place.at);
+  if (b.omega < a.omega) turn(place.at);
   place.along = curve_->plane(normal, place.at.y) - curve_->plane(normal, here_.y);
   return true;
 }
@@ -186,7 +191,7 @@ void Follower::find_stability_change(Vec normal, double step, bool at_corner, st
 }
 
 // One row of the results for each place, and the words that go with it.
-Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
+Follower::Go Follower::report_places(std::vector<Place> &found, double plain, bool at_corner) {
   using Kind = Place::Kind;
   const auto folds = std::count_if(found.begin(), found.end(), [](const Place &p) { return p.kind == Kind::fold; });
   bool higher = (system_->omega(trial_.t) > 0) == (folds % 2 == 1); // after the first of them
@@ -202,7 +207,8 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
              s.omega, place.amplitude);
       higher = !higher;
       note_bend(s.omega);
-      if (!orbit_ && summary_.counts.points < settings_.max_points && farther(s.omega)) farthest_ = std::move(place.at);
+      if (!orbit_ && !at_corner && summary_.counts.points < settings_.max_points && farther(s.omega))
+        farthest_ = std::move(place.at);
       break;
     case Kind::peak:
       ++summary_.counts.peaks;
@@ -228,7 +234,8 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain) {
     case Kind::wanted:
       break;
     }
-    if (orbit_ || summary_.counts.points < settings_.max_points) continue; // in time it stands at ends of steps only
+    // In time and in corners it stands at ends of steps only.
+    if (orbit_ || at_corner || summary_.counts.points < settings_.max_points) continue;
     arclength_ += place.along * plain; // stand here, so that a restart goes on from here
     std::swap(here_, place.at);
     begin_amplitude();

@@ -75,6 +75,7 @@ BranchState Follower::state() {
     }
   }
   state.numbers.push_back(balanced_at_);
+  state.numbers.push_back(here_.newton.newton);
   const std::vector<double> orbit = orbit_ ? orbit_->save() : std::vector<double>{};
   state.numbers.push_back(static_cast<double>(orbit.size()));
   state.numbers.insert(state.numbers.end(), orbit.begin(), orbit.end());
@@ -144,10 +145,12 @@ void Follower::restore(const BranchState &state) {
     (*station)->omega = system_->omega((*station)->y);
   }
   balanced_at_ = take();
+  here_.newton.newton = take_int();
   if (const auto size = static_cast<std::ptrdiff_t>(take()); size > 0) {
     orbit_ = std::make_unique<OrbitCurve>(dense_model(*system_), *next, omega_unit_);
     if (!orbit_->restore({next, next + size})) throw ComputeError("the motion of the run before is not met again");
-    here_.motion = orbit_->here();
+    show(orbit_->here(), trial_); // for what is missing in its harmonics
+    here_.motion = trial_.motion, here_.error = trial_.error;
     next += size;
   }
   recall_activity();

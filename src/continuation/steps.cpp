@@ -132,7 +132,7 @@ Follower::Go Follower::pass_to_trial(Vec normal, double step, double plain, bool
     std::vector<Place> found;
     if (!find_places(normal, step, at_corner, next, found)) return Go::refused;
     between_error_ = between_error;
-    if (report_places(found, plain) == Go::ended) return Go::ended;
+    if (report_places(found, plain, at_corner) == Go::ended) return Go::ended;
   }
   if (outside && !was_outside)
     notify(BranchEvent::Kind::outside,

@@ -58,6 +58,7 @@ PointRecord collect(const BranchPoint &point, double seconds) {
   record.omega = point.omega * system.scales().frequency;
   record.arclength = point.arclength;
   record.harmonics = system.harmonics(), record.in_time = point.motion != nullptr;
+  record.located = point.located;
   record.newton = point.newton.newton, record.linear = point.newton.linear;
   record.residual = point.newton.residual;
   record.seconds = seconds;

@@ -21,6 +21,7 @@ struct PointRecord {
   double arclength = 0; ///< scaled
   int harmonics = 0;
   int in_time = 0; ///< 1: of a curve that is followed in time
+  int located = 0; ///< 1: within a step
   int newton = 0, linear = 0;
   double residual = 0;                  ///< scaled
   double seconds = 0;                   ///< since the point before

@@ -139,6 +139,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   }
   whole("harmonics", &PointRecord::harmonics);
   whole("in_time", &PointRecord::in_time);
+  whole("located", &PointRecord::located);
   whole("newton_iterations", &PointRecord::newton);
   whole("linear_iterations", &PointRecord::linear);
   real("arclength", &PointRecord::arclength);

@@ -60,6 +60,12 @@ std::vector<double> amplitudes(const Motion &motion, double step) {
   return out;
 }
 
+int instants_for(int harmonics) {
+  int instants = 1024;
+  while (instants < 16 * harmonics) instants *= 2;
+  return instants;
+}
+
 std::vector<double> coefficients_of(const Motion &motion, int harmonics) {
   const int N = motion.instants, waves = N / 2 + 1;
   const std::unique_ptr<fftw_complex[], void (*)(void *)> f(

@@ -21,6 +21,9 @@ double difference(const Motion &now, const Motion &before, int modes);
 /// time between them.
 std::vector<double> amplitudes(const Motion &motion, double step);
 
+/// A power of 2 that shows them.
+int instants_for(int harmonics);
+
 /// (dofs, 2H+1); more than 2H instants.
 std::vector<double> coefficients_of(const Motion &motion, int harmonics);
 

@@ -12,11 +12,11 @@ constexpr double longest_omega = 0.01;   // of the unit
 constexpr double longest_motion = 0.25;  // of the motion at hand
 constexpr double smallest_motion = 1e-3; // that counts
 constexpr double nearby = 3e-7;          // differences for derivatives, of the motion
-constexpr double converged = 1e-7;       // correction: what is left is ten times less; between points
-constexpr double precisely = 1e-9;       // less
-constexpr double close = 1e-3;           // of a step: apart enough for a tangent
-constexpr double hopeless = 10;          // likewise
+constexpr double converged = 1e-7;       // correction: what is left is ten times less;
+constexpr double precisely = 1e-9;       // between points;
+constexpr double hopeless = 10;          // one as long as that
 constexpr double slow = 0.3;             // by which corrections shall fall with the same derivative
+constexpr double close = 1e-3, closest = 1e-6; // of a step, and at least: apart enough for a tangent
 constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations; derivatives
 constexpr int quick = 4, laborious = 6;
 constexpr double most_turned = 0.64, smooth = 0.2, bent = 0.4; // angles [rad]
@@ -193,6 +193,12 @@ bool OrbitCurve::hangs_together(const Factors &there) {
   return norm(r) < most_off * length;
 }
 
+// On the leg that led here.
+bool OrbitCurve::behind(const Numbers &z) const {
+  const Numbers way = ahead(z, -1, here_->z);
+  return dot(way, here_->t) < same_leg * norm(way);
+}
+
 // The tangent of the leg beyond a corner by the derivative there, and its sense by the determinant; where that leads
 // nowhere, the other sense.
 bool OrbitCurve::round_corner(double step) {
@@ -208,7 +214,7 @@ bool OrbitCurve::round_corner(double step) {
     for (int sense = 0; sense < 2; ++sense) {
       derivative_ = derivative, held_ = held;
       border(t, factors);
-      if (arrive(t, step, factors, false) && dot(trial_tangent_, here_->t) > same_leg) return true;
+      if (arrive(t, step, factors, false) && dot(trial_tangent_, here_->t) > same_leg && !behind(trial_)) return true;
       for (double &number : t) number = -number;
     }
   }
@@ -261,7 +267,8 @@ Numbers OrbitCurve::cubic(double part) const {
   return z;
 }
 
-// The tangent from a second motion close by: it takes a few periods, a derivative several for each number.
+// Halfway between two motions close by, and with them the tangent: it takes a few periods, a derivative several for each
+// number.
 OrbitCurve::PlacePtr OrbitCurve::between(double along) {
   const double length = way();
   Numbers row = ahead(here_->z, -1, before_->z);
@@ -271,23 +278,26 @@ OrbitCurve::PlacePtr OrbitCurve::between(double along) {
   Factors factors;
   border(row, factors);
   Numbers z[2];
+  const double aside = std::max(close * length, closest) / 2;
   for (int i = 0; i < 2; ++i) {
-    const double part = along / length + i * close;
-    z[i] = cubic(part);
-    add(z[i], part * length - dot(row, ahead(z[i], -1, before_->z)), row);
+    take(*here_);
+    const double there = along + (i == 0 ? -aside : aside);
+    z[i] = cubic(there / length);
+    add(z[i], there - dot(row, ahead(z[i], -1, before_->z)), row);
     if (!correct(z[i], row, factors, precisely)) return nullptr;
   }
   Numbers t = ahead(z[1], -1, z[0]);
+  const Numbers middle = ahead(z[0], 0.5, t);
   const double apart = norm(t);
   for (double &number : t) number /= apart;
-  return std::make_shared<Place>(Place{z[0], t, {}, {}});
+  return std::make_shared<Place>(Place{middle, t, {}, {}});
 }
 
-OrbitCurve::PlacePtr OrbitCurve::at(double omega, const Place &guess) {
-  Place out{guess.z, guess.t, {}, {}};
+OrbitCurve::PlacePtr OrbitCurve::at(double omega, Numbers guess, bool rises) {
+  Place out{std::move(guess), {}, {}, {}};
   out.z.back() = omega / unit_;
   Numbers row(out.z.size());
-  row.back() = guess.rises() ? 1 : -1;
+  row.back() = rises ? 1 : -1;
   newton_ = 0;
   Factors factors;
   if (!linearise(out.z)) return nullptr;
@@ -300,12 +310,12 @@ OrbitCurve::PlacePtr OrbitCurve::at(double omega, const Place &guess) {
 }
 
 OrbitCurve::PlacePtr OrbitCurve::corner() {
+  newton_ = 0;
   const Numbers chord = ahead(here_->z, -1, before_->z);
   const double c = dot(before_->t, here_->t), step = (dot(chord, before_->t) - c * dot(chord, here_->t)) / (1 - c * c);
   if (!(step > 0 && step < 2 * norm(chord))) return nullptr;
   const Numbers guess = ahead(before_->z, step, before_->t);
   Place out{guess, before_->t, {}, {}};
-  newton_ = 0;
   take(*before_);
   Factors factors;
   border(out.t, factors);

@@ -43,7 +43,7 @@ public:
   bool cornered() const { return corner_; } ///< it led round a corner
   /// On the plane across the chord, `along` it.
   PlacePtr between(double along);
-  PlacePtr at(double omega, const Place &guess);
+  PlacePtr at(double omega, Numbers guess, bool rises); ///< guess: numbers as Place::z
   /// The corner, but for the square of the step: where the tangents at both ends meet.
   PlacePtr corner();
 
@@ -71,6 +71,7 @@ private:
   bool arrive(const Numbers &t, double step, const Factors &factors, bool checked);
   bool hangs_together(const Factors &there);
   void stand(Numbers z, Numbers t);
+  bool behind(const Numbers &z) const;
   bool round_corner(double step);
   Numbers cubic(double part) const;
   double size(const Numbers &z) const; ///< of the motion, in the first one's

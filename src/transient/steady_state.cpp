@@ -30,9 +30,8 @@ double left_to_come(const std::vector<double> &changes) {
 
 // Instants of a period that show the harmonics wanted, and the fastest contact.
 int enough_instants(const Flow &flow, int harmonics) {
-  int instants = 1024;
-  while (instants < std::min(8192.0, 8 * flow.contact_rate() / flow.omega()) || instants < 16 * harmonics)
-    instants *= 2;
+  int instants = instants_for(harmonics);
+  while (instants < std::min(8192.0, 8 * flow.contact_rate() / flow.omega())) instants *= 2;
   return instants;
 }
 

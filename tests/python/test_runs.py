@@ -73,7 +73,7 @@ def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
             time.sleep(0.01 * i)
         points = read_points(folder)
         lengths = [len(values) for values in points.values()]
-        assert len(lengths) == 24 and max(lengths) - min(lengths) <= 1
+        assert len(lengths) == 25 and max(lengths) - min(lengths) <= 1
         left.append((min(lengths), points))
     edit(case, "max_points = 1000000", f"max_points = {max(length for length, _ in left)}")
     whole = run(case, out="whole").points
@@ -120,7 +120,7 @@ def test_results_open_while_the_run_goes_on(tmp_path):
             for look in range(20):
                 try:
                     with h5py.File(folder / "results.h5", "r") as file:
-                        assert len(file["points"]) == 20 and len(file["points/contact"]) == 5 and len(file["events"]) == 4
+                        assert len(file["points"]) == 21 and len(file["points/contact"]) == 5 and len(file["events"]) == 4
                 except OSError as error:
                     assert "truncated" in str(error)
                     refused += 1

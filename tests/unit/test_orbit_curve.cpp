@@ -136,7 +136,7 @@ TEST(OrbitCurve, the_motions_are_those_of_time_integration) {
       for (const double omega : {5.5, 7.5, 8.5, 13.0}) { // with one motion each
         if (!(before < omega && omega <= curve.omega(*curve.here()))) continue;
         ++met;
-        const OrbitCurve::PlacePtr place = curve.at(omega, *curve.here());
+        const OrbitCurve::PlacePtr place = curve.at(omega, curve.here()->z, true);
         ASSERT_TRUE(place);
         const Motion motion = curve.motion(*place, 256);
         const SteadyState steady = steady_state(model, omega, {}, {.harmonics = 8, .periods = 4000, .tolerance = 1e-8});
