@@ -15,7 +15,8 @@
 // was used up.
 //
 // With --along the curve of motions is followed in time from the one of that file nearest to the frequency, towards the
-// end of the case's sweep, in steps of STEP at most where the largest motion so far is 1; a line of omega and coefficients for each.
+// end of the case's sweep, in steps of STEP at most where the largest motion so far is 1; a line of omega and
+// coefficients for each.
 #include <slepc.h>
 
 #include <algorithm>
@@ -174,7 +175,8 @@ void follow(const Wish &wish, const Case &study, HarmonicSystem &system) {
   bool found = curve.begin(start_of(wish, wish.omegas.front(), system, model), way < 0 ? -1 : 1);
   for (int i = 0; found && i < wish.points; ++i) {
     std::printf("{\"omega\": %.17g", curve.omega(*curve.here()) * scales.frequency);
-    print_values("coefficients", coefficients_of(curve.motion(*curve.here(), instants_for(study.harmonics)), study.harmonics), model,
+    print_values("coefficients",
+                 coefficients_of(curve.motion(*curve.here(), instants_for(study.harmonics)), study.harmonics), model,
                  scales);
     found = curve.step();
   }

@@ -177,7 +177,8 @@ void Follower::report(Station &s, double arclength, const Stability *stability, 
                    !estimator_ ? nullptr
                    : place     ? &error_of(s)
                                : &affordable_error_of(s),
-                   between_error_, 1 - std::abs(settings_.to - s.omega) / omega_unit_, place, motion ? &*motion : nullptr});
+                   between_error_, 1 - std::abs(settings_.to - s.omega) / omega_unit_, place,
+                   motion ? &*motion : nullptr});
 }
 
 void Follower::notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude) {

@@ -46,7 +46,7 @@ struct BranchPoint {
   const ErrorEstimate *error;            ///< likewise
   double between;            ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
   double progress;           ///< 0..1, how far from `from` to `to`
-  bool located; ///< found within a step, which led farther
+  bool located;              ///< found within a step, which led farther
   const MotionState *motion; ///< at theta = 0 (scaled), if it was found in time and y are its first coefficients:
                              ///< residual and error say by how much they miss it; else null
 };

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double as_before = 0.05; // by which harmonic balance may differ, of the motion, to go on with it
 constexpr double accuracy = 2e-5;  // of growth, where multipliers near 1 are known to 1e-4
-constexpr double close = 1e-6; // arc length, for tangents
+constexpr double close = 1e-6;     // arc length, for tangents
 
 // Where no contact opens there is no labyrinth, and what harmonic balance lacks is not harmonics.
 bool opens(const DenseModel &model, const Motion &motion) {

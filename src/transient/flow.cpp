@@ -186,12 +186,19 @@ double Flow::length(const State &state, double left) const {
 }
 
 // Coordinates of the free modes at time t of the step, and d/dt.
+void Flow::evaluate(double t, double *eta) const {
+  const int n = modes_.count;
+  std::copy_n(term(p), n, eta);
+  for (int k = p - 1; k >= 0; --k)
+    for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(k)[i];
+}
+
 void Flow::evaluate(double t, double *eta, double *rate) const {
   const int n = modes_.count;
-  for (int i = 0; i < n; ++i) eta[i] = term(p)[i], rate[i] = p * term(p)[i];
+  evaluate(t, eta);
+  for (int i = 0; i < n; ++i) rate[i] = p * term(p)[i];
   for (int k = p - 1; k >= 1; --k)
-    for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(k)[i], rate[i] = rate[i] * t + k * term(k)[i];
-  for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(0)[i];
+    for (int i = 0; i < n; ++i) rate[i] = rate[i] * t + k * term(k)[i];
 }
 
 void Flow::advance(State &state, double t, int touched, const TouchEvent &event) {
@@ -211,9 +218,13 @@ void Flow::advance(State &state, double t, int touched, const TouchEvent &event)
 
 void Flow::record(double t, int instant, Motion &motion) {
   const int n = modes_.count;
-  evaluate(t, now_.data(), now_.data() + n);
-  combine(n, n, now_.data(), modes_.shapes.data(), &motion.q[static_cast<std::size_t>(instant) * n]);
-  combine(n, n, now_.data() + n, modes_.shapes.data(), &motion.v[static_cast<std::size_t>(instant) * n]);
+  const std::size_t at = static_cast<std::size_t>(instant) * n;
+  if (motion.v.empty())
+    evaluate(t, now_.data());
+  else
+    evaluate(t, now_.data(), now_.data() + n);
+  combine(n, n, now_.data(), modes_.shapes.data(), &motion.q[at]);
+  if (!motion.v.empty()) combine(n, n, now_.data() + n, modes_.shapes.data(), &motion.v[at]);
 }
 
 void Flow::note_size(const State &state) {
@@ -233,10 +244,10 @@ void Flow::note_size(const State &state) {
   }
 }
 
-bool Flow::period(State &state, int instants, Motion &motion) {
+bool Flow::period(State &state, int instants, Motion &motion, bool rates) {
   const double period = two_pi / omega_;
   motion.instants = instants, motion.dofs = modes_.count;
-  motion.q.resize(static_cast<std::size_t>(instants) * modes_.count), motion.v.resize(motion.q.size());
+  motion.q.resize(static_cast<std::size_t>(instants) * modes_.count), motion.v.resize(rates ? motion.q.size() : 0);
   double time = 0;
   int instant = 0;
   note_size(state);

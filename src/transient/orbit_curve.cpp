@@ -8,14 +8,14 @@ namespace dovetail {
 namespace {
 
 constexpr double first_step = 1e-3, shortest = 1e-7;
-constexpr double longest_omega = 0.01;   // of the unit
-constexpr double longest_motion = 0.25;  // of the motion at hand
-constexpr double smallest_motion = 1e-3; // that counts
-constexpr double nearby = 3e-7;          // differences for derivatives, of the motion
-constexpr double converged = 1e-7;       // correction: what is left is ten times less;
-constexpr double precisely = 1e-9;       // between points;
-constexpr double hopeless = 10;          // one as long as that
-constexpr double slow = 0.3;             // by which corrections shall fall with the same derivative
+constexpr double longest_omega = 0.01;         // of the unit
+constexpr double longest_motion = 0.25;        // of the motion at hand
+constexpr double smallest_motion = 1e-3;       // that counts
+constexpr double nearby = 3e-7;                // differences for derivatives, of the motion
+constexpr double converged = 1e-7;             // correction: what is left is ten times less;
+constexpr double precisely = 1e-9;             // between points;
+constexpr double hopeless = 10;                // one as long as that
+constexpr double slow = 0.3;                   // by which corrections shall fall with the same derivative
 constexpr double close = 1e-3, closest = 1e-6; // of a step, and at least: apart enough for a tangent
 constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations; derivatives
 constexpr int quick = 4, laborious = 6;
@@ -267,8 +267,8 @@ Numbers OrbitCurve::cubic(double part) const {
   return z;
 }
 
-// Halfway between two motions close by, and with them the tangent: it takes a few periods, a derivative several for each
-// number.
+// Halfway between two motions close by, and with them the tangent: it takes a few periods, a derivative several for
+// each number.
 OrbitCurve::PlacePtr OrbitCurve::between(double along) {
   const double length = way();
   Numbers row = ahead(here_->z, -1, before_->z);
@@ -333,7 +333,7 @@ Motion OrbitCurve::motion(const Place &place, int instants, double aside) {
   flow_.set_omega(z.back() * unit_), flow_.work = most_work;
   Flow::State at = map_.state(motion_numbers(z), {});
   Motion motion;
-  flow_.period(at, instants, motion); // that period, or one close to it, was integrated before
+  flow_.period(at, instants, motion, false); // that period, or one close to it, was integrated before
   return motion;
 }
 

@@ -74,11 +74,10 @@ TEST(OrbitCurve, motions_come_back_by_small_steps) {
       ASSERT_TRUE(at->step());
       falling += !at->here()->rises();
       if (i % 20 != 0) continue;
-      const Motion motion = at->motion(*at->here(), 1);
-      std::vector<double> begin(motion.q.begin(), motion.q.end());
-      begin.insert(begin.end(), motion.v.begin(), motion.v.end());
-      const std::vector<double> saved = at->save(); // sliders: numbers 6 and 7 of the map, from 5 on
-      const Memory slider{saved[11] * saved[2] / std::sqrt(30.0), saved[12] * saved[2] / std::sqrt(30.0)};
+      const MotionState state = at->motion_state(*at->here());
+      std::vector<double> begin = state.q;
+      begin.insert(begin.end(), state.v.begin(), state.v.end());
+      const Memory slider = state.w[0];
       std::vector<double> end = begin;
       std::vector<Memory> w{slider};
       small_steps(model, at->omega(*at->here()), 1, 20000, end, w, seen);
