@@ -54,8 +54,9 @@ def read_points(folder):
 
 
 def finite(points):
-    """Whether every number is one, but for estimates between points where no two steps led there."""
-    return all(np.isfinite(values).all() or name == "error_between" and not np.isinf(values).any() for name, values in points.items())
+    """Whether every number is one, but for estimates between points where no two steps led there, and states of motions in time."""
+    unknown = ("error_between", "state")
+    return all(np.isfinite(values).all() or name in unknown and not np.isinf(values).any() for name, values in points.items())
 
 
 def tables(file):
