@@ -41,7 +41,8 @@ def integrate(case, omegas, results, limit, harmonics=0):
     """What the program says at each frequency, begun at the points of `results` (None: at rest) that have it, with so many harmonics (0:
     those of the case); `limit` seconds for all."""
     start = [] if results is None else ["--from", results]
-    run = limited([PROGRAM, case, *start, "--harmonics", harmonics, "--tolerance", TOLERANCE, *(repr(float(omega)) for omega in omegas)], limit)
+    run = limited([PROGRAM, case, *start, "--harmonics", harmonics, "--tolerance", TOLERANCE,
+                   *(repr(float(omega)) for omega in omegas)], limit)
     said = [json.loads(line) for line in run.output.splitlines() if line.startswith("{")]
     why = run.complaint.strip() if run.status else f"not within {limit:g} s"
     return said + [{"settled": False, "why": why}] * (len(omegas) - len(said))
