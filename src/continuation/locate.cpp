@@ -77,7 +77,6 @@ Follower::Place Follower::place_at(const Station &s, Place::Kind kind, double al
 Follower::Place Follower::corner_place(Place::Kind kind, double step, bool beyond, std::array<double, 2> values,
                                        const Measured &f) {
   std::optional<Place> place;
-  const long before = summary_.counts.newton;
   if (orbit_) {
     Place corner{0, kind, curve_->station()};
     if (show_if(orbit_->corner(), corner.at)) {
@@ -85,6 +84,7 @@ Follower::Place Follower::corner_place(Place::Kind kind, double step, bool beyon
       place = std::move(corner);
     }
   } else {
+    const long before = summary_.counts.newton;
     place = locate_in_corner(kind, step, values, f);
     const long took = summary_.counts.newton - before;
     ahead_.newton += took, crowd_.newton += took; // that is no winding

@@ -13,13 +13,6 @@ namespace {
 constexpr int p = series_order;
 constexpr double two_pi = 6.283185307179586476925287;
 
-// Of the coefficient two terms on, in the second derivative's.
-constexpr std::array<double, p + 1> shares = [] {
-  std::array<double, p + 1> out{};
-  for (int k = 0; k <= p; ++k) out[k] = 1.0 / ((k + 1) * (k + 2));
-  return out;
-}();
-
 } // namespace
 
 Flow::Flow(const DenseModel &model, double omega, double tolerance)
@@ -163,7 +156,8 @@ void Flow::expand(const State &state, double time) {
     if (k + 2 > p) continue;
     combine(static_cast<int>(g - g_.data()), static_cast<int>(pull_.size()), g_.data(), pulls_.data(), pull_.data());
     for (int i = 0; i < n && k == 0; ++i) pull_[i] -= rest_pull_[i];
-    const double *now = term(k), *then = term(k + 1), share = shares[k], damping = model_.damping * (k + 1);
+    const double *now = term(k), *then = term(k + 1), share = 1.0 / ((k + 1) * (k + 2)),
+                 damping = model_.damping * (k + 1);
     double *out = term(k + 2);
     for (int i = 0; i < n; ++i)
       out[i] = share * (modes_.force[i] * force[k] - pull_[i] - modes_.w2[i] * (now[i] + damping * then[i]));
@@ -186,19 +180,12 @@ double Flow::length(const State &state, double left) const {
 }
 
 // Coordinates of the free modes at time t of the step, and d/dt.
-void Flow::evaluate(double t, double *eta) const {
-  const int n = modes_.count;
-  std::copy_n(term(p), n, eta);
-  for (int k = p - 1; k >= 0; --k)
-    for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(k)[i];
-}
-
 void Flow::evaluate(double t, double *eta, double *rate) const {
   const int n = modes_.count;
-  evaluate(t, eta);
-  for (int i = 0; i < n; ++i) rate[i] = p * term(p)[i];
+  for (int i = 0; i < n; ++i) eta[i] = term(p)[i], rate[i] = p * term(p)[i];
   for (int k = p - 1; k >= 1; --k)
-    for (int i = 0; i < n; ++i) rate[i] = rate[i] * t + k * term(k)[i];
+    for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(k)[i], rate[i] = rate[i] * t + k * term(k)[i];
+  for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(0)[i];
 }
 
 void Flow::advance(State &state, double t, int touched, const TouchEvent &event) {
@@ -218,13 +205,9 @@ void Flow::advance(State &state, double t, int touched, const TouchEvent &event)
 
 void Flow::record(double t, int instant, Motion &motion) {
   const int n = modes_.count;
-  const std::size_t at = static_cast<std::size_t>(instant) * n;
-  if (motion.v.empty())
-    evaluate(t, now_.data());
-  else
-    evaluate(t, now_.data(), now_.data() + n);
-  combine(n, n, now_.data(), modes_.shapes.data(), &motion.q[at]);
-  if (!motion.v.empty()) combine(n, n, now_.data() + n, modes_.shapes.data(), &motion.v[at]);
+  evaluate(t, now_.data(), now_.data() + n);
+  combine(n, n, now_.data(), modes_.shapes.data(), &motion.q[static_cast<std::size_t>(instant) * n]);
+  combine(n, n, now_.data() + n, modes_.shapes.data(), &motion.v[static_cast<std::size_t>(instant) * n]);
 }
 
 void Flow::note_size(const State &state) {
@@ -244,10 +227,10 @@ void Flow::note_size(const State &state) {
   }
 }
 
-bool Flow::period(State &state, int instants, Motion &motion, bool rates) {
+bool Flow::period(State &state, int instants, Motion &motion) {
   const double period = two_pi / omega_;
   motion.instants = instants, motion.dofs = modes_.count;
-  motion.q.resize(static_cast<std::size_t>(instants) * modes_.count), motion.v.resize(rates ? motion.q.size() : 0);
+  motion.q.resize(static_cast<std::size_t>(instants) * modes_.count), motion.v.resize(motion.q.size());
   double time = 0;
   int instant = 0;
   note_size(state);

@@ -28,9 +28,8 @@ public:
                     const std::vector<std::array<bool, 2>> &held = {}) const;
   std::vector<Memory> sliders(const State &state) const;
 
-  /// One period from theta = 0. False if the numbers are no longer finite or `work` is used up. rates: motion.v as
-  /// well.
-  bool period(State &state, int instants, Motion &motion, bool rates = true);
+  /// One period from theta = 0. False if the numbers are no longer finite or `work` is used up.
+  bool period(State &state, int instants, Motion &motion);
 
   const DenseModel &model() const { return model_; }
   const FreeModes &modes() const { return modes_; }
@@ -46,7 +45,6 @@ private:
   double length(const State &state, double left) const;
   void advance(State &state, double t, int touched, const TouchEvent &event);
   void note_size(const State &state);
-  void evaluate(double t, double *eta) const;
   void evaluate(double t, double *eta, double *rate) const;
   void record(double t, int instant, Motion &motion);
   double *term(int k) { return &eta_[static_cast<std::size_t>(k) * modes_.count]; }

@@ -7,7 +7,7 @@ namespace dovetail {
 /// Motion at equal steps of a period, beginning at theta = 0.
 struct Motion {
   int instants = 0, dofs = 0;
-  std::vector<double> q, v; ///< (instants, dofs), dofs as in DenseModel; v = dq/dt, empty where it was not asked for
+  std::vector<double> q, v; ///< (instants, dofs), dofs as in DenseModel; v = dq/dt
 
   const double *at(int instant) const { return &q[static_cast<std::size_t>(instant) * dofs]; }
   const double *rate_at(int instant) const { return &v[static_cast<std::size_t>(instant) * dofs]; }

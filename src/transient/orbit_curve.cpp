@@ -333,7 +333,7 @@ Motion OrbitCurve::motion(const Place &place, int instants, double aside) {
   flow_.set_omega(z.back() * unit_), flow_.work = most_work;
   Flow::State at = map_.state(motion_numbers(z), {});
   Motion motion;
-  flow_.period(at, instants, motion, false); // that period, or one close to it, was integrated before
+  flow_.period(at, instants, motion); // that period, or one close to it, was integrated before
   return motion;
 }
 

@@ -51,7 +51,7 @@ public:
   double rate(const Place &place) const { return place.t.back() * unit_; } ///< of frequency, by arc length
   MotionState motion_state(const Place &place) const;
   /// From that motion, or the one so far along the tangent, which is periodic but for the square of that.
-  Motion motion(const Place &place, int instants, double aside = 0); ///< without v
+  Motion motion(const Place &place, int instants, double aside = 0);
   /// By differences; 0 in the place of those of sliders that stick all the time, which are 1. Empty where LAPACK fails,
   /// or the motion runs away.
   std::vector<std::complex<double>> multipliers(const Place &place);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "continuation/branch.hpp"
+#include "one_mass.hpp"
 #include "small_model.hpp"
 
 using namespace dovetail;
@@ -162,20 +163,8 @@ TEST(Branch, stops_at_max_points) {
 // One mass on one unilateral spring, hung so that it lifts off: the resonance bends over, two folds must be passed.
 // Sampling would put more of them on the curve.
 TEST(Branch, passes_and_counts_turning_points) {
-  ReducedModel model;
-  model.comm = PETSC_COMM_WORLD;
-  model.points = 1;
-  model.own_points = own_share(model.comm, 1), model.own_modes = own_share(model.comm, 0);
-  std::vector<ContactPoint> contact;
-  std::vector<double> initial;
-  if (model.own_points.size() == 1) {
-    model.kxx = {40, 0, 0, 0, 40, 0, 0, 0, 40}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    model.r = {0, 0, -800}, model.fx = {0, 0, 100};
-    contact = {{Law::coulomb, 120, {30, 30}, {0.3, 0.3}, 0}}, initial = {0, 0, 0};
-  }
-  std::string note;
-  HarmonicSystem system(scaled(contact_preload(std::move(model), std::move(contact), initial, note), 0.01, {}), 5,
-                        exactly, {0, 0, 1});
+  HarmonicSystem system = one_mass({40, 40, 40}, {0, 0, -800}, {0, 0, 100},
+                                   {Law::coulomb, 120, {30, 30}, {0.3, 0.3}, 0}, 0.01, 5, {0, 0, 1});
   UniqueVec y = system.unknowns();
   std::vector<double> omegas;
   int folds = 0;

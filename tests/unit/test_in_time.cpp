@@ -6,31 +6,19 @@
 #include <cmath>
 
 #include "continuation/branch.hpp"
+#include "one_mass.hpp"
 #include "transient/orbit_curve.hpp"
 #include "transient/steady_state.hpp"
 
 using namespace dovetail;
+using namespace dovetail::testing;
 
 namespace {
 
-constexpr double press = 10;
-
-// One mass of 1 on springs of 1 and one contact point, pressed on, with a force across the contact.
-HarmonicSystem one_mass(double force, double damping, int harmonics) {
-  ReducedModel model;
-  model.comm = PETSC_COMM_WORLD;
-  model.points = 1;
-  model.own_points = own_share(model.comm, 1), model.own_modes = own_share(model.comm, 0);
-  std::vector<ContactPoint> contact;
-  std::vector<double> initial;
-  if (model.own_points.size() == 1) {
-    model.kxx = {1, 0, 0, 0, 1, 0, 0, 0, 1}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    model.r = {0, 0, -press}, model.fx = {0, 0, force};
-    contact = {{Law::coulomb, 20, {10, 10}, {0.3, 0.3}, 0}}, initial = {0, 0, 0};
-  }
-  std::string note;
-  return HarmonicSystem(scaled(contact_preload(std::move(model), std::move(contact), initial, note), damping, {}),
-                        harmonics, exactly, {0, 1});
+// Pressed on, with a force across the contact.
+HarmonicSystem pressed_mass(double force, double damping, int harmonics) {
+  return one_mass({1, 1, 1}, {0, 0, -10}, {0, 0, force}, {Law::coulomb, 20, {10, 10}, {0.3, 0.3}, 0}, damping,
+                  harmonics);
 }
 
 // Of a sweep, by kind.
@@ -71,7 +59,7 @@ TEST(InTime, places_are_those_of_harmonic_balance) {
   for (const auto &model : models) {
     std::vector<BranchEvent> all[2];
     for (const bool in_time : {false, true}) {
-      HarmonicSystem system = one_mass(model.force, model.damping, 50);
+      HarmonicSystem system = pressed_mass(model.force, model.damping, 50);
       int points;
       all[in_time] = events(system, 1.2, 30, in_time, points);
       EXPECT_EQ(points > 50, in_time);
@@ -91,14 +79,14 @@ TEST(InTime, turning_point_in_a_hairpin) {
   std::vector<double> found;
   for (const int harmonics : {20, 40})
     for (const double from : {4.6, 4.9}) {
-      HarmonicSystem system = one_mass(1.3, 0.02, harmonics);
+      HarmonicSystem system = pressed_mass(1.3, 0.02, harmonics);
       int points;
       const std::vector<BranchEvent> all = events(system, from, 0.1, false, points);
       found.push_back(nearest(all, BranchEvent::Kind::fold, 4.277).omega);
       EXPECT_TRUE(
           std::any_of(all.begin(), all.end(), [](const auto &e) { return e.kind == BranchEvent::Kind::corner; }));
     }
-  const DenseModel model = dense_model(one_mass(1.3, 0.02, 1));
+  const DenseModel model = dense_model(pressed_mass(1.3, 0.02, 1));
   const SteadyState steady = steady_state(model, 3.9, {}, {.periods = 2000});
   OrbitCurve curve(model, 3.9, 1);
   ASSERT_TRUE(curve.begin(steady.end, 1));

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "continuation/branch.hpp"
+#include "one_mass.hpp"
 #include "small_model.hpp"
 
 using namespace dovetail;
@@ -13,22 +14,9 @@ namespace {
 
 constexpr NewtonSettings tight{1e-10, 1e-11, 30};
 
-// One mass of 1 on one contact point, pressed on by `load`; `held` springs in each direction.
-HarmonicSystem one_mass(std::array<double, 3> held, double load, std::array<double, 3> force, double mu = 0.3) {
-  ReducedModel model;
-  model.comm = PETSC_COMM_WORLD;
-  model.points = 1;
-  model.own_points = own_share(model.comm, 1), model.own_modes = own_share(model.comm, 0);
-  std::vector<ContactPoint> contact;
-  std::vector<double> initial;
-  if (model.own_points.size() == 1) {
-    model.kxx = {held[0], 0, 0, 0, held[1], 0, 0, 0, held[2]}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    model.r = {0, 0, -load}, model.fx = {force[0], force[1], force[2]};
-    contact = {{Law::coulomb, 20, {10, 10}, {mu, mu}, 0}}, initial = {0, 0, 0};
-  }
-  std::string note;
-  return HarmonicSystem(scaled(contact_preload(std::move(model), std::move(contact), initial, note), 0.05, {}), 7,
-                        exactly, {0, 1});
+// Pressed on by `load`; `held` springs in each direction.
+HarmonicSystem pressed_mass(std::array<double, 3> held, double load, std::array<double, 3> force, double mu = 0.3) {
+  return one_mass(held, {0, 0, -load}, force, {Law::coulomb, 20, {10, 10}, {mu, mu}, 0}, 0.05, 7);
 }
 
 double entry(Mat J, PetscInt i) { // on the diagonal, on every rank
@@ -70,9 +58,9 @@ TEST(LooseBody, mean_stiffness_is_the_constant_part_of_the_derivative) {
 }
 
 TEST(LooseBody, finds_the_motions_that_only_the_joint_holds) {
-  EXPECT_EQ(one_mass({1, 1, 1}, 5, {0, 0, 1}).loose_body().motions(), 0);
-  EXPECT_EQ(one_mass({1, 1, 0}, 5, {0, 0, 1}).loose_body().motions(), 1);
-  EXPECT_EQ(one_mass({0, 1, 0}, 5, {0, 0, 1}).loose_body().motions(), 2);
+  EXPECT_EQ(pressed_mass({1, 1, 1}, 5, {0, 0, 1}).loose_body().motions(), 0);
+  EXPECT_EQ(pressed_mass({1, 1, 0}, 5, {0, 0, 1}).loose_body().motions(), 1);
+  EXPECT_EQ(pressed_mass({0, 1, 0}, 5, {0, 0, 1}).loose_body().motions(), 2);
   EXPECT_EQ(small_preloaded(PETSC_COMM_WORLD).reduced.contact_dofs(), 9);
   EXPECT_EQ(
       HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, exactly, {0, 1}).loose_body().motions(),
@@ -81,7 +69,7 @@ TEST(LooseBody, finds_the_motions_that_only_the_joint_holds) {
 
 TEST(LooseBody, holds_the_mean_only_while_nothing_else_does) {
   for (const double held : {0.0, 1.0}) {
-    HarmonicSystem system = one_mass({1, 1, held}, 5, {0, 0, 1});
+    HarmonicSystem system = pressed_mass({1, 1, held}, 5, {0, 0, 1});
     const Layout &layout = system.layout();
     UniqueVec y = system.unknowns(), border = system.unknowns();
     UniqueMat J = system.matrix();
@@ -99,7 +87,7 @@ TEST(LooseBody, holds_the_mean_only_while_nothing_else_does) {
 
 // It bounces: the mass leaves the joint for a part of every period.
 TEST(LooseBody, is_followed_through_lift_off) {
-  HarmonicSystem system = one_mass({1, 1, 0}, 5, {0, 0, 4});
+  HarmonicSystem system = pressed_mass({1, 1, 0}, 5, {0, 0, 4});
   UniqueVec y = system.unknowns();
   double open = 0;
   const BranchObserver observer{[&](const BranchPoint &point) {
@@ -119,7 +107,7 @@ TEST(LooseBody, is_followed_through_lift_off) {
 
 // Gross slip all round: nothing holds the mean, but no mean force pushes either.
 TEST(LooseBody, is_followed_through_gross_slip) {
-  HarmonicSystem system = one_mass({0, 1, 1}, 5, {3, 0, 0}, 0.1);
+  HarmonicSystem system = pressed_mass({0, 1, 1}, 5, {3, 0, 0}, 0.1);
   UniqueVec y = system.unknowns();
   BranchSettings settings;
   settings.from = 0.5, settings.to = 3, settings.step = 0.05, settings.max_points = 2000;
@@ -130,24 +118,8 @@ TEST(LooseBody, is_followed_through_gross_slip) {
 
 // A steady push beyond what friction holds while it slips: it walks, there is no periodic motion, and that is said.
 TEST(LooseBody, that_walks_is_explained) {
-  HarmonicSystem system(scaled(
-                            [] {
-                              ReducedModel model;
-                              model.comm = PETSC_COMM_WORLD;
-                              model.points = 1;
-                              model.own_points = own_share(model.comm, 1), model.own_modes = own_share(model.comm, 0);
-                              std::vector<ContactPoint> contact;
-                              std::vector<double> initial;
-                              if (model.own_points.size() == 1) {
-                                model.kxx = {0, 0, 0, 0, 1, 0, 0, 0, 1}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-                                model.r = {-0.3, 0, -5}, model.fx = {8, 0, 0};
-                                contact = {{Law::coulomb, 20, {10, 10}, {0.1, 0.1}, 0}}, initial = {0, 0, 0};
-                              }
-                              std::string note;
-                              return contact_preload(std::move(model), std::move(contact), initial, note);
-                            }(),
-                            0.05, {}),
-                        7, exactly, {0, 1});
+  HarmonicSystem system =
+      one_mass({0, 1, 1}, {-0.3, 0, -5}, {8, 0, 0}, {Law::coulomb, 20, {10, 10}, {0.1, 0.1}, 0}, 0.05, 7);
   UniqueVec y = system.unknowns();
   BranchSettings settings;
   settings.from = settings.to = 0.6, settings.max_points = 1;
