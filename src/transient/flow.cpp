@@ -228,9 +228,15 @@ void Flow::note_size(const State &state) {
 }
 
 bool Flow::period(State &state, int instants, Motion &motion) {
-  const double period = two_pi / omega_;
   motion.instants = instants, motion.dofs = modes_.count;
   motion.q.resize(static_cast<std::size_t>(instants) * modes_.count), motion.v.resize(motion.q.size());
+  return march(state, instants, &motion, nullptr);
+}
+
+bool Flow::period(State &state, Tangents &tangents) { return march(state, 0, nullptr, &tangents); }
+
+bool Flow::march(State &state, int instants, Motion *motion, Tangents *tangents) {
+  const double period = two_pi / omega_;
   double time = 0;
   int instant = 0;
   note_size(state);
@@ -239,6 +245,10 @@ bool Flow::period(State &state, int instants, Motion &motion) {
     ++steps_;
     expand(state, time);
     double step = length(state, period - time);
+    if (tangents) {
+      expand_tangents(state, time, *tangents);
+      step = std::min(step, tangent_length(*tangents));
+    }
     if (!(step > 0)) return false;
     Series powers;
     powers[0] = 1;
@@ -250,13 +260,15 @@ bool Flow::period(State &state, int instants, Motion &motion) {
         first = event, touched = point;
     if (touched >= 0) step *= first.at;
     for (; instant < instants && instant * period / instants < time + step; ++instant)
-      record(instant * period / instants - time, instant, motion);
+      record(instant * period / instants - time, instant, *motion);
     advance(state, step, touched, first);
+    if (tangents) advance_tangents(state, step, touched, first, *tangents);
     for (const double eta : state.eta) {
       if (!std::isfinite(eta)) return false;
       size_ = std::max(size_, std::abs(eta));
     }
     time += step;
+    if (tangents && !(period - time > 1e-14 * period)) turn_end(state, step, *tangents);
   }
   for (TouchState &touch : state.touch)
     for (int d = 0; d < 2; ++d)

@@ -5,6 +5,7 @@
 #include "transient/free_modes.hpp"
 #include "transient/motion.hpp"
 #include "transient/motion_state.hpp"
+#include "transient/tangents.hpp"
 #include "transient/touch.hpp"
 
 namespace dovetail {
@@ -31,6 +32,15 @@ public:
   /// One period from theta = 0. False if the numbers are no longer finite or `work` is used up.
   bool period(State &state, int instants, Motion &motion);
 
+  /// Tangents of a motion that begins at `state`, which came of sliders w, and depends on `numbers` numbers and omega:
+  /// zeros, for the caller to set those of eta and rate and of w; then `begin` makes the others of them.
+  Tangents tangents(int numbers) const;
+  void begin(const State &state, const std::vector<Memory> &w, Tangents &tangents);
+  /// The same period with them, exactly but for the tolerance; the steps may be shorter.
+  bool period(State &state, Tangents &tangents);
+  /// (padded numbers, 2 points) of `sliders`.
+  Dense slider_tangents(const State &state, const Tangents &tangents) const;
+
   const DenseModel &model() const { return model_; }
   const FreeModes &modes() const { return modes_; }
   double omega() const { return omega_; }
@@ -40,6 +50,7 @@ public:
   double work = 1e300;                    ///< multiplications left, roughly
 
 private:
+  bool march(State &state, int instants, Motion *motion, Tangents *tangents);
   void lay_out(const State &state);
   void expand(const State &state, double time);
   double length(const State &state, double left) const;
@@ -47,6 +58,15 @@ private:
   void note_size(const State &state);
   void evaluate(double t, double *eta, double *rate) const;
   void record(double t, int instant, Motion &motion);
+
+  // flow_tangents.cpp
+  void expand_tangents(const State &state, double time, const Tangents &tangents);
+  double tangent_length(const Tangents &tangents) const;
+  void advance_tangents(const State &state, double t, int touched, const TouchEvent &event, Tangents &tangents);
+  void turn_end(const State &state, double t, Tangents &tangents);
+  std::vector<double> acceleration(double t) const;
+  std::array<double, 3> at_contact(const double *eta, int point) const;
+  std::vector<double> contact_tangents(const Dense &eta, int point) const;
   double *term(int k) { return &eta_[static_cast<std::size_t>(k) * modes_.count]; }
   const double *term(int k) const { return &eta_[static_cast<std::size_t>(k) * modes_.count]; }
 
@@ -65,6 +85,7 @@ private:
   std::vector<double> rest_pull_; // (n) what those of the preload do
   std::vector<double> eta_, x_, g_, now_; // (order+1, n), (seen_columns), (3 points), (2 n)
   std::vector<double> pull_;              // (padded n)
+  std::vector<double> tangent_terms_;     // (order+1, n, padded numbers)
 };
 
 } // namespace dovetail

@@ -62,28 +62,22 @@ bool OrbitCurve::miss(const Numbers &z, bool freely, Numbers &r, Held &still) {
 
 void OrbitCurve::take(const Place &place) { derivative_ = place.derivative, held_ = place.held; }
 
-// derivative_ at z by differences, and held_. Where no slider is held the period is the same as freely.
+// derivative_ at z, and held_.
 bool OrbitCurve::linearise(const Numbers &z) {
   const int N = static_cast<int>(map_.size());
-  Numbers r, moved;
-  Held none;
-  if (!miss(z, true, r, held_)) return false;
-  const bool some = std::any_of(held_.begin(), held_.end(), [](const auto &held) { return held[0] || held[1]; });
-  if (some && !miss(z, false, r, none)) return false;
-  derivative_.reset(N, N + 1);
-  const double step = nearby * std::max(size(z), smallest_motion);
-  for (int j = 0; j <= N; ++j) {
-    if (j < N && map_.is_held(j, held_)) {
-      derivative_(j, j) = -1; // as of one that slips, whose place does not depend on where it was: the sign stays
-      continue;
-    }
-    Numbers aside = z;
-    const double by = j < N ? step : nearby;
-    aside[j] += by;
-    if (!miss(aside, false, moved, none)) return false;
-    for (int i = 0; i < N; ++i) derivative_(i, j) = map_.is_held(i, held_) ? 0 : (moved[i] - r[i]) / by;
+  Numbers next;
+  if (!miss(z, true, next, held_)) return false;
+  flow_.work = most_work;
+  flow_.set_omega(z.back() * unit_);
+  if (!map_.next_with_derivative(motion_numbers(z), held_, unit_ / scale_, next, derivative_)) return false;
+  for (int j = 0; j < N; ++j)
+    for (int i = 0; i < N; ++i)
+      if (map_.is_held(i, held_) || map_.is_held(j, held_)) derivative_(i, j) = 0;
+  for (int i = 0; i < N; ++i) {
+    derivative_(i, i) -= 1; // held: as of one that slips, whose place does not depend on where it was: the sign stays
+    if (map_.is_held(i, held_)) derivative_(i, N) = 0;
   }
-  return std::isfinite(norm(derivative_.values));
+  return true;
 }
 
 void OrbitCurve::border(const Numbers &row, Factors &out) {

@@ -29,15 +29,21 @@ Numbers PeriodMap::numbers(const Flow::State &state) const {
   return y;
 }
 
-Flow::State PeriodMap::state(Numbers y, const Held &held) const {
-  for (std::size_t i = 0; i < y.size(); ++i) y[i] /= weights_[i];
-  const int n = flow_.modes().count;
+// Sliders of that motion.
+std::vector<Memory> PeriodMap::memories(const Numbers &y) const {
   std::vector<Memory> w;
   for (int point = 0; point < flow_.model().points; ++point) {
     const Memory &at_rest = flow_.model().standstill[point].w;
-    const double *own = &y[2 * n + 2 * point];
-    w.push_back({own[0] + at_rest[0], own[1] + at_rest[1]});
+    const int i = motion_numbers() + 2 * point;
+    w.push_back({y[i] / weights_[i] + at_rest[0], y[i + 1] / weights_[i + 1] + at_rest[1]});
   }
+  return w;
+}
+
+Flow::State PeriodMap::state(Numbers y, const Held &held) const {
+  const std::vector<Memory> w = memories(y);
+  for (std::size_t i = 0; i < y.size(); ++i) y[i] /= weights_[i];
+  const int n = flow_.modes().count;
   return flow_.modal_state({y.begin(), y.begin() + n}, {y.begin() + n, y.begin() + 2 * n}, w, held);
 }
 
@@ -53,6 +59,32 @@ bool PeriodMap::next(const Numbers &y, Numbers &out, Held &still) {
 bool PeriodMap::next_held(const Numbers &y, Numbers &out, const Held &held) {
   Flow::State at = state(y, held);
   return march(at, out);
+}
+
+bool PeriodMap::next_with_derivative(const Numbers &y, const Held &held, double turning, Numbers &out,
+                                     Dense &derivative) {
+  if (left_-- <= 0) return false;
+  ++used_;
+  const int n = flow_.modes().count, N = static_cast<int>(size());
+  Flow::State at = state(y, held);
+  Tangents tangents = flow_.tangents(N);
+  tangents.turning = turning;
+  for (int i = 0; i < N; ++i) {
+    Dense &of = i < n ? tangents.eta : i < 2 * n ? tangents.rate : tangents.slider;
+    of(i, i < n ? i : i < 2 * n ? i - n : i - 2 * n) = 1 / weights_[i];
+  }
+  flow_.begin(at, memories(y), tangents);
+  if (!flow_.period(at, tangents)) return false;
+  out = numbers(at);
+  const Dense sliders = flow_.slider_tangents(at, tangents);
+  derivative.reset(N, N + 1);
+  for (int i = 0; i < N; ++i) {
+    const double *row = i < n       ? tangents.eta.column(i)
+                        : i < 2 * n ? tangents.rate.column(i - n)
+                                    : sliders.column(i - 2 * n);
+    for (int j = 0; j <= N; ++j) derivative(i, j) = weights_[i] * row[j];
+  }
+  return std::isfinite(norm(derivative.values));
 }
 
 bool PeriodMap::is_held(std::size_t i, const Held &held) const {

@@ -31,6 +31,10 @@ public:
   /// The same with sliders held.
   bool next_held(const Numbers &y, Numbers &out, const Held &held);
 
+  /// The same with the derivative of `out` by the numbers and, times `turning`, by omega: (size, size + 1). It is exact
+  /// but for round-off; where a contact grazes, it is that of one side.
+  bool next_with_derivative(const Numbers &y, const Held &held, double turning, Numbers &out, Dense &derivative);
+
   bool is_held(std::size_t i, const Held &held) const;
   /// Size of the motion, without the sliders, which may stand far away.
   double motion_size(const Numbers &y) const { return norm({y.begin(), y.begin() + motion_numbers()}); }
@@ -38,6 +42,7 @@ public:
 
 private:
   bool march(Flow::State &at, Numbers &out);
+  std::vector<Memory> memories(const Numbers &y) const;
 
   Flow &flow_;
   long left_, used_ = 0;

@@ -4,6 +4,8 @@
 //
 // The cone's slider, slipping, is a differential equation of its own: k_t (x' - w') = T' and k_t w' = lambda T with
 // lambda such that |T| = mu N,  T' = k_t x' - lambda T,  lambda = (T . k_t x' - mu^2 N N') / (mu N)^2.
+#include <vector>
+
 #include "contact/law.hpp"
 #include "transient/series.hpp"
 
@@ -57,10 +59,33 @@ public:
   /// Position of the sliders: w, or x where they have no place of their own.
   Memory sliders(const TouchState &state, const double *x) const;
 
+  // Derivatives (tangents.hpp), `width` of each; dx, dv: (3, width) of displacement and velocity; dw, de: (2, width),
+  // Tangents::slider and along.
+  /// Of what `at` made of x, v and w; dw: of w.
+  void begin_tangents(const TouchState &state, const std::array<double, 3> &x, const std::array<double, 3> &v,
+                      const Memory &w, const std::vector<double> &dx, const std::vector<double> &dv, double *dw,
+                      double *de) const;
+  /// Term k of those of the force, (3, width), after `expand` for all terms.
+  void expand_tangents(const TouchState &state, int k, int width, const double *dx, const double *dw, const double *de,
+                       double *dg);
+  /// Whether the direction of slip goes on changing.
+  bool turns(const TouchState &state) const { return state.closed && state.slides; }
+  std::array<double, 2> turning(double t) const; ///< d/dt of that direction, at time t of the step
+  /// Follows them to time t of the step, where a direction turns, and through an event there; state, x, v and
+  /// acceleration a: beyond it.
+  void advance_tangents(const TouchState &state, double t, const TouchEvent &event, const std::array<double, 3> &x,
+                        const std::array<double, 3> &v, const std::array<double, 3> &a, const std::vector<double> &dx,
+                        const std::vector<double> &dv, double *dw, double *de) const;
+  /// Of `sliders`, (2, width).
+  void slider_tangents(const TouchState &state, const std::array<double, 3> &x, const std::vector<double> &dx,
+                       const double *dw, const double *de, double *out) const;
+
 private:
   bool rubs(int d) const { return has_friction(point_.law) && mu_[d] > 0; }
   bool cone() const { return point_.law == Law::cone && mu_[0] > 0; }
   void expand_cone(const TouchState &state, int k);
+  void expand_cone_tangents(const TouchState &state, int k, int width, const double *dx, const double *de);
+  void slid(int d, double side, double turn, int width, const double *dx, const double *de, double *out) const;
   void look(TouchEvent &event, TouchEvent::Kind kind, Series guard, const Series &powers, int d = 0, int s = 0) const;
   void look_at_cone(const TouchState &state, TouchEvent &event, const Series &powers) const;
 
@@ -71,6 +96,7 @@ private:
   double rate_, brief_, tiny_ = 0;
   std::array<Series, 3> x_{}, force_{};  // displacement, force T1, T2, N over the step; open: x_[2] alone
   Series power_{}, square_{}, lambda_{}; // cone: (mu N)^2 lambda, (mu N)^2, lambda
+  std::vector<double> tangents_;         // cone: (8, order+1, width) of x1, x2, T1, T2, N, the three above
   bool frozen_ = false;                  // cone: so near landing or lift-off that the direction of slip is kept
 };
 

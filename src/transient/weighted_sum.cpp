@@ -1,5 +1,7 @@
 #include "transient/weighted_sum.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "contact/wide.hpp"
@@ -22,6 +24,27 @@ DOVETAIL_WIDE void combine(int rows, int columns, const double *weights, const d
     for (int i = 0; i < rows; ++i) sum += weights[i] * table[static_cast<std::size_t>(i) * columns + j];
     out[j] = sum;
   }
+}
+
+DOVETAIL_WIDE void add_scaled(int count, double a, const double *x, double *y) {
+  for (int i = 0; i < count; ++i) y[i] += a * x[i];
+}
+
+DOVETAIL_WIDE void scale_and_add(int count, double a, const double *x, double *y) {
+  for (int i = 0; i < count; ++i) y[i] = x[i] + a * y[i];
+}
+
+DOVETAIL_WIDE double largest_of(int count, const double *x) {
+  Lanes largest{};
+  int i = 0;
+  for (; i + lane_count <= count; i += lane_count) {
+    const Lanes value = load<Lanes>(x + i), size = value < 0 ? -value : value;
+    largest = size > largest ? size : largest;
+  }
+  double out = 0;
+  for (; i < count; ++i) out = std::max(out, std::abs(x[i]));
+  for (int j = 0; j < lane_count; ++j) out = std::max(out, largest[j]);
+  return out;
 }
 
 } // namespace dovetail

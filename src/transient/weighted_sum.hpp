@@ -1,10 +1,18 @@
 #pragma once
-// The product that time integration spends its time in.
+// The products that time integration spends its time in.
 
 namespace dovetail {
 
 /// out (columns) = sum over the rows of weights (rows) times table (rows, columns). Quick where the columns are a
 /// multiple of eight.
 void combine(int rows, int columns, const double *weights, const double *table, double *out);
+
+/// y (count) += a x.
+void add_scaled(int count, double a, const double *x, double *y);
+
+/// y (count) = x + a y.
+void scale_and_add(int count, double a, const double *x, double *y);
+
+double largest_of(int count, const double *x); ///< |x|
 
 } // namespace dovetail

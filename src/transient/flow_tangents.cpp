@@ -1,0 +1,175 @@
+// Derivatives of the motion, expanded along with it: each term of their series follows from the one before by the
+// equations of motion, differentiated. Forces of contact are continuous at events; but for where sliders stand, and
+// whither they begin to slip, nothing happens to the derivatives there.
+#include <algorithm>
+#include <cmath>
+
+#include "contact/fourier.hpp"
+#include "harmonic/slab.hpp"
+#include "transient/flow.hpp"
+#include "transient/weighted_sum.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr int p = series_order;
+constexpr double pi = 3.141592653589793238462643;
+constexpr double tolerance = 1e-10; // of a step, of the largest derivative
+
+} // namespace
+
+Tangents Flow::tangents(int numbers) const {
+  const int width = padded<double>(numbers + 1), n = modes_.count;
+  Tangents out;
+  out.numbers = numbers + 1;
+  out.eta.reset(width, n), out.rate.reset(width, n);
+  out.slider.reset(width, 2 * model_.points), out.along.reset(width, 2 * model_.points);
+  return out;
+}
+
+std::array<double, 3> Flow::at_contact(const double *eta, int point) const {
+  std::array<double, 3> x{};
+  for (int i = 0; i < modes_.count; ++i)
+    for (int d = 0; d < 3; ++d) x[d] += eta[i] * modes_.contact[(i * model_.points + point) * 3 + d];
+  return x;
+}
+
+// (3, padded numbers) of the displacements there, or with those of rates of the velocities.
+std::vector<double> Flow::contact_tangents(const Dense &eta, int point) const {
+  std::vector<double> out(3 * eta.rows);
+  for (int i = 0; i < modes_.count; ++i)
+    for (int d = 0; d < 3; ++d)
+      add_scaled(eta.rows, modes_.contact[(i * model_.points + point) * 3 + d], eta.column(i), &out[d * eta.rows]);
+  return out;
+}
+
+std::vector<double> Flow::acceleration(double t) const {
+  std::vector<double> out(modes_.count);
+  for (int k = p; k >= 2; --k)
+    for (int i = 0; i < modes_.count; ++i) out[i] = out[i] * t + k * (k - 1) * term(k)[i];
+  return out;
+}
+
+void Flow::begin(const State &state, const std::vector<Memory> &w, Tangents &tangents) {
+  for (int point = 0; point < model_.points; ++point) {
+    std::array<double, 3> x = at_contact(state.eta.data(), point);
+    for (int d = 0; d < 3; ++d) x[d] += touches_[point].origin()[d];
+    touches_[point].begin_tangents(state.touch[point], x, at_contact(state.rate.data(), point), w[point],
+                                   contact_tangents(tangents.eta, point), contact_tangents(tangents.rate, point),
+                                   tangents.slider.column(2 * point), tangents.along.column(2 * point));
+  }
+  tangents.largest = largest_of(static_cast<int>(tangents.eta.values.size()), tangents.eta.values.data());
+}
+
+// After expand: the terms of the motion are known.
+void Flow::expand_tangents(const State &state, double time, const Tangents &tangents) {
+  const int n = modes_.count, width = tangents.eta.rows, tall = static_cast<int>(pull_.size()),
+            block = n * width, last = tangents.numbers - 1;
+  const int closed = static_cast<int>(pulls_.size()) / tall;
+  tangent_terms_.resize(static_cast<std::size_t>(p + 1) * block);
+  const auto terms = [&](int k) { return &tangent_terms_[static_cast<std::size_t>(k) * block]; };
+  std::copy_n(tangents.eta.values.begin(), block, terms(0));
+  std::copy_n(tangents.rate.values.begin(), block, terms(1));
+  Series slope{}; // of f(t) by omega, for the numbers' last
+  for (const int h : driven_) {
+    const double a = model_.fourier[cosine(h)], b = model_.fourier[sine(h)];
+    const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
+    double now = h * (b * c - a * s), quarter_on = -h * (a * c + b * s); // of df / d(h omega t), as in expand
+    double before = 0;
+    for (int k = 0; k <= p; ++k) {
+      slope[k] += tangents.turning * (time * now + before); // times t
+      before = now;
+      const double next = w / (k + 1) * quarter_on;
+      quarter_on = -w / (k + 1) * now, now = next;
+    }
+  }
+  std::vector<double> x(3 * width), g(static_cast<std::size_t>(closed) * width);
+  for (int k = 0; k + 2 <= p; ++k) {
+    const double *now = terms(k), *then = terms(k + 1);
+    double *out = terms(k + 2);
+    for (int point = 0, c = 0; point < model_.points; ++point) {
+      if (!closed_[point]) continue;
+      for (int d = 0; d < 3; ++d)
+        combine(n, width, &pulls_[static_cast<std::size_t>(c + d) * tall], now, &x[d * width]);
+      touches_[point].expand_tangents(state.touch[point], k, width, x.data(), tangents.slider.column(2 * point),
+                                      tangents.along.column(2 * point), &g[static_cast<std::size_t>(c) * width]);
+      c += 3;
+    }
+    const double share = 1.0 / ((k + 1) * (k + 2)), damping = model_.damping * (k + 1);
+    for (int i = 0; i < n; ++i) {
+      double *row = out + i * width;
+      std::fill_n(row, width, 0.0);
+      row[last] = share * modes_.force[i] * slope[k];
+      add_scaled(width, -share * modes_.w2[i], now + i * width, row);
+      add_scaled(width, -share * modes_.w2[i] * damping, then + i * width, row);
+      for (int c = 0; c < closed; ++c)
+        add_scaled(width, -share * pulls_[static_cast<std::size_t>(c) * tall + i], &g[static_cast<std::size_t>(c) * width],
+                   row);
+    }
+  }
+}
+
+double Flow::tangent_length(const Tangents &tangents) const {
+  const int block = static_cast<int>(tangents.eta.values.size());
+  double step = HUGE_VAL;
+  for (const int k : {p - 1, p}) {
+    const double most = largest_of(block, &tangent_terms_[static_cast<std::size_t>(k) * block]);
+    if (most > 0) step = std::min(step, std::pow(tolerance * tangents.largest / most, 1.0 / k));
+  }
+  return step;
+}
+
+// state: after the step, and the event.
+void Flow::advance_tangents(const State &state, double t, int touched, const TouchEvent &event, Tangents &tangents) {
+  const int block = static_cast<int>(tangents.eta.values.size());
+  const auto terms = [&](int k) { return &tangent_terms_[static_cast<std::size_t>(k) * block]; };
+  double *eta = tangents.eta.values.data(), *rate = tangents.rate.values.data();
+  std::copy_n(terms(p), block, eta);
+  std::fill_n(rate, block, 0.0);
+  for (int k = p - 1; k >= 0; --k) {
+    scale_and_add(block, t, eta, rate);
+    scale_and_add(block, t, terms(k), eta);
+  }
+  tangents.largest = std::max(tangents.largest, largest_of(block, eta));
+  for (int point = 0; point < model_.points; ++point) {
+    const bool here = point == touched;
+    if (!here && !touches_[point].turns(state.touch[point])) continue;
+    std::array<double, 3> x = at_contact(state.eta.data(), point);
+    for (int d = 0; d < 3; ++d) x[d] += touches_[point].origin()[d];
+    touches_[point].advance_tangents(state.touch[point], t, here ? event : TouchEvent{}, x,
+                                     at_contact(state.rate.data(), point),
+                                     at_contact(acceleration(t).data(), point), contact_tangents(tangents.eta, point),
+                                     contact_tangents(tangents.rate, point), tangents.slider.column(2 * point),
+                                     tangents.along.column(2 * point));
+  }
+}
+
+// The end of the period, at time t of its last step, comes the sooner the higher the frequency is.
+void Flow::turn_end(const State &state, double t, Tangents &tangents) {
+  const int last = tangents.numbers - 1;
+  const double later = -2 * pi / (omega_ * omega_) * tangents.turning;
+  const std::vector<double> a = acceleration(t);
+  for (int i = 0; i < modes_.count; ++i) {
+    tangents.eta(last, i) += later * state.rate[i];
+    tangents.rate(last, i) += later * a[i];
+  }
+  for (int point = 0; point < model_.points; ++point)
+    if (touches_[point].turns(state.touch[point])) {
+      const std::array<double, 2> turn = touches_[point].turning(t);
+      for (int d = 0; d < 2; ++d) tangents.along(last, 2 * point + d) += later * turn[d];
+    }
+}
+
+Dense Flow::slider_tangents(const State &state, const Tangents &tangents) const {
+  Dense out(tangents.eta.rows, 2 * model_.points);
+  for (int point = 0; point < model_.points; ++point) {
+    std::array<double, 3> x = at_contact(state.eta.data(), point);
+    for (int d = 0; d < 3; ++d) x[d] += touches_[point].origin()[d];
+    touches_[point].slider_tangents(state.touch[point], x, contact_tangents(tangents.eta, point),
+                                    tangents.slider.column(2 * point), tangents.along.column(2 * point),
+                                    out.column(2 * point));
+  }
+  return out;
+}
+
+} // namespace dovetail
