@@ -241,7 +241,7 @@ bool Flow::march(State &state, int instants, Motion *motion, Tangents *tangents)
   int instant = 0;
   note_size(state);
   while (period - time > 1e-14 * period) {
-    if ((work -= work_of_step_) < 0) return false;
+    if ((work -= tangents ? work_of_step_ * (1 + tangents->numbers / 5.0) : work_of_step_) < 0) return false;
     ++steps_;
     expand(state, time);
     double step = length(state, period - time);

@@ -85,27 +85,18 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
   }
   std::vector<double> x(3 * width), g(static_cast<std::size_t>(closed) * width);
   for (int k = 0; k + 2 <= p; ++k) {
-    const double *now = terms(k), *then = terms(k + 1);
-    double *out = terms(k + 2);
     for (int point = 0, c = 0; point < model_.points; ++point) {
       if (!closed_[point]) continue;
       for (int d = 0; d < 3; ++d)
-        combine(n, width, &pulls_[static_cast<std::size_t>(c + d) * tall], now, &x[d * width]);
+        combine(n, width, &pulls_[static_cast<std::size_t>(c + d) * tall], terms(k), &x[d * width]);
       touches_[point].expand_tangents(state.touch[point], k, width, x.data(), tangents.slider.column(2 * point),
                                       tangents.along.column(2 * point), &g[static_cast<std::size_t>(c) * width]);
       c += 3;
     }
-    const double share = 1.0 / ((k + 1) * (k + 2)), damping = model_.damping * (k + 1);
-    for (int i = 0; i < n; ++i) {
-      double *row = out + i * width;
-      std::fill_n(row, width, 0.0);
-      row[last] = share * modes_.force[i] * slope[k];
-      add_scaled(width, -share * modes_.w2[i], now + i * width, row);
-      add_scaled(width, -share * modes_.w2[i] * damping, then + i * width, row);
-      for (int c = 0; c < closed; ++c)
-        add_scaled(width, -share * pulls_[static_cast<std::size_t>(c) * tall + i], &g[static_cast<std::size_t>(c) * width],
-                   row);
-    }
+    const double share = 1.0 / ((k + 1) * (k + 2));
+    next_term({n, width, closed, tall, modes_.w2.data(), pulls_.data()}, share, model_.damping * (k + 1), terms(k),
+              terms(k + 1), g.data(), terms(k + 2));
+    for (int i = 0; i < n; ++i) terms(k + 2)[i * width + last] += share * modes_.force[i] * slope[k];
   }
 }
 

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "transient/period_map.hpp"
 
 namespace dovetail {
 namespace {
+
+constexpr std::size_t few_numbers = 100; // with so many the whole derivative takes less than Arnoldi's method
 
 // Arnoldi's method with the derivative of the period map at y, by differences: its columns of H, (j+2) each.
 class Krylov {
@@ -85,8 +88,59 @@ double newton_step(const Krylov &krylov, double size, Numbers &step) {
   return std::abs(b[m]);
 }
 
-// By Arnoldi's method; exact with as many steps as the state has numbers. 0 if it could not begin.
+// The derivative of the period map at y where no slider is held, with zeros for those that are; false if the motion
+// runs away.
+bool free_derivative(PeriodMap &map, const Numbers &y, const Held &held, Dense &out) {
+  Numbers image;
+  Dense whole;
+  if (!map.next_with_derivative(y, held, 0, image, whole)) return false;
+  const int N = static_cast<int>(y.size());
+  out.reset(N, N);
+  for (int j = 0; j < N; ++j)
+    for (int i = 0; i < N && !map.is_held(j, held); ++i)
+      if (!map.is_held(i, held)) out(i, j) = whole(i, j);
+  return true;
+}
+
+double largest_of(const std::vector<std::complex<double>> &multipliers) {
+  double largest = 0;
+  for (const auto &one : multipliers) largest = std::max(largest, std::abs(one));
+  return largest;
+}
+
+// The step d with (1 - derivative) d = r.
+bool whole_step(PeriodMap &map, const Numbers &y, const Held &held, const Numbers &r, Numbers &step) {
+  Dense A;
+  if (!free_derivative(map, y, held, A)) return false;
+  for (double &entry : A.values) entry = -entry;
+  for (int i = 0; i < A.rows; ++i) A(i, i) += 1;
+  Factors factors;
+  if (!factors.factor(A)) return false;
+  step = r;
+  factors.solve(step.data());
+  return true;
+}
+
+// The same as far as GMRES comes; false if that is not far.
+bool krylov_step(PeriodMap &map, const Numbers &y, const Numbers &image, const Held &held, const Numbers &r,
+                 Numbers &step) {
+  constexpr int most_directions = 60;
+  constexpr double linear_tolerance = 0.03, hopeless = 0.5;
+  const double size = norm(r);
+  Krylov krylov(map, y, image, held, r);
+  double left = size;
+  while (left > linear_tolerance * size && krylov.steps() < most_directions && !krylov.complete()) {
+    if (!krylov.extend()) return false;
+    left = newton_step(krylov, size, step);
+  }
+  return left <= hopeless * size;
+}
+
+// By Arnoldi's method where the model is large. 0 if it could not begin.
 double largest_multiplier(PeriodMap &map, const Numbers &y, const Numbers &image, const Held &held) {
+  Dense derivative;
+  if (y.size() <= few_numbers)
+    return free_derivative(map, y, held, derivative) ? largest_of(eigenvalues(derivative)) : 0;
   constexpr std::size_t most_directions = 40;
   Numbers start(y.size());
   for (int i = 0; i < map.motion_numbers(); ++i) start[i] = std::sin(1 + 3.7 * i); // without structure
@@ -108,8 +162,6 @@ double largest_multiplier(PeriodMap &map, const Numbers &y, const Numbers &image
 } // namespace
 
 Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods) {
-  constexpr int most_directions = 60;
-  constexpr double linear_tolerance = 0.03, hopeless = 0.5;
   PeriodMap map(flow, periods);
   Orbit orbit;
   Numbers y = map.numbers(start), image, trial, trial_image;
@@ -127,14 +179,9 @@ Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int
     const double size = norm(r);
     orbit.found = size == 0;
     if (orbit.found || !std::isfinite(size)) break;
-    Krylov krylov(map, y, image, held, r);
     Numbers step;
-    double left = size;
-    while (left > linear_tolerance * size && krylov.steps() < most_directions && !krylov.complete()) {
-      if (!(good = krylov.extend())) break;
-      left = newton_step(krylov, size, step);
-    }
-    if (!good || !(left <= hopeless * size)) break;
+    if (y.size() <= few_numbers ? !whole_step(map, y, held, r, step) : !krylov_step(map, y, image, held, r, step))
+      break;
     good = false;
     for (double part = 1; part > 0.1; part /= 2) { // shorter where the whole step makes it worse
       trial = y;
