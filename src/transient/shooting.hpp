@@ -1,7 +1,7 @@
 #pragma once
 // Periodic motion as a fixed point of one period's flow, found by Newton's method: where damping is weak, thousands of
 // periods pass before a march arrives there.
-#include "transient/flow.hpp"
+#include "transient/period_map.hpp"
 
 namespace dovetail {
 
@@ -19,5 +19,8 @@ struct Orbit {
 /// are solved by GMRES: the derivative is needed in a few directions only, one period integrated for each, because
 /// most of the motion forgets within a period where it began. A slider that sticks all the time keeps its place.
 Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods);
+
+/// The same with a step of Newton's method as far as GMRES comes, from y; without `periods`.
+Orbit krylov_orbit(PeriodMap &map, Numbers y, double tolerance);
 
 } // namespace dovetail
