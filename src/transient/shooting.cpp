@@ -10,8 +10,8 @@ namespace dovetail {
 namespace {
 
 constexpr std::size_t few_numbers = 100; // with so many the whole derivative takes less than GMRES
-constexpr int most_iterations = 25;
-constexpr double shortest_part = 1.0 / 128; // of a Newton step
+constexpr int most_iterations = 40;
+constexpr double shortest_part = 1.0 / 64; // of a Newton step
 
 // The derivative of the period map at y where no slider is held, with zeros for those that are; false if the motion
 // runs away.
