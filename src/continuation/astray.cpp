@@ -94,12 +94,11 @@ void Follower::pass_crowd() {
 bool Follower::leave_from_farthest(std::string why, bool briefly) {
   if (settings_.steps_only) return false;
   bool left;
-  const bool brief_end = briefly && !(orbit_ && stays_ >= enough_stays);
   if (!farthest_ || direction_ * (here_.omega - farthest_->omega) > 0) { // all that leads ahead was tried
     left = (orbit_ && (leap(Way::integration, here_.omega, 0.4) || leap(Way::scattered, here_.omega))) ||
-           from_other_end(why, here_.omega, brief_end) || (!briefly && leap(Way::sown, here_.omega));
+           from_other_end(why, here_.omega, briefly) || (!briefly && leap(Way::sown, here_.omega));
   } else if (summary_.counts.leaps >= most_leaps || summary_.counts.integrations >= most_integrations) {
-    left = from_other_end(why, farthest_->omega, brief_end);
+    left = from_other_end(why, farthest_->omega, briefly);
   } else {
     std::swap(here_, *farthest_);
     refusal_ = why;
@@ -109,7 +108,7 @@ bool Follower::leave_from_farthest(std::string why, bool briefly) {
                  within = direction_ * (settings_.to - from) > 0 ? from : turned;
     left = (!briefly && leap(Way::newton, from)) || leap(Way::integration, from, 0.4) ||
            (orbit_ && leap(Way::scattered, within)) || (briefly && stays_ == 0 && !dear() && leap(Way::newton, from)) ||
-           from_other_end(why, turned, brief_end) ||
+           from_other_end(why, turned, briefly) ||
            (!orbit_ && (briefly ? stays_ > 0 && leap(Way::scattered, within) : leap(Way::sown, within)));
     if (left) {
       farthest_.reset();

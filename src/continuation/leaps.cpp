@@ -24,13 +24,29 @@ bool Follower::integrates(Way way) { return way == Way::integration || way == Wa
 // The branch is lost at that frequency: what is left of the sweep, from its end back to there.
 bool Follower::from_other_end(const std::string &why, double lost, bool briefly) {
   if (interrupted() || !settings_.both_ends) return false;
-  if (briefly && (orbit_ || end_in_vain_ == system_->harmonics())) return false;
+  const int H = orbit_ ? asked_for_ : system_->harmonics(); // in time there may be hundreds
+  if (briefly && end_in_vain_ == H) return false;
   settings_.both_ends = briefly; // if it is tried with all that there is, once
+  HarmonicSystem *const before = system_;
+  std::unique_ptr<HarmonicSystem> other;
+  Station here;
+  std::optional<Station> farthest;
+  if (H != before->harmonics()) {
+    here = std::move(here_), farthest.swap(farthest_);
+    other = std::make_unique<HarmonicSystem>(*before, H, asked_samples_);
+    take_system(*other);
+    std::swap(changed_, other);
+  }
   Station first = curve_->station();
   UniqueVec rest = system_->unknowns();
   std::string how;
   if (!first_point(settings_.to, rest, first, how, briefly ? Effort::brief : Effort::full)) {
-    if (briefly && !interrupted()) end_in_vain_ = system_->harmonics();
+    if (briefly && !interrupted()) end_in_vain_ = H;
+    if (H != before->harmonics()) {
+      take_system(*before);
+      std::swap(changed_, other);
+      here_ = std::move(here), farthest.swap(farthest_);
+    }
     return false;
   }
   turned_round_ = true;

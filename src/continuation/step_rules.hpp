@@ -37,8 +37,7 @@ constexpr double most_wound = 3e5;     // unknowns were corrected in all; half o
 constexpr int most_halved = 3;         // each time that it was left before, until it went on by
 constexpr double enough_ahead = 0.05;  // of the sweep
 constexpr double first_skip = 0.01;    // of the sweep, left out when it is left again, twice as much each time
-constexpr int most_stays = 8;          // times that no way on is found for a curve that winds in time,
-constexpr int enough_stays = 2;        // and before the rest of the sweep is followed from its other end
+constexpr int most_stays = 8;          // times that no way on is found for a curve that winds in time
 constexpr int most_leaps = 20, most_integrations = 100;
 constexpr int anchored = 16;             // points between those that may be gone back to,
 constexpr int most_repeats = 6;          // times, not twice at the same place, for as many points as
