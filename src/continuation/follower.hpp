@@ -121,9 +121,9 @@ private:
   void adopt(std::unique_ptr<HarmonicSystem> system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
   bool better_sampling();
-  /// last: more harmonics, closer to each other, and more of Newton's iterations, and then ample ones; ample: these
-  /// only
-  enum class Resort { usual, last, ample };
+  /// once: twice as many harmonics; usual: again and again; last: more, closer to each other, and more of Newton's
+  /// iterations, and then ample ones; ample: these only
+  enum class Resort { once, usual, last, ample };
   int needed_harmonics(double omega, Resort resort = Resort::usual) const;
   int ample_harmonics(double omega, double parts = ample_parts) const;
   bool more_harmonics();

@@ -14,26 +14,18 @@ constexpr double as_before = 0.05; // by which harmonic balance may differ, of t
 constexpr double accuracy = 2e-5;  // of growth, where multipliers near 1 are known to 1e-4
 constexpr double close = 1e-6;     // arc length, for tangents
 
-// Where no contact opens there is no labyrinth, and what harmonic balance lacks is not harmonics.
-bool opens(const DenseModel &model, const Motion &motion) {
-  for (int p = 0; p < model.points; ++p) {
-    const double play = model.standstill[p].x[2] - model.contact[p].gap;
-    for (int j = 0; j < motion.instants && model.contact[p].law != Law::bilateral; ++j)
-      if (motion.at(j)[model.modes + 3 * p + 2] + play < 0) return true;
-  }
-  return false;
-}
-
 } // namespace
 
 // here_ becomes that motion, with as many harmonics as the closed contact wants; the curve is followed in time from
 // there.
 bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady, double omega) {
-  if (system_->layout().dofs() > most_followed || !settings_.adaptive || settings_.steps_only) return false;
+  // where no contact opens there is no labyrinth, and what harmonic balance lacks is not harmonics
+  if (system_->layout().dofs() > most_followed || !settings_.adaptive || settings_.steps_only || !steady.opens)
+    return false;
   auto orbit = std::make_unique<OrbitCurve>(model, omega, omega_unit_);
   const bool found = orbit->begin(steady.end, direction_);
   summary_.counts.newton += orbit->newton();
-  if (!found || !opens(model, orbit->motion(*orbit->here(), instants_for(system_->harmonics())))) return false;
+  if (!found) return false;
   orbit_ = std::move(orbit);
   const int H = std::max(asked_for_, ample_harmonics(omega, 1));
   if (H != system_->harmonics() || !exact()) { // exactly: samples that do for the case's harmonics do not for these

@@ -132,9 +132,10 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega, Resort re
   const double growth = last ? 1.4 : 2;
   std::vector<std::pair<int, double>> tries; // with so many, and so many times newton.max_iterations
   for (double more = growth * H; resort != Resort::ample && more < growth * needed; more *= growth)
-    tries.emplace_back(std::min(static_cast<int>(more), needed), last ? patient_newton : 1);
+    if (tries.empty() || resort != Resort::once)
+      tries.emplace_back(std::min(static_cast<int>(more), needed), last ? patient_newton : 1);
   for (const double parts : {enough_parts, ample_parts})
-    if (const int more = ample_harmonics(omega, parts); resort != Resort::usual && more > H)
+    if (const int more = ample_harmonics(omega, parts); resort >= Resort::last && more > H)
       if (tries.empty() || more > tries.back().first) tries.emplace_back(more, impatient_newton);
   for (const auto &[more, times] : tries) {
     auto system = std::make_unique<HarmonicSystem>(*system_, more, system_->samples());

@@ -112,7 +112,10 @@ bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double 
                          : curve_->solve_at(omega, trial_, dear() ? impatient_newton : 1);
   if (found)
     std::swap(here_, trial_);
-  else if (!integrates(way) || !solve_finer(steady.coefficients, omega, amply ? Resort::ample : Resort::usual))
+  else if (!integrates(way) || !solve_finer(steady.coefficients, omega,
+                                            !steady.opens ? Resort::once
+                                            : amply       ? Resort::ample
+                                                          : Resort::usual))
     return integrates(way) && !in_time && begin_in_time(model, steady, omega);
   return true;
 }

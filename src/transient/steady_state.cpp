@@ -35,6 +35,15 @@ int enough_instants(const Flow &flow, int harmonics) {
   return instants;
 }
 
+bool opens(const DenseModel &model, const Motion &motion) {
+  for (int p = 0; p < model.points; ++p) {
+    const double play = model.standstill[p].x[2] - model.contact[p].gap;
+    for (int j = 0; j < motion.instants && model.contact[p].law != Law::bilateral; ++j)
+      if (motion.at(j)[model.modes + 3 * p + 2] + play < 0) return true;
+  }
+  return false;
+}
+
 // The march, and what is known of it.
 class March {
 public:
@@ -127,6 +136,7 @@ private:
     out.settled = arrived, out.periods = periods_, out.work = settings_.work - flow_.work, out.multiplier = multiplier_;
     out.change = changes_.empty() ? unknown : changes_.back();
     if (!alive_) return out;
+    out.opens = opens(flow_.model(), before_);
     out.end = flow_.motion_state(state_);
     out.coefficients = coefficients_of(before_, settings_.harmonics);
     out.amplitude = amplitudes(before_, 2 * std::acos(-1) / flow_.omega() / before_.instants);

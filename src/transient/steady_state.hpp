@@ -16,6 +16,7 @@ struct SteadyState {
   /// Largest modulus of the multipliers where the motion was found by shooting, else 0. Beyond 1 it is unstable: a
   /// march would not arrive at it. The 1 of sliders that stick all the time is left out.
   double multiplier = 0;
+  bool opens = false;               ///< a contact that can, in the last period
   MotionState end;                  ///< of the last period, theta = 0
   std::vector<double> coefficients; ///< (n, 2H+1) of the last period
   std::vector<double> amplitude;    ///< (n) largest |q - mean| over the last period, from its course in time
