@@ -1,4 +1,4 @@
-// Shooting for models whose derivative of the period map is large: Newton's method with GMRES, by differences.
+// Shooting with large models: Newton's method with GMRES, derivatives by differences.
 #include <algorithm>
 #include <cmath>
 

@@ -11,12 +11,10 @@ constexpr double first_step = 1e-3, shortest = 1e-7;
 constexpr double longest_omega = 0.01;         // of the unit
 constexpr double longest_motion = 0.25;        // of the motion at hand
 constexpr double smallest_motion = 1e-3;       // that counts
-constexpr double nearby = 3e-7;                // differences for derivatives, of the motion
 constexpr double converged = 1e-7;             // correction: what is left is ten times less;
 constexpr double precisely = 1e-9;             // between points;
 constexpr double hopeless = 10;                // one as long as that
 constexpr double slow = 0.3;                   // by which corrections shall fall with the same derivative
-constexpr double close = 1e-3, closest = 1e-6; // of a step, and at least: apart enough for a tangent
 constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations; derivatives
 constexpr int quick = 4, laborious = 6;
 constexpr double most_turned = 0.64, smooth = 0.2, bent = 0.4; // angles [rad]
@@ -261,46 +259,33 @@ Numbers OrbitCurve::cubic(double part) const {
   return z;
 }
 
-// Halfway between two motions close by, and with them the tangent: it takes a few periods, a derivative several for
-// each number.
 OrbitCurve::PlacePtr OrbitCurve::between(double along) {
   const double length = way();
   Numbers row = ahead(here_->z, -1, before_->z);
   for (double &number : row) number /= length;
-  newton_ = 0;
+  Numbers guess = cubic(along / length);
+  add(guess, along - dot(row, ahead(guess, -1, before_->z)), row);
   take(*here_);
-  Factors factors;
-  border(row, factors);
-  Numbers z[2];
-  const double aside = std::max(close * length, closest) / 2;
-  for (int i = 0; i < 2; ++i) {
-    take(*here_);
-    const double there = along + (i == 0 ? -aside : aside);
-    z[i] = cubic(there / length);
-    add(z[i], there - dot(row, ahead(z[i], -1, before_->z)), row);
-    if (!correct(z[i], row, factors, precisely)) return nullptr;
-  }
-  Numbers t = ahead(z[1], -1, z[0]);
-  const Numbers middle = ahead(z[0], 0.5, t);
-  const double apart = norm(t);
-  for (double &number : t) number /= apart;
-  return std::make_shared<Place>(Place{middle, t, {}, {}});
+  return find(std::move(guess), row, precisely);
 }
 
 OrbitCurve::PlacePtr OrbitCurve::at(double omega, Numbers guess, bool rises) {
-  Place out{std::move(guess), {}, {}, {}};
-  out.z.back() = omega / unit_;
-  Numbers row(out.z.size());
+  guess.back() = omega / unit_;
+  Numbers row(guess.size());
   row.back() = rises ? 1 : -1;
   newton_ = 0;
+  return linearise(guess) ? find(std::move(guess), row, converged) : nullptr;
+}
+
+// The motion on the plane through z across `row`, with the derivative at hand to begin with.
+OrbitCurve::PlacePtr OrbitCurve::find(Numbers z, const Numbers &row, double tolerance) {
+  newton_ = 0;
   Factors factors;
-  if (!linearise(out.z)) return nullptr;
   border(row, factors);
-  if (!correct(out.z, row, factors, converged) || !linearise(out.z)) return nullptr;
+  if (!correct(z, row, factors, tolerance) || !linearise(z)) return nullptr;
   border(row, factors);
-  out.t = tangent(factors);
-  out.derivative = derivative_, out.held = held_;
-  return std::make_shared<Place>(std::move(out));
+  Numbers t = tangent(factors);
+  return std::make_shared<Place>(Place{std::move(z), std::move(t), derivative_, held_});
 }
 
 OrbitCurve::PlacePtr OrbitCurve::corner() {

@@ -1,7 +1,7 @@
 #pragma once
 // A curve of periodic motions over frequency, followed by arc length in time: each a fixed point of one period's flow.
 // The way through where contacts are so stiff that harmonic balance would need hundreds of harmonics: what a point
-// takes does not grow with them, some tens of periods for a small model.
+// takes does not grow with them: some periods for corrections, and one with its derivative.
 #include <complex>
 #include <memory>
 
@@ -52,7 +52,7 @@ public:
   MotionState motion_state(const Place &place) const;
   /// From that motion, or the one so far along the tangent, which is periodic but for the square of that.
   Motion motion(const Place &place, int instants, double aside = 0);
-  /// By differences; 0 in the place of those of sliders that stick all the time, which are 1. Empty where LAPACK fails,
+  /// 0 in the place of those of sliders that stick all the time, which are 1. Empty where LAPACK fails,
   /// or the motion runs away.
   std::vector<std::complex<double>> multipliers(const Place &place);
 
@@ -74,6 +74,7 @@ private:
   bool behind(const Numbers &z) const;
   bool round_corner(double step);
   Numbers cubic(double part) const;
+  PlacePtr find(Numbers z, const Numbers &row, double tolerance);
   double size(const Numbers &z) const; ///< of the motion, in the first one's
   void limit_step();
 

@@ -15,12 +15,12 @@ struct Orbit {
   double multiplier = 0;
 };
 
-/// The periodic motion near `start`, to `tolerance` relative to its size, within that many periods. The linear systems
-/// are solved by GMRES: the derivative is needed in a few directions only, one period integrated for each, because
-/// most of the motion forgets within a period where it began. A slider that sticks all the time keeps its place.
+/// The periodic motion near `start`, to `tolerance` relative to its size, within that many periods. A slider that sticks
+/// all the time keeps its place. Small models: with the derivative of the period map, which takes a few periods.
 Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods);
 
-/// The same with a step of Newton's method as far as GMRES comes, from y; without `periods`.
+/// The same from y for large ones: by GMRES the derivative is needed in a few directions only, one period integrated
+/// for each, because most of the motion forgets within a period where it began.
 Orbit krylov_orbit(PeriodMap &map, Numbers y, double tolerance);
 
 } // namespace dovetail
