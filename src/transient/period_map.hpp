@@ -31,8 +31,9 @@ public:
   /// The same with sliders held.
   bool next_held(const Numbers &y, Numbers &out, const Held &held);
 
-  /// The same with the derivative of `out` by the numbers and, times `turning`, by omega: (size, size + 1). It is exact
-  /// but for round-off; where a contact grazes, it is that of one side.
+  /// The same, which takes as long as several periods, with the derivative of `out` by the numbers and,
+  /// times `turning`, by omega: (size, size + 1). It is exact but for round-off; where a contact grazes, it is that of
+  /// one side.
   bool next_with_derivative(const Numbers &y, const Held &held, double turning, Numbers &out, Dense &derivative);
 
   bool is_held(std::size_t i, const Held &held) const;

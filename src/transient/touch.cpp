@@ -225,8 +225,8 @@ void Touch::advance(TouchState &state, double t, const TouchEvent &event, const 
 }
 
 Memory Touch::sliders(const TouchState &state, const double *x) const {
+  if (!has_friction(point_.law)) return rest_.w;
   Memory w = state.w;
-  if (!has_friction(point_.law)) return w;
   const double N = point_.kn * x[2];
   for (int d = 0; d < 2; ++d) {
     if (!state.closed || !rubs(d))

@@ -183,8 +183,9 @@ void Touch::slider_tangents(const TouchState &state, const std::array<double, 3>
   for (int d = 0; d < 2; ++d) {
     double *own = out + d * width;
     std::copy_n(dw + d * width, width, own);
-    if (!has_friction(point_.law)) continue;
-    if (!state.closed || !rubs(d))
+    if (!has_friction(point_.law))
+      std::fill_n(own, width, 0.0);
+    else if (!state.closed || !rubs(d))
       std::copy_n(&dx[d * width], width, own);
     else if (state.slides)
       slid(d, state.along[d], mu_[0] * point_.kn * x[2] / kt_[d], width, dx.data(), de, own);
