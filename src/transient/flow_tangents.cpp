@@ -63,8 +63,8 @@ void Flow::begin(const State &state, const std::vector<Memory> &w, Tangents &tan
 
 // After expand: the terms of the motion are known.
 void Flow::expand_tangents(const State &state, double time, const Tangents &tangents) {
-  const int n = modes_.count, width = tangents.eta.rows, tall = static_cast<int>(pull_.size()),
-            block = n * width, last = tangents.numbers - 1;
+  const int n = modes_.count, width = tangents.eta.rows, tall = static_cast<int>(pull_.size()), block = n * width,
+            last = tangents.numbers - 1;
   const int closed = static_cast<int>(pulls_.size()) / tall;
   tangent_terms_.resize(static_cast<std::size_t>(p + 1) * block);
   const auto terms = [&](int k) { return &tangent_terms_[static_cast<std::size_t>(k) * block]; };
@@ -128,10 +128,9 @@ void Flow::advance_tangents(const State &state, double t, int touched, const Tou
     std::array<double, 3> x = at_contact(state.eta.data(), point);
     for (int d = 0; d < 3; ++d) x[d] += touches_[point].origin()[d];
     touches_[point].advance_tangents(state.touch[point], t, here ? event : TouchEvent{}, x,
-                                     at_contact(state.rate.data(), point),
-                                     at_contact(acceleration(t).data(), point), contact_tangents(tangents.eta, point),
-                                     contact_tangents(tangents.rate, point), tangents.slider.column(2 * point),
-                                     tangents.along.column(2 * point));
+                                     at_contact(state.rate.data(), point), at_contact(acceleration(t).data(), point),
+                                     contact_tangents(tangents.eta, point), contact_tangents(tangents.rate, point),
+                                     tangents.slider.column(2 * point), tangents.along.column(2 * point));
   }
 }
 

@@ -8,13 +8,13 @@ namespace dovetail {
 namespace {
 
 constexpr double first_step = 1e-3, shortest = 1e-7;
-constexpr double longest_omega = 0.01;         // of the unit
-constexpr double longest_motion = 0.25;        // of the motion at hand
-constexpr double smallest_motion = 1e-3;       // that counts
-constexpr double converged = 1e-7;             // correction: what is left is ten times less;
-constexpr double precisely = 1e-9;             // between points;
-constexpr double hopeless = 10;                // one as long as that
-constexpr double slow = 0.3;                   // by which corrections shall fall with the same derivative
+constexpr double longest_omega = 0.01;   // of the unit
+constexpr double longest_motion = 0.25;  // of the motion at hand
+constexpr double smallest_motion = 1e-3; // that counts
+constexpr double converged = 1e-7;       // correction: what is left is ten times less;
+constexpr double precisely = 1e-9;       // between points;
+constexpr double hopeless = 10;          // one as long as that
+constexpr double slow = 0.3;             // by which corrections shall fall with the same derivative
 constexpr int most_newton = 14, most_anew = 4, enough_newton = 8; // iterations; derivatives
 constexpr int quick = 4, laborious = 6;
 constexpr double most_turned = 0.64, smooth = 0.2, bent = 0.4; // angles [rad]

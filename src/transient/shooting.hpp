@@ -15,8 +15,8 @@ struct Orbit {
   double multiplier = 0;
 };
 
-/// The periodic motion near `start`, to `tolerance` relative to its size, within that many periods. A slider that sticks
-/// all the time keeps its place. Small models: with the derivative of the period map, which takes a few periods.
+/// The periodic motion near `start`, to `tolerance` relative to its size, within that many periods. A slider that
+/// sticks all the time keeps its place. Small models: with the derivative of the period map, which takes a few periods.
 Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods);
 
 /// The same from y for large ones: by GMRES the derivative is needed in a few directions only, one period integrated

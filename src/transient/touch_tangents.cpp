@@ -132,10 +132,10 @@ std::array<double, 2> Touch::turning(double t) const {
   return out;
 }
 
-void Touch::advance_tangents(const TouchState &state, double t, const TouchEvent &event,
-                             const std::array<double, 3> &x, const std::array<double, 3> &v,
-                             const std::array<double, 3> &a, const std::vector<double> &dx,
-                             const std::vector<double> &dv, double *dw, double *de) const {
+void Touch::advance_tangents(const TouchState &state, double t, const TouchEvent &event, const std::array<double, 3> &x,
+                             const std::array<double, 3> &v, const std::array<double, 3> &a,
+                             const std::vector<double> &dx, const std::vector<double> &dv, double *dw,
+                             double *de) const {
   const int width = static_cast<int>(dx.size()) / 3, d = event.direction;
   const Kind kind = event.kind;
   std::vector<double> change(2 * width);
@@ -143,7 +143,8 @@ void Touch::advance_tangents(const TouchState &state, double t, const TouchEvent
   if (slid_along) {
     for (int e = 0; e < 2; ++e)
       for (int k = p; k >= 0; --k)
-        scale_and_add(width, t, &tangents_[static_cast<std::size_t>((T1 + e) * (p + 1) + k) * width], &change[e * width]);
+        scale_and_add(width, t, &tangents_[static_cast<std::size_t>((T1 + e) * (p + 1) + k) * width],
+                      &change[e * width]);
     turn_direction({value(force_[0], t), value(force_[1], t)}, change, width, de);
   }
   if (kind == Kind::sticks) {

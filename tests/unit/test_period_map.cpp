@@ -59,16 +59,16 @@ void compare(Flow &flow, PeriodMap &map, const Numbers &y, const Held &held, dou
     double size = 1e-2;
     for (int i = 0; i < N; ++i) size = std::max(size, std::abs(derivative(i, j)));
     for (int i = 0; i < N; ++i) {
-      const double expected =
-          difference_quotient((d[i] - c[i]) / (h / 2), (b[i] - a[i]) / (2 * h), (plain[i] - a[i]) / h,
-                              (b[i] - plain[i]) / h, size);
+      const double expected = difference_quotient((d[i] - c[i]) / (h / 2), (b[i] - a[i]) / (2 * h),
+                                                  (plain[i] - a[i]) / h, (b[i] - plain[i]) / h, size);
       if (std::isnan(expected))
         ++seen.corners;
       else if (std::abs(derivative(i, j) - expected) < 2e-4 * size)
         ++seen.agree;
       else {
         ++seen.differ;
-        if (seen.differ < 20) ADD_FAILURE() << i << " " << j << ": " << derivative(i, j) << " " << expected << " of " << size;
+        if (seen.differ < 20)
+          ADD_FAILURE() << i << " " << j << ": " << derivative(i, j) << " " << expected << " of " << size;
       }
     }
   }
