@@ -155,8 +155,8 @@ void OrbitCurve::stand(Numbers z, Numbers t) {
   here_ = std::make_shared<Place>(Place{std::move(z), std::move(t), derivative_, held_});
 }
 
-// trial_ by a step along t, with that derivative; checked: if the curve runs smoothly from here to there.
-bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors, bool checked) {
+// trial_ by a step along t, with that derivative, if the sense is kept, or if the curve runs smoothly to there, too.
+bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors, Checks checks) {
   const Numbers guess = ahead(here_->z, step, t);
   trial_ = guess;
   if (!correct(trial_, t, factors, converged) || !linearise(trial_)) return false;
@@ -166,7 +166,9 @@ bool OrbitCurve::arrive(const Numbers &t, double step, const Factors &factors, b
   turned_ = std::acos(std::clamp(dot(trial_tangent_, t), -1.0, 1.0));
   const double aside = norm(ahead(trial_, -1, guess)) / step;
   if (!(turned_ < most_turned && aside < most_correction)) return false;
-  return !checked || (std::atan(aside) < turned_ + most_astray && there.sign() == sign_ && hangs_together(there));
+  if (checks == Checks::none) return true;
+  if (there.sign() != sign_) return false; // it leads on along the curve backwards
+  return checks == Checks::sense || (std::atan(aside) < turned_ + most_astray && hangs_together(there));
 }
 
 // Whether the middle of the cubic from here to trial_ lies on the curve, by one correction: else the step led to
@@ -206,7 +208,7 @@ bool OrbitCurve::round_corner(double step) {
     for (int sense = 0; sense < 2; ++sense) {
       derivative_ = derivative, held_ = held;
       border(t, factors);
-      if (arrive(t, step, factors, false) && dot(trial_tangent_, here_->t) > same_leg && !behind(trial_)) return true;
+      if (arrive(t, step, factors, Checks::none) && dot(trial_tangent_, here_->t) > same_leg && !behind(trial_)) return true;
       for (double &number : t) number = -number;
     }
   }
@@ -219,7 +221,7 @@ bool OrbitCurve::step() {
   for (double step = step_; step >= shortest; step /= 2) {
     const int before = newton_;
     held_ = here_->held;
-    const bool smoothly = arrive(here_->t, step, factors_, step > corner_step);
+    const bool smoothly = arrive(here_->t, step, factors_, step > corner_step ? Checks::all : Checks::sense);
     if (!smoothly) {
       if (step > corner_due) continue;
       corner_due = step / corner_again; // each time it takes as long as several steps

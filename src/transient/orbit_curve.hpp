@@ -68,7 +68,8 @@ private:
   void border(const Numbers &row, Factors &out);
   Numbers tangent(const Factors &factors) const;
   bool correct(Numbers &z, const Numbers &row, Factors factors, double tolerance);
-  bool arrive(const Numbers &t, double step, const Factors &factors, bool checked);
+  enum class Checks { none, sense, all };
+  bool arrive(const Numbers &t, double step, const Factors &factors, Checks checks);
   bool hangs_together(const Factors &there);
   void stand(Numbers z, Numbers t);
   bool behind(const Numbers &z) const;

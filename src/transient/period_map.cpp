@@ -63,9 +63,9 @@ bool PeriodMap::next_held(const Numbers &y, Numbers &out, const Held &held) {
 
 bool PeriodMap::next_with_derivative(const Numbers &y, const Held &held, double turning, Numbers &out,
                                      Dense &derivative) {
-  const int n = flow_.modes().count, N = static_cast<int>(size()), as_long_as = 1 + N / 5;
-  if ((left_ -= as_long_as) < 0) return false;
-  used_ += as_long_as;
+  if (left_-- <= 0) return false;
+  ++used_;
+  const int n = flow_.modes().count, N = static_cast<int>(size());
   Flow::State at = state(y, held);
   Tangents tangents = flow_.tangents(N);
   tangents.turning = turning;
