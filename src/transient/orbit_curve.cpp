@@ -208,7 +208,8 @@ bool OrbitCurve::round_corner(double step) {
     for (int sense = 0; sense < 2; ++sense) {
       derivative_ = derivative, held_ = held;
       border(t, factors);
-      if (arrive(t, step, factors, Checks::none) && dot(trial_tangent_, here_->t) > same_leg && !behind(trial_)) return true;
+      if (arrive(t, step, factors, Checks::none) && dot(trial_tangent_, here_->t) > same_leg && !behind(trial_))
+        return true;
       for (double &number : t) number = -number;
     }
   }
