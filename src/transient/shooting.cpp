@@ -92,10 +92,12 @@ Orbit newton_orbit(PeriodMap &map, Numbers y, double tolerance) {
 
 } // namespace
 
-Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods) {
+Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods, bool far) {
   PeriodMap map(flow, periods);
   const Numbers y = map.numbers(start);
-  Orbit orbit = (y.size() <= few_numbers ? newton_orbit : krylov_orbit)(map, y, tolerance);
+  const std::vector<double> &w2 = flow.modes().w2;       // in rising order; a body held by its joint alone has zeros,
+  const bool singular = w2.front() <= 1e-10 * w2.back(); // and walks: where it stands is not determined
+  Orbit orbit = (far && !singular && y.size() <= few_numbers ? newton_orbit : krylov_orbit)(map, y, tolerance);
   orbit.periods = static_cast<int>(map.used());
   return orbit;
 }

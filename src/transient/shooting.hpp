@@ -16,10 +16,11 @@ struct Orbit {
 };
 
 /// The periodic motion near `start`, to `tolerance` relative to its size, within that many periods. A slider that
-/// sticks all the time keeps its place. Small models: with the derivative of the period map, which takes a few periods.
-Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods);
+/// sticks all the time keeps its place. far: any periodic motion, for a start that leads nowhere; with a small model
+/// then by the whole derivative of the period map, which takes as long as a few periods.
+Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods, bool far);
 
-/// The same from y for large ones: by GMRES the derivative is needed in a few directions only, one period integrated
+/// The motion near y: by GMRES the derivative is needed in a few directions only, one period integrated
 /// for each, because most of the motion forgets within a period where it began.
 Orbit krylov_orbit(PeriodMap &map, Numbers y, double tolerance);
 
