@@ -16,7 +16,7 @@ struct Orbit {
 };
 
 /// The periodic motion near `start`, to `tolerance` relative to its size, within that many periods. A slider that
-/// sticks all the time keeps its place. far: any periodic motion, for a start that leads nowhere; with a small model
+/// sticks all the time keeps its place. far: any periodic motion, for a start that is not rest; with a small model
 /// then by the whole derivative of the period map, which takes as long as a few periods.
 Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods, bool far);
 

@@ -114,8 +114,8 @@ private:
   bool shoot() {
     // A motion that does not settle comes near to unstable periodic ones again and again.
     const bool roams = plain_ > first_shot && changes_.back() > wild;
-    const Orbit orbit = periodic_orbit(flow_, roams ? returned_ : state_, 1e-3 * settings_.tolerance,
-                                       periods_left() / 2, !from_rest_);
+    const Orbit orbit =
+        periodic_orbit(flow_, roams ? returned_ : state_, 1e-3 * settings_.tolerance, periods_left() / 2, !from_rest_);
     periods_ += orbit.periods;
     shoot_at_ = plain_ + (roams ? std::min(plain_, short_wait) : plain_);
     nearest_ = unknown;
