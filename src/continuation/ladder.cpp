@@ -135,7 +135,7 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega, Resort re
     if (tries.empty() || resort != Resort::once)
       tries.emplace_back(std::min(static_cast<int>(more), needed), last ? patient_newton : 1);
   for (const double parts : {enough_parts, ample_parts})
-    if (const int more = ample_harmonics(omega, parts); resort >= Resort::last && more > H)
+    if (const int more = ample_harmonics(omega, parts); (last || resort == Resort::ample) && more > H)
       if (tries.empty() || more > tries.back().first) tries.emplace_back(more, impatient_newton);
   for (const auto &[more, times] : tries) {
     auto system = std::make_unique<HarmonicSystem>(*system_, more, system_->samples());

@@ -188,17 +188,23 @@ void Flow::evaluate(double t, double *eta, double *rate) const {
   for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(0)[i];
 }
 
+// Displacement of the contact point, from there, or its velocity of rates.
+std::array<double, 3> Flow::at_contact(const double *eta, int point, std::array<double, 3> from) const {
+  const double *shape = &modes_.contact[3 * point];
+  for (int i = 0; i < modes_.count; ++i, shape += 3 * model_.points)
+    for (int d = 0; d < 3; ++d) from[d] += eta[i] * shape[d];
+  return from;
+}
+
 void Flow::advance(State &state, double t, int touched, const TouchEvent &event) {
-  const int n = modes_.count, m = 3 * model_.points;
   evaluate(t, state.eta.data(), state.rate.data());
   for (int point = 0; point < model_.points; ++point) {
     const bool here = point == touched;
-    std::array<double, 3> x = touches_[point].origin(), v{};
-    for (int i = 0; i < n && here; ++i)
-      for (int d = 0; d < 3; ++d) {
-        const double shape = modes_.contact[i * m + 3 * point + d];
-        x[d] += state.eta[i] * shape, v[d] += state.rate[i] * shape;
-      }
+    std::array<double, 3> x{}, v{};
+    if (here) {
+      x = at_contact(state.eta.data(), point, touches_[point].origin());
+      v = at_contact(state.rate.data(), point);
+    }
     touches_[point].advance(state.touch[point], t, here ? event : TouchEvent{}, x, v);
   }
 }

@@ -54,6 +54,7 @@ private:
   void lay_out(const State &state);
   void expand(const State &state, double time);
   double length(const State &state, double left) const;
+  std::array<double, 3> at_contact(const double *eta, int point, std::array<double, 3> from = {}) const;
   void advance(State &state, double t, int touched, const TouchEvent &event);
   void note_size(const State &state);
   void evaluate(double t, double *eta, double *rate) const;
@@ -65,7 +66,6 @@ private:
   void advance_tangents(const State &state, double t, int touched, const TouchEvent &event, Tangents &tangents);
   void turn_end(const State &state, double t, Tangents &tangents);
   std::vector<double> acceleration(double t) const;
-  std::array<double, 3> at_contact(const double *eta, int point) const;
   std::vector<double> contact_tangents(const Dense &eta, int point) const;
   double *term(int k) { return &eta_[static_cast<std::size_t>(k) * modes_.count]; }
   const double *term(int k) const { return &eta_[static_cast<std::size_t>(k) * modes_.count]; }

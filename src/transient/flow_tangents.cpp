@@ -27,13 +27,6 @@ Tangents Flow::tangents(int numbers) const {
   return out;
 }
 
-std::array<double, 3> Flow::at_contact(const double *eta, int point) const {
-  std::array<double, 3> x{};
-  for (int i = 0; i < modes_.count; ++i)
-    for (int d = 0; d < 3; ++d) x[d] += eta[i] * modes_.contact[(i * model_.points + point) * 3 + d];
-  return x;
-}
-
 // (3, padded numbers) of the displacements there, or with those of rates of the velocities.
 std::vector<double> Flow::contact_tangents(const Dense &eta, int point) const {
   std::vector<double> out(3 * eta.rows);
@@ -52,8 +45,7 @@ std::vector<double> Flow::acceleration(double t) const {
 
 void Flow::begin(const State &state, const std::vector<Memory> &w, Tangents &tangents) {
   for (int point = 0; point < model_.points; ++point) {
-    std::array<double, 3> x = at_contact(state.eta.data(), point);
-    for (int d = 0; d < 3; ++d) x[d] += touches_[point].origin()[d];
+    const std::array<double, 3> x = at_contact(state.eta.data(), point, touches_[point].origin());
     touches_[point].begin_tangents(state.touch[point], x, at_contact(state.rate.data(), point), w[point],
                                    contact_tangents(tangents.eta, point), contact_tangents(tangents.rate, point),
                                    tangents.slider.column(2 * point), tangents.along.column(2 * point));
@@ -84,7 +76,7 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
     }
   }
   std::vector<double> x(3 * width), g(static_cast<std::size_t>(closed) * width);
-  for (int k = 0; k + 2 <= p; ++k) {
+  for (int k = 0; k <= p; ++k) {
     for (int point = 0, c = 0; point < model_.points; ++point) {
       if (!closed_[point]) continue;
       for (int d = 0; d < 3; ++d)
@@ -93,6 +85,7 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
                                       tangents.along.column(2 * point), &g[static_cast<std::size_t>(c) * width]);
       c += 3;
     }
+    if (k + 2 > p) continue; // the last terms: for cones that slip
     const double share = 1.0 / ((k + 1) * (k + 2));
     next_term({n, width, closed, tall, modes_.w2.data(), pulls_.data()}, share, model_.damping * (k + 1), terms(k),
               terms(k + 1), g.data(), terms(k + 2));
@@ -125,11 +118,9 @@ void Flow::advance_tangents(const State &state, double t, int touched, const Tou
   for (int point = 0; point < model_.points; ++point) {
     const bool here = point == touched;
     if (!here && !touches_[point].turns(state.touch[point])) continue;
-    std::array<double, 3> x = at_contact(state.eta.data(), point);
-    for (int d = 0; d < 3; ++d) x[d] += touches_[point].origin()[d];
+    const std::array<double, 3> x = at_contact(state.eta.data(), point, touches_[point].origin());
     touches_[point].advance_tangents(state.touch[point], t, here ? event : TouchEvent{}, x,
-                                     at_contact(state.rate.data(), point), at_contact(acceleration(t).data(), point),
-                                     contact_tangents(tangents.eta, point), contact_tangents(tangents.rate, point),
+                                     at_contact(state.rate.data(), point), contact_tangents(tangents.eta, point),
                                      tangents.slider.column(2 * point), tangents.along.column(2 * point));
   }
 }
@@ -153,8 +144,7 @@ void Flow::turn_end(const State &state, double t, Tangents &tangents) {
 Dense Flow::slider_tangents(const State &state, const Tangents &tangents) const {
   Dense out(tangents.eta.rows, 2 * model_.points);
   for (int point = 0; point < model_.points; ++point) {
-    std::array<double, 3> x = at_contact(state.eta.data(), point);
-    for (int d = 0; d < 3; ++d) x[d] += touches_[point].origin()[d];
+    const std::array<double, 3> x = at_contact(state.eta.data(), point, touches_[point].origin());
     touches_[point].slider_tangents(state.touch[point], x, contact_tangents(tangents.eta, point),
                                     tangents.slider.column(2 * point), tangents.along.column(2 * point),
                                     out.column(2 * point));

@@ -48,10 +48,12 @@ Numbers OrbitCurve::motion_numbers(const Numbers &z) const {
 
 double OrbitCurve::size(const Numbers &z) const { return norm({z.begin(), z.begin() + map_.motion_numbers()}); }
 
+void OrbitCurve::set_out(const Numbers &z) { flow_.set_omega(z.back() * unit_), flow_.work = most_work; }
+
 // By how much a period misses the motion it began with; freely: no slider held, and which of them hardly move.
 bool OrbitCurve::miss(const Numbers &z, bool freely, Numbers &r, Held &still) {
   if (!(z.back() > 0)) return false;
-  flow_.set_omega(z.back() * unit_), flow_.work = most_work;
+  set_out(z);
   const Numbers y = motion_numbers(z);
   if (!(freely ? map_.next(y, r, still) : map_.next_held(y, r, held_))) return false;
   for (std::size_t i = 0; i < r.size(); ++i) r[i] = (r[i] - y[i]) / scale_;
@@ -65,8 +67,7 @@ bool OrbitCurve::linearise(const Numbers &z) {
   const int N = static_cast<int>(map_.size());
   Numbers next;
   if (!miss(z, true, next, held_)) return false;
-  flow_.work = most_work;
-  flow_.set_omega(z.back() * unit_);
+  set_out(z);
   if (!map_.next_with_derivative(motion_numbers(z), held_, unit_ / scale_, next, derivative_)) return false;
   for (int j = 0; j < N; ++j)
     for (int i = 0; i < N; ++i)
@@ -312,7 +313,7 @@ MotionState OrbitCurve::motion_state(const Place &place) const {
 
 Motion OrbitCurve::motion(const Place &place, int instants, double aside) {
   const Numbers z = ahead(place.z, aside, place.t);
-  flow_.set_omega(z.back() * unit_), flow_.work = most_work;
+  set_out(z);
   Flow::State at = map_.state(motion_numbers(z), {});
   Motion motion;
   flow_.period(at, instants, motion); // that period, or one close to it, was integrated before

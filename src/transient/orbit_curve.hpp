@@ -62,6 +62,7 @@ public:
 
 private:
   Numbers motion_numbers(const Numbers &z) const;
+  void set_out(const Numbers &z);
   bool miss(const Numbers &z, bool freely, Numbers &r, Held &still);
   bool linearise(const Numbers &z);
   void take(const Place &place);

@@ -9,7 +9,7 @@
 namespace dovetail {
 namespace {
 
-constexpr std::size_t few_numbers = 100; // with so many the whole derivative takes less than GMRES
+constexpr std::size_t few_numbers = 100; // with more the whole derivative takes longer than GMRES may
 constexpr int most_iterations = 40;
 constexpr double shortest_part = 1.0 / 64; // of a Newton step
 
@@ -50,6 +50,7 @@ Orbit newton_orbit(PeriodMap &map, Numbers y, double tolerance) {
   Orbit orbit;
   Numbers image, r, drift;
   Held held;
+  orbit.state = map.state(y, {});
   if (!map.next(y, image, held)) return orbit;
   split(map, y, image, held, r, drift);
   const double first = norm(r) + norm(drift);
@@ -66,7 +67,7 @@ Orbit newton_orbit(PeriodMap &map, Numbers y, double tolerance) {
     factors.solve(step.data());
     const double length = norm(step);
     bool good = false;
-    for (part = std::min(1.0, 4 * part); !good && part >= shortest_part; part /= 2) {
+    for (part = std::min(1.0, 4 * part); part >= shortest_part; part /= 2) {
       Numbers trial = y, trial_image, trial_r, trial_drift;
       Held trial_held;
       add(trial, part, step), add(trial, 1, drift);
@@ -81,7 +82,7 @@ Orbit newton_orbit(PeriodMap &map, Numbers y, double tolerance) {
       orbit.found = part == 1 && (correction + norm(trial_drift) < tolerance * scale || now < 1e-12 * scale);
       y.swap(trial), image.swap(trial_image), held.swap(trial_held);
       split(map, y, image, held, r, drift);
-      part *= 2; // back to what was good
+      break;
     }
     if (!good) break;
   }
@@ -95,9 +96,9 @@ Orbit newton_orbit(PeriodMap &map, Numbers y, double tolerance) {
 Orbit periodic_orbit(Flow &flow, const Flow::State &start, double tolerance, int periods, bool far) {
   PeriodMap map(flow, periods);
   const Numbers y = map.numbers(start);
-  const std::vector<double> &w2 = flow.modes().w2;       // in rising order; a body held by its joint alone has zeros,
-  const bool singular = w2.front() <= 1e-10 * w2.back(); // and walks: where it stands is not determined
-  Orbit orbit = (far && !singular && y.size() <= few_numbers ? newton_orbit : krylov_orbit)(map, y, tolerance);
+  const std::vector<double> &w2 = flow.modes().w2;    // in rising order; a body held by its joint alone has zeros,
+  const bool walks = w2.front() <= 1e-10 * w2.back(); // to round-off: where it stands is not determined
+  Orbit orbit = (far && !walks && y.size() <= few_numbers ? newton_orbit : krylov_orbit)(map, y, tolerance);
   orbit.periods = static_cast<int>(map.used());
   return orbit;
 }

@@ -71,11 +71,9 @@ public:
   /// Whether the direction of slip goes on changing.
   bool turns(const TouchState &state) const { return state.closed && state.slides; }
   std::array<double, 2> turning(double t) const; ///< d/dt of that direction, at time t of the step
-  /// Follows them to time t of the step, where a direction turns, and through an event there; state, x, v and
-  /// acceleration a: beyond it.
+  /// Follows them to time t of the step, where a direction turns, and through an event there; state, x, v: beyond it.
   void advance_tangents(const TouchState &state, double t, const TouchEvent &event, const std::array<double, 3> &x,
-                        const std::array<double, 3> &v, const std::array<double, 3> &a, const std::vector<double> &dx,
-                        const std::vector<double> &dv, double *dw, double *de) const;
+                        const std::array<double, 3> &v, const std::vector<double> &dx, double *dw, double *de) const;
   /// Of `sliders`, (2, width).
   void slider_tangents(const TouchState &state, const std::array<double, 3> &x, const std::vector<double> &dx,
                        const double *dw, const double *de, double *out) const;

@@ -133,8 +133,7 @@ std::array<double, 2> Touch::turning(double t) const {
 }
 
 void Touch::advance_tangents(const TouchState &state, double t, const TouchEvent &event, const std::array<double, 3> &x,
-                             const std::array<double, 3> &v, const std::array<double, 3> &a,
-                             const std::vector<double> &dx, const std::vector<double> &dv, double *dw,
+                             const std::array<double, 3> &v, const std::vector<double> &dx, double *dw,
                              double *de) const {
   const int width = static_cast<int>(dx.size()) / 3, d = event.direction;
   const Kind kind = event.kind;
@@ -159,18 +158,8 @@ void Touch::advance_tangents(const TouchState &state, double t, const TouchEvent
       add_scaled(width, -kt_[e], dw + e * width, &change[e * width]);
     }
     turn_direction({kt_[0] * (x[0] - state.w[0]), kt_[1] * (x[1] - state.w[1])}, change, width, de);
-  } else if (kind == Kind::lands) { // the sooner by dx_n / v_n
-    if (cone() && state.slides) {
-      // T begins along k_t v, and turns from there: with T = tau T1 + ..., at 1 / (2 + c) less than k_t v does
-      const std::array<double, 2> V{kt_[0] * v[0], kt_[1] * v[1]};
-      const double share = 1 / (1 + std::hypot(V[0], V[1]) / (mu_[0] * point_.kn * v[2]));
-      for (int e = 0; e < 2; ++e) {
-        add_scaled(width, kt_[e], &dv[e * width], &change[e * width]);
-        add_scaled(width, -share * kt_[e] * a[e] / v[2], &dx[2 * width], &change[e * width]);
-      }
-      turn_direction(V, change, width, de);
-      return;
-    }
+  } else if (kind == Kind::lands) {  // the sooner by dx_n / v_n
+    std::fill_n(de, 2 * width, 0.0); // whither a cone began to slip is forgotten at once
     for (int e = 0; e < 2; ++e) {
       std::copy_n(&dx[e * width], width, dw + e * width);
       add_scaled(width, -v[e] / v[2], &dx[2 * width], dw + e * width);

@@ -14,10 +14,11 @@ using namespace dovetail::testing;
 namespace {
 
 // Two contact points and two modes more, shaken so that contacts stick, slip, open and land.
-DenseModel shaken(Law law, double force, double press) {
-  const std::array<double, 2> mu = law == Law::cone ? std::array{0.4, 0.4} : std::array{0.4, 0.0};
+DenseModel shaken(Law law, double mu, double force, double press) {
+  const double other = law == Law::coulomb ? 0 : mu; // along t2
   DenseModel model = with_modes(
-      dense_scene({{law, 30, {8, 12}, mu, 0.1}, {law, 20, {6, 6}, {mu[0], mu[0]}, -0.2}}, 4, 1, 0.02, 0.05), {1.5, 12});
+      dense_scene({{law, 30, {8, 12}, {mu, other}, 0.1}, {law, 20, {6, 6}, {mu, mu}, -0.2}}, 4, 1, 0.02, 0.05),
+      {1.5, 12});
   model.fourier = {0.1, 1, 0.3, -0.2, 0.4};
   for (std::size_t i = 0; i < model.force.size(); ++i) model.force[i] = force * wave(static_cast<int>(i), 5);
   for (std::size_t p = 0; p < model.contact.size(); ++p)
@@ -25,7 +26,7 @@ DenseModel shaken(Law law, double force, double press) {
   return model;
 }
 
-// Differences that both steps and both sides agree about to `accuracy`; NaN elsewhere: there is a corner.
+// Differences that both steps and both sides agree about; NaN elsewhere: there is a corner.
 double difference_quotient(double fine, double coarse, double left, double right, double size) {
   const double apart = std::max({std::abs(fine - coarse), std::abs(left - right)});
   return apart < 1e-3 * size ? fine : NAN;
@@ -33,6 +34,7 @@ double difference_quotient(double fine, double coarse, double left, double right
 
 struct Compared {
   int agree = 0, differ = 0, corners = 0;
+  int open = 0, sticks = 0, slips = 0; // contacts at theta = 0
 };
 
 void compare(Flow &flow, PeriodMap &map, const Numbers &y, const Held &held, double omega, Compared &seen) {
@@ -45,6 +47,8 @@ void compare(Flow &flow, PeriodMap &map, const Numbers &y, const Held &held, dou
   flow.set_omega(omega);
   ASSERT_TRUE(map.next_with_derivative(y, held, turning, out, derivative));
   for (int i = 0; i < N; ++i) EXPECT_NEAR(out[i], plain[i], 1e-8 * norm(plain));
+  for (const TouchState &touch : map.state(y, held).touch)
+    ++(!touch.closed ? seen.open : touch.slides || touch.side[0] != 0 ? seen.slips : seen.sticks);
   ASSERT_EQ(derivative.columns, N + 1);
   for (int j = 0; j <= N; ++j) {
     const auto moved = [&](double by) {
@@ -54,7 +58,7 @@ void compare(Flow &flow, PeriodMap &map, const Numbers &y, const Held &held, dou
       EXPECT_TRUE(map.next_held(at, image, held));
       return image;
     };
-    const double h = 1e-5 * norm(y);
+    const double h = 3e-6 * norm(y);
     const Numbers a = moved(-h), b = moved(h), c = moved(-h / 4), d = moved(h / 4);
     double size = 1e-2;
     for (int i = 0; i < N; ++i) size = std::max(size, std::abs(derivative(i, j)));
@@ -77,24 +81,36 @@ void compare(Flow &flow, PeriodMap &map, const Numbers &y, const Held &held, dou
 } // namespace
 
 TEST(PeriodMap, derivative_is_that_of_differences) {
-  for (const Law law : {Law::coulomb, Law::cone, Law::unilateral, Law::bilateral})
-    for (const double force : {1.0, 4.0, 15.0})
-      for (const double press : {0.5, 0.05}) {
-        SCOPED_TRACE(::testing::Message() << "law " << static_cast<int>(law) << ", " << force << ", " << press);
-        const DenseModel model = shaken(law, force, press);
-        Compared seen;
-        for (const double omega : {0.8, 1.7, 2.9}) {
-          Flow flow(model, omega);
-          PeriodMap map(flow, 1000000);
-          Numbers y = map.numbers(flow.rest()), next;
-          Held still;
-          for (int period = 0; period < 12; ++period) {
-            ASSERT_TRUE(map.next(y, next, still));
-            y = next;
-            if (period % 3 == 2) compare(flow, map, y, period % 2 == 0 ? Held{} : still, omega, seen);
-            flow.set_omega(omega);
-          }
+  for (const Law law : {Law::coulomb, Law::cone, Law::unilateral, Law::bilateral}) {
+    Compared all;
+    for (const auto &[mu, force, press] : {std::array{0.4, 1.0, 0.5},
+                                           {0.4, 4.0, 0.05},
+                                           {0.4, 15.0, 0.5},
+                                           {0.4, 15.0, 0.05},
+                                           {0.01, 1.0, 0.05},
+                                           {0.05, 4.0, 0.5},
+                                           {0.05, 15.0, 0.05}}) {
+      SCOPED_TRACE(::testing::Message() << "law " << static_cast<int>(law) << ", " << mu << ", " << force << ", "
+                                        << press);
+      const DenseModel model = shaken(law, mu, force, press);
+      Compared seen;
+      for (const double omega : {0.8, 1.7, 2.9}) {
+        Flow flow(model, omega);
+        PeriodMap map(flow, 1000000);
+        Numbers y = map.numbers(flow.rest()), next;
+        Held still;
+        for (int period = 0; period < 12; ++period) {
+          ASSERT_TRUE(map.next(y, next, still));
+          y = next;
+          if (period % 3 == 2) compare(flow, map, y, period % 2 == 0 ? Held{} : still, omega, seen);
+          flow.set_omega(omega);
         }
-        EXPECT_GT(seen.agree, 20 * seen.corners);
       }
+      EXPECT_GT(seen.agree, 20 * seen.corners);
+      all.open += seen.open, all.sticks += seen.sticks, all.slips += seen.slips;
+    }
+    EXPECT_EQ(all.open > 10, law != Law::bilateral) << all.open;
+    EXPECT_EQ(all.slips > 10, has_friction(law)) << all.slips;
+    EXPECT_GT(all.sticks, 10);
+  }
 }
