@@ -154,6 +154,9 @@ void OrbitCurve::stand(Numbers z, Numbers t) {
   sign_ = factors_.sign();
   before_ = here_;
   here_ = std::make_shared<Place>(Place{std::move(z), std::move(t), derivative_, held_});
+  came_ = before_ ? ahead(here_->z, -1, before_->z) : here_->t;
+  const double length = norm(came_);
+  for (double &number : came_) number /= length;
 }
 
 // trial_ by a step along t, with that derivative, if the sense is kept, or if the curve runs smoothly to there, too.
@@ -188,10 +191,10 @@ bool OrbitCurve::hangs_together(const Factors &there) {
   return norm(r) < most_off * length;
 }
 
-// On the leg that led here.
+// On the leg that led here. In a corner the tangent may be that of another one.
 bool OrbitCurve::behind(const Numbers &z) const {
   const Numbers way = ahead(z, -1, here_->z);
-  return dot(way, here_->t) < same_leg * norm(way);
+  return std::min(dot(way, here_->t), dot(way, came_)) < same_leg * norm(way);
 }
 
 // The tangent of the leg beyond a corner by the derivative there, and its sense by the determinant; where that leads
@@ -338,18 +341,19 @@ std::vector<std::complex<double>> OrbitCurve::multipliers(const Place &place) {
 // the end of the sweep may move.
 std::vector<double> OrbitCurve::save() const {
   std::vector<double> out{omega_begun_, unit_, scale_, step_, largest_};
-  for (const Numbers *numbers : {&here_->z, &here_->t}) out.insert(out.end(), numbers->begin(), numbers->end());
+  for (const Numbers *numbers : {&here_->z, &here_->t, &came_}) out.insert(out.end(), numbers->begin(), numbers->end());
   return out;
 }
 
 bool OrbitCurve::restore(const std::vector<double> &numbers) {
   const std::size_t size = map_.size() + 1;
   constexpr int own = 5;
-  if (numbers.size() != own + 2 * size) return false;
+  if (numbers.size() != own + 3 * size) return false;
   unit_ = numbers[1], scale_ = numbers[2], step_ = numbers[3], largest_ = numbers[4];
-  const Numbers z(numbers.begin() + own, numbers.begin() + own + size), t(numbers.begin() + own + size, numbers.end());
-  if (!linearise(z)) return false;
-  stand(z, t);
+  const auto part = [&](int i) { return Numbers(&numbers[own + i * size], &numbers[own + i * size] + size); };
+  if (!linearise(part(0))) return false;
+  stand(part(0), part(1));
+  came_ = part(2);
   return true;
 }
 

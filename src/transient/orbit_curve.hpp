@@ -84,7 +84,8 @@ private:
   Flow flow_;
   PeriodMap map_;
   double omega_begun_, unit_, longest_, scale_ = 1;
-  PlacePtr here_, before_; // before_: where the last step began
+  PlacePtr here_, before_; // before_: where the last step began,
+  Numbers came_;           // and its direction, of length 1
   Factors factors_;        // of the derivative here, bordered by the tangent
   Dense derivative_;       // as linearised last, and
   Held held_;              // likewise

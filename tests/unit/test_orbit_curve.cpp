@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "linear_motion.hpp"
 #include "small_steps.hpp"
 #include "transient/orbit_curve.hpp"
 #include "transient/steady_state.hpp"
@@ -168,6 +169,37 @@ TEST(OrbitCurve, turning_point_at_a_corner) {
     ASSERT_EQ(found.size(), 2u);
     EXPECT_GT(found[0], 11);
     EXPECT_NEAR(found[1], touches, 2e-6 * touches);
+  }
+}
+
+// Beyond a corner it goes on, not back along the leg that led there: without that check both curves run back over
+// themselves, and with one by the tangent in the corner alone the second.
+TEST(OrbitCurve, does_not_turn_back_at_corners) {
+  struct {
+    double kn, force, omega;
+    int points;
+  } cases[] = {{675, 11, 2.03, 1}, {300, 6.5, 0.67, 2}};
+  for (const auto &[kn, force, omega, points] : cases) {
+    std::vector<ContactPoint> contact{{Law::coulomb, kn, {kn / 3, kn / 2}, {0.4, 0.3}, 0},
+                                      {Law::coulomb, kn / 2, {kn / 5, kn / 6}, {0.4, 0.3}, 0}};
+    contact.resize(points);
+    DenseModel model = with_modes(dense_scene(contact, 4, 1, 0.02, 0.01), {1.5, 12});
+    model.fourier = {0.1, 1, 0.3, -0.2, 0.4};
+    for (std::size_t i = 0; i < model.force.size(); ++i) model.force[i] = force * wave(i, 5);
+    for (int p = 0; p < points; ++p) model.standstill[p] = standstill(contact[p], {0, 0, 1.5 / contact[p].kn});
+    const auto curve = begun(model, omega, 4);
+    Numbers way;
+    int corners = 0;
+    for (int i = 0; i < 600; ++i) {
+      Numbers next = curve->here()->z;
+      for (double &number : next) number = -number;
+      ASSERT_TRUE(curve->step());
+      add(next, 1, curve->here()->z);
+      if (!way.empty()) EXPECT_GT(dot(way, next), -0.99 * norm(way) * norm(next)) << kn << ", step " << i;
+      corners += curve->cornered();
+      way = next;
+    }
+    EXPECT_GT(corners, 2) << kn;
   }
 }
 
