@@ -25,15 +25,16 @@ Moment at(const double *c, int harmonics, double theta) {
 
 AmplitudeMeter::AmplitudeMeter(const Layout &layout, PetscInt watched)
     : layout_(layout), watched_(watched), harmonics_((layout.width - 1) / 2),
-      grid_(harmonics_, std::max(64, 8 * harmonics_)), values_(grid_.samples()) {}
+      values_(std::max(64, 8 * harmonics_)), slopes_(values_.size()),
+      grid_(harmonics_, static_cast<int>(values_.size())) {}
 
 // Instant at which |q - mean| is largest: the best of a grid, then Newton on the derivative within a grid step.
 double AmplitudeMeter::extreme(const double *c) {
-  grid_.synthesise(c, values_.data());
+  grid_.sample(c, values_.data(), slopes_.data());
   const double mean = c[0] / 2;
   const auto far = [&](double a, double b) { return std::abs(a - mean) < std::abs(b - mean); };
   const auto best = std::max_element(values_.begin(), values_.end(), far) - values_.begin();
-  const double step = 2 * M_PI / grid_.samples(), first = best * step;
+  const double step = 2 * M_PI / values_.size(), first = best * step;
   double theta = first;
   for (int i = 0; i < 20; ++i) {
     const Moment m = at(c, harmonics_, theta);

@@ -2,6 +2,7 @@
 // How far the watched dof moves within the period, and how that changes along a curve.
 #include <vector>
 
+#include "contact/wave_transform.hpp"
 #include "harmonic/layout.hpp"
 #include "support/handle.hpp"
 
@@ -25,8 +26,8 @@ private:
   const Layout &layout_;
   PetscInt watched_;
   int harmonics_;
-  Fourier grid_;
-  std::vector<double> values_; // on the grid
+  std::vector<double> values_, slopes_; // on a grid of instants
+  WaveTransform grid_;
 };
 
 } // namespace dovetail
