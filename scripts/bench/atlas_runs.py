@@ -16,8 +16,8 @@ from atlas_methods import DOVETAIL, ORIGINAL, PLAIN, Run
 from measure import BINARY, ROOT
 
 HERE = Path(__file__).resolve().parent
-# Seconds of the processor; truth and beyond: for all places.
-LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 48, "truth": 4, "beyond": 60, "again": 3}
+# Seconds of the processor; truth and beyond: for all places; again: for a suspect step of Dovetail's, and of the others.
+LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 48, "truth": 4, "beyond": 60, "again": 3, "again plain": 1.5}
 MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
 FACTOR = 2
 MORE = ("folds", "corners", "harmonics", "integrations", "leaps", "repeats", "step_cuts", "left_out")  # of Dovetail's summary
@@ -87,7 +87,7 @@ def run_scene(scene, folder, program, parts, patience=1):
         else:
             run, more = getattr(atlas_methods, part)(built, limits[part]), {}
         np.savez(folder / f"{part}.npz", omega=run.omega, coefficients=run.coefficients, announced=np.array(run.announced, int))
-        follow = follower(part, built, folder, run, limits["again"])
+        follow = follower(part, built, folder, run, limits["again" if part == DOVETAIL else "again plain"])
         jumps, doubts = atlas_jumps.silent_jumps(run.omega, run.coefficients, built.modes, abs(built.omega[1] - built.omega[0]),
                                                  run.announced, follow, part == DOVETAIL, more.pop("places", ()))
         made[part] = keep(path, key[part], {**run.figures(), **more, "allowed": limits[part], "jumps": jumps, "doubts": doubts})

@@ -24,9 +24,8 @@ Moment at(const double *c, int harmonics, double theta) {
 } // namespace
 
 AmplitudeMeter::AmplitudeMeter(const Layout &layout, PetscInt watched)
-    : layout_(layout), watched_(watched), harmonics_((layout.width - 1) / 2),
-      values_(std::max(64, 8 * harmonics_)), slopes_(values_.size()),
-      grid_(harmonics_, static_cast<int>(values_.size())) {}
+    : layout_(layout), watched_(watched), harmonics_((layout.width - 1) / 2), values_(std::max(64, 8 * harmonics_)),
+      slopes_(values_.size()), grid_(harmonics_, static_cast<int>(values_.size())) {}
 
 // Instant at which |q - mean| is largest: the best of a grid, then Newton on the derivative within a grid step.
 double AmplitudeMeter::extreme(const double *c) {

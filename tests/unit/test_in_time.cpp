@@ -7,8 +7,8 @@
 
 #include "continuation/branch.hpp"
 #include "one_mass.hpp"
-#include "transient/orbit_curve.hpp"
 #include "transient/steady_state.hpp"
+#include "turning_point.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -91,11 +91,7 @@ TEST(InTime, turning_point_in_a_hairpin) {
   OrbitCurve curve(model, 3.9, 1);
   ASSERT_TRUE(curve.begin(steady.end, 1));
   while (curve.here()->rises()) ASSERT_TRUE(curve.step());
-  double a = 0, b = curve.way();
-  OrbitCurve::PlacePtr place;
-  while (b - a > 1e-8) {
-    ASSERT_TRUE(place = curve.between((a + b) / 2));
-    (place->rises() ? a : b) = (a + b) / 2;
-  }
+  const OrbitCurve::PlacePtr place = turning_point(curve, 1e-8);
+  ASSERT_TRUE(place);
   for (const double omega : found) EXPECT_NEAR(omega, curve.omega(*place), 1e-6 * omega);
 }

@@ -9,8 +9,8 @@
 
 #include "linear_motion.hpp"
 #include "small_steps.hpp"
-#include "transient/orbit_curve.hpp"
 #include "transient/steady_state.hpp"
+#include "turning_point.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -36,19 +36,14 @@ std::unique_ptr<OrbitCurve> begun(const DenseModel &model, double omega, double 
   return curve;
 }
 
-// Frequencies of turning points by bisection within steps, or at corners.
+// Frequencies of turning points within steps, or at corners.
 std::vector<double> turns(OrbitCurve &curve, double to) {
   std::vector<double> found;
   bool rises = true;
   for (int i = 0; i < 20000 && curve.omega(*curve.here()) < to; ++i) {
     EXPECT_TRUE(curve.step());
     if (curve.here()->rises() == rises) continue;
-    double a = 0, b = curve.way();
-    OrbitCurve::PlacePtr place = curve.cornered() ? curve.corner() : curve.between(b / 2);
-    while (!curve.cornered() && place && b - a > 1e-7) {
-      place = curve.between((a + b) / 2);
-      if (place) (place->rises() == rises ? a : b) = (a + b) / 2;
-    }
+    const OrbitCurve::PlacePtr place = curve.cornered() ? curve.corner() : turning_point(curve, 1e-7);
     rises = !rises;
     EXPECT_TRUE(place) << curve.omega(*curve.here());
     if (place) found.push_back(curve.omega(*place));
