@@ -280,6 +280,26 @@ def test_what_lies_beyond_a_closed_curve_is_found(tmp_path, monkeypatch):
     assert run["end"] == "arrived" and run["integrations"] >= 1, run["said"]
 
 
+# A way to a first point, and scenes that take it.
+WAYS = [("fewer harmonics", "012"), ("fewer harmonics", "058"), ("time integration", "011"), ("softer contacts", "039"),
+        ("a load that grows from nothing", "006")]
+
+
+@pytest.mark.parametrize("way, name", WAYS, ids=[name for _, name in WAYS])
+def test_ways_to_a_first_point(tmp_path, way, name):
+    """Where Newton's method does not converge from rest. It is said which way it was, and what is found is a solution: of the same
+    equations in plain Python, with 8192 samples in place of exact contact forces."""
+    built = atlas_scenes.build(atlas_scenes.scenes()[name])
+    case = atlas_scenes.write(built, tmp_path)
+    case.write_text(case.read_text() + "max_points = 1\n")
+    said = subprocess.run([BINARY, "run", case, "--out", tmp_path], capture_output=True, text=True, check=False).stdout
+    assert f"Newton does not converge from rest; the first point comes from {way}\n" in said
+    found = Results(tmp_path / "results.h5")
+    system = reference.HarmonicBalance(*atlas_methods.arguments(built, harmonics=built.harmonics, samples=8192))
+    missed = system.residual(found.coefficients[0], found.omega[0])
+    assert np.linalg.norm(missed) < 1e-4 * np.linalg.norm(system.excitation)
+
+
 # Stiff contacts that open, and a part of the sweep: with the usual iterations and harmonics nothing is found there.
 HARD = [("031", 0.3), ("031", 0.65), ("087", 0.0), ("087", 0.1), ("291", 0.5), ("291", 0.75), ("291", 1.0)]
 # Nor with as many as the rule of thumb has, but with 1.4 or 2 times as many.

@@ -129,3 +129,51 @@ def test_places_do_not_depend_on_the_steps(tmp_path):
     for coarse, fine in zip(*found):
         assert len(coarse) == len(fine) >= 1
         np.testing.assert_allclose(coarse, fine, rtol=1e-6)
+
+
+def test_branch_points_of_two_masses_in_step(tmp_path):
+    """Two such masses, mirror images, joined by a spring: in step they move as one does. Where they may part, the equations for a small
+    difference, linear ones with the spring twice, are singular: branch points of the curve in step, in closed form with one harmonic."""
+    spring, stop, gap = 0.01, 2.0, 1.0
+    K_full, M_full, f = np.diag([K + spring, FAR, FAR, K + spring, FAR, FAR, 1e3]), np.eye(7), np.zeros(7)
+    K_full[0, 3] = K_full[3, 0] = -spring
+    f[[0, 3]] = FORCE
+    Model(K_full, M_full, np.array([[1, 2, 0], [4, 5, 3]]), f, np.zeros(7)).write(tmp_path / "model.h5")
+    case = tmp_path / "case.toml"
+    case.write_text(f"""model = "model.h5"
+reduction.modes = 1
+damping.stiffness = {XI}
+excitation.fourier = [0, 1]
+contact = {{ law = "unilateral", normal_stiffness = {stop}, gap = {gap} }}
+harmonic_balance.harmonics = 1
+newton = {{ step_tolerance = 1e-11, residual_tolerance = 1e-11 }}
+scaling.kind = "none"
+continuation = {{ omega = [0.6, 2.5] }}
+""")
+    done = launch.run(SimpleNamespace(path=case))
+    assert done.summary["end"] == "arrived"
+    curve = Bilinear(stop, gap)
+
+    def parting(A, side):
+        """Determinant of the equations for a difference of means, of amplitudes, and across, at the motion m + A cos."""
+        omega = curve.omega(A, side)
+        m = brentq(lambda m: K * m + curve.stop(m, A)[0], -10 * stop * A, 0, xtol=1e-15)
+        h = 1e-6
+        by_m = (np.array(curve.stop(m + h, A)) - curve.stop(m - h, A)) / (2 * h)
+        by_A = (np.array(curve.stop(m, A + h)) - curve.stop(m, A - h)) / (2 * h)
+        k = K + 2 * spring
+        inertia, damping = k - M * omega ** 2, XI * k * omega
+        return np.linalg.det([[k + by_m[0], by_A[0], 0], [by_m[1], inertia + by_A[1], damping],
+                              [0, -damping, inertia + curve.stop(m, A)[1] / A]])
+
+    expected = []
+    for side in (-1, 1):
+        A = gap + (curve.peak()[1] * 0.99999 - gap) * np.linspace(1e-4, 1, 1000) ** 2  # more of them where it just touches
+        values = [parting(a, side) for a in A]
+        expected += [curve.omega(brentq(parting, A[i], A[i + 1], args=(side,), xtol=1e-13), side)
+                     for i in range(len(A) - 1) if values[i] * values[i + 1] < 0]
+    found, _, point = events(tmp_path, "branch")
+    assert len(expected) >= 2 and len(found) == done.summary["branch_points"]
+    np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=1e-5)  # located to 1e-5 of a step
+    apart = Results(tmp_path / "results.h5")
+    np.testing.assert_allclose(apart.amplitude("x1.n")[point], apart.amplitude("x2.n")[point], rtol=1e-6)  # in step there
