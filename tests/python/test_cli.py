@@ -135,6 +135,26 @@ def test_response_shows_amplitude_over_frequency(results):
     assert len(plot.response(data, ["a1", "x1.t1"]).axes) == 3  # modal and contact unknowns have different units
 
 
+def test_response_is_dashed_where_it_is_unstable_and_dotted_where_that_is_uncertain(results, monkeypatch):
+    data, drawn = Results(results), {}
+    data.stable = np.full(len(data), plot.STABLE)
+    data.stable[5:9], data.stable[12] = plot.UNSTABLE, plot.UNCERTAIN
+    line = plot.plt.Axes.plot
+
+    def watched(axis, x, y, *rest, **style):
+        if np.size(x) >= len(data) and style.get("linestyle") in plot.DASHES.values():
+            drawn.setdefault(style["linestyle"], np.unique(x[np.isfinite(y)]))  # the amplitude comes first
+        return line(axis, x, y, *rest, **style)
+
+    monkeypatch.setattr(plot.plt.Axes, "plot", watched)
+    axis = plot.response(data, ["x2.t2"]).axes[0]
+    assert {"unstable", "stability uncertain"} <= {text.get_text() for text in axis.get_legend().get_texts()}
+    for verdict, pieces in ((plot.UNSTABLE, [slice(4, 10)]), (plot.UNCERTAIN, [slice(11, 14)]),
+                            (plot.STABLE, [slice(0, 5), slice(9, 12), slice(13, None)])):
+        seen = np.unique(np.concatenate([data.omega[piece] for piece in pieces]))
+        np.testing.assert_array_equal(drawn[plot.DASHES[verdict]], seen)
+
+
 @pytest.mark.parametrize("arguments, message", [
     (["--dof", "x9.t1"], "no degree of freedom 'x9.t1'; there are a1 to a2"),
     (["--kind", "hysteresis", "--dof", "x1.n"], "a friction loop needs a tangential direction such as x1.t1, found 'x1.n'"),
