@@ -47,6 +47,12 @@ inline DenseModel with_modes(const DenseModel &model, const std::vector<double> 
   return out;
 }
 
+/// A force on every dof, with two harmonics and a mean.
+inline void shake(DenseModel &model, double force) {
+  model.fourier = {0.1, 1, 0.3, -0.2, 0.4};
+  for (std::size_t i = 0; i < model.force.size(); ++i) model.force[i] = force * wave(static_cast<int>(i), 5);
+}
+
 /// Largest distance from a value of `some` to the nearest of `all`.
 inline double farthest(const std::vector<std::complex<double>> &some, const std::vector<std::complex<double>> &all) {
   double most = 0;

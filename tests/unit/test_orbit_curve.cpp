@@ -179,8 +179,7 @@ TEST(OrbitCurve, does_not_turn_back_at_corners) {
                                       {Law::coulomb, kn / 2, {kn / 5, kn / 6}, {0.4, 0.3}, 0}};
     contact.resize(points);
     DenseModel model = with_modes(dense_scene(contact, 4, 1, 0.02, 0.01), {1.5, 12});
-    model.fourier = {0.1, 1, 0.3, -0.2, 0.4};
-    for (std::size_t i = 0; i < model.force.size(); ++i) model.force[i] = force * wave(i, 5);
+    shake(model, force);
     for (int p = 0; p < points; ++p) model.standstill[p] = standstill(contact[p], {0, 0, 1.5 / contact[p].kn});
     const auto curve = begun(model, omega, 4);
     Numbers way;

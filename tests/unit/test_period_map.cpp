@@ -19,8 +19,7 @@ DenseModel shaken(Law law, double mu, double force, double press) {
   DenseModel model = with_modes(
       dense_scene({{law, 30, {8, 12}, {mu, other}, 0.1}, {law, 20, {6, 6}, {mu, mu}, -0.2}}, 4, 1, 0.02, 0.05),
       {1.5, 12});
-  model.fourier = {0.1, 1, 0.3, -0.2, 0.4};
-  for (std::size_t i = 0; i < model.force.size(); ++i) model.force[i] = force * wave(static_cast<int>(i), 5);
+  shake(model, force);
   for (std::size_t p = 0; p < model.contact.size(); ++p)
     model.standstill[p] = standstill(model.contact[p], {0, 0, model.contact[p].gap + press});
   return model;

@@ -31,6 +31,11 @@ def mass(folder, stiffness, gap, omega, law="unilateral", harmonics=1, extra="")
     """A mass of 1 kg on 1 N/m, force 0.1 cos, damping 0.03 K, against a stop."""
     K_full = np.diag([K, FAR, FAR, 1e3])
     Model(K_full, np.diag([M, 1, 1, 1]), np.array([[1, 2, 0]]), np.array([FORCE, 0, 0, 0]), np.zeros(4)).write(folder / "model.h5")
+    return sweep(folder, stiffness, gap, omega, law, harmonics, extra)
+
+
+def sweep(folder, stiffness, gap, omega, law="unilateral", harmonics=1, extra=""):
+    """Dovetail's curve for the model in that folder, damping 0.03 K."""
     path = folder / "case.toml"
     path.write_text(f"""model = "model.h5"
 reduction.modes = 1
@@ -58,10 +63,12 @@ class Bilinear:
         return (self.kn / np.pi * (d * phi + A * np.sin(phi)),
                 self.kn / np.pi * (2 * d * np.sin(phi) + A * (phi + np.sin(phi) * np.cos(phi))))
 
+    def mean(self, A):
+        return brentq(lambda m: K * m + self.stop(m, A)[0], -10 * self.kn * A, 0, xtol=1e-15)
+
     def squares(self, A):
         """Both Omega^2 at which the amplitude is A; complex where there are none."""
-        m = brentq(lambda m: K * m + self.stop(m, A)[0], -10 * self.kn * A, 0, xtol=1e-15)
-        k = K * A + self.stop(m, A)[1]
+        k = K * A + self.stop(self.mean(A), A)[1]
         # (k - M W A)^2 + W (XI K A)^2 = F^2 with W = Omega^2
         return np.roots([M ** 2 * A ** 2, (XI * K * A) ** 2 - 2 * k * M * A, k ** 2 - FORCE ** 2])
 
@@ -139,26 +146,13 @@ def test_branch_points_of_two_masses_in_step(tmp_path):
     K_full[0, 3] = K_full[3, 0] = -spring
     f[[0, 3]] = FORCE
     Model(K_full, M_full, np.array([[1, 2, 0], [4, 5, 3]]), f, np.zeros(7)).write(tmp_path / "model.h5")
-    case = tmp_path / "case.toml"
-    case.write_text(f"""model = "model.h5"
-reduction.modes = 1
-damping.stiffness = {XI}
-excitation.fourier = [0, 1]
-contact = {{ law = "unilateral", normal_stiffness = {stop}, gap = {gap} }}
-harmonic_balance.harmonics = 1
-newton = {{ step_tolerance = 1e-11, residual_tolerance = 1e-11 }}
-scaling.kind = "none"
-continuation = {{ omega = [0.6, 2.5] }}
-""")
-    done = launch.run(SimpleNamespace(path=case))
+    done = sweep(tmp_path, stop, gap, [0.6, 2.5])
     assert done.summary["end"] == "arrived"
     curve = Bilinear(stop, gap)
 
     def parting(A, side):
         """Determinant of the equations for a difference of means, of amplitudes, and across, at the motion m + A cos."""
-        omega = curve.omega(A, side)
-        m = brentq(lambda m: K * m + curve.stop(m, A)[0], -10 * stop * A, 0, xtol=1e-15)
-        h = 1e-6
+        omega, m, h = curve.omega(A, side), curve.mean(A), 1e-6
         by_m = (np.array(curve.stop(m + h, A)) - curve.stop(m - h, A)) / (2 * h)
         by_A = (np.array(curve.stop(m, A + h)) - curve.stop(m, A - h)) / (2 * h)
         k = K + 2 * spring
