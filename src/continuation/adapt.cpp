@@ -74,6 +74,7 @@ void Follower::count_estimates(double besides) {
 const ErrorEstimate &Follower::error_of(Station &s) {
   if (s.error) return *s.error;
   s.error = (*estimator_)(s.y, s.t);
+  summary_.counts.inexact += estimator_->take_inexact();
   if (!system_->scaled().model.reduced.left_out.squares.empty()) s.error->modes = curve_->left_out(s);
   return *s.error;
 }

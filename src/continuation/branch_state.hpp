@@ -17,6 +17,7 @@ struct Counts {
   int missed = 0;              ///< frequencies of `at` without solution
   int adaptations = 0;         ///< of the harmonics to the tolerance
   long newton = 0, linear = 0; ///< iterations, those of failed steps included
+  long inexact = 0;            ///< linear solves that left more than was asked
 };
 
 /// Complete on rank 0 only. Vectors in the order of the results: (n, 2H+1) coefficients, then Omega; scaled.

@@ -127,8 +127,9 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
     outcome.why = system_.recover(ksp, jacobian_);
   }
   outcome.converged = reason > 0;
-  outcome.newton = static_cast<int>(newton),
-  outcome.linear = system_.linear_iterations(jacobian_, static_cast<int>(linear));
+  outcome.newton = static_cast<int>(newton);
+  const LinearEffort spent = system_.take_effort(jacobian_, static_cast<int>(linear));
+  outcome.linear = spent.iterations, outcome.inexact = spent.inexact;
   if (outcome.converged)
     check(VecCopy(trial_, y), "Newton");
   else if (outcome.why.empty())
@@ -148,8 +149,8 @@ Corrector::Direction Corrector::solve_again(Vec r, Vec x, double accuracy) {
   check(KSPSetTolerances(ksp, newtons, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "computing a tangent");
   check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
   check(VecNorm(x, NORM_2, &norm), "computing a tangent");
-  const int linear = system_.linear_iterations(jacobian_, 0);
-  return {reason > 0 && std::isfinite(norm), 0, linear};
+  const LinearEffort effort = system_.take_effort(jacobian_, 0);
+  return {reason > 0 && std::isfinite(norm), 0, effort.iterations, effort.inexact};
 }
 
 Corrector::Direction Corrector::tangent(Vec t) {

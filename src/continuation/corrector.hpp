@@ -28,6 +28,7 @@ public:
   struct Outcome {
     bool converged = false;
     int newton = 0, linear = 0; ///< iterations
+    int inexact = 0;            ///< linear solves, see LinearEffort
     double residual = 0;        ///< norm, scaled
     std::string why;            ///< when not converged, in words
   };
@@ -40,6 +41,7 @@ public:
     bool found = false; ///< false: the bordered Jacobian is singular
     int sign = 0;       ///< of its determinant, +1 or -1; 0 where the solver does not tell
     int linear = 0;     ///< iterations, where the solver iterates
+    int inexact = 0;    ///< linear solves, see LinearEffort
   };
   /// t with [d residual / d y] t = 0 and border . t = 1, where the last solve converged and with its border: one more
   /// solve with the factors of its last iteration, which lies within eps_x of the solution. The determinant of

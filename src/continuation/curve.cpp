@@ -50,7 +50,7 @@ bool Curve::solve_at(double w, Station &s, double times) {
   set_omega(s.y, w);
   s.newton = corrector_.solve(s.y, e_omega_, w, {.times = times});
   if (!s.newton.converged && times >= 1) {
-    counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
+    count(s.newton);
     s.newton = corrector_.solve(s.y, e_omega_, w, {.line_search = true, .times = times});
   }
   if (!finish(s)) return false;
@@ -59,14 +59,22 @@ bool Curve::solve_at(double w, Station &s, double times) {
   return true;
 }
 
+void Curve::count(const Corrector::Outcome &newton) {
+  counts_.newton += newton.newton, counts_.linear += newton.linear, counts_.inexact += newton.inexact;
+}
+
+void Curve::count(const Corrector::Direction &solve) {
+  counts_.linear += solve.linear, counts_.inexact += solve.inexact;
+}
+
 bool Curve::finish(Station &s) {
-  counts_.newton += s.newton.newton, counts_.linear += s.newton.linear;
+  count(s.newton);
   solve_ = none;
   if (!s.newton.converged) return false;
   s.activity = system.activity(), s.error.reset();
   s.omega = system.omega(s.y);
   const auto direction = corrector_.tangent(s.t);
-  counts_.linear += direction.linear;
+  count(direction);
   s.sign = direction.sign;
   if (!direction.found) {
     s.newton.converged = false, s.newton.why = "the bordered Jacobian is singular";
@@ -88,7 +96,7 @@ double Curve::left_out(const Station &s) {
     solve_ = s.solve;
   }
   const auto correction = corrector_.correct(r, c);
-  counts_.linear += correction.linear;
+  count(correction);
   if (!correction.found) return std::nan("");
   // across the curve: what lies along it does not count
   const auto product = [&](Vec a, Vec b) {
@@ -126,7 +134,7 @@ double Curve::off_middle(const Station &a, const Station &b) {
   if (system.layout().owns_omega()) own[system.layout().own_coefficients()] = 0; // along the step nothing is missing
   check(VecRestoreArray(r, &own), doing);
   const auto correction = corrector_.correct(r, c);
-  counts_.linear += correction.linear;
+  count(correction);
   return correction.found ? norm.length(c) / length : std::nan("");
 }
 
@@ -134,7 +142,7 @@ bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   norm.weigh(normal, row_);
   solve_ = none;
   const auto direction = corrector_.tangent_at(y, row_, t);
-  counts_.linear += direction.linear;
+  count(direction);
   sign = direction.sign;
   if (direction.found) check(VecScale(t, 1 / norm.length(t)), "computing a tangent");
   return direction.found;

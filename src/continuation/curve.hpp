@@ -74,6 +74,8 @@ public:
 
 private:
   bool finish(Station &s);
+  void count(const Corrector::Outcome &newton);
+  void count(const Corrector::Direction &solve);
 
   Corrector corrector_;
   double omega_unit_;

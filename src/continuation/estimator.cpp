@@ -98,7 +98,7 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
     }
   }
   measure_content(found);
-  work_ += finer_->take_solver_work(jacobian_);
+  work_ += finer_->take_solver_work(jacobian_), inexact_ += finer_->take_effort(jacobian_, 0).inexact;
   return found;
 }
 

@@ -35,6 +35,7 @@ public:
   /// Of the linear solver since asked last (linear_part.hpp), without what modes left out take: a solve like the
   /// others.
   double take_work() { return std::exchange(work_, 0.0); }
+  int take_inexact() { return std::exchange(inexact_, 0); } ///< linear solves, see LinearEffort
 
   /// At a solution y, with the curve's tangent t there.
   ErrorEstimate operator()(Vec y, Vec t);
@@ -53,6 +54,7 @@ private:
   UniqueVec y_, t_, row_, residual_, correction_;
   double motion_ = 0; // size of the motion at hand
   double work_ = 0;   // see take_work()
+  int inexact_ = 0;   // see take_inexact()
 };
 
 } // namespace dovetail

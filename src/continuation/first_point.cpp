@@ -35,6 +35,7 @@ bool Follower::grow_load(double omega, std::vector<double> &q) {
   const BranchObserver observer{keep_last, [](const BranchEvent &) {}, {}, observer_.interrupted};
   const BranchSummary summary = Follower(loaded, newton_, settings, observer).run(y, "");
   summary_.counts.newton += summary.counts.newton, summary_.counts.linear += summary.counts.linear;
+  summary_.counts.inexact += summary.counts.inexact;
   return arrived;
 }
 

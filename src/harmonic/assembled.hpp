@@ -18,7 +18,7 @@ public:
   void set_up(KSP ksp, Mat J) const override;
   std::string recover(KSP ksp, Mat J) const override;
   int determinant_sign(KSP ksp) const override;
-  int iterations(Mat, int solves) const override { return solves; }
+  LinearEffort take_effort(Mat, int solves) const override { return {solves, 0}; }
 
 private:
   Layout layout_;

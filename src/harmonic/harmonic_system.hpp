@@ -45,7 +45,7 @@ public:
   double take_solver_work(Mat J) const { return linear_->take_work(J); }         ///< see linear_part.hpp
   double solver_memory(Mat J) const { return linear_->memory(J); }               ///< see linear_part.hpp
   void begin_solves(Mat J, double memory, bool for_one = false) const { linear_->begin(J, memory, for_one); }
-  int linear_iterations(Mat J, int solves) const { return linear_->iterations(J, solves); } ///< see linear_part.hpp
+  LinearEffort take_effort(Mat J, int solves) const { return linear_->take_effort(J, solves); } ///< see linear_part.hpp
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);
 

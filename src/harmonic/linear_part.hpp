@@ -39,6 +39,11 @@ struct JacobianParts {
   const double *border;         ///< (own unknowns) last row
 };
 
+struct LinearEffort {
+  int iterations = 0;
+  int inexact = 0; ///< solves that left more of the equations than was asked
+};
+
 class LinearPart {
 public:
   virtual ~LinearPart() = default;
@@ -66,8 +71,8 @@ public:
   /// Operations spent on solving with J since last asked, roughly, as ContactFactors::work; infinite where
   /// they are not counted.
   virtual double take_work(Mat) const { return std::numeric_limits<double>::infinity(); }
-  /// Linear iterations done with J since last asked; `solves`, where every solve is one.
-  virtual int iterations(Mat J, int solves) const = 0;
+  /// What was done with J since last asked; `solves` iterations, where every solve is one.
+  virtual LinearEffort take_effort(Mat J, int solves) const = 0;
 };
 
 } // namespace dovetail

@@ -160,6 +160,6 @@ double Modal::memory(Mat J) const { return solver_of(J).memory(); }
 
 void Modal::begin(Mat J, double memory, bool for_one) const { solver_of(J).begin(memory, for_one); }
 
-int Modal::iterations(Mat J, int) const { return solver_of(J).take_iterations(); }
+LinearEffort Modal::take_effort(Mat J, int) const { return solver_of(J).take_effort(); }
 
 } // namespace dovetail

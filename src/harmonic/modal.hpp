@@ -22,7 +22,7 @@ public:
   double take_work(Mat J) const override;
   double memory(Mat J) const override;
   void begin(Mat J, double memory, bool for_one) const override;
-  int iterations(Mat J, int solves) const override;
+  LinearEffort take_effort(Mat J, int solves) const override;
 
 private:
   struct Model { // for any harmonics

@@ -1,6 +1,7 @@
 #include "harmonic/modal_krylov.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "support/shell.hpp"
@@ -11,7 +12,8 @@ namespace {
 constexpr const char *doing = "solving in the stuck modes";
 constexpr int restart = 60;
 constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
-constexpr PetscInt large = 1000;         // dofs: with fewer, one Jacobian's coarse space costs more than it saves
+constexpr double rounding = 2 * std::numeric_limits<float>::epsilon(); // of a product, by the energy of the motion
+constexpr PetscInt large = 1000; // dofs: with fewer, one Jacobian's coarse space costs more than it saves
 
 } // namespace
 
@@ -26,6 +28,7 @@ ModalKrylov::ModalKrylov(const StuckBasis &basis, const Layout &layout)
   check(KSPSetOperators(ksp_, matrix_, matrix_), doing);
   check(KSPSetType(ksp_, KSPGMRES), doing);
   check(KSPGMRESSetRestart(ksp_, restart), doing);
+  check(KSPSetPCSide(ksp_, PC_RIGHT), doing);
   check(KSPSetComputeEigenvalues(ksp_, PETSC_TRUE), doing);
   shell_preconditioner<&ModalKrylov::precondition>(ksp_, this, doing);
   check(KSPSetTolerances(ksp_, newton_accuracy, 0, 1e30, most_iterations), doing);
@@ -64,6 +67,7 @@ bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
     const Values to(right_);
     operator_.to_modes(from, to);
     if (layout_.owns_omega()) to[own_modal_] = from[layout_.own_coefficients()];
+    weigh(to);
   }
   PetscInt count;
   KSPConvergedReason reason;
@@ -72,11 +76,28 @@ bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
   check(KSPGetIterationNumber(ksp_, &count), doing);
   check(KSPGetConvergedReason(ksp_, &reason), doing);
   count_ = static_cast<int>(count);
+  bound_left();
   const ReadValues from(answer_);
   const Values to(x);
   operator_.from_modes(from, to);
   if (layout_.owns_omega()) to[layout_.own_coefficients()] = from[own_modal_];
   return reason > 0;
+}
+
+// GMRES in exact arithmetic leaves what it says. `spread` rounds the motion and Omega to single precision.
+void ModalKrylov::bound_left() {
+  PetscReal left, whole;
+  check(KSPGetResidualNorm(ksp_, &left), doing);
+  check(VecNorm(right_, NORM_2, &whole), doing);
+  const ReadValues y(answer_);
+  double energies[] = {0, layout_.owns_omega() ? std::pow(y[own_modal_] * column_energy_, 2) : 0};
+  for (PetscInt i = 0; i < own_modal_; ++i) energies[0] += std::pow(y[i] * roots_[i], 2);
+  MPI_Allreduce(MPI_IN_PLACE, energies, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  left_ = whole > 0 ? (left + rounding * std::sqrt(energies[0] + energies[1])) / whole : 0;
+}
+
+void ModalKrylov::weigh(double *r) const {
+  for (std::size_t i = 0; i < weights_.size(); ++i) r[i] *= weights_[i];
 }
 
 int ModalKrylov::sign() const { return ((coarse_.sign() < 0) != (schur_ < 0) ? -1 : 1) * sign_of_met(ksp_); }
@@ -131,6 +152,12 @@ void ModalKrylov::prepare_inverse() {
     inverse_b_[at] = a * b_[at] - b * b_[at + 1], inverse_b_[at + 1] = b * b_[at] + a * b_[at + 1];
     inverse_c_[at] = a * c_[at] + b * c_[at + 1], inverse_c_[at + 1] = -b * c_[at] + a * c_[at + 1];
   });
+  weights_.resize(own_modal_), roots_.resize(own_modal_);
+  for (PetscInt i = 0; i < own_modal_; ++i) {
+    const PetscInt place = i % layout_.width, k = (place + 1) / 2;
+    roots_[i] = std::sqrt(basis_.lambda[own_.begin + i / layout_.width] + k * omega_ * k * omega_);
+    weights_[i] = 1 / roots_[i];
+  }
   const auto correct = [&](const std::vector<double> &v, std::vector<double> &inverse_v, bool transposed) {
     const PetscInt size = coarse_.size();
     if (size == 0) return;
@@ -141,9 +168,18 @@ void ModalKrylov::prepare_inverse() {
     coarse_.add(among_.data(), inverse_v.data());
   };
   correct(b_, inverse_b_, false), correct(c_, inverse_c_, true);
-  schur_ = corner_ - std::inner_product(c_.begin(), c_.end(), inverse_b_.begin(), 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, &schur_, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
-  if (schur_ == 0) schur_ = 1;
+  double sums[] = {corner_ - std::inner_product(c_.begin(), c_.end(), inverse_b_.begin(), 0.0), 0, 0};
+  for (PetscInt i = 0; i < own_modal_; ++i)
+    sums[1] += std::pow(weights_[i] * b_[i], 2), sums[2] += std::pow(inverse_b_[i] * roots_[i], 2);
+  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  schur_ = sums[0] == 0 ? 1 : sums[0];
+  column_energy_ = std::sqrt(sums[1]);
+  // The motion along the curve, [-inverse_b_; 1] / schur_, answers to a last entry of 1: as large as its energy is,
+  // what is left of a tangent's equations is relative to the tangent.
+  const double size = std::sqrt(sums[1] + sums[2]) / std::abs(schur_);
+  if (!layout_.owns_omega()) return;
+  weights_.push_back(std::isnormal(size) ? size : 1);
+  roots_.push_back(1 / weights_.back());
 }
 
 void ModalKrylov::apply(Vec y, Vec out) {
@@ -165,16 +201,20 @@ void ModalKrylov::apply(Vec y, Vec out) {
   }
   for (PetscInt i = 0; i < own_modal_; ++i) to[i] += b_[i] * last;
   if (layout_.owns_omega()) to[own_modal_] = along + corner_ * last;
+  weigh(to);
 }
 
 void ModalKrylov::precondition(Vec r, Vec out) {
-  const ReadValues in(r);
+  const ReadValues weighed(r);
   const Values to(out);
+  forces_.resize(weights_.size());
+  for (std::size_t i = 0; i < weights_.size(); ++i) forces_[i] = weighed[i] * roots_[i];
+  const double *in = forces_.data();
   const PetscInt size = coarse_.size();
   among_.resize(size + 1);
   double &last = among_[size];
   coarse_.to_motions(in, among_.data());
-  last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), static_cast<const double *>(in), 0.0);
+  last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), in, 0.0);
   if (layout_.owns_omega()) last += in[own_modal_];
   if (layout_.size > 1)
     MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size + 1), MPI_DOUBLE, MPI_SUM, layout_.comm);

@@ -20,7 +20,9 @@ constexpr double least_tried = 10;         // iterations in the modes, at least,
 constexpr double least_open = 40;          // iterations that the stuck structure's modes take where contacts are open
 constexpr double usual_reuse = 2;          // Jacobians solved with one set of factors
 constexpr double least_gain = 0.5;         // of what is left, by a round of refinement
-constexpr double least_round = 1e-5;       // accuracy of one: its norm is that of the preconditioned remainder
+constexpr double rounding = 1e-13;         // of a product in double precision, by the forces that cancel in it
+constexpr double sure = 1e-6;              // accuracy that GMRES in double precision is trusted with, unmeasured
+constexpr double spare = 0.1;              // of what a round may leave: norms differ
 constexpr double most_expected = 2;        // times those that factors are worth, where few motions are known to help
 constexpr double cached = 3e5;             // entries of the contacts' derivative by a direction, in the cache
 constexpr double fading = 0.95;            // of what is expected in the modes, with every Jacobian factored
@@ -39,6 +41,7 @@ ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, std::shared_pt
   check(KSPSetOptionsPrefix(ksp_, "hb_factors_"), doing);
   check(KSPSetOperators(ksp_, matrix_, matrix_), doing);
   check(KSPSetType(ksp_, KSPGMRES), doing);
+  check(KSPSetPCSide(ksp_, PC_RIGHT), doing); // what is left is judged as Newton's residual is
   check(KSPSetComputeEigenvalues(ksp_, PETSC_TRUE), doing);
   shell_preconditioner<&ModalSolver::apply_factors>(ksp_, this, doing);
   check(KSPSetFromOptions(ksp_), doing);
@@ -65,16 +68,19 @@ void ModalSolver::multiply(Vec x, Vec y) {
   stiff_.resize(count), heavy_.resize(count), force_.resize(count - contact);
   linear_->multiply(in, stiff_.data(), heavy_.data());
   contact_->multiply(in + contact, force_.data());
-  double along = std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0);
-  MPI_Allreduce(MPI_IN_PLACE, &along, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  double sums[] = {std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0), 0};
   for (PetscInt i = 0; i < count; ++i) {
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
     const double cross = place == 0 ? 0 : place % 2 ? stiff_[i + 1] : -stiff_[i - 1];
-    out[i] = stiff_[i] - k * omega_ * k * omega_ * heavy_[i] + k * omega_ * damping_ * cross + column_[i] * last;
+    const double inertia = k * omega_ * k * omega_ * heavy_[i];
+    out[i] = stiff_[i] - inertia + k * omega_ * damping_ * cross + column_[i] * last;
     if (i >= contact) out[i] += force_[i - contact];
     if (i >= contact && place == 0 && !held_.empty()) out[i] += held_[(i - contact) / n] * in[i];
+    sums[1] += stiff_[i] * stiff_[i] + inertia * inertia;
   }
-  if (layout_.owns_omega()) out[count] = along;
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  if (layout_.owns_omega()) out[count] = sums[0];
+  rounding_ = rounding * std::sqrt(sums[1]);
 }
 
 void ModalSolver::set_up(KSP ksp, Mat J) {
@@ -158,47 +164,56 @@ void ModalSolver::solve(Vec r, Vec x) {
   PetscReal asked;
   check(KSPGetTolerances(outer_, &asked, nullptr, nullptr, nullptr), doing);
   if (asked >= 0.5) asked = in_modes_.usual_accuracy();
+  if (!solve_some_way(r, x, asked)) ++effort_.inexact;
+}
+
+bool ModalSolver::solve_some_way(Vec r, Vec x, double asked) {
   if (std::exchange(stale_, false)) choose();
   if (!by_factors_) {
-    if (solve_in_modes(r, x, asked)) return;
+    if (solve_in_modes(r, x, asked)) return true;
     taken_ = never;
     take_windows(factors_.work());
     by_factors_ = may_factor() && factor();
   }
-  if (!by_factors_ || solve_with_factors(r, x, asked)) return;
+  if (!by_factors_) return false;
+  if (solve_with_factors(r, x, asked)) return true;
   if (!fresh_) {
     failed_again_ = true;
     by_factors_ = factor();
-    if (!by_factors_ || solve_with_factors(r, x, asked)) return;
+    if (!by_factors_) return false;
+    if (solve_with_factors(r, x, asked)) return true;
   }
   if (chosen_ != &factors_) {
     chosen_ = &factors_;
     by_factors_ = may_factor() && factor();
-    if (!by_factors_ || solve_with_factors(r, x, asked)) return;
+    if (!by_factors_) return false;
+    if (solve_with_factors(r, x, asked)) return true;
   }
-  if (!factors_.of_all() && factor_all()) solve_with_factors(r, x, asked);
+  return !factors_.of_all() && factor_all() && solve_with_factors(r, x, asked);
 }
 
 void ModalSolver::apply_factors(Vec r, Vec x) { chosen_->solve(ReadValues(r), Values(x)); }
 
-// What GMRES takes to be left is not what is left of r: in single precision far off where modes resonate, with factors
-// that of the preconditioned equations. `round`: solves to an accuracy; `sign`: what it met.
+// `round`: solves to an accuracy, and is sure of it or not; `sign`: what it met. Where it is not sure, what is left is
+// measured in double precision, in the norm of Newton's residual, and solved for again.
 template <class Round, class Sign>
 bool ModalSolver::refine(Vec r, Vec x, double asked, const Round &round, const Sign &sign) {
-  bool good = round(r, x, asked);
   first_sign_.reset();
-  PetscReal whole = 0, left, before = PETSC_INFINITY;
-  if (asked < ModalKrylov::best_accuracy) check(VecNorm(r, NORM_2, &whole), doing);
-  while (good && whole > 0) {
+  Solved last = round(r, x, asked);
+  if (last != Solved::roughly) return last == Solved::surely;
+  PetscReal whole, left, before = PETSC_INFINITY;
+  check(VecNorm(r, NORM_2, &whole), doing);
+  for (; last != Solved::never; check(VecAXPY(x, 1, correction_), doing)) {
     multiply(x, remainder_);
     check(VecAYPX(remainder_, -1, r), doing);
     check(VecNorm(remainder_, NORM_2, &left), doing);
-    if (!(left > asked * whole) || left > least_gain * std::exchange(before, left)) break;
+    if (left <= std::max(asked * whole, rounding_)) return true;
+    if (!(left <= least_gain * before)) return false;
+    before = left;
     if (!first_sign_) first_sign_ = sign(); // the rounds to come are short and meet few eigenvalues
-    good = round(remainder_, correction_, std::min(least_round, asked * whole / left));
-    check(VecAXPY(x, 1, correction_), doing);
+    last = round(remainder_, correction_, std::clamp(spare * asked * whole / left, ModalKrylov::best_accuracy, spare));
   }
-  return good;
+  return false;
 }
 
 int ModalSolver::factors_sign() { return chosen_->determinant_sign() * (fresh_ ? 1 : sign_of_met(ksp_)); }
@@ -206,7 +221,7 @@ int ModalSolver::factors_sign() { return chosen_->determinant_sign() * (fresh_ ?
 bool ModalSolver::solve_with_factors(Vec r, Vec x, double asked) {
   first_sign_.reset();
   if (fresh_ && chosen_->exact() && asked >= factored_accuracy) {
-    ++iterations_, work_ += work_to_solve();
+    ++effort_.iterations, work_ += work_to_solve();
     apply_factors(r, x);
     return true;
   }
@@ -219,8 +234,9 @@ bool ModalSolver::solve_with_factors(Vec r, Vec x, double asked) {
     check(KSPSolve(ksp_, from, to), doing);
     check(KSPGetIterationNumber(ksp_, &count), doing);
     check(KSPGetConvergedReason(ksp_, &reason), doing);
-    iterations_ += static_cast<int>(count), work_ += count * work_to_solve();
-    return reason > 0;
+    effort_.iterations += static_cast<int>(count), work_ += count * work_to_solve();
+    if (reason <= 0) return Solved::never;
+    return accuracy >= sure ? Solved::surely : Solved::roughly;
   };
   return refine(r, x, asked, round, [&] { return factors_sign(); });
 }
@@ -231,9 +247,10 @@ bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
                                                  : ModalKrylov::most_iterations);
   const auto round = [&](Vec from, Vec to, double accuracy) {
     const bool good = in_modes_.solve(from, to, accuracy, most);
-    iterations_ += in_modes_.iterations(), taken_ += in_modes_.iterations();
+    effort_.iterations += in_modes_.iterations(), taken_ += in_modes_.iterations();
     work_ += in_modes_.iterations() * work_in_modes();
-    return good;
+    if (!good) return Solved::never;
+    return in_modes_.left() <= 2 * accuracy ? Solved::surely : Solved::roughly;
   };
   return refine(r, x, asked, round, [&] { return in_modes_.sign(); });
 }

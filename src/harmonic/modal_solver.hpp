@@ -31,13 +31,14 @@ public:
   double memory() const; ///< see linear_part.hpp; sign and size: of_all_, expected_
   void begin(double memory, bool for_one);
   double take_work() { return std::exchange(work_, 0); }
-  int take_iterations() { return std::exchange(iterations_, 0); }
+  LinearEffort take_effort() { return std::exchange(effort_, {}); }
 
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 
 private:
   void solve(Vec r, Vec x);
-  void choose(); // one way or the other, for a new Jacobian
+  bool solve_some_way(Vec r, Vec x, double asked); // false: it leaves more than is asked
+  void choose();                                   // one way or the other, for a new Jacobian
   bool take_windows(double worth);
   bool factor();
   bool factor_all();
@@ -45,6 +46,7 @@ private:
   double work_in_modes() const; // of an iteration, as ContactFactors::work
   double work_to_solve() const; // of an iteration with factors, likewise
   void apply_factors(Vec r, Vec x);
+  enum class Solved { never, roughly, surely };
   template <class Round, class Sign> bool refine(Vec r, Vec x, double asked, const Round &round, const Sign &sign);
   int factors_sign();
   bool solve_with_factors(Vec r, Vec x, double asked); // false: not within as many iterations as are worth it
@@ -76,8 +78,9 @@ private:
   KSP outer_ = nullptr;
   int sign_ = 0;                  // of the determinant, the last time
   std::optional<int> first_sign_; // by the first round of the last solve, where others followed
-  int iterations_ = 0;
+  LinearEffort effort_;
   double work_ = 0;
+  double rounding_ = 0; // norm that the rounding of the last product may have
   Courier courier_;
 };
 

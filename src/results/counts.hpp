@@ -23,6 +23,7 @@ template <class Numbers, class Act> void for_each_count(Numbers &counts, Act &&a
   act("adaptations", counts.adaptations);
   act("newton_iterations", counts.newton);
   act("linear_iterations", counts.linear);
+  act("inexact_linear_solves", counts.inexact);
 }
 
 } // namespace dovetail

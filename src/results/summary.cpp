@@ -184,6 +184,9 @@ void tell(const BranchStory &story) {
   for (const auto &[count, words] : rungs)
     if (count > 0) used += (used.empty() ? "" : ", ") + words;
   if (!used.empty()) std::printf("  where plain steps did not lead on: %s\n", used.c_str());
+  if (counts.inexact > 0)
+    std::printf("  %s left more of the equations than was asked: Newton's method may creep, and turns be missed\n",
+                many(counts.inexact, "linear solve", "linear solves").c_str());
   tell_accuracy(story);
   if (counts.leaps + counts.integrations > 0)
     std::printf("  after a leap the branch may be another one: look at the curve there\n");
