@@ -39,7 +39,7 @@ class Kernel:
         if self.user is not None and self.user.lower() == self.name.lower():
             why = f"set by {CHOICE}"
         elif self.user is not None:
-            why = f"not {self.user}, as {CHOICE} asks for"
+            why = f'not "{self.user}", as {CHOICE} asks for'
         elif self.replaced and self.asked.lower() == self.name.lower():
             why = f"chosen by Dovetail instead of {self.replaced}"
         elif self.replaced:

@@ -90,7 +90,7 @@ std::string in_words(const BlasKernel &kernel) {
   std::string why = "chosen by OpenBLAS";
   if (kernel.set_by_user)
     why = same(kernel.name, kernel.asked) ? std::string("set by ") + choice
-                                          : "not " + kernel.asked + ", as " + choice + " asks for";
+                                          : "not \"" + kernel.asked + "\", as " + choice + " asks for";
   else if (!kernel.replaced.empty())
     why = same(kernel.name, kernel.asked)
               ? "chosen by Dovetail instead of " + kernel.replaced

@@ -96,6 +96,8 @@ def test_the_choice_of_the_user_stays(unknown, chosen):
             assert said == f"{BEST} (set by {CHOICE})"
         elif chosen:
             assert said == f"Prescott (set by {CHOICE}; {BEST} would suit this processor)"
+        else:  # OpenBLAS looks for a kernel of this name, and then takes what suits the processor
+            assert f'(not "", as {CHOICE} asks for' in said
 
 
 def test_the_log_tells_of_a_slow_kernel_set_by_the_user(unknown, tmp_path, monkeypatch):

@@ -46,7 +46,7 @@ TEST(BlasKernel, words_name_whose_choice_it_is) {
   EXPECT_FALSE(kernel.worth_saying());
   kernel.asked = "Zen9";
   kernel.better = "SkylakeX";
-  EXPECT_EQ(in_words(kernel), "Zen (not Zen9, as OPENBLAS_CORETYPE asks for; SkylakeX would suit this processor)");
+  EXPECT_EQ(in_words(kernel), "Zen (not \"Zen9\", as OPENBLAS_CORETYPE asks for; SkylakeX would suit this processor)");
   EXPECT_TRUE(kernel.worth_saying());
 }
 
