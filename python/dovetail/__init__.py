@@ -1,5 +1,9 @@
 """Dovetail: forced response of structures with frictional joints; set-up and post-processing in Python."""
 
+from . import blas_kernel
+
+blas_kernel.settle()  # before the rest: it may start the interpreter anew
+
 from .joint import Joint
 from .model import Model
 from .results import Results

@@ -2,11 +2,12 @@
 
 import argparse
 import math
+import platform
 import shutil
 import sys
 from pathlib import Path
 
-from . import __version__
+from . import __version__, blas_kernel
 from .importers import FORMATS
 
 TEMPLATE = Path(__file__).with_name("template")
@@ -99,7 +100,8 @@ def samples(word):
 def parser():
     top = argparse.ArgumentParser(prog="python3 -m dovetail", description="Set-up and post-processing for dovetail, which computes "
                                   "the forced response of structures with frictional joints.")
-    top.add_argument("--version", action="version", version=f"dovetail {__version__}")
+    top.add_argument("--version", action="version", version=f"dovetail {__version__}",
+                     help="with -v: the libraries, too, and which kernel of OpenBLAS computes")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
 
     command = commands.add_parser("new", help="a folder to start from", description="Make a folder with a small jointed model, "
@@ -160,8 +162,24 @@ def parser():
     return top
 
 
+def versions():
+    """The package and what it works with, one in a line."""
+    import h5py
+    import numpy
+    import scipy
+
+    lines = {"dovetail": __version__, "Python": platform.python_version(), "NumPy": numpy.__version__,
+             "SciPy": scipy.__version__, "BLAS": blas_kernel.in_words(),
+             "HDF5": f"{h5py.version.hdf5_version}, h5py {h5py.__version__}"}
+    return "\n".join(f"{name:<10}{text}" for name, text in lines.items())
+
+
 def main(arguments=None):
     """Returns the exit status: 0 done, 2 the input is wrong, 3 the computation could not go on."""
+    words = sys.argv[1:] if arguments is None else arguments
+    if {"--version", "-v"} == set(words):
+        print(versions())
+        return 0
     chosen = parser().parse_args(arguments)
     try:
         return chosen.run(chosen) or 0

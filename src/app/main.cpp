@@ -1,6 +1,7 @@
 // dovetail: forced response of structures with frictional joints. The command line, and how a run ends.
 #include <slepc.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -13,7 +14,9 @@
 #endif
 
 #include "app/run.hpp"
+#include "app/versions.hpp"
 #include "support/blas_buffer.hpp"
+#include "support/blas_kernel.hpp"
 #include "support/error.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
@@ -24,11 +27,12 @@ constexpr const char *usage =
     "dovetail: forced response of structures with frictional joints\n\n"
     "  dovetail run CASE.toml [--out DIR] [--restart] [--dry-run] [-petsc_options ...]\n"
     "  dovetail reduce CASE.toml [--out DIR] [--dry-run] [-petsc_options ...]\n"
-    "  dovetail --help | --version\n\n"
+    "  dovetail --help | --version [-v]\n\n"
     "run does the whole job, reduce stops after the reduction; both work under mpirun -n RANKS.\n"
     "  --out DIR    write there instead of output.directory\n"
     "  --restart    continue the run in the output directory where it was cut off or stopped\n"
     "  --dry-run    check the case, print every value in force with its unit and the forecast sizes, stop\n"
+    "  --version -v the libraries, too, and which kernels of OpenBLAS compute\n"
     "PETSc options reach the solvers by prefix: kee_ (factorisation of K_ee), preload_, hb_ (Newton); -log_view "
     "shows the time.\n"
     "SIGTERM and SIGUSR1 finish the point at hand and end the run with status 3, ready for --restart.\n"
@@ -101,9 +105,12 @@ bool all_arrive(MPI_Comm roll_call) {
 } // namespace
 
 int main(int argc, char **argv) {
+  dovetail::take_better_kernel(argv);
   std::vector<std::string> words(argv + 1, argv + argc);
+  const bool verbose = std::find(words.begin(), words.end(), "-v") != words.end();
   for (const std::string &word : words) {
     if (word == "--help" || word == "-h" || word == "-help") return std::fputs(usage, stdout), 0;
+    if (word == "--version" && verbose) return std::fputs(dovetail::versions().c_str(), stdout), 0;
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }
   std::vector<char *> petsc{argv[0]}; // its own options only: ours would confuse it

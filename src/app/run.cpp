@@ -10,6 +10,7 @@
 #include "app/forecast.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
+#include "support/blas_kernel.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
 
@@ -138,6 +139,7 @@ void run_case(MPI_Comm comm, const Request &request) {
   });
   voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
             (study.title.empty() ? "" : ": " + study.title));
+  if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
   if (checked.earlier) voice.say(in_words(*checked.earlier));
   Stages stages;
   try {

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "results/counts.hpp"
+#include "support/blas_kernel.hpp"
 #include "support/version.hpp"
 
 namespace dovetail {
@@ -240,7 +241,7 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
     const int count = static_cast<int>(stages.records().size());
     std::ofstream file(directory / "summary.json");
     file << "{\n  \"program\": " << quoted(std::string("dovetail ") + version + " " + git_revision)
-         << ",\n  \"ranks\": " << ranks << ",\n";
+         << ",\n  \"blas_kernel\": " << quoted(blas_kernel().name) << ",\n  \"ranks\": " << ranks << ",\n";
     if (branch) file << in_json(*branch);
     if (reduction) {
       char numbers[128];
