@@ -40,6 +40,7 @@ BranchSettings settings_of(const Case &study, const Layout &layout, const Scales
   settings.watched = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
   settings.stop_after_peaks = study.stop_after_peaks;
   settings.stop_at_amplitude = study.stop_at_amplitude / watched_scale(study, layout, scales);
+  settings.steps_only = !study.recovers;
   settings.stability = study.stability.value_or(false);
   settings.estimates = study.estimates;
   settings.tolerance = study.tolerance;

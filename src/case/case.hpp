@@ -99,6 +99,7 @@ struct Case {
 
   std::optional<bool> stability; ///< judge every point; not given: settle_stability() decides
 
+  bool recovers = true;  ///< where steps along the curve lead nowhere; false: plain arc length
   bool estimates = true; ///< of the error, at every point
   double tolerance = 0;  ///< harmonics are chosen so that the estimate stays below; 0: they are as given
 

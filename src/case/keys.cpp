@@ -100,6 +100,7 @@ const std::vector<Key> &keys() {
        [](C c) { return c.stop_after_peaks ? std::to_string(c.stop_after_peaks) : std::string("never"); }},
       {"continuation.stop_at_amplitude", "m",
        [](C c) { return c.stop_at_amplitude > 0 ? number_text(c.stop_at_amplitude) : std::string("never"); }},
+      {"recovery.strategies", "", [](C c) { return std::string(c.recovers ? "all" : "none"); }},
       {"stability.enabled", "",
        [](C c) {
          return std::string(!c.stability ? "true for small models" : *c.stability ? "true" : "false");

@@ -252,6 +252,14 @@ void read_stops(const Document &document, Case &study) {
   if (const Entry enabled = document["stability.enabled"]) study.stability = enabled.truth();
 }
 
+void read_recovery(const Document &document, Case &study) {
+  const Entry strategies = document["recovery.strategies"];
+  if (!strategies) return;
+  if (!strategies.is_list() || !strategies.items().empty())
+    strategies.refuse("must be [], for steps along the curve and nothing else; delete the key for all there is");
+  study.recovers = false;
+}
+
 } // namespace
 
 Case read_case(const fs::path &file, const fs::path &out) {
@@ -285,6 +293,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_scaling(document, study);
   read_continuation(document, study);
   read_stops(document, study);
+  read_recovery(document, study);
   return study;
 }
 

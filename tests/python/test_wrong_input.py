@@ -148,6 +148,8 @@ CASES = [
     ("adaptive = true", "adaptive = 1", ["continuation.adaptive = 1", "true or false"]),
     ("max_points = 3", "max_points = 0", ["continuation.max_points = 0", "at least 1"]),
     ("model = \"model.h5\"", "stability.enabled = 1\nmodel = \"model.h5\"", ["stability.enabled = 1", "true or false"]),
+    ("model = \"model.h5\"", "recovery.strategies = [\"jump\"]\nmodel = \"model.h5\"", ["recovery.strategies = [\"jump\"]", "must be []"]),
+    ("model = \"model.h5\"", "recovery.strategies = \"none\"\nmodel = \"model.h5\"", ["recovery.strategies = \"none\"", "must be []"]),
     ("max_points = 3", "watch = \"tip\"\nmax_points = 3", ["continuation.watch = \"tip\"", "x1.t1", "a1"]),
     ("directory = \"out\"", "directory = 5", ["output.directory = 5", "quotes"]),
     ("directory = \"out\"", "directory = \"model.h5/out\"", ["output.directory", "model.h5/out"]),

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import free_beams
-from dovetail import Results
 from launch import run
 
 
