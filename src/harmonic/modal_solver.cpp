@@ -20,7 +20,7 @@ constexpr double least_tried = 10;         // iterations in the modes, at least,
 constexpr double least_open = 40;          // iterations that the stuck structure's modes take where contacts are open
 constexpr double usual_reuse = 2;          // Jacobians solved with one set of factors
 constexpr double least_gain = 0.5;         // of what is left, by a round of refinement
-constexpr double rounding = 1e-13;         // of a product in double precision, by the forces that cancel in it
+constexpr double rounding = 1e-12;         // of a product in double precision, by the forces that cancel in it
 constexpr double sure = 1e-6;              // accuracy that GMRES in double precision is trusted with, unmeasured
 constexpr double spare = 0.1;              // of what a round may leave: norms differ
 constexpr double most_expected = 2;        // times those that factors are worth, where few motions are known to help
@@ -147,9 +147,9 @@ bool ModalSolver::take_windows(double worth) {
   return take;
 }
 
-bool ModalSolver::factor() {
+bool ModalSolver::factor(bool precisely) {
   work_ += chosen_->work();
-  return fresh_ = chosen_->factor(parts());
+  return fresh_ = chosen_->factor(parts(), precisely);
 }
 
 // What damps the springs of points that stick is not always small.
@@ -189,7 +189,8 @@ bool ModalSolver::solve_some_way(Vec r, Vec x, double asked) {
     if (!by_factors_) return false;
     if (solve_with_factors(r, x, asked)) return true;
   }
-  return !factors_.of_all() && factor_all() && solve_with_factors(r, x, asked);
+  if (!factors_.of_all() && factor_all() && solve_with_factors(r, x, asked)) return true;
+  return chosen_->size() > 0 && factor(true) && solve_with_factors(r, x, asked);
 }
 
 void ModalSolver::apply_factors(Vec r, Vec x) { chosen_->solve(ReadValues(r), Values(x)); }

@@ -40,7 +40,7 @@ private:
   bool solve_some_way(Vec r, Vec x, double asked); // false: it leaves more than is asked
   void choose();                                   // one way or the other, for a new Jacobian
   bool take_windows(double worth);
-  bool factor();
+  bool factor(bool precisely = false);
   bool factor_all();
   bool may_factor() const;
   double work_in_modes() const; // of an iteration, as ContactFactors::work
