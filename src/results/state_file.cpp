@@ -4,6 +4,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <sstream>
 #include <utility>
 
 #include "results/counts.hpp"
@@ -13,7 +14,7 @@ namespace dovetail {
 namespace {
 
 constexpr double pause = 0.5; // between two states [s]
-constexpr int version = 11;
+constexpr int version = 12;
 constexpr const char *count = "count_"; // names of the counts begin like that
 constexpr double share = 50;            // and at least so many times what writing one takes
 
@@ -37,7 +38,11 @@ std::string fingerprint(const SavedRun &run) {
     take(static_cast<double>(values.size()));
     for (const double value : values) take(value);
   };
-  for (const auto *values : {&branch.y, &branch.tangent, &branch.largest, &branch.numbers}) take_all(*values);
+  for (const auto *values : {&branch.y, &branch.tangent, &branch.largest}) take_all(*values);
+  for (const auto &[name, values] : branch.fields) {
+    for (const char letter : name) take(letter);
+    take_all(values);
+  }
   take_all(branch.trail);
   for (const double value : {branch.residual, run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds})
     take(value);
@@ -48,6 +53,28 @@ std::string fingerprint(const SavedRun &run) {
 
 template <class Values> void list(h5::Writer &file, const std::string &name, const Values &values) {
   file.rows(name, {values.size()}, 0, values.size(), &*values.begin());
+}
+
+// All fields as one list of numbers, and their names with how many belong to each, line by line; and back.
+std::pair<std::string, std::vector<double>> joined(const Archive::Fields &fields) {
+  std::pair<std::string, std::vector<double>> all;
+  for (const auto &[name, values] : fields) {
+    all.first += name + " " + std::to_string(values.size()) + "\n";
+    all.second.insert(all.second.end(), values.begin(), values.end());
+  }
+  return all;
+}
+
+Archive::Fields parted(const std::string &names, const std::vector<double> &numbers) {
+  Archive::Fields fields;
+  std::istringstream lines(names);
+  std::size_t next = 0;
+  std::string name;
+  for (std::size_t size = 0; lines >> name >> size && size <= numbers.size() - next; next += size) {
+    const auto begin = numbers.begin() + static_cast<std::ptrdiff_t>(next);
+    fields[name].assign(begin, begin + static_cast<std::ptrdiff_t>(size));
+  }
+  return fields; // read_state compares the fingerprint
 }
 
 } // namespace
@@ -72,7 +99,9 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
     list(file, "/tangent", run.branch.tangent);
     list(file, "/residual", std::vector{run.branch.residual});
     list(file, "/largest", run.branch.largest);
-    list(file, "/numbers", run.branch.numbers);
+    const auto [names, numbers] = joined(run.branch.fields);
+    file.attribute("fields", names);
+    list(file, "/numbers", numbers);
     list(file, "/trail", run.branch.trail);
     list(file, "/scales", std::vector{run.scales.frequency, run.scales.modal, run.scales.contact});
     list(file, "/seconds", std::vector{run.seconds});
@@ -100,7 +129,7 @@ SavedRun read_state(const std::filesystem::path &path) {
   run.branch.y = file.doubles("/y");
   run.branch.tangent = file.doubles("/tangent");
   run.branch.largest = file.doubles("/largest");
-  run.branch.numbers = file.doubles("/numbers");
+  run.branch.fields = parted(file.text_attribute("fields"), file.doubles("/numbers"));
   run.branch.trail = GrowingList(file.doubles("/trail"));
   const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds"), residual = file.doubles("/residual");
   const std::string damaged = path.string() + ": damaged; begin anew without --restart";
