@@ -15,6 +15,7 @@
 #include "app/run.hpp"
 #include "support/blas_buffer.hpp"
 #include "support/error.hpp"
+#include "support/mumps.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
 
@@ -106,6 +107,7 @@ int main(int argc, char **argv) {
     if (word == "--help" || word == "-h" || word == "-help") return std::fputs(usage, stdout), 0;
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }
+  dovetail::order_the_same_way();
   std::vector<char *> petsc{argv[0]}; // its own options only: ours would confuse it
   for (int i = 1; i < argc; ++i) {
     const bool ours = std::strncmp(argv[i], "--", 2) == 0;
