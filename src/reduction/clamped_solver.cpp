@@ -294,6 +294,7 @@ std::string ClampedSolver::ordering() const {
 
 double ClampedSolver::forecast_bytes() const { return 1e6 * mumps_->id.info[mumps_->icntl(22) ? 16 : 14]; }
 double ClampedSolver::forecast_flops() const { return mumps_->id.rinfog[0]; }
+bool ClampedSolver::shared() const { return mumps_->shared; }
 int ClampedSolver::attempts() const { return mumps_->attempts; }
 
 } // namespace dovetail

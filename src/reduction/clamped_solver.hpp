@@ -41,6 +41,7 @@ public:
   std::string ordering() const;  ///< as MUMPS names it, e.g. "SCOTCH"
   double forecast_bytes() const; ///< what MUMPS says this rank's share of the factorisation will take
   double forecast_flops() const; ///< of one factorisation
+  bool shared() const;           ///< whether several ranks have one factor between them
   int attempts() const;          ///< factorisations made so far
 
 private:
