@@ -89,14 +89,16 @@ def expect_same(first, second, tolerance=1e-9):
 
 def test_ranks_and_partition_do_not_matter(make):
     one, *others = (run(make(f"on{ranks}"), ranks=ranks, command="reduce") for ranks in (1, 2, 3))
-    for other in others:
+    shared = run(make("shared"), "-kee_whole", "false", ranks=2, command="reduce")
+    assert "share one factor" in shared.out and not any("share one factor" in other.out for other in others)
+    for other in [*others, shared]:
         expect_same(matrices(one), matrices(other))
         assert other.summary["reduction"]["backward_error"] < 1e-14
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_memory_is_known_before(make, ranks):
-    done = run(make("case"), ranks=ranks, command="reduce")
+@pytest.mark.parametrize("ranks, whole", [(1, "true"), (2, "true"), (2, "false")])
+def test_memory_is_known_before(make, ranks, whole):
+    done = run(make("case"), "-kee_whole", whole, ranks=ranks, command="reduce")
     forecast = np.array(done.summary["reduction"]["forecast_mib"])
     assert len(forecast) == ranks
     np.testing.assert_allclose(forecast.sum(), peak_of(done).sum(), rtol=0.3)
@@ -130,6 +132,7 @@ def test_refused_when_it_cannot_fit(make, ranks):
     for words in ("would take", "0.01 GiB for it", "-kee_mat_mumps_icntl_22 1", "fewer contact points", "reduction.memory"):
         assert words in done.err
     assert done.err.count("would take") == 1
+    assert ("-kee_whole false" in done.err) == (ranks == 2)
     assert not (done.folder / "reduced.h5").exists()
 
 

@@ -373,17 +373,27 @@ TEST(Reduction, PartitionSharesOutEveryElasticDofOnce) {
   EXPECT_LT(static_cast<double>(own.size()), 1.1 * (model.dofs - 180) / size);
 }
 
-TEST(Reduction, TooSmallAWorkspaceIsGivenMoreRoom) {
+class Factor : public ::testing::TestWithParam<bool> {}; // whether every rank has the whole
+
+TEST_P(Factor, TooSmallAWorkspaceIsGivenMoreRoom) {
+  check(PetscOptionsSetValue(nullptr, "-kee_whole", GetParam() ? "true" : "false"), "test");
   check(PetscOptionsSetValue(nullptr, "-kee_mat_mumps_icntl_14", "-90"),
         "test"); // a tenth of what the analysis asks for
   ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, points));
   EXPECT_NO_THROW(parts.solver->factor());
   EXPECT_EQ(parts.solver->attempts(), 2);
-  check(PetscOptionsClearValue(nullptr, "-kee_mat_mumps_icntl_14"), "test");
-  Tall b(parts.own.size(), 1);
-  std::fill(b.values.begin(), b.values.end(), 1.0);
-  for (const double value : multiply(parts.K.ee, parts.solver->solve(b)).values) EXPECT_NEAR(value, 1, 1e-10);
+  for (const char *option : {"-kee_mat_mumps_icntl_14", "-kee_whole"})
+    check(PetscOptionsClearValue(nullptr, option), "test");
+  Tall b(parts.own.size(), 5); // more columns than ranks, and not for each the same number
+  for (PetscInt j = 0; j < b.columns; ++j) std::fill_n(b.column(j), b.rows, 1.0 + j);
+  const Tall back = multiply(parts.K.ee, parts.solver->solve(b));
+  for (std::size_t i = 0; i < b.values.size(); ++i) EXPECT_NEAR(back.values[i], b.values[i], 1e-10);
+  Tall few(parts.own.size(), 1);
+  std::fill(few.values.begin(), few.values.end(), 1.0);
+  for (const double value : multiply(parts.K.ee, parts.solver->solve(few)).values) EXPECT_NEAR(value, 1, 1e-10);
 }
+
+INSTANTIATE_TEST_SUITE_P(Reduction, Factor, ::testing::Bool());
 
 TEST(Reduction, PlanGivesUpSpeedBeforeItGivesUp) {
   const ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, 60));
