@@ -12,7 +12,7 @@ namespace dovetail {
 namespace {
 
 constexpr int begin_job = -1, end_job = -2, analyse_job = 1, factor_job = 2, solve_job = 3;
-constexpr double most_whole = 1e6; // rows of the factors of all ranks together, some 6 GB
+constexpr double most_whole = 4e5; // rows of the factors of all ranks together, some 2.5 GB: all shipped inputs on two
 
 template <class Number> void gather_on_all(MPI_Comm comm, MPI_Datatype type, std::vector<Number> &numbers) {
   int size;
