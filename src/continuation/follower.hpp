@@ -115,7 +115,7 @@ private:
   BranchState state();
   void restore(const BranchState &state);
   void archive(Archive &archive);
-  void archive_vector(Archive &archive, const std::string &name, Vec y) const;
+  void archive_vector(Archive &archive, const char *name, Vec y) const;
   void archive_points(Archive &archive);
 
   // ladder.cpp

@@ -67,7 +67,7 @@ void Follower::archive(Archive &archive) {
 }
 
 // Coefficients of all dofs, then the last unknown.
-void Follower::archive_vector(Archive &archive, const std::string &name, Vec y) const {
+void Follower::archive_vector(Archive &archive, const char *name, Vec y) const {
   std::vector<double> numbers;
   if (!archive.restores()) {
     numbers = all_coefficients(system_->layout(), y);

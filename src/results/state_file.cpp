@@ -39,10 +39,11 @@ std::string fingerprint(const SavedRun &run) {
     for (const double value : values) take(value);
   };
   for (const auto *values : {&branch.y, &branch.tangent, &branch.largest}) take_all(*values);
-  for (const auto &[name, values] : branch.fields) {
+  for (const auto &[name, size] : branch.fields.names) {
     for (const char letter : name) take(letter);
-    take_all(values);
+    take(static_cast<double>(size));
   }
+  take_all(branch.fields.numbers);
   take_all(branch.trail);
   for (const double value : {branch.residual, run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds})
     take(value);
@@ -55,25 +56,20 @@ template <class Values> void list(h5::Writer &file, const std::string &name, con
   file.rows(name, {values.size()}, 0, values.size(), &*values.begin());
 }
 
-// All fields as one list of numbers, and their names with how many belong to each, line by line; and back.
-std::pair<std::string, std::vector<double>> joined(const Archive::Fields &fields) {
-  std::pair<std::string, std::vector<double>> all;
-  for (const auto &[name, values] : fields) {
-    all.first += name + " " + std::to_string(values.size()) + "\n";
-    all.second.insert(all.second.end(), values.begin(), values.end());
-  }
-  return all;
+// Names of fields with how many numbers belong to each, line by line; and back.
+std::string listed(const Archive::Fields &fields) {
+  std::string lines;
+  for (const auto &[name, size] : fields.names) lines += name + " " + std::to_string(size) + "\n";
+  return lines;
 }
 
-Archive::Fields parted(const std::string &names, const std::vector<double> &numbers) {
-  Archive::Fields fields;
-  std::istringstream lines(names);
-  std::size_t next = 0;
+Archive::Fields fields_of(const std::string &lines, std::vector<double> numbers) {
+  Archive::Fields fields{{}, std::move(numbers)};
+  std::istringstream words(lines);
   std::string name;
-  for (std::size_t size = 0; lines >> name >> size && size <= numbers.size() - next; next += size) {
-    const auto begin = numbers.begin() + static_cast<std::ptrdiff_t>(next);
-    fields[name].assign(begin, begin + static_cast<std::ptrdiff_t>(size));
-  }
+  std::size_t all = 0;
+  for (std::size_t size = 0; words >> name >> size && size <= fields.numbers.size() - all; all += size)
+    fields.names.emplace_back(name, size);
   return fields; // read_state compares the fingerprint
 }
 
@@ -99,9 +95,8 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
     list(file, "/tangent", run.branch.tangent);
     list(file, "/residual", std::vector{run.branch.residual});
     list(file, "/largest", run.branch.largest);
-    const auto [names, numbers] = joined(run.branch.fields);
-    file.attribute("fields", names);
-    list(file, "/numbers", numbers);
+    file.attribute("fields", listed(run.branch.fields));
+    list(file, "/numbers", run.branch.fields.numbers);
     list(file, "/trail", run.branch.trail);
     list(file, "/scales", std::vector{run.scales.frequency, run.scales.modal, run.scales.contact});
     list(file, "/seconds", std::vector{run.seconds});
@@ -129,7 +124,7 @@ SavedRun read_state(const std::filesystem::path &path) {
   run.branch.y = file.doubles("/y");
   run.branch.tangent = file.doubles("/tangent");
   run.branch.largest = file.doubles("/largest");
-  run.branch.fields = parted(file.text_attribute("fields"), file.doubles("/numbers"));
+  run.branch.fields = fields_of(file.text_attribute("fields"), file.doubles("/numbers"));
   run.branch.trail = GrowingList(file.doubles("/trail"));
   const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds"), residual = file.doubles("/residual");
   const std::string damaged = path.string() + ": damaged; begin anew without --restart";
