@@ -116,8 +116,8 @@ void Follower::restore(const BranchState &state) {
   stays_ = take_int();
   stayed_at_ = take();
   settings_.both_ends = take() != 0, turned_round_ = take() != 0;
-  if (const double to = take(); turned_round_)
-    direction_ = -direction_, settings_.from = std::exchange(settings_.to, to);
+  if (const double end = take(); turned_round_)
+    direction_ = -direction_, settings_.from = std::exchange(settings_.to, end);
   in_vain_ = take_int(), end_in_vain_ = take_int(), corners_in_vain_ = take_int();
   lent_from_ = take_int(), lent_at_ = take(), unchanged_ = take_int();
   for (Adapted *adapted : {&raised_, &coarse_}) adapted->harmonics = take_int(), adapted->error = take();
