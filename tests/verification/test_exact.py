@@ -70,6 +70,7 @@ def test_time_integration(tmp_path):
         np.testing.assert_allclose(reference.synthesis(q[2:], integrated.shape[1]), integrated, rtol=0, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_ranks_do_not_change_the_branch(tmp_path):
     case = cases.several_points(tmp_path, samples="exact", omega=[0.8, 1.2])
     alone = run(case)

@@ -14,6 +14,7 @@ import atlas_scenes
 
 from dovetail import Results
 
+pytestmark = pytest.mark.slow
 SCENE = "249"  # two bodies, three stiff contact points: no first point by harmonic balance with all the harmonics that there may be
 PART = (0.995, 0.96)  # of the sweep: from its end, at which integration from rest settles
 
