@@ -34,6 +34,7 @@ def residuals(done, samples):
     return worst / np.linalg.norm(system.excitation)
 
 
+@pytest.mark.slow
 def test_the_reference_gets_there_as_its_samples_grow(branch):
     """Sampling error falls as N^-2: by 64 over three doublings, here by 30 at least, and is next to nothing in the end."""
     coarse, fine = residuals(branch, 512), residuals(branch, 4096)

@@ -32,6 +32,7 @@ def compare(case_of, folder, wanted, ranks, options=()):
     return one, other
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_few_motions_in_the_preconditioner(tmp_path, ranks):
     """As with 250 dofs and more: the same curve, with far fewer iterations."""

@@ -24,6 +24,7 @@ def sweep(case, step, points=10000):
     return omega, q, newton, complaint
 
 
+@pytest.mark.slow
 def test_as_delivered(tmp_path):
     """436 points and 1300 iterations, and the peaks and where they are, all as published."""
     omega, q, newton, complaint = sweep(cases.dof5(tmp_path), 0.05)
@@ -62,6 +63,7 @@ def test_long_steps_turn_back(tmp_path):
     assert len(omega) >= 5 and np.count_nonzero(np.diff(omega) < 0) >= 3
 
 
+@pytest.mark.slow
 def test_ten_times_the_force_takes_tiny_steps(tmp_path):
     """In the plain norm the large motion rules the arc: after 3182 points the published run had come to 0.949."""
     case = cases.dof5(tmp_path)
