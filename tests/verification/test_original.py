@@ -39,10 +39,12 @@ def test_as_delivered(tmp_path):
 
 @pytest.mark.parametrize("stiffness, last", [(100.0, 1.1599), (1000.0, 1.1783)])
 def test_stops_at_the_first_lift_off(tmp_path, stiffness, last):
-    """Both on the way to 1.3; the last point before lift-off lies where the authors' program has it."""
+    """Both on the way to 1.3; the last point before lift-off lies where the authors' program has it. Beyond it Newton's method fails,
+    or with other last bits arrives at a frequency far away."""
     omega, q, _, complaint = sweep(cases.dof5(tmp_path, normal_stiffness=stiffness), 0.05)
-    assert complaint == "Newton's method did not converge in 50 iterations"
-    assert omega[-1] == pytest.approx(last, abs=5.1e-5)
+    away = np.flatnonzero(np.abs(np.diff(omega)) > 0.1)
+    assert len(away) > 0 or complaint == "Newton's method did not converge in 50 iterations"
+    assert omega[away[0] if len(away) else -1] == pytest.approx(last, abs=5.1e-5)
 
 
 def test_finds_no_first_point_with_a_stiff_contact_at_a_small_interference(tmp_path):
