@@ -201,9 +201,9 @@ TEST(Reduction, ModesEqualThoseOfSlepc) {
   }
 }
 
-ReducedModel small_reduced(PetscInt kept, int points, const MemoryPlan &plan, ModeKind kind = ModeKind::eigen,
+ReducedModel small_reduced(PetscInt kept, int count, const MemoryPlan &plan, ModeKind kind = ModeKind::eigen,
                            double load = 1) {
-  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 6, 3, points));
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 6, 3, count));
   for (double &value : parts.force_e) value *= load;
   ReductionSettings settings{kind, kept < 0 ? parts.elastic + kept : kept, false,
                              std::vector<char>(parts.elastic_dofs.size(), 0)};
@@ -244,10 +244,10 @@ double yielding(const ReducedModel &model, PetscInt from, const std::vector<doub
 }
 
 TEST(Reduction, ModesLeftOutYieldLikeAllThatAreLeft) {
-  for (const auto &[points, tolerance] : {std::pair{5, 1e-8}, std::pair{9, 0.2}}) { // as many probes as dofs, or not
-    const ReducedModel all = small_reduced(162 - 3 * points, points, roomy());
+  for (const auto &[count, tolerance] : {std::pair{5, 1e-8}, std::pair{9, 0.2}}) { // as many probes as dofs, or not
+    const ReducedModel all = small_reduced(162 - 3 * count, count, roomy());
     for (const PetscInt kept : {0, 3, 20}) {
-      const ReducedModel few = small_reduced(kept, points, roomy());
+      const ReducedModel few = small_reduced(kept, count, roomy());
       const LeftOut &left = few.left_out;
       ASSERT_LE(left.squares.size(), 16u);
       for (const double s : {0.0, 1e3, 1e5}) {
