@@ -167,16 +167,14 @@ def test_set_up_file_reference_has_every_key():
 
 
 def test_event_reference_has_every_event_count_and_end():
-    source = (ROOT / "src/results/results_file.cpp").read_text() + (ROOT / "src/results/results_file.hpp").read_text()
-    names = re.search(r"event_names\(\)[^{]*\{[^{]*\{([^}]*)\}", source, re.DOTALL) or re.search(
-        r"event_names[^{]*\{([^}]*)\}", "".join(path.read_text() for path in tracked("src/results")), re.DOTALL)
+    source = (ROOT / "src/results/point_record.cpp").read_text()
+    names = re.search(r"event_names\(\) \{(.*?)\n\}", source, re.DOTALL)[1]
     events, counts, ends = re.split(r"^## (?:Events|Counts|How a run ends)\n", reference("events"), flags=re.MULTILINE)[1:]
-    assert listed(events) == set(re.findall(r'"(\w+)"', names[1]))
+    assert listed(events) == set(re.findall(r'"(\w+)"', names))
     assert listed(counts) == set(re.findall(r'act\("(\w+)"', (ROOT / "src/results/counts.hpp").read_text()))
     summary = (ROOT / "src/results/summary.cpp").read_text()
-    assert set(re.findall(r"^- `(\w+)`|, `(\w+)`", ends, re.MULTILINE)) and {
-        word for item in re.findall(r"^- (.*?) \(", ends, re.MULTILINE) for word in re.findall(r"`(\w+)`", item)
-    } == set(re.findall(r'case BranchSummary::End::\w+:\s+return "(\w+)"', summary))
+    told = {word for item in re.findall(r"^- (.*?) \(", ends, re.MULTILINE) for word in re.findall(r"`(\w+)`", item)}
+    assert told == set(re.findall(r'case BranchSummary::End::\w+:\s+return "(\w+)"', summary))
 
 
 def test_command_line_reference_has_every_option():
@@ -207,6 +205,16 @@ def test_messages_on_the_page_of_stops_are_the_programs():
     headings = re.findall(r"^### `(.*)`$", (DOCS / "how-to/when-a-run-stops.md").read_text(), re.MULTILINE)
     assert len(headings) > 15
     assert not [heading for heading in headings if heading not in text]
+
+
+def test_folders_include_those_above_them_in_the_table():
+    table = (DOCS / "developer/architecture.md").read_text().split("## Folders")[1].split("Outside of")[0]
+    order = re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)
+    assert set(order) == {path.name for path in (ROOT / "src").iterdir() if path.is_dir()}
+    for i, folder in enumerate(order):
+        for path in tracked(f"src/{folder}"):
+            for other in re.findall(r'^#include "(\w+)/', path.read_text(), re.MULTILINE):
+                assert other not in order or order.index(other) <= i, f"{name_of(path)} includes {other}"
 
 
 def test_glossary_terms_are_those_of_the_program():
