@@ -4,9 +4,9 @@ import math
 import os
 import re
 import shutil
+import signal
 import subprocess
 from dataclasses import dataclass
-from pathlib import Path
 
 from launch import ROOT
 
@@ -42,7 +42,7 @@ def tracked(*patterns):
 
 def blocks(page):
     """The fenced blocks of a page, each with the output shown below it."""
-    found, block, before, given = [], None, "", ""
+    found, rows, indent, block, before, given = [], [], 0, None, "", ""
     for number, line in enumerate(page.read_text().splitlines(), 1):
         words = line.strip()
         if block is not None:
@@ -142,11 +142,16 @@ def run(page, folder):
         return None
     (scratch / "page.sh").write_text(text)
     surroundings = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    done = subprocess.run(["bash", scratch / "page.sh"], cwd=users_folder(folder / "dovetail"), env=surroundings, stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=PAGE_SECONDS)
-    said = re.split(rf"^{MARK} \d+\n", done.stdout, flags=re.MULTILINE)[1:]
-    if done.returncode:
-        return [f"{page.name}:{parts[len(said) - 1].line}: ended with {done.returncode}\n{said[-1][-3000:]}"]
+    process = subprocess.Popen(["bash", scratch / "page.sh"], cwd=users_folder(folder / "dovetail"), env=surroundings, text=True,
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
+    try:
+        said = process.communicate(timeout=PAGE_SECONDS)[0]
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)  # what a block has started, too
+        raise
+    said = re.split(rf"^{MARK} \d+\n", said, flags=re.MULTILINE)[1:]
+    if process.returncode:
+        return [f"{page.name}:{parts[len(said) - 1].line}: ended with {process.returncode}\n{said[-1][-3000:]}"]
     complaints = []
     for block, found in zip(parts, said):
         if block.output is not None:

@@ -19,7 +19,6 @@ PAGES = tracked("*.md")
 LINED = [page for page in PAGES if page.parent == ROOT or (DOCS in page.parents and page.parent.name != "notes")]
 FOLLOWED = [ROOT / "README.md", *(page for page in PAGES if page.parent in (DOCS / "tutorial", DOCS / "how-to"))]
 RUN = [page for page in FOLLOWED if any(block.is_run for block in blocks(page))]
-LONG = {"README.md"}  # pages that take more than some seconds
 KEYS = dict(re.findall(r'\{"([a-z_.]+)", "([^"]*)",', (ROOT / "src/case/keys.cpp").read_text()))
 SETUP_KEYS = {"units", "clamp.set", "clamp.directions", "force.set", "force.vector", "preload.set", "preload.vector",
               *(f"joint.{key}" for key in "between ground normal_stiffness tangential_stiffness friction gap t1 at normal tolerance "
@@ -97,7 +96,7 @@ def test_pages_of_importers_are_named_after_the_formats():
 
 
 # ------------------------------------------------------------------------------------------------- what is shown is so
-@pytest.mark.parametrize("page", [pytest.param(page, marks=pytest.mark.slow if page.name in LONG else ()) for page in RUN], ids=name_of)
+@pytest.mark.parametrize("page", RUN, ids=name_of)
 def test_commands_do_what_the_page_shows(page, tmp_path):
     if not (ROOT / "build/dovetail").is_file():
         pytest.skip("no build/dovetail")
