@@ -33,6 +33,7 @@
 #include "results/gather.hpp"
 #include "support/error.hpp"
 #include "support/hdf5.hpp"
+#include "support/mumps.hpp"
 #include "transient/orbit_curve.hpp"
 #include "transient/start.hpp"
 #include "transient/steady_state.hpp"
@@ -195,6 +196,7 @@ void run(const Wish &wish) {
 int main(int argc, char **argv) {
   const std::vector<std::string> words(argv + 1, argv + argc);
   int petsc_argc = 1;
+  dovetail::order_the_same_way();
   if (SlepcInitialize(&petsc_argc, &argv, nullptr, nullptr)) return 3;
   dovetail::install_error_handler();
   int status = 0;

@@ -49,7 +49,7 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
   const h5::Reader file(results);
   const auto shape = file.extent("/points/coefficients");
   if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(dofs) ||
-      run.branch.y.size() != dofs * coefficient_count(run.branch.harmonics) + 1)
+      run.branch.y.size() != static_cast<std::size_t>(dofs) * coefficient_count(run.branch.harmonics) + 1)
     throw InputError(file.place("/points/coefficients") + ": the model had another size when this run began" + anew);
   if (!holds(file, "/points/omega", run.branch.counts.points) || !holds(file, "/events/omega", run.events))
     throw InputError(results.string() + ": holds fewer points than " + path.string() + " knows of" + anew);

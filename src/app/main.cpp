@@ -18,6 +18,7 @@
 #include "support/blas_buffer.hpp"
 #include "support/blas_kernel.hpp"
 #include "support/error.hpp"
+#include "support/mumps.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
 
@@ -113,6 +114,7 @@ int main(int argc, char **argv) {
     if (word == "--version" && verbose) return std::fputs(dovetail::versions().c_str(), stdout), 0;
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }
+  dovetail::order_the_same_way();
   std::vector<char *> petsc{argv[0]}; // its own options only: ours would confuse it
   for (int i = 1; i < argc; ++i) {
     const bool ours = std::strncmp(argv[i], "--", 2) == 0;

@@ -102,6 +102,10 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
       std::snprintf(work, sizeof work, ", %.3g operations to factor", flops);
     }
     voice.say("  ordering " + source.ordering + work);
+    if (prepared.parts.solver && prepared.parts.solver->shared())
+      voice.say(
+          "  the ranks share one factor: last bits differ from run to run (-kee_whole true: not, with a factor on "
+          "each rank)");
     refuse_if_too_large(prepared.parts, prepared.plan);
     voice.say("  memory " + in_words(prepared.plan));
     Reduction reduction = craig_bampton(std::move(prepared.parts), prepared.settings, prepared.plan, stages);

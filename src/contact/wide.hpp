@@ -43,8 +43,8 @@ public:
   const Vector *data() const { return reinterpret_cast<const Vector *>(lines_.data()); }
   Vector &operator[](std::size_t i) { return data()[i]; }
   const Vector &operator[](std::size_t i) const { return data()[i]; }
-  Element *values() { return lines_.data()->lanes; } ///< all lanes in a row
-  const Element *values() const { return lines_.data()->lanes; }
+  Element *values() { return reinterpret_cast<Element *>(lines_.data()); } ///< all lanes in a row
+  const Element *values() const { return reinterpret_cast<const Element *>(lines_.data()); }
   Vector *begin() { return data(); }
   Vector *end() { return data() + size(); }
 

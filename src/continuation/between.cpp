@@ -48,16 +48,16 @@ double BetweenPoints::add(double step, const Amplitude &next) {
   return found;
 }
 
-std::array<double, BetweenPoints::numbers> BetweenPoints::save() const {
-  return {before_.value, before_.slope, here_.value, here_.slope,   step_,
-          fourth_,       bend_before_,  bend_here_,  double(known_)};
-}
-
-void BetweenPoints::restore(const std::array<double, numbers> &saved) {
-  before_ = {saved[0], saved[1]}, here_ = {saved[2], saved[3]};
-  step_ = saved[4], fourth_ = saved[5];
-  bend_before_ = saved[6], bend_here_ = saved[7];
-  known_ = static_cast<int>(saved[8]);
+void BetweenPoints::archive(Archive &archive) {
+  archive.field("before_value", before_.value);
+  archive.field("before_slope", before_.slope);
+  archive.field("here_value", here_.value);
+  archive.field("here_slope", here_.slope);
+  archive.field("step", step_);
+  archive.field("fourth", fourth_);
+  archive.field("bend_before", bend_before_);
+  archive.field("bend_here", bend_here_);
+  archive.field("known", known_);
 }
 
 } // namespace dovetail

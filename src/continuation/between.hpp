@@ -1,9 +1,8 @@
 #pragma once
 // What the points of a curve do not show: how far the amplitude between two of them may be off the cubic through their
 // amplitudes and slopes.
-#include <array>
-
 #include "continuation/amplitude.hpp"
+#include "support/archive.hpp"
 
 namespace dovetail {
 
@@ -20,10 +19,7 @@ public:
   /// trend, and the error is J h2 / 8 if the kink is in the middle of the step, 0.3 to 1.2 of that elsewhere.
   double add(double step, const Amplitude &next);
 
-  static constexpr int numbers = 9;
-  /// All that is remembered.
-  std::array<double, numbers> save() const;
-  void restore(const std::array<double, numbers> &saved);
+  void archive(Archive &archive); ///< all that is remembered
 
 private:
   Amplitude before_, here_;                // the last two points

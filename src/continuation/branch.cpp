@@ -190,8 +190,12 @@ BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton
                             const BranchObserver &observer, const BranchState *state) {
   BranchSettings other = settings;
   if (state) {
-    const bool reversed = state->numbers.at(8) * (settings.to - settings.from) < 0; // begun at the other end
-    other.from = state->numbers.at(9), other.to = reversed ? settings.from : settings.to;
+    Archive saved(state->fields);
+    double direction = 0;
+    saved.field("direction", direction);
+    saved.field("begun_at", other.from);
+    const bool reversed = direction * (settings.to - settings.from) < 0; // begun at the other end
+    other.to = reversed ? settings.from : settings.to;
     return Follower(system, newton, other, observer).go_on(*state);
   }
   other.both_ends = true;

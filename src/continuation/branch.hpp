@@ -78,8 +78,8 @@ struct BranchEvent {
 struct BranchObserver {
   std::function<void(const BranchPoint &)> point;
   std::function<void(const BranchEvent &)> event;
-  std::function<void(BranchState)> state; ///< after each step along the curve: enough to go on from. Optional.
-  std::function<bool()> interrupted;      ///< asked after each step, agreed on by all ranks. Optional.
+  std::function<void(BranchState)> state = {}; ///< after each step along the curve: enough to go on from. Optional.
+  std::function<bool()> interrupted = {};      ///< asked after each step, agreed on by all ranks. Optional.
 };
 
 struct BranchSummary {

@@ -2,6 +2,7 @@
 // Where a continuation stands between two steps: all it takes to go on as if it had never stopped.
 #include <vector>
 
+#include "support/archive.hpp"
 #include "support/growing_list.hpp"
 
 namespace dovetail {
@@ -26,7 +27,7 @@ struct BranchState {
   std::vector<double> y, tangent;
   double residual = 0;         ///< norm, at y: not about 0 where a motion in time is shown with some harmonics
   std::vector<double> largest; ///< (n) motion of each dof met so far
-  std::vector<double> numbers; ///< step lengths, norms, signs: the continuation's own, in its own order
+  Archive::Fields fields;      ///< step lengths, norms, signs: the continuation's own
   GrowingList trail;           ///< marks of the points behind, by which a curve that runs back over itself is known
   Counts counts;
 };

@@ -114,6 +114,9 @@ private:
   // saved.cpp
   BranchState state();
   void restore(const BranchState &state);
+  void archive(Archive &archive);
+  void archive_vector(Archive &archive, const char *name, Vec y) const;
+  void archive_points(Archive &archive);
 
   // ladder.cpp
   Go climb();

@@ -25,7 +25,7 @@ Follower::Go Follower::advance() {
     if (go != Go::refused) return go;
     ++summary_.counts.cuts;
     notify(BranchEvent::Kind::cut, refusal_ + ", step halved", here_.omega);
-    if (Go go; settings_.adaptive && step <= corner_due) {
+    if (settings_.adaptive && step <= corner_due) {
       const bool all = waiting-- <= 0;
       const bool found = round_corner(step, all ? Extent::all : Extent::first, go);
       if (all) corners_in_vain_ = found ? 0 : std::min(corners_in_vain_ + 1, most_waiting);

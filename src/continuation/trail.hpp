@@ -1,6 +1,7 @@
 #pragma once
 // The way behind: by it a curve is known that runs back over itself, or closes.
 #include "continuation/arc_norm.hpp"
+#include "support/archive.hpp"
 #include "support/growing_list.hpp"
 
 namespace dovetail {
@@ -16,13 +17,12 @@ public:
 
   /// All marks, and what restores them.
   const GrowingList &marks() const { return marks_; }
-  void save_count(std::vector<double> &numbers) const {
-    numbers.insert(numbers.end(), {double(found_), double(sense_), double(left_)});
+  void archive(Archive &archive) {
+    archive.field("found", found_);
+    archive.field("sense", sense_);
+    archive.field("left", left_);
   }
-  void restore(GrowingList marks, double found, double sense, double left) {
-    marks_ = std::move(marks), found_ = static_cast<int>(found), sense_ = static_cast<int>(sense);
-    left_ = static_cast<int>(left);
-  }
+  void restore(GrowingList marks) { marks_ = std::move(marks); }
   /// What comes next does not hang together with the point before: it lies farther back, or
   void interrupt() { found_ = 0; }
   /// the curve was left.

@@ -115,14 +115,14 @@ void CoarseSpace::to_motions(const double *v, double *g) const {
                n = static_cast<PetscBLASInt>(layout_.dofs());
   const double one = 1, zero = 0;
   std::fill_n(g, size(), 0.0);
-  if (own > 0) BLASgemm_("N", "N", &w, &count, &own, &one, v, &w, &motions_[own_.begin], &n, &zero, g, &w);
+  if (own > 0) BLASgemm_("N", "N", &w, &count, &own, &one, v, &w, motions_.data() + own_.begin, &n, &zero, g, &w);
 }
 
 void CoarseSpace::add(const double *g, double *v) const {
   PetscBLASInt w = layout_.width, count = static_cast<PetscBLASInt>(count_), own = own_.size(),
                n = static_cast<PetscBLASInt>(layout_.dofs());
   const double one = 1;
-  if (own > 0) BLASgemm_("N", "T", &w, &own, &count, &one, g, &w, &motions_[own_.begin], &n, &one, v, &w);
+  if (own > 0) BLASgemm_("N", "T", &w, &own, &count, &one, g, &w, motions_.data() + own_.begin, &n, &one, v, &w);
 }
 
 void CoarseSpace::solve(double *g, bool transposed) {

@@ -19,11 +19,12 @@ std::unique_ptr<LinearPart> linear_part(ReducedModel &model, const std::vector<C
     part = std::make_unique<Modal>(model, contact, layout);
   else
     part = std::make_unique<Assembled>(
-        list_couplings(layout, model.kaa,
-                       [&](PetscInt i) {
-                         const std::size_t at = i, nc = model.contact_dofs();
-                         return ContactRow{&model.mxa[at * model.modes], &model.mxx[at * nc], &model.kxx[at * nc]};
-                       }),
+        list_couplings(
+            layout, model.kaa,
+            [&](PetscInt i) {
+              const std::size_t at = i, nc = model.contact_dofs();
+              return ContactRow{model.mxa.data() + at * model.modes, &model.mxx[at * nc], &model.kxx[at * nc]};
+            }),
         layout);
   for (auto *rows : {&model.kxx, &model.mxx, &model.mxa}) std::vector<double>().swap(*rows); // the part holds it now
   return part;

@@ -92,8 +92,8 @@ void Modal::gather(const double *q) {
   const int w = layout_.width;
   for (int r = 0; r < layout_.size; ++r) {
     const Range modes = share_of(layout_.modes, r, layout_.size), points = share_of(layout_.points, r, layout_.size);
-    for (const auto [begin, end] : {std::pair(modes.begin, modes.end),
-                                    std::pair(layout_.modes + 3 * points.begin, layout_.modes + 3 * points.end)})
+    for (const auto &[begin, end] : {std::pair(modes.begin, modes.end),
+                                     std::pair(layout_.modes + 3 * points.begin, layout_.modes + 3 * points.end)})
       for (PetscInt dof = begin; dof < end; ++dof, from += w)
         std::copy_n(from, w, &all_[static_cast<std::size_t>(dof) * padded_]);
   }

@@ -37,6 +37,7 @@ ModalKrylov::ModalKrylov(const StuckBasis &basis, const Layout &layout)
 }
 
 void ModalKrylov::begin(bool for_one) {
+  weights_.clear();
   coarse_.forget();
   coarse_state_ = for_one && layout_.dofs() < large ? Coarse::idle : Coarse::none;
 }
@@ -142,6 +143,18 @@ void ModalKrylov::factor_coarse() {
   coarse_state_ = Coarse::fresh;
 }
 
+// Those of the first Jacobian serve a whole Newton solve.
+void ModalKrylov::prepare_weights() {
+  const std::size_t all = own_modal_ + (layout_.owns_omega() ? 1 : 0);
+  roots_.resize(all), weights_.resize(all);
+  for (PetscInt i = 0; i < own_.size(); ++i)
+    for (int j = 0; j < layout_.width; ++j) {
+      const int k = (j + 1) / 2;
+      roots_[i * layout_.width + j] = std::sqrt(basis_.lambda[own_.begin + i] + k * omega_ * k * omega_);
+      weights_[i * layout_.width + j] = 1 / roots_[i * layout_.width + j];
+    }
+}
+
 void ModalKrylov::prepare_inverse() {
   inverse_b_.resize(own_modal_), inverse_c_.resize(own_modal_);
   pairs([&](PetscInt at, int k, double a, double b) {
@@ -152,12 +165,7 @@ void ModalKrylov::prepare_inverse() {
     inverse_b_[at] = a * b_[at] - b * b_[at + 1], inverse_b_[at + 1] = b * b_[at] + a * b_[at + 1];
     inverse_c_[at] = a * c_[at] + b * c_[at + 1], inverse_c_[at + 1] = -b * c_[at] + a * c_[at + 1];
   });
-  weights_.resize(own_modal_), roots_.resize(own_modal_);
-  for (PetscInt i = 0; i < own_modal_; ++i) {
-    const PetscInt place = i % layout_.width, k = (place + 1) / 2;
-    roots_[i] = std::sqrt(basis_.lambda[own_.begin + i / layout_.width] + k * omega_ * k * omega_);
-    weights_[i] = 1 / roots_[i];
-  }
+  if (weights_.empty()) prepare_weights();
   const auto correct = [&](const std::vector<double> &v, std::vector<double> &inverse_v, bool transposed) {
     const PetscInt size = coarse_.size();
     if (size == 0) return;
@@ -178,8 +186,8 @@ void ModalKrylov::prepare_inverse() {
   // what is left of a tangent's equations is relative to the tangent.
   const double size = std::sqrt(sums[1] + sums[2]) / std::abs(schur_);
   if (!layout_.owns_omega()) return;
-  weights_.push_back(std::isnormal(size) ? size : 1);
-  roots_.push_back(1 / weights_.back());
+  weights_[own_modal_] = std::isnormal(size) ? size : 1;
+  roots_[own_modal_] = 1 / weights_[own_modal_];
 }
 
 void ModalKrylov::apply(Vec y, Vec out) {
@@ -199,9 +207,8 @@ void ModalKrylov::apply(Vec y, Vec out) {
       result[sine(k)] += a * row[sine(k)] - b * row[cosine(k)];
     }
   }
-  for (PetscInt i = 0; i < own_modal_; ++i) to[i] += b_[i] * last;
-  if (layout_.owns_omega()) to[own_modal_] = along + corner_ * last;
-  weigh(to);
+  for (PetscInt i = 0; i < own_modal_; ++i) to[i] = (to[i] + b_[i] * last) * weights_[i];
+  if (layout_.owns_omega()) to[own_modal_] = (along + corner_ * last) * weights_[own_modal_];
 }
 
 void ModalKrylov::precondition(Vec r, Vec out) {

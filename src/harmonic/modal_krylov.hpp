@@ -45,6 +45,7 @@ private:
   void prepare_border(const JacobianParts &parts);
   void factor_coarse();
   void prepare_inverse();
+  void prepare_weights();
   void apply(Vec y, Vec out);                    // the bordered operator
   void precondition(Vec r, Vec out);             // the inverse of its diagonal, corrected among few motions, bordered
   template <class Work> void pairs(Work &&work); // (index of an own pair of coefficients, lambda, d, k)

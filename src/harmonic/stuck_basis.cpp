@@ -24,7 +24,7 @@ StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, c
   for (std::size_t i = 0; i < own - own_modes; ++i) {
     const std::size_t row = (own_modes + i) * n, number = layout.number(own_modes + i);
     std::copy_n(&model.kxx[i * nc], nc, &phi[row + na]);
-    std::copy_n(&model.mxa[i * na], na, &M[row]);
+    std::copy_n(model.mxa.data() + i * na, na, &M[row]);
     std::copy_n(&model.mxx[i * nc], nc, &M[row + na]);
     phi[row + number] += basis.springs[i];
   }

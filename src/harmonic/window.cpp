@@ -20,7 +20,7 @@ constexpr double enough = 1e-10; // of a wave's square
 // By Cholesky's method with pivots: L L^T is the matrix of the waves' products in the window. Then L = weights^T L_p,
 // L_p its rows of those waves.
 Window window_of(const MaskMeans &closed, std::size_t most) {
-  PetscBLASInt n = static_cast<PetscBLASInt>(closed.cosine.size()), one = 1, rank = 0, info;
+  PetscBLASInt n = static_cast<PetscBLASInt>(closed.cosine.size()), one = 1, rank = 0;
   const auto product = [&](int i, int j) { // symmetric
     return closed.gram(i, j) * (i == j ? 1 : i == 0 ? M_SQRT1_2 : j == 0 ? M_SQRT2 : 1);
   };

@@ -126,7 +126,7 @@ void WindowFactors::fill() {
   const std::size_t w = layout_.width, rows = factored_.size(), each = rows * rows, harmonics = w / 2;
   in_phase_.resize((harmonics + 1) * each), out_of_phase_.resize(in_phase_.size());
   for (std::size_t k = 0; k <= harmonics; ++k)
-    flexibility(static_cast<int>(k), &in_phase_[k * each], &out_of_phase_[k * each]);
+    flexibility(static_cast<int>(k), in_phase_.data() + k * each, out_of_phase_.data() + k * each);
   seen_.resize(size_ * size_), matrix_.resize(size_ * size_);
   for (const Place &from : windows_)
     for (std::size_t j = 0; j < from.directions; ++j)

@@ -3,13 +3,44 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "support/error.hpp"
+#include "support/partition.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr int begin_job = -1, end_job = -2, analyse_job = 1, factor_job = 2, solve_job = 3;
+constexpr double most_whole = 4e5; // rows of the factors of all ranks together, some 2.5 GB: all shipped inputs on two
+
+template <class Number> void gather_on_all(MPI_Comm comm, MPI_Datatype type, std::vector<Number> &numbers) {
+  int size;
+  MPI_Comm_size(comm, &size);
+  const int own = static_cast<int>(numbers.size());
+  std::vector<int> counts(size), begins(size + 1, 0);
+  MPI_Allgather(&own, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  std::partial_sum(counts.begin(), counts.end(), begins.begin() + 1);
+  std::vector<Number> all(begins[size]);
+  MPI_Allgatherv(numbers.data(), own, type, all.data(), counts.data(), begins.data(), type, comm);
+  numbers = std::move(all);
+}
+
+template <class Number> void broadcast(MPI_Comm comm, MPI_Datatype type, std::vector<Number> &numbers) {
+  int count = static_cast<int>(numbers.size());
+  MPI_Bcast(&count, 1, MPI_INT, 0, comm);
+  numbers.resize(count);
+  MPI_Bcast(numbers.data(), count, type, 0, comm);
+}
+
+SparseColumns columns_of(const SparseColumns &B, Range wanted) {
+  SparseColumns part;
+  const int from = B.begin[wanted.begin], to = B.begin[wanted.end];
+  for (PetscInt j = wanted.begin; j < wanted.end; ++j) part.begin.push_back(B.begin[j + 1] - from);
+  part.row.assign(B.row.begin() + from, B.row.begin() + to);
+  part.value.assign(B.value.begin() + from, B.value.begin() + to);
+  return part;
+}
 
 } // namespace
 
@@ -18,9 +49,10 @@ struct ClampedSolver::Mumps {
   std::string model_name;
   MPI_Comm comm = MPI_COMM_NULL;
   int ranks = 1, rank = 0, attempts = 0;
+  bool shared = false; // one factor over all ranks; else each has a whole one and solves for its share of the columns
   PetscInt own_rows = 0;
   Mat K = nullptr;
-  std::vector<int> row, column; // own rows' entries on and right of the diagonal, from 1, until factored
+  std::vector<int> row, column; // entries on and right of the diagonal, from 1, until factored; own rows' if shared
   std::vector<double> value;
   std::vector<int> rhs_rows;              // own rows, from 1
   mutable std::vector<int> solution_rows; // which rows of the solution MUMPS leaves here, from 1
@@ -28,14 +60,31 @@ struct ClampedSolver::Mumps {
   mutable UniqueVec there, here;          // without arrays of their own
 
   int &icntl(int i) const { return id.icntl[i - 1]; }
-  void run(int job) const {
+  void call(int job) const {
     id.job = job;
     dmumps_c(&id);
   }
+  void agree() const;
+  void run(int job) const {
+    call(job);
+    agree();
+  }
   void take_entries();
   void set_options();
-  void solve(Tall &X, PetscInt first, PetscInt count) const;
+  void must_have_solved() const;
+  void solve_shared(Tall &X, PetscInt first, PetscInt count) const;
+  void solve_whole(double *columns, PetscInt count) const;
 };
+
+// Each alone with its MUMPS, the ranks must hear of an error that strikes one of them.
+void ClampedSolver::Mumps::agree() const {
+  if (shared || ranks == 1) return;
+  struct {
+    int error, rank;
+  } worst{std::min(id.infog[0], 0), rank};
+  MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_2INT, MPI_MINLOC, comm);
+  if (worst.error < 0) MPI_Bcast(id.infog, 2, MPI_INT, worst.rank, comm);
+}
 
 void ClampedSolver::Mumps::take_entries() {
   PetscInt begin, end;
@@ -50,14 +99,18 @@ void ClampedSolver::Mumps::take_entries() {
     check(MatRestoreRow(K, i, &count, &columns, &values), "analysing K_ee");
     rhs_rows.push_back(i + 1);
   }
+  if (shared || ranks == 1) return;
+  gather_on_all(comm, MPI_INT, row);
+  gather_on_all(comm, MPI_INT, column);
+  gather_on_all(comm, MPI_DOUBLE, value);
 }
 
 void ClampedSolver::Mumps::set_options() {
   for (int stream = 1; stream <= 4; ++stream) icntl(stream) = 0; // not a word
-  icntl(14) = 20;                // room beyond the estimate [%]; there is no pivoting, so little
-  icntl(18) = ranks > 1 ? 3 : 0; // the matrix is where its rows are
-  icntl(21) = ranks > 1 ? 1 : 0; // and so is the solution
-  icntl(27) = 128;               // right-hand sides taken at a time
+  icntl(14) = 20;             // room beyond the estimate [%]; there is no pivoting, so little
+  icntl(18) = shared ? 3 : 0; // the matrix is where its rows are
+  icntl(21) = shared ? 1 : 0; // and so is the solution
+  icntl(27) = 128;            // right-hand sides taken at a time
   for (int i = 4; i <= 58; ++i) {
     const std::string name = "-mat_mumps_icntl_" + std::to_string(i);
     PetscInt given = icntl(i);
@@ -78,14 +131,17 @@ ClampedSolver::ClampedSolver(Mat K_ee, std::string model_name) : mumps_(std::mak
   check(MatGetLocalSize(K_ee, &m.own_rows, nullptr), "analysing K_ee");
   MPI_Comm_size(m.comm, &m.ranks);
   MPI_Comm_rank(m.comm, &m.rank);
-  m.id.comm_fortran = static_cast<MUMPS_INT>(MPI_Comm_c2f(m.comm));
+  PetscBool whole = static_cast<double>(n) * m.ranks <= most_whole ? PETSC_TRUE : PETSC_FALSE;
+  check(PetscOptionsGetBool(nullptr, "kee_", "-whole", &whole, nullptr), "reading the options of K_ee");
+  m.shared = m.ranks > 1 && !whole;
+  m.id.comm_fortran = static_cast<MUMPS_INT>(MPI_Comm_c2f(m.shared ? m.comm : MPI_COMM_SELF));
   m.id.par = 1, m.id.sym = 1; // rank 0 works as well; positive definite
   m.run(begin_job);
   if (m.id.infog[0] < 0) throw ComputeError("MUMPS does not start: error " + std::to_string(m.id.infog[0]));
   m.take_entries();
   m.set_options();
   m.id.n = static_cast<MUMPS_INT>(n);
-  if (m.ranks > 1) {
+  if (m.shared) {
     m.id.nnz_loc = static_cast<MUMPS_INT8>(m.value.size());
     m.id.irn_loc = m.row.data(), m.id.jcn_loc = m.column.data(), m.id.a_loc = m.value.data();
   } else {
@@ -133,23 +189,31 @@ void ClampedSolver::factor() {
   m.solution_rows.resize(std::max(1, m.id.info[22]));
 }
 
-// The right-hand sides are set; their solutions go to columns [first, first + count) of X.
-void ClampedSolver::Mumps::solve(Tall &X, PetscInt first, PetscInt count) const {
-  std::vector<double> solution;
-  id.nrhs = static_cast<MUMPS_INT>(count);
-  id.lrhs = id.n;
-  if (ranks > 1) {
-    id.lsol_loc = std::max(1, id.info[22]);
-    solution.resize(static_cast<std::size_t>(id.lsol_loc) * count);
-    id.isol_loc = solution_rows.data(), id.sol_loc = solution.data();
-  } else {
-    id.rhs = X.column(first);
-  }
-  run(solve_job);
+void ClampedSolver::Mumps::must_have_solved() const {
   if (id.infog[0] < 0)
     throw ComputeError("while solving with K_ee: MUMPS error " + std::to_string(id.infog[0]) + " (" +
                        std::to_string(id.infog[1]) + ")");
-  if (ranks == 1) return;
+}
+
+// For the right-hand sides that are set, or stand in `columns`; there the solutions go, all rows of them.
+void ClampedSolver::Mumps::solve_whole(double *columns, PetscInt count) const {
+  id.nrhs = static_cast<MUMPS_INT>(count);
+  id.lrhs = id.n;
+  id.rhs = columns;
+  if (count > 0) call(solve_job);
+  agree();
+  must_have_solved();
+}
+
+// For the right-hand sides that are set; their solutions go to columns [first, first + count) of X.
+void ClampedSolver::Mumps::solve_shared(Tall &X, PetscInt first, PetscInt count) const {
+  id.nrhs = static_cast<MUMPS_INT>(count);
+  id.lrhs = id.n;
+  id.lsol_loc = std::max(1, id.info[22]);
+  std::vector<double> solution(static_cast<std::size_t>(id.lsol_loc) * count);
+  id.isol_loc = solution_rows.data(), id.sol_loc = solution.data();
+  run(solve_job);
+  must_have_solved();
   const PetscInt local = id.info[22];
   if (!home) {
     UniqueIS from, to;
@@ -174,30 +238,52 @@ void ClampedSolver::Mumps::solve(Tall &X, PetscInt first, PetscInt count) const 
 Tall ClampedSolver::solve(const Tall &B) const {
   const Mumps &m = *mumps_;
   Tall X(m.own_rows, B.columns);
-  if (m.ranks > 1) {
+  if (m.shared) {
     m.icntl(20) = 10; // dense, where its rows are
     m.id.nloc_rhs = m.id.lrhs_loc = static_cast<MUMPS_INT>(m.own_rows);
     m.id.irhs_loc = const_cast<int *>(m.rhs_rows.data());
     m.id.rhs_loc = const_cast<double *>(B.values.data());
-  } else {
-    m.icntl(20) = 0;
-    X.values = B.values; // solved in place
+    m.solve_shared(X, 0, B.columns);
+    return X;
   }
-  m.solve(X, 0, B.columns);
+  m.icntl(20) = 0;
+  if (m.ranks == 1) {
+    X.values = B.values; // solved in place
+    m.solve_whole(X.values.data(), B.columns);
+  } else {
+    Tall columns = whole_columns(m.comm, B);
+    m.solve_whole(columns.values.data(), columns.columns);
+    take_own_rows(m.comm, columns, X, 0, B.columns);
+  }
   return X;
 }
 
-void ClampedSolver::solve_sparse(const SparseColumns &B, Tall &X, PetscInt first, PetscInt count) const {
+void ClampedSolver::solve_sparse(SparseColumns B, Tall &X, PetscInt first, PetscInt count) const {
   const Mumps &m = *mumps_;
-  std::vector<int> begin(B.begin), row(B.row); // from 1
-  for (auto *indices : {&begin, &row})
-    for (int &index : *indices) ++index;
+  const bool dealt_out = m.ranks > 1 && !m.shared;
+  if (dealt_out) {
+    broadcast(m.comm, MPI_INT, B.begin);
+    broadcast(m.comm, MPI_INT, B.row);
+    broadcast(m.comm, MPI_DOUBLE, B.value);
+    B = columns_of(B, own_share(m.comm, count));
+  }
+  for (auto *indices : {&B.begin, &B.row})
+    for (int &index : *indices) ++index;       // from 1
+  const bool asked = !m.shared || m.rank == 0; // MUMPS minds arrays of the wrong length on other ranks
   m.icntl(20) = 1;
-  m.id.nz_rhs = static_cast<MUMPS_INT>(row.size());
-  m.id.irhs_ptr = m.rank == 0 ? begin.data() : nullptr; // MUMPS minds arrays of the wrong length on other ranks
-  m.id.irhs_sparse = m.rank == 0 ? row.data() : nullptr;
-  m.id.rhs_sparse = m.rank == 0 ? const_cast<double *>(B.value.data()) : nullptr;
-  m.solve(X, first, count);
+  m.id.nz_rhs = static_cast<MUMPS_INT>(B.row.size());
+  m.id.irhs_ptr = asked ? B.begin.data() : nullptr;
+  m.id.irhs_sparse = asked ? B.row.data() : nullptr;
+  m.id.rhs_sparse = asked ? B.value.data() : nullptr;
+  if (m.shared) {
+    m.solve_shared(X, first, count);
+  } else if (m.ranks == 1) {
+    m.solve_whole(X.column(first), count);
+  } else {
+    Tall columns(m.id.n, static_cast<PetscInt>(B.begin.size()) - 1);
+    m.solve_whole(columns.values.data(), columns.columns);
+    take_own_rows(m.comm, columns, X, first, count);
+  }
 }
 
 std::string ClampedSolver::ordering() const {
@@ -208,6 +294,7 @@ std::string ClampedSolver::ordering() const {
 
 double ClampedSolver::forecast_bytes() const { return 1e6 * mumps_->id.info[mumps_->icntl(22) ? 16 : 14]; }
 double ClampedSolver::forecast_flops() const { return mumps_->id.rinfog[0]; }
+bool ClampedSolver::shared() const { return mumps_->shared; }
 int ClampedSolver::attempts() const { return mumps_->attempts; }
 
 } // namespace dovetail

@@ -67,12 +67,18 @@ MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt k
 
 void refuse_if_too_large(const ClampedStructure &parts, const MemoryPlan &plan) {
   if (plan.machine_bytes <= plan.room_bytes) return;
+  int ranks = 1;
+  MPI_Comm_size(parts.full.comm, &ranks);
+  const bool whole = ranks > 1 && parts.solver && !parts.solver->shared();
   double factor = parts.solver ? parts.solver->forecast_bytes() : 0;
   MPI_Allreduce(MPI_IN_PLACE, &factor, 1, MPI_DOUBLE, MPI_SUM, parts.full.comm);
   throw ComputeError(
       parts.full.file.string() + ": the reduction would take " + gibibytes(plan.machine_bytes) +
       " on a machine that has " + gibibytes(plan.room_bytes) + " for it (" + gibibytes(factor) +
-      " of it for the factors of K_ee). Take ranks on more machines, keep the factors on disk "
+      " of it for the factors of K_ee). " +
+      (whole ? "Let the ranks share one factor (-kee_whole false; last bits then differ from run to run), take"
+             : "Take") +
+      " ranks on more machines, keep the factors on disk "
       "(-kee_mat_mumps_icntl_22 1, with room where MUMPS_OOC_TMPDIR points), take fewer contact points or modes, or "
       "raise reduction.memory if it is set.");
 }

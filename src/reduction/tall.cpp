@@ -3,8 +3,10 @@
 #include <petscblaslapack.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "support/error.hpp"
+#include "support/partition.hpp"
 
 namespace dovetail {
 namespace {
@@ -12,6 +14,35 @@ namespace {
 constexpr double one = 1, zero = 0, minus = -1;
 
 PetscBLASInt stride(const Tall &S) { return std::max<PetscInt>(1, S.rows); }
+
+// What goes to and comes from each rank when rows of all columns are exchanged for all rows of some.
+struct Exchange {
+  std::vector<int> rows;          // of each rank
+  std::vector<int> some, some_at; // numbers of own rows, by the rank that has the columns
+  std::vector<int> all, all_at;   // numbers of own columns, by the rank that has the rows
+  PetscInt columns = 0;           // own ones
+
+  Exchange(MPI_Comm comm, PetscInt own_rows, PetscInt count) {
+    int size;
+    MPI_Comm_size(comm, &size);
+    rows.resize(size);
+    MPI_Allgather(&own_rows, 1, MPIU_INT, rows.data(), 1, MPIU_INT, comm);
+    columns = own_share(comm, count).size();
+    for (int rank = 0; rank < size; ++rank) {
+      const Range theirs = share_of(count, rank, size);
+      some.push_back(own_rows * theirs.size()), some_at.push_back(own_rows * theirs.begin);
+      all_at.push_back(rank == 0 ? 0 : all_at.back() + all.back()), all.push_back(rows[rank] * columns);
+    }
+  }
+
+  // work(place in the numbers of own columns, column, first row, rows) for the part of a column that one rank has
+  template <class Work> void each_part(Work &&work) const {
+    PetscInt first = 0;
+    for (std::size_t rank = 0; rank < rows.size(); first += rows[rank++])
+      for (PetscInt j = 0; j < columns; ++j)
+        work(all_at[rank] + static_cast<std::size_t>(j) * rows[rank], j, first, rows[rank]);
+  }
+};
 
 } // namespace
 
@@ -86,6 +117,28 @@ void rotate(Tall &S, PetscInt m, PetscInt n, const double *C) {
     for (PetscInt j = 0; j < n; ++j)
       std::copy_n(part.data() + static_cast<std::size_t>(j) * panel, rows, S.column(j) + first);
   }
+}
+
+Tall whole_columns(MPI_Comm comm, const Tall &S) {
+  const Exchange exchange(comm, S.rows, S.columns);
+  std::vector<double> parts(exchange.all_at.back() + exchange.all.back());
+  MPI_Alltoallv(S.values.data(), exchange.some.data(), exchange.some_at.data(), MPI_DOUBLE, parts.data(),
+                exchange.all.data(), exchange.all_at.data(), MPI_DOUBLE, comm);
+  Tall whole(std::accumulate(exchange.rows.begin(), exchange.rows.end(), 0), exchange.columns);
+  exchange.each_part([&](std::size_t at, PetscInt j, PetscInt first, PetscInt rows) {
+    std::copy_n(&parts[at], rows, whole.column(j) + first);
+  });
+  return whole;
+}
+
+void take_own_rows(MPI_Comm comm, const Tall &whole, Tall &S, PetscInt first, PetscInt count) {
+  const Exchange exchange(comm, S.rows, count);
+  std::vector<double> parts(whole.values.size());
+  exchange.each_part([&](std::size_t at, PetscInt j, PetscInt row, PetscInt rows) {
+    std::copy_n(whole.column(j) + row, rows, &parts[at]);
+  });
+  MPI_Alltoallv(parts.data(), exchange.all.data(), exchange.all_at.data(), MPI_DOUBLE, S.column(first),
+                exchange.some.data(), exchange.some_at.data(), MPI_DOUBLE, comm);
 }
 
 } // namespace dovetail

@@ -40,4 +40,9 @@ void subtract_product(const Tall &S, PetscInt m, const std::vector<double> &C, T
 /// The first n columns of S become its first m columns times C (m, n) column-major, n <= m, a panel of rows at a time.
 void rotate(Tall &S, PetscInt m, PetscInt n, const double *C);
 
+/// All rows of this rank's share (own_share) of the columns of S. Collective.
+Tall whole_columns(MPI_Comm comm, const Tall &S);
+/// The way back: own rows of `count` columns, all rows of a share of them on each rank, to columns [first, ...) of S.
+void take_own_rows(MPI_Comm comm, const Tall &whole, Tall &S, PetscInt first, PetscInt count);
+
 } // namespace dovetail

@@ -4,6 +4,7 @@
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <sstream>
 #include <utility>
 
 #include "results/counts.hpp"
@@ -13,7 +14,7 @@ namespace dovetail {
 namespace {
 
 constexpr double pause = 0.5; // between two states [s]
-constexpr int version = 11;
+constexpr int version = 12;
 constexpr const char *count = "count_"; // names of the counts begin like that
 constexpr double share = 50;            // and at least so many times what writing one takes
 
@@ -37,7 +38,12 @@ std::string fingerprint(const SavedRun &run) {
     take(static_cast<double>(values.size()));
     for (const double value : values) take(value);
   };
-  for (const auto *values : {&branch.y, &branch.tangent, &branch.largest, &branch.numbers}) take_all(*values);
+  for (const auto *values : {&branch.y, &branch.tangent, &branch.largest}) take_all(*values);
+  for (const auto &[name, size] : branch.fields.names) {
+    for (const char letter : name) take(letter);
+    take(static_cast<double>(size));
+  }
+  take_all(branch.fields.numbers);
   take_all(branch.trail);
   for (const double value : {branch.residual, run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds})
     take(value);
@@ -48,6 +54,23 @@ std::string fingerprint(const SavedRun &run) {
 
 template <class Values> void list(h5::Writer &file, const std::string &name, const Values &values) {
   file.rows(name, {values.size()}, 0, values.size(), &*values.begin());
+}
+
+// Names of fields with how many numbers belong to each, line by line; and back.
+std::string listed(const Archive::Fields &fields) {
+  std::string lines;
+  for (const auto &[name, size] : fields.names) lines += name + " " + std::to_string(size) + "\n";
+  return lines;
+}
+
+Archive::Fields fields_of(const std::string &lines, std::vector<double> numbers) {
+  Archive::Fields fields{{}, std::move(numbers)};
+  std::istringstream words(lines);
+  std::string name;
+  std::size_t all = 0;
+  for (std::size_t size = 0; words >> name >> size && size <= fields.numbers.size() - all; all += size)
+    fields.names.emplace_back(name, size);
+  return fields; // read_state compares the fingerprint
 }
 
 } // namespace
@@ -72,7 +95,8 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
     list(file, "/tangent", run.branch.tangent);
     list(file, "/residual", std::vector{run.branch.residual});
     list(file, "/largest", run.branch.largest);
-    list(file, "/numbers", run.branch.numbers);
+    file.attribute("fields", listed(run.branch.fields));
+    list(file, "/numbers", run.branch.fields.numbers);
     list(file, "/trail", run.branch.trail);
     list(file, "/scales", std::vector{run.scales.frequency, run.scales.modal, run.scales.contact});
     list(file, "/seconds", std::vector{run.seconds});
@@ -100,7 +124,7 @@ SavedRun read_state(const std::filesystem::path &path) {
   run.branch.y = file.doubles("/y");
   run.branch.tangent = file.doubles("/tangent");
   run.branch.largest = file.doubles("/largest");
-  run.branch.numbers = file.doubles("/numbers");
+  run.branch.fields = fields_of(file.text_attribute("fields"), file.doubles("/numbers"));
   run.branch.trail = GrowingList(file.doubles("/trail"));
   const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds"), residual = file.doubles("/residual");
   const std::string damaged = path.string() + ": damaged; begin anew without --restart";

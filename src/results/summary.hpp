@@ -10,7 +10,7 @@ namespace dovetail {
 
 struct ReductionFigures {
   std::string ordering;
-  double flops = 0;          ///< of the factorisation of K_ee, over all ranks
+  double flops = 0;          ///< of one factorisation of K_ee
   double forecast_mib = 0;   ///< most memory this rank was expected to take
   double backward_error = 0; ///< of a solve with K_ee
   bool kept_psi = true;      ///< false: Psi was computed a block at a time

@@ -1,5 +1,7 @@
 #include "support/mumps.hpp"
 
+#include <cstdlib>
+
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -16,6 +18,8 @@ bool solved_by_mumps(KSP ksp) {
 }
 
 } // namespace
+
+void order_the_same_way() { setenv("SCOTCH_PTHREAD_NUMBER", "1", 1); }
 
 void factor_by_lu(KSP ksp, Mat A) {
   PC pc;

@@ -6,6 +6,10 @@
 
 namespace dovetail {
 
+/// Has SCOTCH, when MUMPS asks it for an ordering, work with one thread: with several it finds another each time, and
+/// no sooner. Call before anything else runs.
+void order_the_same_way();
+
 /// Makes `ksp` one LU factorisation of A by MUMPS and one solve, with an analysis that looks at the pattern only: it is
 /// done once and stays good for all later values, also when the first ones are singular. Call before SetFromOptions.
 void factor_by_lu(KSP ksp, Mat A);

@@ -339,21 +339,31 @@ std::vector<std::complex<double>> OrbitCurve::multipliers(const Place &place) {
 
 // omega_begun_ makes the weights of the numbers: given again to the constructor. The unit may be another one there, for
 // the end of the sweep may move.
-std::vector<double> OrbitCurve::save() const {
-  std::vector<double> out{omega_begun_, unit_, scale_, step_, largest_};
-  for (const Numbers *numbers : {&here_->z, &here_->t, &came_}) out.insert(out.end(), numbers->begin(), numbers->end());
-  return out;
+void OrbitCurve::save(Archive &archive) const {
+  for (const auto &[name, value] : {std::pair{"begun_at", omega_begun_},
+                                    {"unit", unit_},
+                                    {"scale", scale_},
+                                    {"step", step_},
+                                    {"largest", largest_}})
+    archive.note(name, value);
+  for (const auto &[name, numbers] : {std::pair{"z", &here_->z}, {"t", &here_->t}, {"came", &came_}})
+    archive.note(name, *numbers);
 }
 
-bool OrbitCurve::restore(const std::vector<double> &numbers) {
+bool OrbitCurve::restore(Archive &archive) {
+  Numbers z, t;
+  archive.field("unit", unit_);
+  archive.field("scale", scale_);
+  archive.field("step", step_);
+  archive.field("largest", largest_);
+  archive.field("z", z);
+  archive.field("t", t);
+  archive.field("came", came_);
   const std::size_t size = map_.size() + 1;
-  constexpr int own = 5;
-  if (numbers.size() != own + 3 * size) return false;
-  unit_ = numbers[1], scale_ = numbers[2], step_ = numbers[3], largest_ = numbers[4];
-  const auto part = [&](int i) { return Numbers(&numbers[own + i * size], &numbers[own + i * size] + size); };
-  if (!linearise(part(0))) return false;
-  stand(part(0), part(1));
-  came_ = part(2);
+  if (z.size() != size || t.size() != size || came_.size() != size || !linearise(z)) return false;
+  const Numbers came = came_;
+  stand(std::move(z), std::move(t));
+  came_ = came;
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <complex>
 #include <memory>
 
+#include "support/archive.hpp"
 #include "support/dense.hpp"
 #include "transient/period_map.hpp"
 
@@ -56,9 +57,9 @@ public:
   /// or the motion runs away.
   std::vector<std::complex<double>> multipliers(const Place &place);
 
-  std::vector<double> save() const;
-  /// The same place, to the last bit; false for numbers that are not of such a curve.
-  bool restore(const std::vector<double> &numbers);
+  void save(Archive &archive) const;
+  /// The same place, to the last bit; false for what is not of such a curve.
+  bool restore(Archive &archive);
 
 private:
   Numbers motion_numbers(const Numbers &z) const;

@@ -74,6 +74,7 @@ def test_contact_kernel_measures_every_kind_both_ways(contact_rows):
     assert sum(line.startswith("  exact") for line in lines) == 10 and sum("N = " in line for line in lines) == 20
 
 
+@pytest.mark.slow
 def test_contact_kernel_motions_are_of_their_kind(contact_rows):
     for (kind, _, _), row in contact_rows.items():
         least, most = {"simple slip": (4, 8), "slip": (8, 20), "separation": (4, 30)}.get(kind, (0, 0))

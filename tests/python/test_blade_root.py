@@ -69,6 +69,7 @@ def cad():
         gmsh.finalize()
 
 
+@pytest.mark.slow
 def test_mass_is_that_of_the_geometry(measured, cad):
     for found, volume in zip(measured[1]["mass"], cad["volume"]):
         assert found == pytest.approx(DENSITY * volume, rel=5e-4)  # the coarse mesh rounds the outline off
@@ -119,6 +120,7 @@ def test_mass_couples_no_directions(measured, ranks):
     assert measured[ranks]["mass coupling"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dofs", [DOFS, 40_000])
 def test_number_of_dofs_is_met(mesh, dofs):
     made = mesh if dofs == DOFS else blade_root.mesh_sector(dofs, DIVISIONS)
@@ -196,6 +198,7 @@ def test_model_file(tmp_path):
         assert file["contact/tangential_stiffness"][()].sum(axis=0) == pytest.approx([5e11 * area] * 2)
 
 
+@pytest.mark.slow
 def test_wrong_sector_is_refused_on_every_rank():
     done = run(2, EXAMPLE / "model.py", "--dofs", "500", "--flank", "10x20", status=1)
     assert done.stderr.count("no size of elements gives about 500 dofs") >= 2

@@ -112,6 +112,7 @@ def same(structure, beam, digits):
     np.testing.assert_allclose(structure.nodes, beam.nodes, rtol=1e-15)
 
 
+@pytest.mark.slow
 def test_dmig_punch(beam, deck, tmp_path):
     """pyNastran writes nine digits, as Nastran does."""
     punch = write_dmig(tmp_path / "beam.pch", {"KAAX": beam.K, "MAAX": beam.M, "K4AAX": beam.K}, dofs_of(beam))

@@ -143,6 +143,7 @@ def test_large_skins_are_thinned_without_holes():
     np.testing.assert_allclose(size.sum(axis=0), 0, atol=1e-9)  # a closed surface
 
 
+@pytest.mark.slow
 def test_pictures_from_the_command_line(run, tmp_path, capsys):
     for words, name in ((["model.h5", "--up", "y"], "model_mesh.png"), (["results.h5", "--kind", "map"], "results_map.png")):
         assert main(["plot", str(tmp_path / words[0]), *words[1:]]) == 0

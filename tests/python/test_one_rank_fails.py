@@ -44,6 +44,7 @@ def shim(tmp_path_factory):
     return folder / "shim.so"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call, solver", [("MatSetValuesCOO", "assembled"), ("KSPSetTolerances", "modal"), ("VecWAXPY", "modal")])
 def test_run_ends(shim, call, solver, tmp_path):
     command, _ = line(cases.several_points(tmp_path, solver=solver), ranks=2)

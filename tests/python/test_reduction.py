@@ -87,16 +87,19 @@ def expect_same(first, second, tolerance=1e-9):
         assert abs(first[name] - second[name]).max() <= tolerance * scale, name
 
 
+@pytest.mark.slow
 def test_ranks_and_partition_do_not_matter(make):
     one, *others = (run(make(f"on{ranks}"), ranks=ranks, command="reduce") for ranks in (1, 2, 3))
-    for other in others:
+    shared = run(make("shared"), "-kee_whole", "false", ranks=2, command="reduce")
+    assert "share one factor" in shared.out and not any("share one factor" in other.out for other in others)
+    for other in [*others, shared]:
         expect_same(matrices(one), matrices(other))
         assert other.summary["reduction"]["backward_error"] < 1e-14
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_memory_is_known_before(make, ranks):
-    done = run(make("case"), ranks=ranks, command="reduce")
+@pytest.mark.parametrize("ranks, whole", [(1, "true"), (2, "true"), (2, "false")])
+def test_memory_is_known_before(make, ranks, whole):
+    done = run(make("case"), "-kee_whole", whole, ranks=ranks, command="reduce")
     forecast = np.array(done.summary["reduction"]["forecast_mib"])
     assert len(forecast) == ranks
     np.testing.assert_allclose(forecast.sum(), peak_of(done).sum(), rtol=0.3)
@@ -110,6 +113,7 @@ def test_dry_run_forecasts_the_same_memory(make):
     assert float(said.split()[1]) == pytest.approx(sum(done.summary["reduction"]["forecast_mib"]) / 1024, rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_less_memory_than_psi_needs(make, all_points, ranks):
     roomy = run(make("roomy", model=all_points), ranks=ranks, command="reduce")
@@ -130,6 +134,7 @@ def test_refused_when_it_cannot_fit(make, ranks):
     for words in ("would take", "0.01 GiB for it", "-kee_mat_mumps_icntl_22 1", "fewer contact points", "reduction.memory"):
         assert words in done.err
     assert done.err.count("would take") == 1
+    assert ("-kee_whole false" in done.err) == (ranks == 2)
     assert not (done.folder / "reduced.h5").exists()
 
 
@@ -138,6 +143,7 @@ def test_out_of_core(make):
     expect_same(matrices(run(make("in"), command="reduce")), matrices(run(case, "-kee_mat_mumps_icntl_22", 1, command="reduce")))
 
 
+@pytest.mark.slow
 def test_modes_are_counted_on_request(make):
     assert "none missed" in run(make("case", reduction="check_modes = true"), ranks=2, command="reduce").out
     plain = make("plain")
@@ -147,6 +153,7 @@ def test_modes_are_counted_on_request(make):
         assert said in run(plain, command="reduce").out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_motion_of_what_is_named(make, blade, ranks):
     """A set, and a node of the joint, whose motion is made of the dofs of both sides."""
@@ -176,6 +183,7 @@ def test_no_motion(make):
     assert kept(run(make("none", output="motion = []"), command="reduce")) == {}
 
 
+@pytest.mark.slow
 def test_other_motion_needs_another_reduction(make):
     case = make("case", output='motion = ["tip"]')
     run(case, command="reduce")

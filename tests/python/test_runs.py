@@ -107,6 +107,7 @@ def test_results_are_whole_at_any_moment(tmp_path):
             assert (read_points(folder)["omega"][:last] > 0).all()
 
 
+@pytest.mark.slow
 def test_results_open_while_the_run_goes_on(tmp_path):
     """From the moment they exist. HDF5 asks for the size of a file before it reads what it should be: as the file is given
     space in large steps, at most one look of many meets it growing, and says so."""

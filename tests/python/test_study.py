@@ -57,6 +57,7 @@ def by_hand(out, folder, dof, frequencies):
 
 
 # --------------------------------------------------------------------------------------------------------- what it finds
+@pytest.mark.slow
 def test_leaves_table_numbers_and_chart(done):
     out, found = done
     assert {path.name for path in out.iterdir()} == {*FOLDERS, REFERENCE, "study.json", "study.txt", "study.png"}
@@ -190,6 +191,7 @@ def test_nothing_is_computed_twice(done, capsys):
     assert json.loads((out / "study.json").read_text()) == found
 
 
+@pytest.mark.slow
 def test_broken_off_and_taken_up_again(tmp_path, capsys, monkeypatch):
     case = cases.dof5(tmp_path, **SHORT)
     out = tmp_path / "elsewhere"

@@ -58,6 +58,7 @@ def noted(shim, log, command):
     return done
 
 
+@pytest.mark.slow
 def test_file_is_good_after_every_single_write(shim, tmp_path):
     """And in the middle of it; both while a run goes on and while a restart takes over what was there."""
     case = cases.several_points(tmp_path, harmonics=3, samples=32, max_points=12, at=[0.81, 0.82, 0.83, 0.84])
@@ -106,6 +107,7 @@ def same(found, wanted, rows=slice(None)):
         np.testing.assert_allclose(found[name][rows], wanted[name][rows], rtol=0, atol=accuracy * scale, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks, kills", [(None, KILLS or 4), (2, KILLS // 5 or 2)])
 def test_killed_again_and_again(tmp_path, ranks, kills):
     """Every point that was shown is in the file, and in the end there is the branch that was never cut off."""

@@ -33,6 +33,7 @@ def measured():
     return {ranks: json.loads(run(ranks, __file__).splitlines()[-1]) for ranks in RANKS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PUBLISHED)
 def test_frequencies_agree_with_the_published_ones(measured, kind):
     np.testing.assert_allclose(measured[1]["frequencies"][kind], PUBLISHED[kind], rtol=0.02)
@@ -80,6 +81,7 @@ def test_mesh_fills_the_posts():
     assert two_solids.on_patch(vertices).sum() == 2 * 4 * 3
 
 
+@pytest.mark.slow
 def test_model_file(tmp_path):
     import h5py
 

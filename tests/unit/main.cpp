@@ -3,9 +3,11 @@
 #include <slepc.h>
 
 #include "support/error.hpp"
+#include "support/mumps.hpp"
 
 int main(int argc, char **argv) {
   ::testing::InitGoogleTest(&argc, argv);
+  dovetail::order_the_same_way();
   SlepcInitialize(&argc, &argv, nullptr, nullptr);
   dovetail::install_error_handler();
   int rank = 0;

@@ -85,21 +85,21 @@ inline void small_steps(const DenseModel &model, double omega, int periods, int 
     for (int d = 0; d < 3; ++d) g[d] -= rest.force[d];
     return g;
   };
-  const auto rate = [&](double t, const Numbers &z) {
+  const auto rate = [&](double t, const Numbers &at) {
     double f = model.fourier[0] / 2;
     for (int k = 1; sine(k) < static_cast<int>(model.fourier.size()); ++k)
       f += model.fourier[cosine(k)] * std::cos(k * omega * t) + model.fourier[sine(k)] * std::sin(k * omega * t);
     Numbers load(n), out(2 * n);
     for (int i = 0; i < n; ++i) {
       load[i] = model.force[i] * f;
-      for (int j = 0; j < n; ++j) load[i] -= model.K[i * n + j] * (z[j] + model.damping * z[n + j]);
+      for (int j = 0; j < n; ++j) load[i] -= model.K[i * n + j] * (at[j] + model.damping * at[n + j]);
     }
     for (int p = 0; p < model.points; ++p) {
-      const std::array<double, 3> g = law(p, &z[model.modes + 3 * p], next_w[p]);
+      const std::array<double, 3> g = law(p, &at[model.modes + 3 * p], next_w[p]);
       for (int d = 0; d < 3; ++d) load[model.modes + 3 * p + d] -= g[d];
     }
     for (int i = 0; i < n; ++i) {
-      out[i] = z[n + i];
+      out[i] = at[n + i];
       for (int j = 0; j < n; ++j) out[n + i] += inverse[i * n + j] * load[j];
     }
     return out;

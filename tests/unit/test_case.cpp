@@ -115,12 +115,12 @@ TEST_F(CaseFile, EveryValueArrives) {
   EXPECT_EQ(study.modes, 2);
   EXPECT_EQ(study.damping, 0.05);
   EXPECT_EQ(study.fourier, (std::vector<double>{0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}));
-  EXPECT_EQ(study.contact.normal_stiffness->values, std::vector<double>{1});
-  EXPECT_FALSE(study.contact.normal_stiffness->pairs);
-  EXPECT_EQ(study.contact.tangential_stiffness->values, (std::vector<double>{1, 2}));
-  EXPECT_TRUE(study.contact.tangential_stiffness->pairs);
-  EXPECT_EQ(study.contact.friction->where, (folder / "case.toml").string() + ":13: contact.friction");
-  EXPECT_EQ(study.contact.gap->values, std::vector<double>{-3.5});
+  EXPECT_EQ(study.contact.normal_stiffness.value().values, std::vector<double>{1});
+  EXPECT_FALSE(study.contact.normal_stiffness.value().pairs);
+  EXPECT_EQ(study.contact.tangential_stiffness.value().values, (std::vector<double>{1, 2}));
+  EXPECT_TRUE(study.contact.tangential_stiffness.value().pairs);
+  EXPECT_EQ(study.contact.friction.value().where, (folder / "case.toml").string() + ":13: contact.friction");
+  EXPECT_EQ(study.contact.gap.value().values, std::vector<double>{-3.5});
   EXPECT_EQ(study.preload_initial, std::vector<double>{1e-5});
   EXPECT_EQ(study.harmonics, 5);
   EXPECT_EQ(study.samples, 64);
@@ -164,7 +164,7 @@ TEST_F(CaseFile, GoodVariants) {
   EXPECT_EQ(read({{5, "modes = 0"}}).modes, 0);
   EXPECT_EQ(read({{27, "omega = [1, 1]"}, {31, "at = [1.0]"}}).omega_to, 1);
   EXPECT_EQ(read({{27, "omega = [1.3, 0.9]"}, {31, "at = [1.1,\n 1.0]"}}).at.back(), 1.0);
-  EXPECT_EQ(read({{11, "normal_stiffness = 1_000"}}).contact.normal_stiffness->values.front(), 1000);
+  EXPECT_EQ(read({{11, "normal_stiffness = 1_000"}}).contact.normal_stiffness.value().values.front(), 1000);
   const Case manual = read({{25, "kind = \"manual\"\nfrequency = 2\nmodal = 3.0\ncontact = 1e-6"}});
   EXPECT_EQ(manual.scaling, ScalingKind::manual);
   EXPECT_EQ(manual.scale_frequency, 2);

@@ -13,7 +13,7 @@ template <class Reached> double threshold(Reached &&reached) {
   return high;
 }
 
-TEST(ExactLaw, force_is_continuous_where_a_window_opens) { // of separation, of slip, of stick within slip
+TEST(ExactWindows, force_is_continuous_where_a_window_opens) { // of separation, of slip, of stick within slip
   const Standstill rest = standstill(typical, {0.05, 0, 0.6});
   std::vector<double> bounce(27), rub(27), ripple(27);
   bounce[1] = 0.7, bounce[19] = 0.5, bounce[24] = 0.12, bounce[26] = 0.05; // lifts off more than once
@@ -73,7 +73,7 @@ std::vector<double> beginnings(const Scene &s) {
   return angles;
 }
 
-TEST(ExactLaw, period_may_begin_anywhere) { // one round from w_p is enough to forget where that was
+TEST(ExactWindows, period_may_begin_anywhere) { // one round from w_p is enough to forget where that was
   int tried = 0, good = 0, as_many_events = 0;
   std::mt19937 random(3);
   for (int number = 0; number < scenes; number += 4) {
@@ -119,7 +119,7 @@ template <class F> double analysed(int i, F &&f, double a, double b, int pieces 
   return integral([&](double angle) { return wave(angle) * f(angle); }, a, b, pieces) / M_PI;
 }
 
-TEST(ExactLaw, windows_of_separation_down_to_nothing) { // n = m + cos H theta opens H times, for a part of a cell
+TEST(ExactWindows, windows_of_separation_down_to_nothing) { // n = m + cos H theta opens H times, for a part of a cell
   ContactPoint point = typical;
   point.law = Law::unilateral, point.gap = 0;
   std::mt19937 random(5);
@@ -155,7 +155,7 @@ TEST(ExactLaw, windows_of_separation_down_to_nothing) { // n = m + cos H theta o
       }
 }
 
-TEST(ExactLaw, windows_of_slip_down_to_nothing) { // t1 = X cos H theta slips at either end, for a part of a cell
+TEST(ExactWindows, windows_of_slip_down_to_nothing) { // t1 = X cos H theta slips at either end, for a part of a cell
   const double mu_N = 0.4 * 100 * 0.5, kt = 40, mu_kn = 0.4 * 100;
   std::mt19937 random(6);
   for (const int H : {10, 40})
@@ -195,7 +195,7 @@ TEST(ExactLaw, windows_of_slip_down_to_nothing) { // t1 = X cos H theta slips at
       }
 }
 
-TEST(ExactLaw, force_is_continuous_where_many_windows_open) { // all at once, under friction
+TEST(ExactWindows, force_is_continuous_where_many_windows_open) { // all at once, under friction
   for (const int H : {10, 40}) {
     const int n = coefficient_count(H);
     std::vector<double> x(3 * n);
@@ -215,7 +215,7 @@ TEST(ExactLaw, force_is_continuous_where_many_windows_open) { // all at once, un
   }
 }
 
-TEST(ExactLaw, many_harmonics) {
+TEST(ExactWindows, many_harmonics) {
   for (const int H : {8, 9, 16, 40, 100}) {
     std::vector<Scene> some;
     for (int number = 0; number < (H < 40 ? 16 : 6); ++number) some.push_back(scene(7 * number + 1, H));

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "linear_motion.hpp"
@@ -28,11 +30,12 @@ DenseModel one_mass(double press, double along, double across, double damping) {
   return model;
 }
 
+// The curve, standing at a first motion; the test fails by what is thrown where there is none.
 std::unique_ptr<OrbitCurve> begun(const DenseModel &model, double omega, double unit, double longest_step = 0.1) {
   const SteadyState steady = steady_state(model, omega, {}, {.harmonics = 8, .periods = 2000});
   EXPECT_TRUE(steady.settled);
   auto curve = std::make_unique<OrbitCurve>(model, omega, unit, longest_step);
-  EXPECT_TRUE(curve->begin(steady.end, 1));
+  if (!curve->begin(steady.end, 1)) throw std::runtime_error("no first motion at " + std::to_string(omega));
   return curve;
 }
 
@@ -41,7 +44,7 @@ std::vector<double> turns(OrbitCurve &curve, double to) {
   std::vector<double> found;
   bool rises = true;
   for (int i = 0; i < 20000 && curve.omega(*curve.here()) < to; ++i) {
-    EXPECT_TRUE(curve.step());
+    if (!curve.step()) throw std::runtime_error("no step from " + std::to_string(curve.omega(*curve.here())));
     if (curve.here()->rises() == rises) continue;
     const OrbitCurve::PlacePtr place = curve.cornered() ? curve.corner() : turning_point(curve, 1e-7);
     rises = !rises;
@@ -167,31 +170,37 @@ TEST(OrbitCurve, turning_point_at_a_corner) {
   }
 }
 
-// Beyond a corner it goes on, not back along the leg that led there: without that check both curves run back over
-// themselves, and with one by the tangent in the corner alone the second.
+// Beyond a corner it goes on, not back along the leg that led there: without that check curves of both scenes run back
+// over themselves, and with one by the tangent in the corner alone those of the second. Its motions are chaotic: where
+// one is found depends on rounding, so more frequencies are tried until enough corners were met.
 TEST(OrbitCurve, does_not_turn_back_at_corners) {
   struct {
-    double kn, force, omega;
+    double kn, force;
     int points;
-  } cases[] = {{675, 11, 2.03, 1}, {300, 6.5, 0.67, 2}};
-  for (const auto &[kn, force, omega, points] : cases) {
+    std::vector<double> omegas;
+  } cases[] = {{675, 11, 1, {2.03}}, {300, 6.5, 2, {0.67, 0.687, 0.66, 0.677, 0.653, 0.663, 0.667, 0.673, 0.683}}};
+  for (const auto &[kn, force, points, omegas] : cases) {
     std::vector<ContactPoint> contact{{Law::coulomb, kn, {kn / 3, kn / 2}, {0.4, 0.3}, 0},
                                       {Law::coulomb, kn / 2, {kn / 5, kn / 6}, {0.4, 0.3}, 0}};
     contact.resize(points);
     DenseModel model = with_modes(dense_scene(contact, 4, 1, 0.02, 0.01), {1.5, 12});
     shake(model, force);
     for (int p = 0; p < points; ++p) model.standstill[p] = standstill(contact[p], {0, 0, 1.5 / contact[p].kn});
-    const auto curve = begun(model, omega, 4);
-    Numbers way;
     int corners = 0;
-    for (int i = 0; i < 600; ++i) {
-      Numbers next = curve->here()->z;
-      for (double &number : next) number = -number;
-      ASSERT_TRUE(curve->step());
-      add(next, 1, curve->here()->z);
-      if (!way.empty()) EXPECT_GT(dot(way, next), -0.99 * norm(way) * norm(next)) << kn << ", step " << i;
-      corners += curve->cornered();
-      way = next;
+    for (std::size_t i = 0; i < omegas.size() && corners < 5; ++i) {
+      const SteadyState steady = steady_state(model, omegas[i], {}, {.harmonics = 8, .periods = 2000});
+      OrbitCurve curve(model, omegas[i], 4, 0.1);
+      if (!steady.settled || !curve.begin(steady.end, 1)) continue;
+      Numbers way;
+      for (int k = 0; k < 600; ++k) {
+        Numbers next = curve.here()->z;
+        for (double &number : next) number = -number;
+        ASSERT_TRUE(curve.step()) << kn << ", from " << omegas[i] << ", step " << k;
+        add(next, 1, curve.here()->z);
+        if (!way.empty()) EXPECT_GT(dot(way, next), -0.99 * norm(way) * norm(next)) << omegas[i] << ", step " << k;
+        corners += curve.cornered();
+        way = next;
+      }
     }
     EXPECT_GT(corners, 2) << kn;
   }
@@ -202,10 +211,19 @@ TEST(OrbitCurve, goes_on_from_what_was_saved_to_the_last_bit) {
   const auto at = begun(model, 4, 10);
   OrbitCurve &curve = *at;
   for (int i = 0; i < 30; ++i) ASSERT_TRUE(curve.step());
-  const std::vector<double> saved = curve.save();
-  OrbitCurve other(model, saved[0], 20); // the end of the sweep has moved
-  EXPECT_FALSE(other.restore({saved.begin(), saved.end() - 1}));
-  ASSERT_TRUE(other.restore(saved));
+  Archive saved;
+  curve.save(saved);
+  Archive::Fields shorter = saved.fields();
+  const auto z =
+      std::find_if(shorter.names.begin(), shorter.names.end(), [](const auto &field) { return field.first == "z"; });
+  ASSERT_NE(z, shorter.names.end());
+  --z->second; // the numbers that follow belong to others then
+  Archive all(saved.fields()), less(shorter);
+  double begun = 0;
+  all.field("begun_at", begun);
+  OrbitCurve other(model, begun, 20); // the end of the sweep has moved
+  EXPECT_FALSE(other.restore(less));
+  ASSERT_TRUE(other.restore(all));
   for (int i = 0; i < 30; ++i) {
     ASSERT_TRUE(curve.step());
     ASSERT_TRUE(other.step());

@@ -167,7 +167,7 @@ TEST(StaticForce, touching_without_force_counts_as_closed) {
 }
 
 // A joint without friction sets no measure for the motion, and divides by nothing.
-TEST(Scaling, of_a_joint_without_friction) {
+TEST(ScaledPreload, of_a_joint_without_friction) {
   std::string note;
   PreloadedModel model = one_point({10, 10, 10}, {0, 0, -2}, joint(Law::unilateral, 30, {}, 0, 0), note);
   for (double &f : model.reduced.fx) f = 4;

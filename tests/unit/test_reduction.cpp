@@ -201,9 +201,9 @@ TEST(Reduction, ModesEqualThoseOfSlepc) {
   }
 }
 
-ReducedModel small_reduced(PetscInt kept, int points, const MemoryPlan &plan, ModeKind kind = ModeKind::eigen,
+ReducedModel small_reduced(PetscInt kept, int count, const MemoryPlan &plan, ModeKind kind = ModeKind::eigen,
                            double load = 1) {
-  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 6, 3, points));
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 6, 3, count));
   for (double &value : parts.force_e) value *= load;
   ReductionSettings settings{kind, kept < 0 ? parts.elastic + kept : kept, false,
                              std::vector<char>(parts.elastic_dofs.size(), 0)};
@@ -244,10 +244,10 @@ double yielding(const ReducedModel &model, PetscInt from, const std::vector<doub
 }
 
 TEST(Reduction, ModesLeftOutYieldLikeAllThatAreLeft) {
-  for (const auto &[points, tolerance] : {std::pair{5, 1e-8}, std::pair{9, 0.2}}) { // as many probes as dofs, or not
-    const ReducedModel all = small_reduced(162 - 3 * points, points, roomy());
+  for (const auto &[count, tolerance] : {std::pair{5, 1e-8}, std::pair{9, 0.2}}) { // as many probes as dofs, or not
+    const ReducedModel all = small_reduced(162 - 3 * count, count, roomy());
     for (const PetscInt kept : {0, 3, 20}) {
-      const ReducedModel few = small_reduced(kept, points, roomy());
+      const ReducedModel few = small_reduced(kept, count, roomy());
       const LeftOut &left = few.left_out;
       ASSERT_LE(left.squares.size(), 16u);
       for (const double s : {0.0, 1e3, 1e5}) {
@@ -373,17 +373,27 @@ TEST(Reduction, PartitionSharesOutEveryElasticDofOnce) {
   EXPECT_LT(static_cast<double>(own.size()), 1.1 * (model.dofs - 180) / size);
 }
 
-TEST(Reduction, TooSmallAWorkspaceIsGivenMoreRoom) {
+class Factor : public ::testing::TestWithParam<bool> {}; // whether every rank has the whole
+
+TEST_P(Factor, TooSmallAWorkspaceIsGivenMoreRoom) {
+  check(PetscOptionsSetValue(nullptr, "-kee_whole", GetParam() ? "true" : "false"), "test");
   check(PetscOptionsSetValue(nullptr, "-kee_mat_mumps_icntl_14", "-90"),
         "test"); // a tenth of what the analysis asks for
   ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, points));
   EXPECT_NO_THROW(parts.solver->factor());
   EXPECT_EQ(parts.solver->attempts(), 2);
-  check(PetscOptionsClearValue(nullptr, "-kee_mat_mumps_icntl_14"), "test");
-  Tall b(parts.own.size(), 1);
-  std::fill(b.values.begin(), b.values.end(), 1.0);
-  for (const double value : multiply(parts.K.ee, parts.solver->solve(b)).values) EXPECT_NEAR(value, 1, 1e-10);
+  for (const char *option : {"-kee_mat_mumps_icntl_14", "-kee_whole"})
+    check(PetscOptionsClearValue(nullptr, option), "test");
+  Tall b(parts.own.size(), 5); // more columns than ranks, and not for each the same number
+  for (PetscInt j = 0; j < b.columns; ++j) std::fill_n(b.column(j), b.rows, 1.0 + j);
+  const Tall back = multiply(parts.K.ee, parts.solver->solve(b));
+  for (std::size_t i = 0; i < b.values.size(); ++i) EXPECT_NEAR(back.values[i], b.values[i], 1e-10);
+  Tall few(parts.own.size(), 1);
+  std::fill(few.values.begin(), few.values.end(), 1.0);
+  for (const double value : multiply(parts.K.ee, parts.solver->solve(few)).values) EXPECT_NEAR(value, 1, 1e-10);
 }
+
+INSTANTIATE_TEST_SUITE_P(Reduction, Factor, ::testing::Bool());
 
 TEST(Reduction, PlanGivesUpSpeedBeforeItGivesUp) {
   const ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, 60));

@@ -117,6 +117,7 @@ def test_reduction(make, tmp_path):
             close(file[name][()], values, 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["dof5", "several points"])
 def test_ranks_do_not_change_the_branch(name, tmp_path):
     """Same points on 1 to 4 ranks, including a model whose only contact point leaves ranks without one."""

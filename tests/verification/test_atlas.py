@@ -235,6 +235,7 @@ def made(name, folder, parts, patience=1):
     return atlas_runs.run_scene(atlas_scenes.scenes()[name], folder, program, parts, patience)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in FIXED if name != ON_EDGE])
 def test_scene(fixed, name):
     """Dovetail arrives without a silent jump, and integration that settles and stays on the branch agrees to 1 %."""
@@ -246,11 +247,13 @@ def test_scene(fixed, name):
     assert len(places) == atlas_truth.PLACES
 
 
+@pytest.mark.slow
 def test_most_places_of_the_fixed_part_count(fixed):
     places = [place for scene in fixed.values() for place in scene["truth"]["places"]]
     assert sum(place.get("stays", False) for place in places) >= 0.8 * len(places)
 
 
+@pytest.mark.slow
 def test_two_turning_points_within_a_step(tmp_path, monkeypatch):
     """Between corners closer than a step: both are located, one after the other. Which scenes have such a step hangs on the last bits; one
     of these has."""
@@ -264,6 +267,7 @@ def test_two_turning_points_within_a_step(tmp_path, monkeypatch):
     assert any(folds_in_turn(name) for name in ("062", "160", "226", "121", "010", "147", "211"))
 
 
+@pytest.mark.slow
 def test_crowds_are_passed(fixed, tmp_path, monkeypatch):
     """Where the curve bends again and again: with more harmonics, or on beyond, and it says so."""
     monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
@@ -272,6 +276,7 @@ def test_crowds_are_passed(fixed, tmp_path, monkeypatch):
     assert more["harmonics"] >= 1 and beyond["leaps"] + beyond["integrations"] >= 1
 
 
+@pytest.mark.slow
 def test_what_lies_beyond_a_closed_curve_is_found(tmp_path, monkeypatch):
     """The branch comes back to where it was, half of the sweep before its end: time integration finds a motion there, one of the
     frequencies tried, and the work for it lasts until that one."""
@@ -306,6 +311,7 @@ HARD = [("031", 0.3), ("031", 0.65), ("087", 0.0), ("087", 0.1), ("291", 0.5), (
 HARDER = [("203", 0.5), ("203", 0.7), ("045", 0.3)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points, most", [(HARD, 0.05), (HARDER, 0.1)])
 def test_hard_first_points(tmp_path, points, most):
     """Found with more iterations, or more harmonics closer to each other, or twice as many as the closed contact wants, and no false
@@ -331,6 +337,7 @@ def test_hard_first_points(tmp_path, points, most):
     assert near >= found - 1
 
 
+@pytest.mark.slow
 def test_a_curve_that_winds_goes_on(tmp_path, monkeypatch):
     """Where no way on was found it is left later, for the motion of another frequency; a run in parts does the same as one in one go."""
     monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
@@ -341,6 +348,7 @@ def test_a_curve_that_winds_goes_on(tmp_path, monkeypatch):
     np.testing.assert_allclose(parts.omega, whole.omega, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_restart_where_harmonics_change(tmp_path, monkeypatch):
     """What estimates took so far is not forgotten: they come at the same points, and so harmonics go again at the same ones."""
     monkeypatch.setattr(atlas_methods, "BINARY", BINARY)
@@ -353,6 +361,7 @@ def test_restart_where_harmonics_change(tmp_path, monkeypatch):
     np.testing.assert_array_equal(np.isnan(parts.error), np.isnan(whole.error))
 
 
+@pytest.mark.slow
 def test_restart_of_a_curve_that_goes_astray(tmp_path):
     """Pieces that are followed again, leaps, the other end: a run in parts does what an uninterrupted one does, stopped right before and
     after each of them and before turning points in corners, and what it says of them is so."""
@@ -376,6 +385,7 @@ def test_restart_of_a_curve_that_goes_astray(tmp_path):
     np.testing.assert_allclose(parts.coefficients, whole.coefficients, rtol=0, atol=1e-8 * np.abs(whole.coefficients).max())
 
 
+@pytest.mark.slow
 def test_harmonics_that_were_added_go_again(tmp_path, monkeypatch):
     """A first point or a rung of the ladder took more than the case has: fewer follow where that is as good, down to the case's. Which
     scenes want more hangs on the last bits: three of these do, at least."""
@@ -391,6 +401,7 @@ def test_harmonics_that_were_added_go_again(tmp_path, monkeypatch):
     assert len(errors) >= 3 and np.median(errors) < 0.01 and max(errors) < 0.1  # above 0.1 they would not have gone
 
 
+@pytest.mark.slow
 def test_where_estimates_would_cost_too_much(tmp_path, monkeypatch):
     """Stiff contacts: some points have none, but all places that are located."""
     monkeypatch.setattr(atlas_methods, "BINARY", BINARY)

@@ -20,6 +20,7 @@ def curve(done):
     return results.omega, np.max([results.amplitude(dof, mean=False) for dof in dofs], axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 def test_amplitude_between_points(tmp_path, scene):
     """The largest error is known within a factor of 3, and of four errors that count three within a factor of 5."""

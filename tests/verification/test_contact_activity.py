@@ -60,6 +60,7 @@ def test_sampled(tmp_path, order, ranks):
     np.testing.assert_allclose(found["dissipation"], expected["dissipation"], atol=1e-8 * np.abs(expected["dissipation"]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", PLACES.values(), ids=PLACES)
 def test_exact(tmp_path, order):
     """Against a march of 4096 samples; the cone's point is sampled as ever, with 256 at so few harmonics."""

@@ -60,6 +60,7 @@ def integrate(case, omega):
     return orbit.u - start, orbit.states
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("omega, expected", [(1.0215, 2.698249), (1.05, 2.526097)])
 def test_truth(case, at_1_0215, omega, expected):
     """Both tangential directions slip, so the steady state is unique, and time integration is the judge.
@@ -82,6 +83,7 @@ def test_truth(case, at_1_0215, omega, expected):
     np.testing.assert_allclose(reference.synthesis(q, integrated.shape[1]), integrated, rtol=0, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_sampling_error_of_the_delivered_setting(case, at_1_0215):
     """N = 64 is 6e-4 off; more samples with the same harmonics bring it within 1e-4, so sampling is most of it."""
     assert truth.peak(at_1_0215[0]) / 2.698249 - 1 == pytest.approx(6e-4, abs=1e-4)

@@ -120,6 +120,7 @@ def test_modes_left_out_of_a_place_do_not_hang_on_its_neighbours(tmp_path):
     np.testing.assert_allclose(error, another, rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver, ranks", [("modal", 2), ("assembled", 1), ("assembled", 3)])
 def test_modes_left_out_are_the_same_by_any_solver(tmp_path, solver, ranks):
     keys = {"modes": 4, "harmonics": 5, "samples": None, "omega": [0.8, 1.2], "at": [0.9, 1.0, 1.1], "adaptive": True, "step": 0.02,
@@ -146,6 +147,7 @@ def test_residuals_leave_out_less(tmp_path):
     assert residual.points["error_modes"].max() < 0.1 * plain.points["error_modes"].max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance, wanted", [(5e-2, 40), (1e-3, 80)])
 def test_modes_are_chosen_by_a_tolerance(tmp_path, tolerance, wanted):
     """Of 80, whose frequencies lie as near to each other as no structure's."""
@@ -197,6 +199,7 @@ def test_harmonics_come_and_go(tmp_path):
     assert most[0] < most[1]
 
 
+@pytest.mark.slow
 def test_harmonics_beyond_a_plateau(tmp_path):
     """Stiff contacts that slip: from 5 to 20 harmonics the error stays where it is, above the tolerance, and then falls."""
     model, error = tmp_path / "model.h5", {}
@@ -250,6 +253,7 @@ def test_tolerance_at_one_frequency(tmp_path):
     assert list(done.points["omega"]) == [1.02] and done.points["error_harmonics"][0] < 1e-4 and done.points["harmonics"][0] > 3
 
 
+@pytest.mark.slow
 def test_any_number_of_ranks(tmp_path):
     one, three = (run_of("both", tmp_path, where, harmonics=None, tolerance=1e-3, solver="modal")
                   for where in ({"out": "1"}, {"out": "3", "ranks": 3}))

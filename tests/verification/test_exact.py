@@ -34,6 +34,7 @@ def residuals(done, samples):
     return worst / np.linalg.norm(system.excitation)
 
 
+@pytest.mark.slow
 def test_the_reference_gets_there_as_its_samples_grow(branch):
     """Sampling error falls as N^-2: by 64 over three doublings, here by 30 at least, and is next to nothing in the end."""
     coarse, fine = residuals(branch, 512), residuals(branch, 4096)
@@ -70,6 +71,7 @@ def test_time_integration(tmp_path):
         np.testing.assert_allclose(reference.synthesis(q[2:], integrated.shape[1]), integrated, rtol=0, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_ranks_do_not_change_the_branch(tmp_path):
     case = cases.several_points(tmp_path, samples="exact", omega=[0.8, 1.2])
     alone = run(case)

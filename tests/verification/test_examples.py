@@ -101,6 +101,7 @@ def posts(tmp_path_factory):
     return done
 
 
+@pytest.mark.slow
 def test_posts_fixed_interface_frequencies(tmp_path):
     """Published for the original's mesh of about this size with the four corners of the patch held."""
     make_posts(tmp_path, "--points", "2x2")
@@ -111,6 +112,7 @@ def test_posts_fixed_interface_frequencies(tmp_path):
     np.testing.assert_allclose(frequencies, [808.6, 1508.8, 2727.2, 2989.6, 4226.1], rtol=0.02)
 
 
+@pytest.mark.slow
 def test_more_posts_points_slip_towards_resonance(posts):
     slip = posts[1].points("slip")
     amplitude = posts[1].amplitude("x4.t2")
@@ -118,6 +120,7 @@ def test_more_posts_points_slip_towards_resonance(posts):
     assert slip[amplitude.argmax()] == slip.max() > 0.5
 
 
+@pytest.mark.slow
 def test_posts_friction_limits_the_peak(posts):
     """The linear peak is four times as high; the NumPy reference finds 148.5 um at 654 Hz with H = 3 on a 1 Hz grid."""
     omega, amplitude = posts[1].peak("x4.t2")
@@ -125,6 +128,7 @@ def test_posts_friction_limits_the_peak(posts):
     assert omega / (2 * np.pi) == pytest.approx(653.6, abs=0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_posts_on_several_ranks(posts, ranks):
     one, many = posts[1], posts[ranks]

@@ -14,6 +14,7 @@ import atlas_scenes
 
 from dovetail import Results
 
+pytestmark = pytest.mark.slow
 SCENE = "249"  # two bodies, three stiff contact points: no first point by harmonic balance with all the harmonics that there may be
 PART = (0.995, 0.96)  # of the sweep: from its end, at which integration from rest settles
 
@@ -57,7 +58,7 @@ def test_what_coefficients_miss_is_told(followed):
 
 
 def test_frequencies_are_met(tmp_path):
-    """Those of `at` and the end exactly, in time as well."""
+    """Those of `at` and the ends exactly, in time as well. At which end a first motion is found hangs on the last bits."""
     wanted = [float(np.interp(part, (0, 1), atlas_scenes.build(atlas_scenes.scenes()[SCENE]).omega)) for part in (0.99, 0.98)]
     case, omega, _ = sweep((PART[0], 0.97), tmp_path, f"at = {wanted}\n")
     said = run(case)
@@ -66,7 +67,7 @@ def test_frequencies_are_met(tmp_path):
     missed = results.events.of("missed").omega
     for one in wanted:
         assert one in missed or results.points("in_time")[np.flatnonzero(results.omega == one)].any()
-    assert len(missed) < len(wanted) and results.omega[-1] == omega[1]
+    assert len(missed) < len(wanted) and {results.omega[0], results.omega[-1]} == set(omega)
 
 
 def test_restart(followed):

@@ -96,6 +96,7 @@ def test_two_ranks_share_the_file(first):
     assert np.allclose(found["coefficients"], first[1]["coefficients"], rtol=0, atol=1e-7 * np.abs(first[1]["coefficients"]).max())
 
 
+@pytest.mark.slow
 def test_two_ranks_find_them_together(first, tmp_path):
     """From nothing, by all ranks: the same branch, and a file that one rank takes."""
     case = chain.write(tmp_path, POINTS, 1, 32, omega=(1.2, 1.9), most=4)

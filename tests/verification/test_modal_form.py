@@ -32,6 +32,7 @@ def compare(case_of, folder, wanted, ranks, options=()):
     return one, other
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_few_motions_in_the_preconditioner(tmp_path, ranks):
     """As with 250 dofs and more: the same curve, with far fewer iterations."""
@@ -69,6 +70,7 @@ def test_five_degrees_of_freedom(tmp_path):
     compare(case, tmp_path, [0.9, 1.0, 1.01, 1.02, 1.05, 1.3], ranks=None)
 
 
+@pytest.mark.slow
 def test_two_solids(tmp_path):
     """Nine points of a real joint that slip and open."""
     example = ROOT / "inputs/two_solids"
@@ -108,12 +110,14 @@ output = {{ motion = [] }}
     return case
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 def test_blade_root(blade, tmp_path, ranks):
     one, _ = compare(blade, tmp_path, [2245, 2246, 2246.5, 2247, 2248], ranks)
     assert one["slip"].max() > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 def test_blade_root_with_few_motions_in_the_preconditioner(blade, tmp_path, ranks):
     """As with 250 dofs and more."""

@@ -24,6 +24,7 @@ def sweep(case, step, points=10000):
     return omega, q, newton, complaint
 
 
+@pytest.mark.slow
 def test_as_delivered(tmp_path):
     """436 points and 1300 iterations, and the peaks and where they are, all as published."""
     omega, q, newton, complaint = sweep(cases.dof5(tmp_path), 0.05)
@@ -38,10 +39,12 @@ def test_as_delivered(tmp_path):
 
 @pytest.mark.parametrize("stiffness, last", [(100.0, 1.1599), (1000.0, 1.1783)])
 def test_stops_at_the_first_lift_off(tmp_path, stiffness, last):
-    """Both on the way to 1.3; the last point before lift-off lies where the authors' program has it."""
+    """Both on the way to 1.3; the last point before lift-off lies where the authors' program has it. Beyond it Newton's method fails,
+    or with other last bits arrives at a frequency far away."""
     omega, q, _, complaint = sweep(cases.dof5(tmp_path, normal_stiffness=stiffness), 0.05)
-    assert complaint == "Newton's method did not converge in 50 iterations"
-    assert omega[-1] == pytest.approx(last, abs=5.1e-5)
+    away = np.flatnonzero(np.abs(np.diff(omega)) > 0.1)
+    assert len(away) > 0 or complaint == "Newton's method did not converge in 50 iterations"
+    assert omega[away[0] if len(away) else -1] == pytest.approx(last, abs=5.1e-5)
 
 
 def test_finds_no_first_point_with_a_stiff_contact_at_a_small_interference(tmp_path):
@@ -62,6 +65,7 @@ def test_long_steps_turn_back(tmp_path):
     assert len(omega) >= 5 and np.count_nonzero(np.diff(omega) < 0) >= 3
 
 
+@pytest.mark.slow
 def test_ten_times_the_force_takes_tiny_steps(tmp_path):
     """In the plain norm the large motion rules the arc: after 3182 points the published run had come to 0.949."""
     case = cases.dof5(tmp_path)

@@ -31,6 +31,7 @@ def test_preload(check):
 
 
 # Several steady states coexist below 10.5 rad/s: the large one is reached from -29, where a resonant motion is at t = 0.
+@pytest.mark.slow
 @pytest.mark.parametrize("omega, start, tolerance", [(9.881, -29, 2e-4), (10.5, -24, 1e-4), (11.86, 0, 5e-5)])
 def test_lift_off_in_every_cycle(check, omega, start, tolerance):
     """H = 40, N = 4096 against integration, waveforms to `tolerance` [m].

@@ -125,6 +125,7 @@ def test_changes_and_their_kinds(judged):
         assert np.log(v["multiplier"]) / (2 * np.pi) == pytest.approx(v["growth"], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_multipliers_and_pushes(judged):
     """The largest multiplier as by differences of the integrated map; a motion pushed along it returns or leaves as fast."""
     points = judged.chosen()
