@@ -1,8 +1,10 @@
 """What `cmake --install` and `pip install ./python` put in place works on its own: without this tree, from an empty environment."""
 
+import re
 import shutil
 import subprocess
 import sys
+import tomllib
 
 import pytest
 
@@ -64,6 +66,16 @@ def test_documents_are_there(prefix):
     for name in ("README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "inputs/two_solids/case.toml"):
         assert (documents / name).exists(), name
     assert not [path for path in prefix.rglob("*") if path.name in ("__pycache__", "out") and path.is_relative_to(documents)]
+
+
+def test_readers_of_foreign_files_are_pinned_alike():
+    """In scripts/setup and in the extras of the package; and the version is one in program, package and citation."""
+    project = tomllib.loads((ROOT / "python/pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    pinned = re.search(r'^extras="(.*)"$', (ROOT / "scripts/setup").read_text(), re.MULTILINE)[1].split()
+    assert sorted(extras["ansys"] + extras["nastran"]) == sorted(pinned)
+    assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"project(dovetail VERSION {__version__} " in (ROOT / "CMakeLists.txt").read_text()
 
 
 @pytest.mark.slow
