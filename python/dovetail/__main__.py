@@ -113,7 +113,8 @@ def parser():
                                   "model file (or reduced matrices, with csv, to a reduced file).",
                                   formatter_class=argparse.RawDescriptionHelpFormatter, epilog="formats and their files:\n" +
                                   "".join(f"  {name:<10}{files}\n" for name, files in FORMATS.items()) +
-                                  "\ndocs/import says how to write them, docs/files.md what JOINTS.toml may hold.")
+                                  "\ndocs/how-to/import-FORMAT.md says how to write them,\n"
+                                  "docs/reference/joints-file.md what JOINTS.toml may hold.")
     command.add_argument("format", metavar="FORMAT", choices=list(FORMATS), help=", ".join(FORMATS))
     command.add_argument("files", metavar="FILES", nargs="+", help="see below")
     command.add_argument("--setup", metavar="JOINTS.toml",

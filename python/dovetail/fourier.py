@@ -1,4 +1,4 @@
-"""Trigonometric polynomials in the convention of theory.md, equation (10): [a0, a1, b1, a2, b2, ...], mean a0/2."""
+"""Trigonometric polynomials in the convention of docs/theory/equations.md, equation (10): [a0, a1, b1, a2, b2, ...], mean a0/2."""
 
 import numpy as np
 

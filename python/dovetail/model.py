@@ -1,6 +1,6 @@
 """Build, check and write a full model: the input of `dovetail run`.
 
-The model is equation (1) of theory.md,
+The model is equation (1) of docs/theory/equations.md,
 
     M u'' + xi K u' + K u + [0; g(x_c)] = F f(t) + P,
 
@@ -109,7 +109,7 @@ class Model:
         return result
 
     def write(self, path):
-        """Write the model file of docs/files.md. Collective: every rank writes the rows it holds."""
+        """Write the model file of docs/reference/files.md. Collective: every rank writes the rows it holds."""
         parts = []
         for name, rows in self._rows.items():
             parts += _sparse_parts(name, rows, self.comm)

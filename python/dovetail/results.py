@@ -75,7 +75,8 @@ INSTABILITIES = ("none", "jump", "period doubling", "second frequency")
 class Results:
     """A response branch, finished or still being computed.
 
-    Every number is in the user's own units. Coefficients are measured from the preload state (theory.md, section 4).
+    Every number is in the user's own units. Coefficients are measured from the preload state
+    (docs/theory/equations.md, section 4).
     `point` below is the zero-based index of a point of the branch (see `at`, `peak_point`); `contact` is the one-based number
     of a contact point, as in the name "x3.t1".
 
@@ -90,8 +91,8 @@ class Results:
         STABLE, UNSTABLE or UNCERTAIN; None where the run did not ask. `multiplier` is the largest modulus of a Floquet multiplier,
         `instability` the number of a name in INSTABILITIES.
     error : (n,) array or None
-        Estimated distance of every point from the curve that enough harmonics and samples would give, relative (docs/accuracy.md);
-        NaN where there is none, None where the run did not ask.
+        Estimated distance of every point from the curve that enough harmonics and samples would give, relative; NaN where there is
+        none, None where the run did not ask. See docs/theory/error-estimates.md.
     events : Events
     drawing_samples : int
         Instants per period at which contact forces are evaluated here unless another number is asked for.

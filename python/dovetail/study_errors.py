@@ -82,7 +82,7 @@ def missed(curve, reference):
 
 
 def distances(results, reference, scales, sweep, frequencies, offset):
-    """How far points are from a reference's curve, in the measure of the estimates of docs/accuracy.md.
+    """How far points are from a reference's curve, in the measure of the estimates of docs/theory/error-estimates.md.
 
     Parameters
     ----------

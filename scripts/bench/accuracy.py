@@ -1,8 +1,8 @@
 """Estimated against true errors, and runs by tolerance against fixed harmonics, on scenes that differ in kind.
 
 The true error of a point is its distance from the curve of a reference with many more harmonics, in the measure of the estimates
-(docs/accuracy.md), at frequencies that all runs pass. Fixed harmonics are timed without estimates, and run once more with them. All
-runs of a scene are repeated in turn, so that what else the machine does meets all of them.
+(docs/theory/error-estimates.md), at frequencies that all runs pass. Fixed harmonics are timed without estimates, and run once more with
+them. All runs of a scene are repeated in turn, so that what else the machine does meets all of them.
 """
 
 import argparse

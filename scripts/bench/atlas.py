@@ -6,7 +6,7 @@ dovetail   build/dovetail run with default settings
 truth      build/integrate from three points of Dovetail's curve
 
 Every part of a scene is kept in build/bench/atlas/SCENE and made anew only if what it was made with has changed.
-docs/failures.md says what the scenes are, what counts as a failure, and what was found.
+docs/notes/2026-11-26-atlas.md says what the scenes are, what counts as a failure, and what was found.
 """
 
 import argparse

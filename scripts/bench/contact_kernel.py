@@ -11,7 +11,7 @@ import os
 from measure import BINARY, OUTPUT, ROOT, keep, surroundings, weigh
 
 PROGRAM = BINARY.parent / "contact_kernel"
-PICTURE = ROOT / "docs/contact_kernel.png"
+PICTURE = ROOT / "docs/notes/contact_kernel.png"
 DRAWN = {"slip": "slip, always closed", "separation": "opens in every period"}
 MICRO = 1e6
 

@@ -10,7 +10,7 @@ import sys
 from measure import BINARY, OUTPUT, ROOT, keep, summary_of, surroundings, weigh
 
 CASE = ROOT / "inputs/two_solids"
-PICTURE = ROOT / "docs/demo_time.png"
+PICTURE = ROOT / "docs/notes/demo_time.png"
 STAGES = {"1 model": "read and distribute the model", "2 reduction": "reduction", "3 preload": "contact preload", "4 scaling": "scaling"}
 EVENTS = {"KSPSolve": "branch: linear solves", "SNESJacobianEval": "branch: Jacobian",
           "SNESFunctionEval": "branch: residual with contact"}  # none contains another

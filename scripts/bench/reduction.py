@@ -11,7 +11,7 @@ import numpy as np
 from measure import BINARY, OUTPUT, ROOT, keep, summary_of, surroundings, weigh
 
 EXAMPLE = ROOT / "inputs/blade_root"
-PICTURE = ROOT / "docs/reduction.png"
+PICTURE = ROOT / "docs/notes/reduction.png"
 ASSEMBLY_RANKS = 2
 FACTORISATION = "factorisation"
 STAGES = {"1 model": "read and distribute", "2a analysis": "ordering, analysis", "2c factorisation": FACTORISATION, "2d modes": "modes",

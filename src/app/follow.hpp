@@ -1,6 +1,6 @@
 #pragma once
-// Steps 4 and 5: scaling (theory.md, section 7), then the response curve, point by point into the file and on the
-// screen.
+// Steps 4 and 5: scaling (docs/theory/equations.md, section 7), then the response curve, point by point into the file
+// and on the screen.
 #include "app/voice.hpp"
 #include "case/case.hpp"
 #include "preload/contact_preload.hpp"

@@ -124,6 +124,8 @@ int main(int argc, char **argv) {
   int petsc_argc = static_cast<int>(petsc.size());
   petsc.push_back(nullptr);
   char **petsc_argv = petsc.data();
+  // Without mpirun Open MPI would start a daemon, and fail where it finds no ssh on the path.
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   if (SlepcInitialize(&petsc_argc, &petsc_argv, nullptr, nullptr)) return 3;
   dovetail::install_error_handler();
   dovetail::catch_signals();

@@ -1,5 +1,5 @@
 #pragma once
-// Which law holds at a contact point, and its parameters (theory.md, section 5). Direction 0 is t1, 1 is t2.
+// Which law holds at a contact point, and its parameters (docs/theory/contact-laws.md). Direction 0 is t1, 1 is t2.
 #include <array>
 
 namespace dovetail {

@@ -1,5 +1,5 @@
 #pragma once
-// The Fourier convention, written here and nowhere else (theory.md, eq 10):
+// The Fourier convention, written here and nowhere else (docs/theory/equations.md, eq 10):
 //   q(t) = a0/2 + sum_{k=1..H} a_k cos(k Om t) + b_k sin(k Om t),   coefficients stored [a0, a1, b1, a2, b2, ...].
 #include <cstddef>
 #include <vector>

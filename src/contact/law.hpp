@@ -1,7 +1,7 @@
 #pragma once
-// The contact law at one instant (theory.md, section 5). The march over samples and the preload are made of these few
-// lines; the exact evaluation uses what follows from them for a slider over time (slider.hpp). `Real` is double, or a
-// vector of doubles that holds one contact point per lane.
+// The contact law at one instant (docs/theory/contact-laws.md). The march over samples and the preload are made of
+// these few lines; the exact evaluation uses what follows from them for a slider over time (slider.hpp). `Real` is
+// double, or a vector of doubles that holds one contact point per lane.
 #include <cmath>
 
 #include "contact/contact_point.hpp"

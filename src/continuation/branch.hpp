@@ -1,5 +1,5 @@
 #pragma once
-// Pseudo-arc-length continuation of the periodic response over Omega (theory.md, section 8).
+// Pseudo-arc-length continuation of the periodic response over Omega (docs/theory/equations.md, section 8).
 #include <functional>
 #include <string>
 #include <vector>

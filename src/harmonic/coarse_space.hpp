@@ -1,6 +1,6 @@
 #pragma once
 // What the diagonal D, the preconditioner of GMRES in the modes of the stuck structure, does not know of the contacts
-// (docs/points.md): the Jacobian J among few motions B of the whole structure, factored in single precision,
+// (docs/theory/stuck-modes.md): the Jacobian J among few motions B of the whole structure, in single precision,
 //     P^-1 = D^-1 + B { (B^T J B)^-1 - (B^T D B)^-1 } B^T.
 // B are the lowest modes, to which a harmonic of the excitation comes near, and the shapes of the joint without their
 // part in these (joint_shapes.hpp), all with all harmonics. Every rank factors and solves the same.

@@ -1,6 +1,6 @@
 #pragma once
-// The bordered Jacobian factored in modes of the structure (docs/points.md). There it is diagonal, D, but for the
-// contacts, whose part Delta has few rows or can be written with few:
+// The bordered Jacobian factored in modes of the structure (docs/theory/stuck-modes.md). There it is diagonal, D, but
+// for the contacts, whose part Delta has few rows or can be written with few:
 //     (D + Phi_c^T Delta Phi_c)^-1 = D^-1 - D^-1 Phi_c^T Delta (I + F Delta)^-1 Phi_c D^-1,   F = Phi_c D^-1 Phi_c^T.
 // What I + F Delta is like depends on the basis: contact_factors.hpp, window_factors.hpp. Every rank factors and solves
 // the same.

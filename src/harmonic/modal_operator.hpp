@@ -1,5 +1,5 @@
 #pragma once
-// The derivative of the residual in the modes of the stuck structure (docs/points.md),
+// The derivative of the residual in the modes of the stuck structure (docs/theory/stuck-modes.md),
 //     J_k y = [lambda (1 + i k Om xi) - k^2 Om^2] y + Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y:
 // its second part. In single precision: what is solved with it is a correction. Modal unknowns are dealt out to the
 // ranks in order. Rows of Phi_c whose points stick all through the period could be left out if damping were taken to be

@@ -1,9 +1,9 @@
 #pragma once
-// Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure (docs/points.md), one way or the
-// other: GMRES in single precision, with rounds of refinement in double where more is asked for (modal_krylov.hpp); or,
-// where few contacts move or many iterations would be wanted, factors of the contacts' part, as the preconditioner of
-// GMRES in double: those of contact_factors.hpp, which serve the following Jacobians of the same Newton solve as well,
-// or where contacts are open for long those of window_factors.hpp.
+// Solves with the bordered Jacobian [J b; c^T d] in the modes of the stuck structure (docs/theory/stuck-modes.md), one
+// way or the other: GMRES in single precision, with rounds of refinement in double where more is asked for
+// (modal_krylov.hpp); or, where few contacts move or many iterations would be wanted, factors of the contacts' part, as
+// the preconditioner of GMRES in double: those of contact_factors.hpp, which serve the following Jacobians of the same
+// Newton solve as well, or where contacts are open for long those of window_factors.hpp.
 #include <memory>
 #include <optional>
 

@@ -1,8 +1,8 @@
 #pragma once
-// The modes of the structure with all contact points stuck (docs/points.md): K_s Phi = M Phi diag(lambda) with
-// K_s = K + K_t, K_t the springs of closed and stuck contacts, and Phi^T M Phi = 1. One basis for every frequency and
-// every harmonic, because K = K_s - K_t differs from K_s on the contact dofs' diagonal only. With no springs they are
-// those of the structure without contacts.
+// The modes of the structure with all contact points stuck (docs/theory/stuck-modes.md): K_s Phi = M Phi diag(lambda)
+// with K_s = K + K_t, K_t the springs of closed and stuck contacts, and Phi^T M Phi = 1. One basis for every frequency
+// and every harmonic, because K = K_s - K_t differs from K_s on the contact dofs' diagonal only. With no springs they
+// are those of the structure without contacts.
 #include "harmonic/layout.hpp"
 #include "harmonic/slab.hpp"
 #include "reduction/reduced_model.hpp"

@@ -1,5 +1,5 @@
 #pragma once
-// Contact preload: the joint pressed together before anything vibrates (theory.md, section 4).
+// Contact preload: the joint pressed together before anything vibrates (docs/theory/equations.md, section 4).
 #include <string>
 #include <vector>
 

@@ -1,5 +1,6 @@
 #pragma once
-// The Craig-Bampton model (theory.md, section 3). Contact rows live on the rank that owns the contact point.
+// The Craig-Bampton model (docs/theory/equations.md, section 3). Contact rows live on the rank that owns the contact
+// point.
 #include <cstdint>
 #include <filesystem>
 #include <vector>
@@ -89,7 +90,7 @@ struct Source {
   std::vector<std::array<PetscInt, 3>> contact_dofs;
 };
 
-/// Writes the reduced file of docs/files.md. Collective.
+/// Writes the reduced file of docs/reference/files.md. Collective.
 void write_reduced(const std::filesystem::path &file, const Source &source, const Reduction &reduction);
 
 /// Reads a reduced file; each rank its own rows. Collective. InputError.

@@ -6,7 +6,8 @@
 namespace dovetail {
 namespace {
 
-// Energies come in scaled units, force times displacement (theory.md, section 7), and leave in the user's.
+// Energies come in scaled units, force times displacement (docs/theory/equations.md, section 7), and leave in the
+// user's.
 ContactRecord collect_contact(const Layout &layout, const Scales &scales, const std::vector<Activity> &activity) {
   const double energy = std::pow(scales.modal * scales.frequency, 2);
   std::vector<double> own;

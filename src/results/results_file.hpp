@@ -1,6 +1,6 @@
 #pragma once
-// results.h5 (docs/files.md): every accepted point appended and flushed at once, in user units. The file opens at any
-// moment, with every point whose append has returned.
+// results.h5 (docs/reference/files.md): every accepted point appended and flushed at once, in user units. The file
+// opens at any moment, with every point whose append has returned.
 #include <functional>
 #include <memory>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Physical <-> dimensionless (theory.md, section 7): Om = w0 Om', a = alpha a', x = beta x'.
+// Physical <-> dimensionless (docs/theory/equations.md, section 7): Om = w0 Om', a = alpha a', x = beta x'.
 #include "case/case.hpp"
 #include "preload/contact_preload.hpp"
 

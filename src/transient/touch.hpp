@@ -1,6 +1,6 @@
 #pragma once
 // One contact point over one step of time: its force as a power series while its state lasts, the instant at which it
-// ends, and the state beyond (theory.md, section 5, in continuous time).
+// ends, and the state beyond (docs/theory/contact-laws.md, in continuous time).
 //
 // The cone's slider, slipping, is a differential equation of its own: k_t (x' - w') = T' and k_t w' = lambda T with
 // lambda such that |T| = mu N,  T' = k_t x' - lambda T,  lambda = (T . k_t x' - mu^2 N N') / (mu N)^2.

@@ -294,7 +294,7 @@ def jobs(folder):
         found["ansys"] = Job("ansys", _ansys() | {"joints.toml": tet}, words, "joints.toml")
         examples = Path(importlib.util.find_spec("ansys.mapdl.reader").origin).parent / "examples"
         full = {"file.full": (examples / "file.full").read_bytes(), "HexBeam.cdb": (examples / "HexBeam.cdb").read_bytes()}
-        beam = SETUP.format(tip="NCOMP2", foot="NODE_SELECTION").replace("normal = [0, 0, -1]\n", "").encode()
+        beam = SETUP.format(tip="NCOMP2", foot="NODE_SELECTION").replace("normal = [0, 0, -1]", "at = [[1, 0.25, 3]]").encode()
         found["ansys_full"] = Job("ansys", full | {"joints.toml": beam}, ("@file.full", "@HexBeam.cdb"), "joints.toml")
     if importlib.util.find_spec("pyNastran"):
         nastran = SETUP.format(tip="SET 5", foot="SET1 8").encode()

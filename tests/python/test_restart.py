@@ -349,7 +349,7 @@ def test_out_of_memory(tmp_path):
     case = cases.several_points(tmp_path, harmonics=60, samples=256, omega=[0.8, 0.85])
     command, _ = line(case)
     statuses = []
-    for mebibytes in (250, 350, 450):
+    for mebibytes in (200, 300, 375):
         limit = (f"import os, resource, sys; resource.setrlimit(resource.RLIMIT_AS, 2 * ({mebibytes << 20},)); "
                  "os.execv(sys.argv[1], sys.argv[1:])")
         done = subprocess.run([sys.executable, "-c", limit, *command], env=SURROUNDINGS, capture_output=True, text=True, timeout=SECONDS)

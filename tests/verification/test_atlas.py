@@ -23,7 +23,7 @@ from dovetail import Results, reference
 
 FIXED = ["dof5", "dof5_step_x40", "dof5_force_x10", "dof5_kn_100", "dof5_kn_100_down", "dof5_open_gap_H_25",
          "mass_1", "mass_2", "mass_2_back", "stop", "025", "119", "140", "288", "295"]
-ON_EDGE = "288"  # what becomes of it depends on the last bit of its model (docs/failures.md): only that it goes through is tested
+ON_EDGE = "288"  # the last bit of its model decides what becomes of it (docs/notes/2026-11-26-atlas.md): that it goes through is tested
 
 
 # ------------------------------------------------------------------------------------------------------- the scenes

@@ -1,4 +1,4 @@
-"""Abaqus: the matrices of *MATRIX OUTPUT, FORMAT=MATRIX INPUT with the deck they come from. See docs/import/abaqus.md."""
+"""Abaqus: the matrices of *MATRIX OUTPUT, FORMAT=MATRIX INPUT with the deck they come from. See docs/how-to/import-abaqus.md."""
 
 import re
 from pathlib import Path

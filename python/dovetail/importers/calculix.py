@@ -1,4 +1,4 @@
-"""CalculiX: the matrices of *FREQUENCY, SOLVER=MATRIXSTORAGE with the deck they come from. See docs/import/calculix.md."""
+"""CalculiX: the matrices of *FREQUENCY, SOLVER=MATRIXSTORAGE with the deck they come from. See docs/how-to/import-calculix.md."""
 
 import re
 from pathlib import Path
