@@ -10,7 +10,7 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "solving in the stuck modes";
-constexpr int restart = 150; // where contacts open, shorter ones stagnate
+constexpr int restart = 150;             // where contacts open, shorter ones stagnate
 constexpr double newton_accuracy = 1e-4; // relative; 1e-3 costs more Newton steps than it saves iterations
 constexpr double rounding = 2 * std::numeric_limits<float>::epsilon(); // of a product, by the energy of the motion
 constexpr PetscInt large = 1000; // dofs: with fewer, one Jacobian's coarse space costs more than it saves
