@@ -126,6 +126,7 @@ int main(int argc, char **argv) {
   char **petsc_argv = petsc.data();
   // Without mpirun Open MPI would start a daemon, and fail where it finds no ssh on the path.
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  setenv("OMPI_MCA_sharedfp", "^sm", 0); // nobody shares file pointers; two such processes would share its file
   if (SlepcInitialize(&petsc_argc, &petsc_argv, nullptr, nullptr)) return 3;
   dovetail::install_error_handler();
   dovetail::catch_signals();
