@@ -3,7 +3,7 @@
 #include <string>
 
 #include "case/case.hpp"
-#include "continuation/branch.hpp"
+#include "analyses/branch.hpp"
 
 namespace dovetail {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "app/earlier_run.hpp"
-#include "continuation/needed_harmonics.hpp"
+#include "problems/needed_harmonics.hpp"
 #include "results/progress.hpp"
 #include "support/signals.hpp"
 

@@ -1,10 +1,14 @@
 #pragma once
 // What the points of a curve do not show: how far the amplitude between two of them may be off the cubic through their
 // amplitudes and slopes.
-#include "continuation/amplitude.hpp"
 #include "support/archive.hpp"
 
 namespace dovetail {
+
+struct Amplitude {
+  double value = 0; ///< of what is watched
+  double slope = 0; ///< its derivative along the tangent given
+};
 
 class BetweenPoints {
 public:

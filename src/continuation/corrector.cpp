@@ -28,20 +28,20 @@ const char *in_words(SNESConvergedReason reason) {
 
 } // namespace
 
-Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
-    : system_(system), settings_(settings), jacobian_(system.matrix()), residual_(system.unknowns()),
-      trial_(system.unknowns()), unit_(system.unknowns()) {
-  const Layout &layout = system.layout();
-  check(SNESCreate(layout.comm, snes_.out()), "setting up Newton");
+Corrector::Corrector(Problem &problem, const NewtonSettings &settings)
+    : problem_(problem), settings_(settings), jacobian_(problem.jacobian()), residual_(problem.unknowns()),
+      trial_(problem.unknowns()), unit_(problem.unknowns()) {
+  const Mat J = jacobian_->matrix();
+  check(SNESCreate(PetscObjectComm(reinterpret_cast<PetscObject>(J)), snes_.out()), "setting up Newton");
   check(SNESSetOptionsPrefix(snes_, "hb_"), "setting up Newton");
   check(SNESSetFunction(snes_, residual_, &Corrector::residual, this), "setting up Newton");
-  check(SNESSetJacobian(snes_, jacobian_, jacobian_, &Corrector::jacobian, this), "setting up Newton");
+  check(SNESSetJacobian(snes_, J, J, &Corrector::jacobian, this), "setting up Newton");
   check(SNESSetTolerances(snes_, 0, 0, 0, settings.max_iterations, 100000000), "setting up Newton");
   check(SNESSetConvergenceTest(snes_, &Corrector::converged, this, nullptr), "setting up Newton");
   check(SNESSetType(snes_, SNESNEWTONLS), "setting up Newton");
   KSP ksp;
   check(SNESGetKSP(snes_, &ksp), "setting up Newton");
-  system.set_up(ksp, jacobian_);
+  jacobian_->set_up(ksp);
   check(KSPSetTolerances(ksp, newton_accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "setting up Newton");
   SNESLineSearch search;
   SNESLineSearchType type;
@@ -51,27 +51,22 @@ Corrector::Corrector(HarmonicSystem &system, const NewtonSettings &settings)
   check(SNESLineSearchGetType(search, &type), "setting up Newton");
   check(SNESGetTolerances(snes_, nullptr, nullptr, nullptr, &usual_iterations_, nullptr), "setting up Newton");
   usual_search_ = type;
-  if (layout.owns_omega()) check(VecSetValue(unit_, layout.omega_row(), 1, INSERT_VALUES), "setting up Newton");
-  check(VecAssemblyBegin(unit_), "setting up Newton");
-  check(VecAssemblyEnd(unit_), "setting up Newton");
+  set_parameter(unit_, 1);
 }
 
 PetscErrorCode Corrector::residual(SNES, Vec y, Vec f, void *context) {
   auto &self = *static_cast<Corrector *>(context);
   return self.courier_.run([&] {
-    self.system_.residual(y, f);
+    self.problem_.residual(y, f);
     double along;
     check(VecDot(self.border_, y, &along), "evaluating the arc-length equation");
-    double *own;
-    check(VecGetArray(f, &own), "evaluating the arc-length equation");
-    if (self.system_.layout().owns_omega()) own[self.system_.layout().own_coefficients()] = along - self.target_;
-    check(VecRestoreArray(f, &own), "evaluating the arc-length equation");
+    set_parameter(f, along - self.target_);
   });
 }
 
-PetscErrorCode Corrector::jacobian(SNES, Vec y, Mat J, Mat, void *context) {
+PetscErrorCode Corrector::jacobian(SNES, Vec y, Mat, Mat, void *context) {
   auto &self = *static_cast<Corrector *>(context);
-  return self.courier_.run([&] { self.system_.jacobian(y, self.border_, J); });
+  return self.courier_.run([&] { self.jacobian_->assemble(y, self.border_); });
 }
 
 PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f,
@@ -124,11 +119,11 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
   if (reason == SNES_DIVERGED_LINEAR_SOLVE) {
     KSP ksp;
     check(SNESGetKSP(snes_, &ksp), "Newton");
-    outcome.why = system_.recover(ksp, jacobian_);
+    outcome.why = jacobian_->recover(ksp);
   }
   outcome.converged = reason > 0;
   outcome.newton = static_cast<int>(newton);
-  const LinearEffort spent = system_.take_effort(jacobian_, static_cast<int>(linear));
+  const LinearEffort spent = jacobian_->take_effort(static_cast<int>(linear));
   outcome.linear = spent.iterations, outcome.inexact = spent.inexact;
   if (outcome.converged)
     check(VecCopy(trial_, y), "Newton");
@@ -149,7 +144,7 @@ Corrector::Direction Corrector::solve_again(Vec r, Vec x, double accuracy) {
   check(KSPSetTolerances(ksp, newtons, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "computing a tangent");
   check(KSPGetConvergedReason(ksp, &reason), "computing a tangent");
   check(VecNorm(x, NORM_2, &norm), "computing a tangent");
-  const LinearEffort effort = system_.take_effort(jacobian_, 0);
+  const LinearEffort effort = jacobian_->take_effort(0);
   return {reason > 0 && std::isfinite(norm), 0, effort.iterations, effort.inexact};
 }
 
@@ -160,7 +155,7 @@ Corrector::Direction Corrector::tangent(Vec t) {
   check(SNESGetKSP(snes_, &ksp), "computing a tangent");
   check(VecNorm(t, NORM_2, &norm), "computing a tangent");
   direction.found = direction.found && norm > 0;
-  if (direction.found) direction.sign = system_.determinant_sign(ksp);
+  if (direction.found) direction.sign = jacobian_->determinant_sign(ksp);
   return direction;
 }
 
@@ -169,17 +164,17 @@ Corrector::Direction Corrector::correct(Vec r, Vec c) {
   if (direction.found) return direction;
   KSP ksp;
   check(SNESGetKSP(snes_, &ksp), "computing a correction");
-  system_.recover(ksp, jacobian_);
+  jacobian_->recover(ksp);
   return direction;
 }
 
 Corrector::Direction Corrector::tangent_at(Vec y, Vec border, Vec t) {
   KSP ksp;
   check(SNESGetKSP(snes_, &ksp), "computing a tangent");
-  system_.jacobian(y, border, jacobian_);
-  check(KSPSetOperators(ksp, jacobian_, jacobian_), "computing a tangent");
+  jacobian_->assemble(y, border);
+  check(KSPSetOperators(ksp, jacobian_->matrix(), jacobian_->matrix()), "computing a tangent");
   const Direction direction = tangent(t);
-  if (!direction.found) system_.recover(ksp, jacobian_);
+  if (!direction.found) jacobian_->recover(ksp);
   return direction;
 }
 

@@ -2,7 +2,7 @@
 // Newton (SNES) on the bordered system [residual; border . y - target] = 0, and tangents from the same matrix.
 #include <vector>
 
-#include "harmonic/harmonic_system.hpp"
+#include "continuation/problem.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -23,7 +23,7 @@ struct NewtonEffort {
 
 class Corrector {
 public:
-  Corrector(HarmonicSystem &system, const NewtonSettings &settings);
+  Corrector(Problem &problem, const NewtonSettings &settings);
 
   struct Outcome {
     bool converged = false;
@@ -53,9 +53,9 @@ public:
   /// A tangent with the Jacobian at any y, on the curve or beside it, and a border.
   Direction tangent_at(Vec y, Vec border, Vec t);
 
-  double take_work() { return system_.take_solver_work(jacobian_); } ///< see linear_part.hpp
-  double memory() const { return system_.solver_memory(jacobian_); } ///< see linear_part.hpp
-  void recall(double memory) { system_.begin_solves(jacobian_, memory); }
+  double take_work() { return jacobian_->take_work(); } ///< see BorderedJacobian
+  double memory() const { return jacobian_->memory(); } ///< see BorderedJacobian
+  void recall(double memory) { jacobian_->begin(memory); }
 
   /// Of tangents, relative, where the solver iterates.
   double tangent_accuracy = usual_accuracy;
@@ -68,9 +68,9 @@ private:
                                   void *context);
   Direction solve_again(Vec r, Vec x, double accuracy);
 
-  HarmonicSystem &system_;
+  Problem &problem_;
   NewtonSettings settings_;
-  UniqueMat jacobian_;
+  std::unique_ptr<BorderedJacobian> jacobian_;
   UniqueVec residual_, trial_, unit_;
   UniqueSNES snes_;
   Courier courier_;

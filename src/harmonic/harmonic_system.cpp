@@ -49,7 +49,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, st
 HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness)
     : scaled_(with_softer_contacts(like.scaled_, stiffness)), layout_(scaled_.model.reduced, harmonics),
       harmonics_(harmonics), samples_(samples), form_(like.form_), fourier_(like.fourier_), loose_(like.loose_),
-      forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
+      parameter_(like.parameter_->clone()), forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(like.linear_->like(layout_)) {
   fourier_.resize(layout_.width, 0.0);
 }
@@ -124,8 +124,7 @@ void HarmonicSystem::residual(Vec y, Vec f) {
   const double *q;
   double *out;
   check(VecGetArrayRead(y, &q), "evaluating the residual");
-  const double last = shared_omega(q), omega = fixed_omega_ > 0 ? fixed_omega_ : last,
-               factor = fixed_omega_ > 0 ? last : 1;
+  const auto [omega, factor] = parameter_->at(shared_omega(q));
   products(q);
   const std::vector<double> &u = stiffness_force_, &v = inertia_force_;
   check(VecGetArray(f, &out), "evaluating the residual");
@@ -147,23 +146,17 @@ void HarmonicSystem::residual(Vec y, Vec f) {
 }
 
 void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
-  const int n = layout_.width;
   const double *q, *last;
   check(VecGetArrayRead(y, &q), "evaluating the Jacobian");
-  const double omega = fixed_omega_ > 0 ? fixed_omega_ : shared_omega(q), xi = scaled_.damping;
+  const Setting now = parameter_->at(shared_omega(q));
   products(q);
   evaluate_contact(q);
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
-  const std::vector<double> &u = stiffness_force_, &v = inertia_force_;
   column_.resize(layout_.own_coefficients());
-  for (PetscInt i = 0; i < layout_.own_coefficients(); ++i) { // eq (13)
-    const int place = static_cast<int>(i % n), k = (place + 1) / 2;
-    const double cross = place == 0 ? 0 : place % 2 ? u[i + 1] : -u[i - 1];
-    column_[i] = fixed_omega_ > 0 ? -load(i / n) * fourier_[place] : -2 * k * k * omega * v[i] + k * xi * cross;
-  }
+  parameter_->derivative(*this, now, column_);
   adrift_ = loose_.motions() > 0 && hold_adrift();
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
-  linear_->fill(J, {omega, xi, forces_, adrift_ ? held_.data() : nullptr, column_.data(), last});
+  linear_->fill(J, {now.omega, scaled_.damping, forces_, adrift_ ? held_.data() : nullptr, column_.data(), last});
   check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
 }
 

@@ -4,6 +4,7 @@
 
 #include "harmonic/linear_part.hpp"
 #include "harmonic/loose_body.hpp"
+#include "harmonic/response_parameter.hpp"
 #include "scaling/scaled_model.hpp"
 
 namespace dovetail {
@@ -21,8 +22,9 @@ public:
   /// The same equations with other harmonics or samples, in the modal form. Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
-  /// From here on the last unknown is a factor on the load, at this frequency, in place of Omega.
-  void vary_load(double omega) { fixed_omega_ = omega; }
+  /// From here on the last unknown is that, in place of Omega.
+  void vary(std::unique_ptr<ResponseParameter> parameter) { parameter_ = std::move(parameter); }
+  const ResponseParameter &parameter() const { return *parameter_; }
 
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }
@@ -32,10 +34,10 @@ public:
   std::vector<Coupling> couplings() const { return linear_->couplings(); } ///< the matrices; this rank's share
   const std::vector<double> &fourier() const { return fourier_; }          ///< f(t), (2H+1)
 
-  UniqueVec unknowns() const; ///< y = [X; Omega], zero
+  UniqueVec unknowns() const; ///< y = [X; parameter], zero
   double omega(Vec y) const;  ///< last unknown, on every rank. Collective.
 
-  /// f = residual of eq (11); its last entry, Omega's row, is left alone. Collective.
+  /// f = residual of eq (11); its last entry, the parameter's row, is left alone. Collective.
   void residual(Vec y, Vec f);
   /// Empty Jacobian, bordered by Omega's row and column; `ksp` made to solve with it, before SetFromOptions.
   UniqueMat matrix() const { return linear_->matrix(forces_); }
@@ -54,6 +56,11 @@ public:
   const LooseBody &loose_body() const { return loose_; }
   bool adrift() const { return adrift_; } ///< so it was when the Jacobian was evaluated last
 
+  /// K q and M q of the motion evaluated last, (own coefficients).
+  const std::vector<double> &stiffness_force() const { return stiffness_force_; }
+  const std::vector<double> &inertia_force() const { return inertia_force_; }
+  double load(PetscInt own_dof) const; ///< of the pattern, at an own dof
+
   /// What the own contact points did over the period at the motion evaluated last, in scaled units.
   const std::vector<Activity> &activity() const { return forces_.activity(); }
 
@@ -61,7 +68,6 @@ private:
   void evaluate_contact(const double *q); // unless done at this motion
   void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, likewise
   bool hold_adrift();
-  double load(PetscInt own_dof) const;
   double shared_omega(const double *own) const;
 
   ScaledModel scaled_;
@@ -71,7 +77,7 @@ private:
   std::vector<double> fourier_;
   LooseBody loose_;
   bool adrift_ = false;
-  double fixed_omega_ = 0; // when the load is varied; else 0
+  std::unique_ptr<ResponseParameter> parameter_ = std::make_unique<FrequencyParameter>();
   ContactForces forces_;
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
   std::unique_ptr<LinearPart> linear_;

@@ -10,6 +10,7 @@
 #include "contact/contact_forces.hpp"
 #include "harmonic/layout.hpp"
 #include "support/handle.hpp"
+#include "support/linear_effort.hpp"
 
 namespace dovetail {
 
@@ -39,10 +40,6 @@ struct JacobianParts {
   const double *border;         ///< (own unknowns) last row
 };
 
-struct LinearEffort {
-  int iterations = 0;
-  int inexact = 0; ///< solves that left more of the equations than was asked
-};
 
 class LinearPart {
 public:

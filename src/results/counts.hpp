@@ -1,6 +1,6 @@
 #pragma once
 // The names of the counts of a run, in summary.json and state.h5.
-#include "continuation/branch_state.hpp"
+#include "analyses/branch_state.hpp"
 
 namespace dovetail {
 

@@ -3,7 +3,7 @@
 // need.
 #include <vector>
 
-#include "continuation/branch.hpp"
+#include "analyses/branch.hpp"
 #include "results/gather.hpp"
 
 namespace dovetail {

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "continuation/branch.hpp"
+#include "analyses/branch.hpp"
 #include "results/results_file.hpp"
 #include "scaling/scaled_model.hpp"
 

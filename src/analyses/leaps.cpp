@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "continuation/follower.hpp"
+#include "analyses/follower.hpp"
 #include "transient/steady_state.hpp"
 
 namespace dovetail {
@@ -29,15 +29,15 @@ bool Follower::from_other_end(const std::string &why, double lost, bool briefly)
   settings_.both_ends = briefly; // if it is tried with all that there is, once
   HarmonicSystem *const before = system_;
   std::unique_ptr<HarmonicSystem> other;
-  Station here;
-  std::optional<Station> farthest;
+  CurvePoint here;
+  std::optional<CurvePoint> farthest;
   if (H != before->harmonics()) {
     here = std::move(here_), farthest.swap(farthest_);
     other = std::make_unique<HarmonicSystem>(*before, H, asked_samples_);
     take_system(*other);
     std::swap(changed_, other);
   }
-  Station first = curve_->station();
+  CurvePoint first = curve_->point();
   UniqueVec rest = system_->unknowns();
   std::string how;
   if (!first_point(settings_.to, rest, first, how, briefly ? Effort::brief : Effort::full)) {
@@ -61,10 +61,10 @@ bool Follower::from_other_end(const std::string &why, double lost, bool briefly)
          "the curve could not be followed to the end (" + why +
              "): from here on the rest of the sweep, from its other end back to where it was lost; the branch may be "
              "another one",
-         here_.omega);
-  bends_.clear(), farthest_.reset();
-  windings_ = still_ = stays_ = 0;
-  ahead_ = crowd_ = {here_.omega, summary_.counts.newton};
+         here_.parameter);
+  cluster_.forget(), farthest_.reset(), drift_.forget(), progress_.forget();
+  progress_.begin(here_.parameter, summary_.counts.newton, direction_);
+  cluster_.begin(here_.parameter, summary_.counts.newton);
   begin_amplitude();
   verdict_ = judge(here_);
   report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
@@ -75,11 +75,11 @@ bool Follower::from_other_end(const std::string &why, double lost, bool briefly)
 // After a leap: steps begin short, and what comes does not hang together with the points before.
 void Follower::stand_anew() {
   curve_->norm.see(here_.y);
-  check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
+  measure_anew();
   drop_anchors();
-  trail_.leave();
-  trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
-  step_ = step_after;
+  retraced_.leave();
+  retraced_.add(curve_->problem, here_.y, here_.t, curve_->norm.largest_motion());
+  control_.set(step_limits.after_jump);
   limit_step();
 }
 
@@ -90,8 +90,8 @@ double Follower::integration_left() const { return (2 + 2 * summary_.counts.inte
 bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
   check(VecCopy(here_.y, trial_.y), "predicting");
   const Layout &layout = system_->layout();
-  const bool amply = stays_ > 0 || dear(), large = layout.dofs() * layout.width * least_patience > most_wound,
-             in_time = amply || orbit_ || (windings_ > 0 && large);
+  const bool amply = progress_.times_stayed() > 0 || dear(), large = layout.dofs() * layout.width * least_patience > most_wound,
+             in_time = amply || orbit_ || (progress_.times_left() > 0 && large);
   SteadyState steady;
   if (integrates(way)) {
     IntegrationSettings settings{
@@ -127,14 +127,14 @@ std::vector<double> Follower::aims(Way way, double from, double most) const {
       {1e-4, 1e-3, 1e-2, 5e-2}, {1e-3, 1e-2, 5e-2, 0.2, 0.4}, {1e-2, 5e-2, 0.2, 0.4, 0.7, 1}};
   std::vector<double> out;
   if (way >= Way::sown) {
-    const double shift = std::fmod(other_places * stays_, 1.0);
+    const double shift = std::fmod(other_places * progress_.times_stayed(), 1.0);
     for (int i = 1; i < seeds; ++i) out.push_back(from + std::pow((i - shift) / seeds, 2) * (settings_.to - from));
     if (!turned_round_) out.push_back(settings_.to); // else the branch was lost there
     return out;
   }
   for (const double part : parts[static_cast<int>(way)]) {
     if (part > most) break;
-    out.push_back(from + direction_ * part * std::pow(nearer, stays_) * omega_unit_);
+    out.push_back(from + direction_ * part * std::pow(nearer, progress_.times_stayed()) * unit_);
     if ((out.back() - settings_.to) * direction_ < 0) continue;
     out.back() = settings_.to;
     break;
@@ -152,8 +152,8 @@ bool Follower::leap(Way way, double from, double most) {
   if (!integrate && orbit_) return false;       // with hundreds of harmonics
   if (way == Way::anew && dear()) return false; // takes long, and was in vain
   const std::string reason = refusal_;
-  const double before = here_.omega,
-               reached = farther(before) ? before : farthest_->omega; // frequencies of `at` up to there were met
+  const double before = here_.parameter,
+               reached = farther(before) ? before : farthest_->parameter; // frequencies of `at` up to there were met
   DenseModel model;
   if (integrate) model = dense_model(*system_);
   const auto between = [](double w, double a, double b) { return (w - a) * (w - b) < 0; };
@@ -179,9 +179,9 @@ bool Follower::leap(Way way, double from, double most) {
     notify(integrate ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
            "the curve could not be followed here (" + reason + "): went on from the " +
                (integrate ? "steady state that time integration finds" : "solution") + " at " +
-               ahead_in_words(std::abs(next - before) / omega_unit_) + (orbit_ ? ", in time" : "") +
+               ahead_in_words(std::abs(next - before) / unit_) + (orbit_ ? ", in time" : "") +
                "; the branch may have changed",
-           here_.omega);
+           here_.parameter);
     begin_amplitude();
     verdict_ = judge(here_);
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "continuation/follower.hpp"
+#include "analyses/follower.hpp"
 
 namespace dovetail {
 namespace {
@@ -54,11 +54,12 @@ int Follower::least_harmonics() const { // those of the load
 
 // Where contacts are stiff, twice the harmonics may cost ten times as much as the point: what estimates take is kept to
 // a part of what the points take. None: no number. With a tolerance it is refined_for that asks.
-const ErrorEstimate &Follower::affordable_error_of(Station &s) {
+const ErrorEstimate &Follower::affordable_error_of(CurvePoint &s) {
   static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan(""), {}};
-  if (settings_.tolerance > 0) return s.error ? *s.error : none;
+  const auto &error = data_of(s).error;
+  if (settings_.tolerance > 0) return error ? *error : none;
   count_estimates(estimated_least);
-  return s.error || estimating_ >= 0 ? error_of(s) : none;
+  return error || estimating_ >= 0 ? error_of(s) : none;
 }
 
 // Up by what solves along the curve took, and `besides`, down by what estimates took. Between two steps nothing is left
@@ -71,22 +72,23 @@ void Follower::count_estimates(double besides) {
     estimating_ = std::min(estimating_ + part * solved + besides, estimated_ahead) - estimated;
 }
 
-const ErrorEstimate &Follower::error_of(Station &s) {
-  if (s.error) return *s.error;
-  s.error = (*estimator_)(s.y, s.t);
+const ErrorEstimate &Follower::error_of(CurvePoint &s) {
+  auto &error = data_of(s).error;
+  if (error) return *error;
+  error = (*estimator_)(s.y, s.t);
   summary_.counts.inexact += estimator_->take_inexact();
-  if (!system_->scaled().model.reduced.left_out.squares.empty()) s.error->modes = curve_->left_out(s);
-  return *s.error;
+  if (!system_->scaled().model.reduced.left_out.squares.empty()) error->modes = response_->left_out(s);
+  return *error;
 }
 
 // More harmonics at here_, if the error at `s` asks for them; or back to what they were, if the last ones were added in
 // vain. Where contacts are stiff, no number that can be had may be enough, and more may be worse than fewer. While
 // harmonics stay, every other point is asked: errors change little from one to the next.
-bool Follower::refined_for(Station &s) {
+bool Follower::refined_for(CurvePoint &s) {
   if (settings_.tolerance <= 0 || unchanged_ % 2 == 1 || !(error_of(s).balance() > most_part * settings_.tolerance))
     return false;
   const int H = system_->harmonics();
-  const double error = s.error->balance();
+  const double error = error_of(s).balance();
   if (unchanged_ > 0 || raised_.harmonics == 0) raised_ = {H, error}; // else further harmonics for the same step
   const double left = raised_.harmonics == coarse_.harmonics ? most_left_then : most_left;
   const bool in_vain = H >= raised_.harmonics + enough_added && error > left * raised_.error,
@@ -96,10 +98,10 @@ bool Follower::refined_for(Station &s) {
     return change_harmonics(coarse_.harmonics, error);
   }
   if (coarse_.harmonics == H && error < worth_another * coarse_.error) return false;
-  const int wanted = std::min(harmonics_for(*s.error, H, H + 1, aimed_part * settings_.tolerance), most_harmonics);
+  const int wanted = std::min(harmonics_for(error_of(s), H, H + 1, aimed_part * settings_.tolerance), most_harmonics);
   if (wanted > H && change_harmonics(wanted, error)) return true;
   coarse_ = {H, error}; // then as few as are about as good
-  const int fewer = harmonics_for(*s.error, H, least_harmonics(), as_good * error);
+  const int fewer = harmonics_for(error_of(s), H, least_harmonics(), as_good * error);
   if (fewer > least_saving * H || !change_harmonics(fewer, error)) return false;
   coarse_.harmonics = fewer;
   return true;
@@ -109,16 +111,16 @@ bool Follower::refined_for(Station &s) {
 void Follower::spare_harmonics() {
   const bool aimed = settings_.tolerance > 0;
   const int H = system_->harmonics(), least = aimed ? least_harmonics() : lent_from_;
-  if (++unchanged_ < (aimed ? least_stay : lent_for) || !here_.error || H <= least) return;
-  if (!aimed && std::abs(here_.omega - lent_at_) < least_ahead * omega_unit_) return;
-  const double error = here_.error->balance();
-  int fewer = harmonics_for(*here_.error, H, least, aimed ? spare_part * settings_.tolerance : lent_until);
+  if (++unchanged_ < (aimed ? least_stay : lent_for) || !data_of(here_).error || H <= least) return;
+  if (!aimed && std::abs(here_.parameter - lent_at_) < least_ahead * unit_) return;
+  const double error = data_of(here_).error->balance();
+  int fewer = harmonics_for(*data_of(here_).error, H, least, aimed ? spare_part * settings_.tolerance : lent_until);
   bool changed = false; // with so many fewer the motion may be no longer near, or as good
   for (; fewer <= least_saving * H && !changed; fewer = (fewer + H + 1) / 2) {
     changed = change_harmonics(fewer, error);
     if (aimed || !changed || error_of(here_).balance() < most_lent) continue;
     changed = false;
-    if (!change_harmonics(H, here_.error->balance())) return;
+    if (!change_harmonics(H, data_of(here_).error->balance())) return;
   }
   if (changed) raised_ = {};
   if (!changed) unchanged_ = aimed ? 1 : -lent_again;
@@ -126,17 +128,17 @@ void Follower::spare_harmonics() {
 
 bool Follower::change_harmonics(int harmonics, double error) {
   const int before = system_->harmonics();
-  const double step = step_;
+  const double step = control_.step();
   if (!rebuild(std::make_unique<HarmonicSystem>(*system_, harmonics, system_->samples()),
-               settings_.tolerance > 0 || dear() ? most_newton : 0))
+               settings_.tolerance > 0 || dear() ? step_limits.most_newton : 0))
     return false;
-  step_ = step;
+  control_.set(step);
   unchanged_ = 0;
   ++summary_.counts.adaptations;
   char text[120];
   std::snprintf(text, sizeof text, "%d harmonics from here on (estimated error with %d: %.1e)", harmonics, before,
                 error);
-  notify(BranchEvent::Kind::harmonics, text, here_.omega);
+  notify(BranchEvent::Kind::harmonics, text, here_.parameter);
   return true;
 }
 

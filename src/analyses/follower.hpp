@@ -1,25 +1,27 @@
 #pragma once
-// The continuation at work. branch.cpp: from beginning to end; steps.cpp: along the curve; places.cpp: what lies within
-// a step; locate.cpp: where; corners.cpp: round corners; ladder.cpp: what is tried when no step converges; leaps.cpp:
-// to frequencies ahead; in_time.cpp: along motions in time; astray.cpp: when steps lead nowhere; adapt.cpp: harmonics
-// to a tolerance; first_point.cpp: where to begin; saved.cpp: where it stands, for a restart.
+// The response curve at work, on the steps of continuation/stepper.hpp. branch.cpp: from beginning to end; passing.cpp:
+// what is done with a step; places.cpp: what lies within it; ladder.cpp: what is tried when no step converges;
+// leaps.cpp: to frequencies ahead; in_time.cpp: along motions in time; astray.cpp: when steps lead nowhere; adapt.cpp:
+// harmonics to a tolerance; first_point.cpp: where to begin; saved.cpp: where it stands, for a restart.
 #include <array>
 #include <memory>
 #include <optional>
 
-#include "continuation/amplitude.hpp"
+#include "analyses/branch.hpp"
+#include "analyses/recovery_limits.hpp"
 #include "continuation/between.hpp"
-#include "continuation/branch.hpp"
-#include "continuation/curve.hpp"
-#include "continuation/step_rules.hpp"
-#include "continuation/trail.hpp"
+#include "continuation/progress_monitors.hpp"
+#include "continuation/retrace_monitor.hpp"
+#include "continuation/stepper.hpp"
+#include "problems/amplitude.hpp"
+#include "problems/response_curve.hpp"
 #include "stability/large_stability.hpp"
 #include "transient/orbit_curve.hpp"
 #include "transient/steady_state.hpp"
 
 namespace dovetail {
 
-class Follower {
+class Follower : private Stepper {
 public:
   Follower(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings,
            const BranchObserver &observer);
@@ -29,87 +31,63 @@ public:
   BranchSummary go_on(const BranchState &state);
 
 private:
-  enum class Go { on, refused, ended, refined }; // refined: to be tried again, with more harmonics
   using End = BranchSummary::End;
 
   // branch.cpp
   BranchSummary follow(bool between);
-  void begin(Station first);
+  void begin(CurvePoint first);
   double beyond_start(double omega) const;
-  Go after_step();
-  void report(Station &s, double arclength, const Stability *stability, bool place = false);
+  Outcome after_step();
+  void report(CurvePoint &s, double arclength, const Stability *stability, bool place = false);
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
-  Go end(End how, const std::string &why = "");
+  Outcome end(End how, const std::string &why = "");
   bool farther(double omega) const;
-  void note(std::optional<Station> &place, const Station &s) const;
   void recall_activity();
   double plain_length(Vec t) const;
   void begin_amplitude();
+  ResponseMetric &metric() { return response_->metric(); }
 
-  // steps.cpp
-  Go advance();
+  // passing.cpp: Stepper's
+  bool refine(CurvePoint &trial) override { return refined_for(trial); }
+  Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
+  Outcome settle(Vec way) override;
+  void stepped() override { spare_harmonics(); }
+  void halved(const std::string &why) override;
+  void turned_kink(double angle, double omega) override;
+  Outcome no_step() override;
+  bool iterations_are_expensive() const override { return dear(); }
   bool exact() const;
-  double allowed_astray() const; // Halvings::Measure
-  Go try_step(double step);
-  Go accept_step(Vec normal, double step, bool at_corner = false);
-  Go pass_to_trial(Vec normal, double step, double plain, bool at_corner);
-  void choose_step(double step, double turned, int newton);
-  void limit_step();
 
   // astray.cpp
   void drop_anchors();
   bool follow_again(const std::string &why);
   void note_bend(double omega);
-  void note_creeping();
   bool winds();
   void pass_crowd();
   bool leave_from_farthest(std::string why, bool briefly = false);
 
   // places.cpp
-  struct Place {  // something worth a point of its own within a step
-    double along; // way from the last point: on planes across the step, in corners such a part of it
+  struct Place : Located { // something worth a point of its own within a step
     enum class Kind { wanted, fold, peak, branch, stability, limit, last } kind;
-    Station at;
     double amplitude = 0;
-  };
-  using Measured = std::function<double(Station &)>;
-  struct Bound { // of what is searched for a place
-    double along;
-    Vec y;
-    double value;
   };
   std::vector<std::optional<Place>> find_folds(Vec normal, double step, bool at_corner);
   bool find_places(Vec normal, double step, bool at_corner, const Amplitude &next, std::vector<Place> &found);
   struct PieceEnd { // of a step, between turning points
-    const Station &at;
+    const CurvePoint &at;
     double along;
   };
   bool find_wanted(Vec normal, const PieceEnd &from, const PieceEnd &to, bool at_corner, std::vector<Place> &found);
-  bool solve_wanted(Vec normal, const Station &a, const Station &b, double w, Place &place);
+  bool solve_wanted(Vec normal, const CurvePoint &a, const CurvePoint &b, double w, Place &place);
   void begin_stability();
   void tell_stability(double omega, double amplitude);
   void find_stability_change(Vec normal, double step, bool at_corner, std::vector<Place> &found);
-  Go report_places(std::vector<Place> &found, double plain, bool at_corner);
-  std::optional<Stability> judge(const Station &s);
+  Outcome report_places(std::vector<Place> &found, double plain, bool at_corner);
+  std::optional<Stability> judge(const CurvePoint &s);
 
-  // locate.cpp
-  bool solve_within(Vec normal, double along, Station &s, const StepEffort &effort = {});
   std::optional<Place> locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f);
-  Place place_at(const Station &s, Place::Kind kind, double along);
+  Place place_at(const CurvePoint &s, Place::Kind kind, double along);
   Place corner_place(Place::Kind kind, double step, bool beyond, std::array<double, 2> values, const Measured &f);
-  std::optional<Place> locate_in_corner(Place::Kind kind, double step, std::array<double, 2> values, const Measured &f);
-  bool leads_back(double step, double missed);
-  Place locate_branch_point(double step);
-
-  // corners.cpp
-  enum class Extent { first, all }; // legs that are tried
-  bool round_corner(double step, Extent extent, Go &outcome);
-  bool go_round(Vec t, double step, bool by_sign, Go &outcome);
-  struct Meeting {            // of the lines along two tangents
-    double ahead, back, miss; // lengths from here_ and back from the other one to where they are closest, how close
-  };
-  Meeting meeting(const Station &other) const;
-  bool back_to_corner(Station &corner);
 
   // saved.cpp
   BranchState state();
@@ -119,7 +97,7 @@ private:
   void archive_points(Archive &archive);
 
   // ladder.cpp
-  Go climb();
+  Outcome climb();
   void take_system(HarmonicSystem &system);
   void adopt(std::unique_ptr<HarmonicSystem> system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
@@ -149,17 +127,17 @@ private:
   // in_time.cpp
   bool begin_in_time(const DenseModel &model, const SteadyState &steady, double omega);
   bool first_in_time(double omega);
-  void show(OrbitCurve::PlacePtr motion, Station &s);
-  bool show_if(OrbitCurve::PlacePtr motion, Station &s);
-  Go advance_in_time();
+  void show(OrbitCurve::PlacePtr motion, CurvePoint &s);
+  bool show_if(OrbitCurve::PlacePtr motion, CurvePoint &s);
+  Outcome advance_in_time();
   bool back_to_harmonics();
 
   // adapt.cpp
   int least_harmonics() const;
-  const ErrorEstimate &error_of(Station &s);
-  const ErrorEstimate &affordable_error_of(Station &s);
+  const ErrorEstimate &error_of(CurvePoint &s);
+  const ErrorEstimate &affordable_error_of(CurvePoint &s);
   void count_estimates(double besides = 0);
-  bool refined_for(Station &s);
+  bool refined_for(CurvePoint &s);
   void spare_harmonics();
   bool change_harmonics(int harmonics, double error);
 
@@ -168,41 +146,36 @@ private:
   bool grow_load(double omega, std::vector<double> &q);
   /// brief: the quick ways only; patient: those, but for time integration, which may be long
   enum class Effort { full, brief, patient };
-  bool first_point(double omega, Vec y, Station &first, std::string &how, Effort effort);
+  bool first_point(double omega, Vec y, CurvePoint &first, std::string &how, Effort effort);
 
   HarmonicSystem *system_;
   const NewtonSettings &newton_;
   BranchSettings settings_;
   const BranchObserver &observer_;
   BranchSummary summary_;
-  double omega_unit_;
   std::unique_ptr<HarmonicSystem> changed_; // with other harmonics or samples, in place of the one given
-  std::unique_ptr<Curve> curve_;
+  std::unique_ptr<ResponseCurve> response_; // the curve at hand, of system_
   std::unique_ptr<AmplitudeMeter> meter_;
   std::unique_ptr<StabilityTest> stability_;            // of a small model, or
   std::unique_ptr<LargeStabilityTest> large_stability_; // of any
   std::unique_ptr<Estimator> estimator_;
   std::unique_ptr<OrbitCurve> orbit_; // while the curve is followed in time; here_ shows it then
   double balanced_at_ = 0;            // frequency where it was begun, or harmonic balance was tried again
-  Station here_, trial_;              // last accepted point; the one being tried
-  std::optional<Station> before_;     // where the smooth step to here_ began
-  std::optional<Station> farthest_;   // where the curve turned back, or in time was, nearest to the end of the sweep
-  std::optional<Station> anchors_[2]; // points of the curve to go back to, `anchored` to twice that behind; the next
-  double anchor_arc_ = 0;             // way in the arc norm since the older one,
-  double newer_arc_ = 0;              // and since the newer one
-  int since_anchor_ = 0;              // points
-  int repeated_at_ = 0;               // points until the last time; 0: never
-  int careful_ = 0;                   // points that still are to be taken with steps no longer than
-  double careful_step_ = 0;           // that
-  std::vector<double> bends_;         // frequencies of turning points and corners, as they came
-  UniqueVec predicted_;
-  Amplitude amplitude_; // at here_
+  std::optional<CurvePoint> farthest_;   // where the curve turned back, or in time was, nearest to the end of the sweep
+  std::optional<CurvePoint> anchors_[2]; // points of the curve to go back to, `anchored` to twice that behind; the next
+  double anchor_arc_ = 0;                // way in the arc norm since the older one,
+  double newer_arc_ = 0;                 // and since the newer one
+  int since_anchor_ = 0;                 // points
+  int repeated_at_ = 0;                  // points until the last time; 0: never
+  Amplitude amplitude_;                  // at here_
   BetweenPoints between_;
   double between_error_ = NAN; // of the piece up to the point that is reported
-  Trail trail_;
+  RetraceMonitor retraced_;
+  FoldClusterMonitor cluster_;
+  NoProgressMonitor progress_;
+  DriftMonitor drift_;
   std::optional<Stability> verdict_; // at here_
-  Halvings halvings_;
-  int unchanged_ = 0; // points since harmonics were adapted
+  int unchanged_ = 0;                // points since harmonics were adapted
   struct Adapted {
     int harmonics = 0;
     double error = 0;
@@ -213,22 +186,9 @@ private:
   int end_in_vain_ = 0;    // and with which the other end was looked at briefly, likewise
   double lent_at_ = 0;     // frequency where more were taken last
   int lent_from_;          // fewest that are gone back to after more were taken: the case's, or more than had failed
-  std::string refusal_;
-  std::optional<Place> branch_point_; // within the step being tried
+  int folds_before_ = 0;   // turning points until the step at hand
   bool ended_ = false;
-  std::string crowded_; // why steps lead nowhere although they converge
-  struct Crowd {
-    double omega;
-    long newton;
-  } crowd_{}, ahead_{};  // where the last stretch of the sweep was left behind, or was met first; iterations until then
-  int windings_ = 0;     // times that a curve was left because it leads nowhere, since it went on
-  double left_at_ = 0;   // frequency, the last time
-  int stays_ = 0;        // times that no way on was found, since the curve was left;
-  double stayed_at_ = 0; // farthest frequency, the last time
-  double step_ = 0, arclength_ = 0;
-  double curvature_ = 0;    // at the last smooth step: angle per arc length
-  int corners_in_vain_ = 0; // times in succession that all legs were tried, up to most_waiting
-  int still_ = 0;           // steps in succession along which only mean positions changed
+  double arclength_ = 0;
   int direction_ = 1;
   const int asked_for_;       // harmonics, by the case,
   const int asked_samples_;   // and samples

@@ -3,21 +3,17 @@
 #include <vector>
 
 #include "contact/wave_transform.hpp"
+#include "continuation/between.hpp"
 #include "harmonic/layout.hpp"
 #include "support/handle.hpp"
 
 namespace dovetail {
 
-struct Amplitude {
-  double value = 0; ///< largest |q(t) - mean| over the period, scaled
-  double slope = 0; ///< its derivative along the tangent given
-};
-
 class AmplitudeMeter {
 public:
   /// `watched`: a reduced dof, modes first, or -1: the contact dof that moves most (the mode, without contact).
   AmplitudeMeter(const Layout &layout, PetscInt watched);
-  /// At y, along t. The extreme is that of the trigonometric polynomial, not of samples. Collective.
+  /// Largest |q(t) - mean| over the period, scaled, at y and along t. The extreme is that of the trigonometric polynomial, not of samples. Collective.
   Amplitude operator()(Vec y, Vec t);
 
 private:

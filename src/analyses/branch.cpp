@@ -1,33 +1,37 @@
-#include "continuation/branch.hpp"
+#include "analyses/branch.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "continuation/follower.hpp"
+#include "analyses/follower.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr double alone = 1e-3; // of its frequency, is what counts as much as the motion where there is one point only
 
+double unit_of(const BranchSettings &settings) {
+  return settings.to != settings.from ? std::abs(settings.to - settings.from) : alone * settings.from;
+}
+
 } // namespace
 
 Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings,
                    const BranchObserver &observer)
-    : system_(&system), newton_(newton), settings_(settings), observer_(observer),
-      omega_unit_(settings.to != settings.from ? std::abs(settings.to - settings.from) : alone * settings.from),
-      curve_(std::make_unique<Curve>(system, newton, omega_unit_, settings.adaptive, summary_.counts)),
-      meter_(std::make_unique<AmplitudeMeter>(system.layout(), settings.watched)), here_(curve_->station()),
-      trial_(curve_->station()), predicted_(system.unknowns()), trail_(omega_unit_), lent_from_(system.harmonics()),
-      direction_(settings.to < settings.from ? -1 : 1), asked_for_(system.harmonics()),
+    : Stepper({settings.adaptive, settings.step}, unit_of(settings), newton.step_tolerance), system_(&system),
+      newton_(newton), settings_(settings), observer_(observer),
+      response_(std::make_unique<ResponseCurve>(system, newton, unit_, settings.adaptive, summary_.counts)),
+      meter_(std::make_unique<AmplitudeMeter>(system.layout(), settings.watched)), retraced_(unit_), cluster_(unit_),
+      progress_(unit_), lent_from_(system.harmonics()), direction_(settings.to < settings.from ? -1 : 1), asked_for_(system.harmonics()),
       asked_samples_(system.samples()), begun_at_(settings.from) {
+  take_curve(*response_);
   if (settings.stability) begin_stability();
-  if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, omega_unit_, newton.residual_tolerance);
+  if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, unit_, newton.residual_tolerance);
 }
 
 BranchSummary Follower::run(Vec y, const std::string &why_there) {
-  Station first = curve_->station();
+  CurvePoint first = curve_->point();
   std::string how = why_there;
   summary_.omega = settings_.from;
   if (const int motions = system_->loose_body().motions(); motions > 0)
@@ -48,20 +52,20 @@ BranchSummary Follower::run(Vec y, const std::string &why_there) {
   return follow(false);
 }
 
-void Follower::begin(Station first) {
+void Follower::begin(CurvePoint first) {
   here_ = std::move(first);
   if (direction_ < 0 && !orbit_) turn(here_);
   curve_->norm.see(here_.y);
-  for (int i = 0; i < most_refinements && !orbit_ && refined_for(here_); ++i) {
+  for (int i = 0; i < step_limits.most_refinements && !orbit_ && refined_for(here_); ++i) {
   }
   verdict_ = judge(here_);
   report(here_, 0, verdict_ ? &*verdict_ : nullptr);
   if (settings_.to == settings_.from) return;
-  check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); // by the norm as it is now
-  step_ = settings_.step / plain_length(here_.t); // the user's arc length is in the plain norm
-  ahead_ = {here_.omega, summary_.counts.newton};
+  measure_anew();
+  control_.set(settings_.step / plain_length(here_.t)); // the user's arc length is in the plain norm
+  progress_.begin(here_.parameter, summary_.counts.newton, direction_);
   begin_amplitude();
-  trail_.add(system_->layout(), here_.y, here_.t, curve_->norm.largest_motion());
+  retraced_.add(curve_->problem, here_.y, here_.t, curve_->norm.largest_motion());
   limit_step();
 }
 
@@ -82,7 +86,7 @@ BranchSummary Follower::follow(bool between) {
     ended_ = false; // a leap may end the sweep
     refusal_ = summary_.why;
     if (summary_.end == End::retraced && more_harmonics()) {
-      careful_ = careful_points, careful_step_ = longest_step; // marks of the curve with fewer lie here
+      control_.be_careful(careful_points, step_limits.longest); // marks of the curve with fewer lie here
       continue;
     }
     if (!leave_from_farthest(summary_.why))
@@ -90,32 +94,24 @@ BranchSummary Follower::follow(bool between) {
     else if (!ended_)
       after_step();
   }
-  summary_.omega = here_.omega;
-  summary_.farthest = farther(here_.omega) ? here_.omega : farthest_->omega;
+  summary_.omega = here_.parameter;
+  summary_.farthest = farther(here_.parameter) ? here_.parameter : farthest_->parameter;
   return summary_;
 }
 
-Follower::Go Follower::end(End how, const std::string &why) {
+Follower::Outcome Follower::end(End how, const std::string &why) {
   summary_.end = how, summary_.why = why;
   ended_ = true;
-  return Go::ended;
+  return Outcome::ended;
 }
 
-bool Follower::farther(double omega) const { return !farthest_ || direction_ * (omega - farthest_->omega) > 0; }
-
-// Without what belongs to the solve.
-void Follower::note(std::optional<Station> &place, const Station &s) const {
-  if (!place) place = curve_->station();
-  check(VecCopy(s.y, place->y), "noting a point");
-  check(VecCopy(s.t, place->t), "noting a point");
-  place->sign = s.sign, place->omega = s.omega;
-}
+bool Follower::farther(double omega) const { return !farthest_ || direction_ * (omega - farthest_->parameter) > 0; }
 
 // Of here_, which was noted.
 void Follower::recall_activity() {
   const UniqueVec r = system_->unknowns();
   system_->residual(here_.y, r);
-  here_.activity = system_->activity();
+  here_.data = curve_->problem.describe();
 }
 
 double Follower::plain_length(Vec t) const {
@@ -126,7 +122,7 @@ double Follower::plain_length(Vec t) const {
 
 // Of here_, which no step along the curve led to.
 void Follower::begin_amplitude() {
-  before_.reset();
+  forget_before();
   amplitude_ = (*meter_)(here_.y, here_.t);
   between_.begin({amplitude_.value, amplitude_.slope / plain_length(here_.t)});
   between_error_ = NAN;
@@ -136,48 +132,48 @@ void Follower::begin_amplitude() {
 double Follower::beyond_start(double omega) const { return (settings_.from - omega) * direction_; }
 
 // Between two steps: may it go on, and where does it stand.
-Follower::Go Follower::after_step() {
+Follower::Outcome Follower::after_step() {
   if (summary_.counts.points >= settings_.max_points)
     end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
   else if (observer_.interrupted && observer_.interrupted())
     end(End::interrupted, "interrupted");
-  if (!ended_) note_creeping();
-  if (!ended_ && !crowded_.empty()) pass_crowd();
+  if (!ended_ && !orbit_) cluster_.stepped(here_.parameter, summary_.counts.newton);
+  if (!ended_ && cluster_.crowded()) pass_crowd();
   if (!ended_ && winds()) {
-    const double turned = farthest_->omega, integrated = integrating_;
+    const double turned = farthest_->parameter, integrated = integrating_;
     const bool left = leave_from_farthest("the curve winds on and does not go ahead", true);
     if (!left && interrupted()) { // to be tried again by a restart
       integrating_ = integrated;
       end(End::interrupted, "interrupted");
     } else {
-      if (!left) stayed_at_ = turned, ++stays_; // it is followed on
-      ahead_.newton = summary_.counts.newton;
-      if (!left && orbit_ && stays_ > most_stays)
+      if (!left) progress_.stayed(turned); // it is followed on
+      progress_.restart_count(summary_.counts.newton);
+      if (!left && orbit_ && progress_.times_stayed() > most_stays)
         end(End::turned_back, "the curve winds on in time as well, and no way on was found");
     }
   }
-  if (!ended_ && still_ == enough_still) {
-    still_ = 0;
+  if (!ended_ && drift_.drifts()) {
+    drift_.forget();
     refusal_ =
         "from here on the curve is a straight line at one frequency, along which mean positions change and nothing "
         "else: any of them is a solution, and beyond the body walks away";
-    if (!leap(Way::newton, here_.omega) && !leap(Way::integration, here_.omega)) end(End::stalled, refusal_);
+    if (!leap(Way::newton, here_.parameter) && !leap(Way::integration, here_.parameter)) end(End::stalled, refusal_);
   }
   count_estimates();
   if (observer_.state) observer_.state(state());
-  return ended_ ? Go::ended : Go::on;
+  return ended_ ? Outcome::ended : Outcome::on;
 }
 
-void Follower::report(Station &s, double arclength, const Stability *stability, bool place) {
+void Follower::report(CurvePoint &s, double arclength, const Stability *stability, bool place) {
   ++summary_.counts.points;
   if (orbit_) ++summary_.counts.in_time;
   std::optional<MotionState> motion;
-  if (orbit_) motion = orbit_->motion_state(*s.motion);
-  observer_.point({s.y, *system_, s.omega, arclength, s.newton, s.activity, stability,
+  if (orbit_) motion = orbit_->motion_state(*data_of(s).motion);
+  observer_.point({s.y, *system_, s.parameter, arclength, s.newton, data_of(s).activity, stability,
                    !estimator_ ? nullptr
                    : place     ? &error_of(s)
                                : &affordable_error_of(s),
-                   between_error_, 1 - std::abs(settings_.to - s.omega) / omega_unit_, place,
+                   between_error_, 1 - std::abs(settings_.to - s.parameter) / unit_, place,
                    motion ? &*motion : nullptr});
 }
 

@@ -1,4 +1,4 @@
-#include "continuation/arc_norm.hpp"
+#include "problems/response_metric.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,12 @@ namespace dovetail {
 
 constexpr double least_motion = 0.02; // of the largest dof's: what moves less is weighed as if it moved so much
 
-ArcNorm::ArcNorm(const Layout &layout, double omega_unit, bool weighted)
+ResponseMetric::ResponseMetric(const Layout &layout, double omega_unit, bool weighted)
     : comm_(layout.comm), width_(layout.width), own_coefficients_(layout.own_coefficients()),
       owns_omega_(layout.owns_omega()), weighted_(weighted), omega_(omega_unit), dofs_(layout.own_dofs(), 0.0),
       weights_(layout.own_dofs(), 1.0) {}
 
-double ArcNorm::motion(Vec y) const {
+double ResponseMetric::motion(Vec y) const {
   const double *own;
   check(VecGetArrayRead(y, &own), "measuring arc length");
   double sum = 0;
@@ -24,7 +24,7 @@ double ArcNorm::motion(Vec y) const {
   return std::sqrt(sum);
 }
 
-void ArcNorm::see(Vec y) {
+void ResponseMetric::see(Vec y) {
   const double *own;
   check(VecGetArrayRead(y, &own), "measuring arc length");
   for (std::size_t d = 0; d < dofs_.size(); ++d) {
@@ -37,12 +37,12 @@ void ArcNorm::see(Vec y) {
   choose_weights();
 }
 
-void ArcNorm::restore(double motion, std::vector<double> dofs) {
+void ResponseMetric::restore(double motion, std::vector<double> dofs) {
   motion_ = motion, dofs_ = std::move(dofs);
   choose_weights();
 }
 
-void ArcNorm::choose_weights() {
+void ResponseMetric::choose_weights() {
   double largest = 0, count = static_cast<double>(dofs_.size());
   for (const double dof : dofs_) largest = std::max(largest, dof);
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm_);
@@ -54,7 +54,7 @@ void ArcNorm::choose_weights() {
   }
 }
 
-void ArcNorm::weigh(Vec t, Vec row) const {
+void ResponseMetric::weigh(Vec t, Vec row) const {
   check(VecCopy(t, row), "measuring arc length");
   if (!weighted_) return;
   double *own;
@@ -64,7 +64,7 @@ void ArcNorm::weigh(Vec t, Vec row) const {
   check(VecRestoreArray(row, &own), "measuring arc length");
 }
 
-double ArcNorm::swing(Vec t) const {
+double ResponseMetric::swing(Vec t) const {
   const double *own;
   check(VecGetArrayRead(t, &own), "measuring arc length");
   double sum = 0;
@@ -76,7 +76,7 @@ double ArcNorm::swing(Vec t) const {
   return std::sqrt(sum);
 }
 
-double ArcNorm::product(Vec a, Vec b) const {
+double ResponseMetric::product(Vec a, Vec b) const {
   const double *x, *y;
   check(VecGetArrayRead(a, &x), "measuring arc length");
   check(VecGetArrayRead(b, &y), "measuring arc length");
@@ -88,7 +88,5 @@ double ArcNorm::product(Vec a, Vec b) const {
   MPI_Allreduce(MPI_IN_PLACE, parts, 2, MPI_DOUBLE, MPI_SUM, comm_);
   return parts[0] + (weighted_ ? parts[1] / (omega_ * omega_) : parts[1]);
 }
-
-double ArcNorm::length(Vec t) const { return std::sqrt(product(t, t)); }
 
 } // namespace dovetail

@@ -1,7 +1,7 @@
 // Where a continuation stands, by the names of its fields, and back.
 #include <utility>
 
-#include "continuation/follower.hpp"
+#include "analyses/follower.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -10,27 +10,14 @@ namespace dovetail {
 void Follower::archive(Archive &archive) {
   archive.note("direction", turned_round_ ? -direction_ : direction_); // as it began: see follow_branch
   archive.note("begun_at", begun_at_);
-  archive.field("step", step_);
   archive.field("arclength", arclength_);
-  archive.field("sign", here_.sign);
-  archive.field("newton", here_.newton.newton);
   archive.field("amplitude", amplitude_.value);
   archive.field("amplitude_slope", amplitude_.slope);
   archive.field("last_verdict", last_verdict_);
-  archive.field("curvature", curvature_);
-  archive.field("crowd_omega", crowd_.omega);
-  archive.field("crowd_newton", crowd_.newton);
-  archive.field("ahead_omega", ahead_.omega);
-  archive.field("ahead_newton", ahead_.newton);
-  archive.field("windings", windings_);
-  archive.field("left_at", left_at_);
-  archive.field("stays", stays_);
-  archive.field("stayed_at", stayed_at_);
   archive.field("both_ends", settings_.both_ends);
   archive.field("turned_round", turned_round_);
   archive.field("in_vain", in_vain_);
   archive.field("end_in_vain", end_in_vain_);
-  archive.field("corners_in_vain", corners_in_vain_);
   archive.field("lent_from", lent_from_);
   archive.field("lent_at", lent_at_);
   archive.field("unchanged", unchanged_);
@@ -40,20 +27,16 @@ void Follower::archive(Archive &archive) {
   archive.field("coarse_error", coarse_.error);
   archive.field("estimating", estimating_);
   archive.field("integrating", integrating_);
-  archive.field("bends", bends_);
   archive.field("anchor_arc", anchor_arc_);
   archive.field("newer_arc", newer_arc_);
   archive.field("since_anchor", since_anchor_);
   archive.field("repeated_at", repeated_at_);
-  archive.field("careful", careful_);
-  archive.field("careful_step", careful_step_);
   archive.field("balanced_at", balanced_at_);
   archive.part("between", [&] { between_.archive(archive); });
-  archive.part("trail", [&] { trail_.archive(archive); });
-
-  bool crowded = !crowded_.empty();
-  archive.field("crowded", crowded);
-  if (archive.restores() && crowded) crowded_ = bends_often;
+  archive.part("stepper", [&] { archive_steps(archive); });
+  archive.part("retraced", [&] { retraced_.archive(archive); });
+  archive.part("cluster", [&] { cluster_.archive(archive); });
+  archive.part("progress", [&] { progress_.archive(archive); });
 
   double to = settings_.to, memory = curve_->memory();
   archive.field("to", to);
@@ -78,23 +61,23 @@ void Follower::archive_vector(Archive &archive, const char *name, Vec y) const {
   const double last = numbers.back();
   numbers.pop_back();
   set_coefficients(system_->layout(), numbers, y);
-  curve_->set_omega(y, last);
+  set_parameter(y, last);
 }
 
 // Points that are gone back to or guessed by; without what belongs to the solve.
 void Follower::archive_points(Archive &archive) {
-  const std::pair<const char *, std::optional<Station> *> points[] = {
+  const std::pair<const char *, std::optional<CurvePoint> *> points[] = {
       {"before", &before_}, {"farthest", &farthest_}, {"older_anchor", &anchors_[0]}, {"newer_anchor", &anchors_[1]}};
   for (const auto &[name, point] : points)
     archive.part(name, [&, place = point] {
       bool known = place->has_value();
       archive.field("known", known);
       if (!known) return;
-      if (archive.restores()) *place = curve_->station();
+      if (archive.restores()) *place = curve_->point();
       archive.field("sign", (*place)->sign);
       archive_vector(archive, "y", (*place)->y);
       archive_vector(archive, "t", (*place)->t);
-      (*place)->omega = system_->omega((*place)->y);
+      (*place)->parameter = system_->omega((*place)->y);
     });
 }
 
@@ -107,11 +90,11 @@ BranchState Follower::state() {
   UniqueVec largest = system_->unknowns(); // in the place of each dof's first coefficient
   double *own;
   check(VecGetArray(largest, &own), "saving a state");
-  for (PetscInt d = 0; d < layout.own_dofs(); ++d) own[d * layout.width] = curve_->norm.largest_of_dofs()[d];
+  for (PetscInt d = 0; d < layout.own_dofs(); ++d) own[d * layout.width] = metric().largest_of_dofs()[d];
   check(VecRestoreArray(largest, &own), "saving a state");
   const std::vector<double> all = all_coefficients(layout, largest);
   for (std::size_t i = 0; i < all.size(); i += layout.width) state.largest.push_back(all[i]);
-  state.y.push_back(here_.omega), state.tangent.push_back(system_->omega(here_.t));
+  state.y.push_back(here_.parameter), state.tangent.push_back(system_->omega(here_.t));
 
   Archive saved;
   archive(saved);
@@ -120,7 +103,7 @@ BranchState Follower::state() {
   saved.note("in_time", orbit_ != nullptr);
   if (orbit_) saved.part("orbit", [&] { orbit_->save(saved); });
   state.fields = saved.fields();
-  state.trail = trail_.marks();
+  state.trail = retraced_.marks();
   state.counts = summary_.counts;
   return state;
 }
@@ -136,9 +119,9 @@ void Follower::restore(const BranchState &state) {
   const Vec to[] = {here_.y, here_.t};
   for (int i = 0; i < 2; ++i) {
     set_coefficients(system_->layout(), *from[i], to[i]);
-    curve_->set_omega(to[i], from[i]->back());
+    set_parameter(to[i], from[i]->back());
   }
-  here_.omega = state.y.back(), here_.newton.residual = state.residual;
+  here_.parameter = state.y.back(), here_.newton.residual = state.residual;
   std::vector<double> largest;
   for (PetscInt d = 0; d < system_->layout().own_dofs(); ++d)
     largest.push_back(state.largest.at(system_->layout().number(d)));
@@ -148,20 +131,20 @@ void Follower::restore(const BranchState &state) {
   bool in_time = false;
   saved.field("largest_motion", motion);
   saved.field("in_time", in_time);
-  curve_->norm.restore(motion, std::move(largest));
+  metric().restore(motion, std::move(largest));
   archive(saved);
   archive_points(saved);
-  trail_.restore(state.trail);
+  retraced_.restore(state.trail);
   if (in_time)
     saved.part("orbit", [&] {
       double begun = 0;
       saved.field("begun_at", begun);
-      orbit_ = std::make_unique<OrbitCurve>(dense_model(*system_), begun, omega_unit_);
+      orbit_ = std::make_unique<OrbitCurve>(dense_model(*system_), begun, unit_);
       if (!orbit_->restore(saved)) throw ComputeError("the motion of the run before is not met again");
       show(orbit_->here(), trial_); // for what is missing in its harmonics
-      here_.motion = trial_.motion, here_.error = trial_.error;
+      here_.data = trial_.data;
     });
-  recall_activity();
+  if (!orbit_) recall_activity();
   verdict_ = judge(here_);
 }
 

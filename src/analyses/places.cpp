@@ -3,13 +3,15 @@
 #include <cmath>
 #include <utility>
 
-#include "continuation/follower.hpp"
+#include "analyses/follower.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr double uneven = 0.25; // part of the frequency's rate that is missing in the mean over a step
 constexpr int pieces = 4;       // of a step that may hide turning points
+constexpr double in_time = 1e-7; // arc length: places are located no better there
+constexpr double usual = 1e-8;   // of the step, likewise
 
 std::string in_words(Stability::Kind kind) {
   switch (kind) {
@@ -30,22 +32,23 @@ std::string in_words(Stability::Kind kind) {
 // have two between them that its ends do not show: then the frequency gained is less than by a rate that changes
 // steadily from one end to the other, and points in between are asked.
 std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, double step, bool at_corner) {
-  const auto rate_of = [&](Station &s) { return orbit_ ? orbit_->rate(*s.motion) : system_->omega(s.t); };
+  const auto rate_of = [&](CurvePoint &s) { return orbit_ ? orbit_->rate(*data_of(s).motion) : system_->omega(s.t); };
   const double rate = rate_of(here_), next = rate_of(trial_), largest = std::max(std::abs(rate), std::abs(next)),
-               missing = ((rate + next) / 2 - (trial_.omega - here_.omega) / step) * (rate > 0 ? 1 : -1);
+               missing = ((rate + next) / 2 - (trial_.parameter - here_.parameter) / step) * (rate > 0 ? 1 : -1);
   std::vector<std::optional<Place>> folds;
-  if (largest <= 1e-12 / omega_unit_) return folds; // a sweep at one frequency has none
+  if (largest <= 1e-12 / unit_) return folds; // a sweep at one frequency has none
   if (at_corner) {
-    const bool rises = (trial_.omega - here_.omega) * rate > 0;
+    const bool rises = (trial_.parameter - here_.parameter) * rate > 0;
     if (rate * next < 0) folds.push_back(corner_place(Place::Kind::fold, step, rises, {rate, next}, rate_of));
     return folds;
   }
-  std::vector<std::pair<double, Station>> between;
+  std::vector<std::pair<double, CurvePoint>> between;
   for (int i = 1; i < pieces && rate * next > 0 && missing > uneven * largest; ++i) {
-    Station s = curve_->station();
+    CurvePoint s = curve_->point();
     check(VecAXPBYPCZ(s.y, 1 - double(i) / pieces, double(i) / pieces, 0, here_.y, trial_.y),
           "looking for turning points");
-    if (solve_within(normal, i * step / pieces, s, {false, most_newton}))
+    if (orbit_ ? show_if(orbit_->between(i * step / pieces), s)
+               : curve_->solve_across(normal, s, {false, step_limits.most_newton}))
       between.emplace_back(i * step / pieces, std::move(s));
   }
   std::vector<Bound> bounds{{0, here_.y, rate}};
@@ -55,6 +58,46 @@ std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, dou
     if (bounds[i - 1].value * bounds[i].value < 0)
       folds.push_back(locate(Place::Kind::fold, normal, bounds[i - 1], bounds[i], rate_of));
   return folds;
+}
+
+std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f) {
+  const double step = to.along - from.along;
+  std::optional<Located> found =
+      orbit_ ? locator().between(normal, from, to, f, std::max(usual, in_time / step),
+                                 [&](Vec, double along, CurvePoint &s) { return show_if(orbit_->between(along), s); })
+             : locator().between(normal, from, to, f);
+  if (!found) return std::nullopt;
+  return Place{std::move(*found), kind};
+}
+
+Follower::Place Follower::place_at(const CurvePoint &s, Place::Kind kind, double along) {
+  Place place{located_at(*curve_, s, along), kind};
+  if (!s.data) return place;
+  auto data = std::make_shared<ResponseData>(data_of(s));
+  if (!data->motion) data->error.reset();
+  place.at.data = std::move(data);
+  return place;
+}
+
+// In time the corner itself is the place. What cannot be located in a corner is the one of both ends that lies
+// `beyond`, farther on or higher. values: of f there.
+Follower::Place Follower::corner_place(Place::Kind kind, double step, bool beyond, std::array<double, 2> values,
+                                       const Measured &f) {
+  std::optional<Located> place;
+  if (orbit_) {
+    Located corner{0, curve_->point()};
+    if (show_if(orbit_->corner(), corner.at)) {
+      corner.along = std::clamp(orbit_->along(*data_of(corner.at).motion), 0.0, step);
+      place = std::move(corner);
+    }
+  } else {
+    const long before = summary_.counts.newton;
+    place = locator().in_kink(step, values, f);
+    const long took = summary_.counts.newton - before;
+    progress_.spare(took), cluster_.spare(took); // that is no winding
+  }
+  if (place) return {std::move(*place), kind};
+  return beyond ? place_at(trial_, kind, step) : place_at(here_, kind, 0);
 }
 
 // False if the step ends the sweep, but no solution is found exactly there.
@@ -72,17 +115,17 @@ bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplit
   };
   for (auto &fold : find_folds(normal, step, at_corner))
     if (!keep(std::move(fold)))
-      ++summary_.counts.folds, note_bend(here_.omega),
-          notify(BranchEvent::Kind::fold, "turning point, not located", here_.omega);
+      ++summary_.counts.folds, note_bend(here_.parameter),
+          notify(BranchEvent::Kind::fold, "turning point, not located", here_.parameter);
   if (amplitude_.slope > 0 && next.slope < 0 &&
       !keep(located(Kind::peak, amplitude_.slope, next.slope, next.value > amplitude_.value,
-                    [&](Station &s) { return (*meter_)(s.y, s.t).slope; })))
-    ++summary_.counts.peaks, notify(BranchEvent::Kind::peak, "maximum, not located", here_.omega, amplitude_.value);
+                    [&](CurvePoint &s) { return (*meter_)(s.y, s.t).slope; })))
+    ++summary_.counts.peaks, notify(BranchEvent::Kind::peak, "maximum, not located", here_.parameter, amplitude_.value);
   if (const double limit = settings_.stop_at_amplitude; limit > 0 && amplitude_.value < limit && next.value >= limit)
     keep(locate(Kind::limit, normal, {0, here_.y, amplitude_.value - limit}, {step, trial_.y, next.value - limit},
-                [&](Station &s) { return (*meter_)(s.y, s.t).value - limit; })) ||
+                [&](CurvePoint &s) { return (*meter_)(s.y, s.t).value - limit; })) ||
         keep(place_at(trial_, Kind::limit, step));
-  if (branch_point_) keep(std::exchange(branch_point_, std::nullopt));
+  if (branch_point_) keep(Place{std::move(*std::exchange(branch_point_, std::nullopt)), Kind::branch});
   if (settings_.stability) find_stability_change(normal, step, at_corner, found);
 
   // Within each piece between turning points the frequency is monotone.
@@ -106,20 +149,20 @@ bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplit
 bool Follower::find_wanted(Vec normal, const PieceEnd &from, const PieceEnd &to, bool at_corner,
                            std::vector<Place> &found) {
   using Kind = Place::Kind;
-  const Station &a = from.at, &b = to.at;
-  const auto between = [&](double w) { return (w - a.omega) * (w - b.omega) < 0; };
-  const bool ends = (settings_.to - a.omega) * (settings_.to - b.omega) <= 0 && a.omega != b.omega;
+  const CurvePoint &a = from.at, &b = to.at;
+  const auto between = [&](double w) { return (w - a.parameter) * (w - b.parameter) < 0; };
+  const bool ends = (settings_.to - a.parameter) * (settings_.to - b.parameter) <= 0 && a.parameter != b.parameter;
   std::vector<double> passed;
   for (const double w : settings_.at)
-    if (between(w) && (!ends || (w - settings_.to) * (a.omega - settings_.to) > 0)) passed.push_back(w);
+    if (between(w) && (!ends || (w - settings_.to) * (a.parameter - settings_.to) > 0)) passed.push_back(w);
   std::sort(passed.begin(), passed.end());
-  if (b.omega < a.omega) std::reverse(passed.begin(), passed.end());
+  if (b.parameter < a.parameter) std::reverse(passed.begin(), passed.end());
   if (ends) passed.push_back(settings_.to);
   for (const double w : passed) {
-    Place place{0, ends && w == settings_.to ? Kind::last : Kind::wanted, curve_->station()};
+    Place place{{0, curve_->point()}, ends && w == settings_.to ? Kind::last : Kind::wanted};
     if (solve_wanted(normal, a, b, w, place)) {
       if (at_corner) // no plane tells where on which leg
-        place.along = from.along + (w - a.omega) / (b.omega - a.omega) * (to.along - from.along);
+        place.along = from.along + (w - a.parameter) / (b.parameter - a.parameter) * (to.along - from.along);
       place.amplitude = (*meter_)(place.at.y, place.at.t).value;
       found.push_back(std::move(place));
     } else if (place.kind == Kind::last) {
@@ -133,21 +176,22 @@ bool Follower::find_wanted(Vec normal, const PieceEnd &from, const PieceEnd &to,
   return true;
 }
 
-bool Follower::solve_wanted(Vec normal, const Station &a, const Station &b, double w, Place &place) {
-  const double part = (w - a.omega) / (b.omega - a.omega);
+bool Follower::solve_wanted(Vec normal, const CurvePoint &a, const CurvePoint &b, double w, Place &place) {
+  const double part = (w - a.parameter) / (b.parameter - a.parameter);
   if (orbit_) {
-    Numbers guess = a.motion->z;
-    for (std::size_t i = 0; i < guess.size(); ++i) guess[i] += part * (b.motion->z[i] - guess[i]);
-    if (!show_if(orbit_->at(w, guess, b.omega > a.omega), place.at)) return false;
-    place.at.omega = w; // to the last bit
-    curve_->set_omega(place.at.y, w);
-    place.along = orbit_->along(*place.at.motion);
+    Numbers guess = data_of(a).motion->z;
+    const Numbers &end = data_of(b).motion->z;
+    for (std::size_t i = 0; i < guess.size(); ++i) guess[i] += part * (end[i] - guess[i]);
+    if (!show_if(orbit_->at(w, guess, b.parameter > a.parameter), place.at)) return false;
+    place.at.parameter = w; // to the last bit
+    set_parameter(place.at.y, w);
+    place.along = orbit_->along(*data_of(place.at).motion);
     return true;
   }
   check(VecWAXPY(place.at.y, -1, a.y, b.y), "interpolating");
   check(VecAYPX(place.at.y, part, a.y), "interpolating");
   if (!curve_->solve_at(w, place.at)) return false;
-  if (b.omega < a.omega) turn(place.at);
+  if (b.parameter < a.parameter) turn(place.at);
   place.along = curve_->plane(normal, place.at.y) - curve_->plane(normal, here_.y);
   return true;
 }
@@ -173,7 +217,7 @@ void Follower::find_stability_change(Vec normal, double step, bool at_corner, st
   const auto before = verdict_;
   verdict_ = judge(trial_);
   for (const Place &place : found)
-    if (place.kind == Place::Kind::fold) fold_since_ = {place.at.omega, place.amplitude};
+    if (place.kind == Place::Kind::fold) fold_since_ = {place.at.parameter, place.amplitude};
   if (verdict_->verdict == Verdict::uncertain) return;
   const int now = verdict_->verdict == Verdict::stable, then = std::exchange(last_verdict_, now);
   const auto fold = std::exchange(fold_since_, std::nullopt);
@@ -183,20 +227,20 @@ void Follower::find_stability_change(Vec normal, double step, bool at_corner, st
     place = place_at(trial_, Place::Kind::stability, step);
   else if (!fold && before && before->verdict != Verdict::uncertain)
     place = locate(Place::Kind::stability, normal, {0, here_.y, before->growth}, {step, trial_.y, verdict_->growth},
-                   [&](Station &s) { return judge(s)->growth; });
+                   [&](CurvePoint &s) { return judge(s)->growth; });
   if (place)
     found.push_back(std::move(*place));
   else
-    tell_stability(fold ? fold->omega : here_.omega, fold ? fold->amplitude : amplitude_.value);
+    tell_stability(fold ? fold->omega : here_.parameter, fold ? fold->amplitude : amplitude_.value);
 }
 
 // One row of the results for each place, and the words that go with it.
-Follower::Go Follower::report_places(std::vector<Place> &found, double plain, bool at_corner) {
+Follower::Outcome Follower::report_places(std::vector<Place> &found, double plain, bool at_corner) {
   using Kind = Place::Kind;
   const auto folds = std::count_if(found.begin(), found.end(), [](const Place &p) { return p.kind == Kind::fold; });
   bool higher = (system_->omega(trial_.t) > 0) == (folds % 2 == 1); // after the first of them
   for (Place &place : found) {
-    Station &s = place.at;
+    CurvePoint &s = place.at;
     const std::optional<Stability> stability = judge(s);
     report(s, arclength_ + place.along * plain, stability ? &*stability : nullptr, true);
     switch (place.kind) {
@@ -204,32 +248,32 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain, bo
       ++summary_.counts.folds;
       notify(BranchEvent::Kind::fold,
              std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") + " frequencies",
-             s.omega, place.amplitude);
+             s.parameter, place.amplitude);
       higher = !higher;
-      note_bend(s.omega);
-      if (!orbit_ && !at_corner && summary_.counts.points < settings_.max_points && farther(s.omega))
+      note_bend(s.parameter);
+      if (!orbit_ && !at_corner && summary_.counts.points < settings_.max_points && farther(s.parameter))
         farthest_ = std::move(place.at);
       break;
     case Kind::peak:
       ++summary_.counts.peaks;
-      notify(BranchEvent::Kind::peak, "peak", s.omega, place.amplitude);
+      notify(BranchEvent::Kind::peak, "peak", s.parameter, place.amplitude);
       if (summary_.counts.peaks == settings_.stop_after_peaks) {
-        here_.omega = s.omega;
+        here_.parameter = s.parameter;
         return end(End::peaks, "stopped after peak " + std::to_string(summary_.counts.peaks));
       }
       break;
     case Kind::branch:
       ++summary_.counts.branch_points;
-      notify(BranchEvent::Kind::branch, "another branch of solutions crosses here", s.omega, place.amplitude);
+      notify(BranchEvent::Kind::branch, "another branch of solutions crosses here", s.parameter, place.amplitude);
       break;
     case Kind::stability:
-      tell_stability(s.omega, place.amplitude);
+      tell_stability(s.parameter, place.amplitude);
       break;
     case Kind::limit:
-      here_.omega = s.omega;
+      here_.parameter = s.parameter;
       return end(End::amplitude, "stopped at continuation.stop_at_amplitude");
     case Kind::last:
-      here_.omega = s.omega;
+      here_.parameter = s.parameter;
       return end(End::arrived);
     case Kind::wanted:
       break;
@@ -240,9 +284,9 @@ Follower::Go Follower::report_places(std::vector<Place> &found, double plain, bo
     std::swap(here_, place.at);
     begin_amplitude();
     verdict_ = stability;
-    return Go::ended;
+    return Outcome::ended;
   }
-  return Go::on;
+  return Outcome::on;
 }
 
 } // namespace dovetail

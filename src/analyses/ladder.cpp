@@ -3,8 +3,8 @@
 #include <cmath>
 #include <utility>
 
-#include "continuation/follower.hpp"
-#include "continuation/needed_harmonics.hpp"
+#include "analyses/follower.hpp"
+#include "problems/needed_harmonics.hpp"
 
 namespace dovetail {
 namespace {
@@ -16,17 +16,18 @@ constexpr double most_ample = 4000;    // or if they are ample
 } // namespace
 
 // The next rung that leads anywhere.
-Follower::Go Follower::climb() {
+Follower::Outcome Follower::climb() {
   const std::string reason = refusal_, where = difference();
   if (settings_.steps_only) return end(End::stalled, reason + where);
-  if (better_sampling() || more_harmonics() || leap(Way::newton, here_.omega) || leap(Way::integration, here_.omega) ||
-      leap(Way::anew, here_.omega))
-    return ended_ ? Go::ended : Go::on;
+  if (better_sampling() || more_harmonics() || leap(Way::newton, here_.parameter) || leap(Way::integration, here_.parameter) ||
+      leap(Way::anew, here_.parameter))
+    return ended_ ? Outcome::ended : Outcome::on;
   return interrupted() ? end(End::interrupted, "interrupted") : end(End::stalled, reason + where);
 }
 
 void Follower::take_system(HarmonicSystem &system) {
-  const ArcNorm seen = curve_->norm;
+  const double largest = metric().largest_motion();
+  const std::vector<double> of_dofs = metric().largest_of_dofs();
   if (farthest_) { // where the branch may be left: no solution any more, but near one
     UniqueVec y = system.unknowns(), t = system.unknowns();
     pad(system_->layout(), farthest_->y, system.layout(), y);
@@ -34,12 +35,11 @@ void Follower::take_system(HarmonicSystem &system) {
     farthest_->y = std::move(y), farthest_->t = std::move(t);
   }
   system_ = &system;
-  curve_ = std::make_unique<Curve>(system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
-  curve_->norm.restore(seen.largest_motion(), seen.largest_of_dofs());
+  response_ = std::make_unique<ResponseCurve>(system, newton_, unit_, settings_.adaptive, summary_.counts);
+  take_curve(*response_);
+  metric().restore(largest, of_dofs);
   meter_ = std::make_unique<AmplitudeMeter>(system.layout(), settings_.watched);
-  here_ = curve_->station(), trial_ = curve_->station();
-  drop_anchors(), before_.reset();
-  predicted_ = system.unknowns();
+  drop_anchors();
   if (large_stability_) begin_stability();
   if (estimator_) estimator_->match(system);
 }
@@ -53,9 +53,9 @@ void Follower::adopt(std::unique_ptr<HarmonicSystem> system) {
 // The same point and direction in another system; everything stays as it is if there is none. `most`: iterations, and
 // no second try with a line search.
 bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
-  Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
-  curve.norm.restore(curve_->norm.largest_motion(), curve_->norm.largest_of_dofs());
-  Station there = curve.station();
+  ResponseCurve curve(*system, newton_, unit_, settings_.adaptive, summary_.counts);
+  curve.metric().restore(metric().largest_motion(), metric().largest_of_dofs());
+  CurvePoint there = curve.point();
   UniqueVec t = system->unknowns(), padded = system->unknowns();
   pad(system_->layout(), here_.y, system->layout(), there.y);
   pad(system_->layout(), here_.t, system->layout(), t);
@@ -63,10 +63,10 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   const bool stay = summary_.counts.points == 0; // the first point lies where it was asked for
   bool found =
       !stay && (curve.solve_across(t, there, {false, most}) || (most == 0 && curve.solve_across(t, there, {true})));
-  const auto passed = [&](double w) { return (w - here_.omega) * (w - there.omega) <= 0 && w != here_.omega; };
+  const auto passed = [&](double w) { return (w - here_.parameter) * (w - there.parameter) <= 0 && w != here_.parameter; };
   if (!found || passed(settings_.to) || std::any_of(settings_.at.begin(), settings_.at.end(), passed)) {
     check(VecCopy(padded, there.y), "changing harmonics"); // what is wanted there must not get lost
-    if (found || stay) found = curve.solve_at(here_.omega, there);
+    if (found || stay) found = curve.solve_at(here_.parameter, there);
     if (curve.norm.product(there.t, t) < 0) turn(there);
   }
   if (!found) return false;
@@ -75,7 +75,7 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   adopt(std::move(system));
   here_ = std::move(there);
   begin_amplitude();
-  step_ = step_after;
+  control_.set(step_limits.after_jump);
   limit_step();
   return true;
 }
@@ -86,7 +86,7 @@ bool Follower::better_sampling() {
   if (!rebuild(std::make_unique<HarmonicSystem>(*system_, system_->harmonics(), exactly))) return false;
   ++summary_.counts.samplings;
   notify(BranchEvent::Kind::sampling,
-         "no step converges (" + reason + "): contact forces exactly, without samples, from here on", here_.omega);
+         "no step converges (" + reason + "): contact forces exactly, without samples, from here on", here_.parameter);
   return true;
 }
 
@@ -107,18 +107,18 @@ int Follower::ample_harmonics(double omega, double parts) const {
 
 bool Follower::more_harmonics() {
   if (settings_.steps_only) return false;
-  const int H = system_->harmonics(), needed = needed_harmonics(here_.omega);
+  const int H = system_->harmonics(), needed = needed_harmonics(here_.parameter);
   if (std::exchange(in_vain_, H) == H) return false;
   const std::string reason = refusal_;
   for (const int more : {2 * H, needed}) {
     if (more <= H || more > std::max(needed, 1)) continue;
     if (!rebuild(std::make_unique<HarmonicSystem>(*system_, more, system_->samples()))) continue;
-    lent_from_ = H + 1, lent_at_ = here_.omega, unchanged_ = 0;
+    lent_from_ = H + 1, lent_at_ = here_.parameter, unchanged_ = 0;
     ++summary_.counts.harmonics;
     notify(BranchEvent::Kind::harmonics,
            "no step converges (" + reason + "): " + std::to_string(more) +
                " harmonics from here on; the closed contact at " + "this frequency wants " + std::to_string(needed),
-           here_.omega);
+           here_.parameter);
     return true;
   }
   return false;
@@ -139,8 +139,8 @@ bool Follower::solve_finer(const std::vector<double> &q, double omega, Resort re
       if (tries.empty() || more > tries.back().first) tries.emplace_back(more, impatient_newton);
   for (const auto &[more, times] : tries) {
     auto system = std::make_unique<HarmonicSystem>(*system_, more, system_->samples());
-    Curve curve(*system, newton_, omega_unit_, settings_.adaptive, summary_.counts);
-    Station s = curve.station();
+    ResponseCurve curve(*system, newton_, unit_, settings_.adaptive, summary_.counts);
+    CurvePoint s = curve.point();
     set_coefficients(system->layout(), q, s.y);
     if (!curve.solve_at(omega, s, times)) continue;
     adopt(std::move(system));
@@ -157,7 +157,8 @@ std::string Follower::difference() const {
   if (system_->adrift())
     return "; the body is held by its joint alone, and its contacts are open, or slip, all through the period: nothing "
            "holds its mean position, it walks or flies off, unless it is pressed on harder or something else holds it";
-  const std::vector<Activity> &then = here_.activity, &now = system_->activity();
+  static const std::vector<Activity> none;
+  const std::vector<Activity> &then = here_.data ? data_of(here_).activity : none, &now = system_->activity();
   struct {
     double size;
     int rank;

@@ -1,41 +1,17 @@
-#include "continuation/trail.hpp"
+#include "continuation/retrace_monitor.hpp"
 
 #include <array>
 #include <cmath>
-#include <cstdint>
-
-#include "support/error.hpp"
 
 namespace dovetail {
 namespace {
-
-// The same number in (-1, 1) for the same place, however the unknowns are shared out and whatever the harmonics.
-double direction(std::uint64_t dof, std::uint64_t place, std::uint64_t which) {
-  std::uint64_t x = (dof * 4096 + place) * 8 + which + 0x9e3779b97f4a7c15u; // splitmix64
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return static_cast<double>(static_cast<std::int64_t>((x ^ (x >> 31)) >> 11)) / (1ll << 52) - 1;
-}
 
 constexpr double many = 10; // lengths of a piece: its cubic ends nearer, unless a tangent stands at 88 degrees to it
 
 } // namespace
 
-Trail::Sense Trail::add(const Layout &layout, Vec y, Vec t, double motion) {
-  std::array<double, 2 * size> mark{};
-  const Vec vectors[] = {y, t};
-  for (int v = 0; v < 2; ++v) {
-    const double *own;
-    check(VecGetArrayRead(vectors[v], &own), "marking the way");
-    double *p = &mark[v * size];
-    for (PetscInt d = 0; d < layout.own_dofs(); ++d)
-      for (int i = 0; i < layout.width; ++i)
-        for (int k = 1; k < size; ++k) p[k] += direction(layout.number(d), i, k) * own[d * layout.width + i];
-    if (layout.owns_omega()) p[0] = own[layout.own_coefficients()];
-    check(VecRestoreArrayRead(vectors[v], &own), "marking the way");
-  }
-  MPI_Allreduce(MPI_IN_PLACE, mark.data(), 2 * size, MPI_DOUBLE, MPI_SUM, layout.comm);
-  marks_.append(mark);
+RetraceMonitor::Sense RetraceMonitor::add(const Problem &problem, Vec y, Vec t, double motion) {
+  for (const Vec v : {y, t}) marks_.append(problem.projected(v));
   const int sense = older(motion);
   found_ = sense == 0 ? 0 : sense == sense_ ? found_ + 1 : 1;
   sense_ = sense;
@@ -43,15 +19,15 @@ Trail::Sense Trail::add(const Layout &layout, Vec y, Vec t, double motion) {
 }
 
 // The first piece from mark i on that may be near a place `far`, less the way up to i, from it.
-int Trail::first_near(int i, int last, double far) const {
+int RetraceMonitor::first_near(int i, int last, double far) const {
   while (i + 4 < last && far - way_[i] > many * (way_[i + 1] - way_[i])) ++i;
   return i;
 }
 
 // Marks lie closer to each other the larger the motion that they are measured by.
-int Trail::older(double motion) {
+int RetraceMonitor::older(double motion) {
   const int last = count() - 1;
-  const double unit[] = {1 / omega_unit_, motion > 0 ? 1 / motion : 1};
+  const double unit[] = {1 / unit_, motion > 0 ? 1 / motion : 1};
   const double *here = marks_.begin() + 2 * size * last;
   const auto weighted = [&](const double *a, const double *b) { // scalar product
     double sum = 0;

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "continuation/branch_state.hpp"
-#include "continuation/corrector.hpp"
-#include "continuation/estimator.hpp"
+#include "analyses/branch_state.hpp"
+#include "continuation/curve.hpp"
+#include "problems/estimator.hpp"
 #include "stability/stability.hpp"
 #include "transient/motion_state.hpp"
 

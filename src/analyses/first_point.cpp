@@ -1,7 +1,7 @@
 // Where a branch begins: from rest or the motion given, by Newton; if that fails by easier problems that lead there.
 #include <cmath>
 
-#include "continuation/follower.hpp"
+#include "analyses/follower.hpp"
 #include "transient/steady_state.hpp"
 
 namespace dovetail {
@@ -39,7 +39,7 @@ bool Follower::grow_load(double omega, std::vector<double> &q) {
   return arrived;
 }
 
-bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Effort effort) {
+bool Follower::first_point(double w, Vec y, CurvePoint &first, std::string &how, Effort effort) {
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
   summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
@@ -55,8 +55,8 @@ bool Follower::first_point(double w, Vec y, Station &first, std::string &how, Ef
   };
   // q becomes the solution of `easier`
   const auto through = [&](HarmonicSystem &easier, std::vector<double> &q, int times = 1) {
-    Curve curve(easier, newton_, omega_unit_, settings_.adaptive, summary_.counts);
-    Station s = curve.station();
+    ResponseCurve curve(easier, newton_, unit_, settings_.adaptive, summary_.counts);
+    CurvePoint s = curve.point();
     set_coefficients(easier.layout(), q, s.y);
     if (!curve.solve_at(w, s, times)) return false;
     q = all_coefficients(easier.layout(), s.y);

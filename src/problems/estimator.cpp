@@ -1,4 +1,4 @@
-#include "continuation/estimator.hpp"
+#include "problems/estimator.hpp"
 
 #include <algorithm>
 #include <cmath>

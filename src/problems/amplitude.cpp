@@ -1,4 +1,4 @@
-#include "continuation/amplitude.hpp"
+#include "problems/amplitude.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "continuation/needed_harmonics.hpp"
+#include "problems/needed_harmonics.hpp"
 
 #include <petscsys.h>
 

@@ -5,27 +5,24 @@
 // of the scaled unknowns.
 #include <vector>
 
-#include "harmonic/harmonic_system.hpp"
+#include "continuation/problem.hpp"
+#include "harmonic/layout.hpp"
 
 namespace dovetail {
 
-class ArcNorm {
+class ResponseMetric : public ArcLengthMetric {
 public:
-  ArcNorm(const Layout &layout, double omega_unit, bool weighted);
+  ResponseMetric(const Layout &layout, double omega_unit, bool weighted);
 
-  /// Takes note of the motion's size at an accepted point. Collective.
-  void see(Vec y);
-  /// row = W t, so that row . s is the inner product of t and s.
-  void weigh(Vec t, Vec row) const;
-  double product(Vec a, Vec b) const;
-  double length(Vec t) const;
-  /// Its length without the mean values of the motion.
+  void see(Vec y) override;
+  void weigh(Vec t, Vec row) const override;
+  double product(Vec a, Vec b) const override;
+  double motion(Vec y) const override;
+  double largest_motion() const override { return motion_; }
+  /// Length of t without the mean values of the motion. Collective.
   double swing(Vec t) const;
-  /// Plain norm of the motion alone, without Omega.
-  double motion(Vec y) const;
 
-  /// What has been seen: the largest motion of the whole, and of each own dof.
-  double largest_motion() const { return motion_; }
+  /// The largest motion seen of each own dof.
   const std::vector<double> &largest_of_dofs() const { return dofs_; }
   void restore(double motion, std::vector<double> dofs); ///< Collective.
 

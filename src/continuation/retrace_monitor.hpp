@@ -1,19 +1,22 @@
 #pragma once
 // The way behind: by it a curve is known that runs back over itself, or closes.
-#include "continuation/arc_norm.hpp"
+#include <vector>
+
+#include "continuation/problem.hpp"
 #include "support/archive.hpp"
 #include "support/growing_list.hpp"
 
 namespace dovetail {
 
-class Trail {
+class RetraceMonitor {
 public:
-  explicit Trail(double omega_unit) : omega_unit_(omega_unit) {}
+  /// `unit`: of the parameter, as for the curve.
+  explicit RetraceMonitor(double unit) : unit_(unit) {}
 
   enum class Sense { fresh, same, opposite };
   /// Takes note of a point and its tangent. `motion`: the largest met so far, plain norm. Returns whether this point
   /// and the `enough` before it all lie on older pieces of the way, and which way round those were run. Collective.
-  Sense add(const Layout &layout, Vec y, Vec t, double motion);
+  Sense add(const Problem &problem, Vec y, Vec t, double motion);
 
   /// All marks, and what restores them.
   const GrowingList &marks() const { return marks_; }
@@ -31,14 +34,14 @@ public:
   bool met_left() const { return met_ + 1 < left_; }
 
 private:
-  static constexpr int size = 6, enough = 6;
+  static constexpr int size = Problem::projections, enough = 6;
   int count() const { return static_cast<int>(marks_.size()) / (2 * size); }
   int first_near(int i, int last, double far) const;
   int older(double motion); // +1 or -1 if the last mark lies on an older piece run in that sense; else 0
 
-  double omega_unit_;
+  double unit_;
   std::vector<double> way_;   // length of the way up to each mark, or more
-  GrowingList marks_;         // (points, 2, size): Omega and projections of the motion, then the same of the tangent
+  GrowingList marks_;         // (points, 2, size): the parameter and projections of the motion, then the same of the tangent
   int found_ = 0, sense_ = 0; // points in succession on older pieces
   int met_ = 0;               // mark where the last of these begins
   int left_ = 0;              // marks of the curves that were left

@@ -1,0 +1,87 @@
+#pragma once
+// What is continued: F(x, p) = 0, whose solutions are a curve in y = [x; p]. The engine of this folder knows no more of
+// it than this page.
+#include <array>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "support/handle.hpp"
+#include "support/linear_effort.hpp"
+
+namespace dovetail {
+
+/// The last unknown: what the curve is followed over.
+struct Parameter {
+  std::string name; ///< for messages, as "frequency"
+  std::string unit; ///< "-" where it has none
+};
+
+/// The matrix of [F(y); border . y - target], with what solves with it.
+class BorderedJacobian {
+public:
+  virtual ~BorderedJacobian() = default;
+  virtual Mat matrix() const = 0;
+  /// Makes `ksp` solve with the matrix. Before KSPSetFromOptions.
+  virtual void set_up(KSP ksp) = 0;
+  /// Fills the matrix at y, with that last row. Collective.
+  virtual void assemble(Vec y, Vec border) = 0;
+  /// Sign of the determinant of the matrix solved with last: +1 or -1; 0 where the solver does not tell.
+  virtual int determinant_sign(KSP) { return 0; }
+  /// After a solve that failed: what went wrong, in words; `ksp` is fit for the next.
+  virtual std::string recover(KSP) { return "the linear solver failed"; }
+  /// What solves took since last asked; `solves`: iterations of `ksp`.
+  virtual LinearEffort take_effort(int solves) { return {solves, 0}; }
+  /// Operations spent since last asked, roughly; infinite where they are not counted.
+  virtual double take_work() { return std::numeric_limits<double>::infinity(); }
+  /// What the solver has learned, as a number, and a beginning with nothing but that: a restart does the same then.
+  virtual double memory() const { return 0; }
+  virtual void begin(double /*memory*/) {}
+};
+
+/// How arc length is measured: a scalar product on y.
+class ArcLengthMetric {
+public:
+  virtual ~ArcLengthMetric() = default;
+  virtual double product(Vec a, Vec b) const = 0; ///< Collective.
+  virtual void weigh(Vec t, Vec row) const = 0;   ///< row . s is the product of t and s
+  virtual double motion(Vec y) const = 0;         ///< size of x, without weights. Collective.
+  /// The largest motion met at accepted points; weights may follow it.
+  virtual double largest_motion() const = 0;
+  virtual void see(Vec y) = 0; ///< an accepted point. Collective.
+  double length(Vec t) const;
+};
+
+/// What a problem knows of a point besides its unknowns.
+struct PointData {
+  virtual ~PointData() = default;
+};
+
+class Problem {
+public:
+  virtual ~Problem() = default;
+  virtual const Parameter &parameter() const = 0;
+  /// y = [x; p], zero. p is the last entry, on the last rank.
+  virtual UniqueVec unknowns() const = 0;
+  /// f = F(y); its last entry is left alone. Collective.
+  virtual void residual(Vec y, Vec f) = 0;
+  virtual std::unique_ptr<BorderedJacobian> jacobian() = 0;
+  /// `unit`: change of the parameter that counts as much as the largest motion. Not weighted: the plain norm.
+  virtual std::unique_ptr<ArcLengthMetric> metric(double unit, bool weighted) const;
+  /// Of the point whose residual was evaluated last.
+  virtual std::shared_ptr<PointData> describe() { return nullptr; }
+  virtual bool is_admissible(double /*parameter*/) const { return true; }
+  /// False where F has kinks so close to each other that steps should not look for them one by one.
+  virtual bool is_smooth() const { return true; }
+  /// The parameter and five projections of x, by which points are told apart cheaply. Collective.
+  static constexpr int projections = 6;
+  virtual std::array<double, projections> projected(Vec y) const;
+};
+
+double parameter_of(Vec y);              ///< last entry, on every rank. Collective.
+void set_parameter(Vec y, double value); ///< the last entry
+/// A number in (-1, 1), the same wherever it is asked for.
+double pseudo_random(std::size_t a, std::size_t b, std::size_t which);
+
+} // namespace dovetail

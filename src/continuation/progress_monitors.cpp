@@ -1,0 +1,106 @@
+#include "continuation/progress_monitors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace dovetail {
+namespace {
+
+constexpr int many_folds = 12;         // turning points and kinks
+constexpr double crowded_part = 0.03;  // of the range, that they lie in
+constexpr double creeping_part = 0.01; // of the range
+constexpr long most_creeping = 1000;   // Newton iterations within it, unless the curve is as smooth as
+constexpr int few_folds = 6;           // that: narrow peaks are
+constexpr const char *folds_often = "the curve bends again and again";
+
+constexpr double least_ahead = 0.01;  // of the range, for a curve that goes on;
+constexpr double enough_ahead = 0.05; // or that is no longer the one that was left
+constexpr int most_halved = 3;        // times that patience is halved by having been left
+
+constexpr double nothing = 1e-6; // part of a step
+constexpr int enough_still = 3;  // steps along which nothing but mean positions changes
+
+} // namespace
+
+void FoldClusterMonitor::begin(double parameter, long newton) { reached_ = {parameter, newton}; }
+
+bool FoldClusterMonitor::near(double parameter) const {
+  return std::abs(parameter - reached_.parameter) <= creeping_part * unit_;
+}
+
+void FoldClusterMonitor::folded(double parameter) {
+  folds_.push_back(parameter);
+  if (folds_.size() < many_folds) return;
+  const auto [low, high] = std::minmax_element(folds_.end() - many_folds, folds_.end());
+  if (*high - *low < crowded_part * unit_) why_ = folds_often;
+}
+
+void FoldClusterMonitor::stepped(double parameter, long newton) {
+  if (!near(parameter)) reached_ = {parameter, newton};
+  const auto close = [&](double fold) { return near(fold); };
+  if (newton - reached_.newton <= most_creeping || std::count_if(folds_.begin(), folds_.end(), close) < few_folds)
+    return;
+  why_ = std::string(folds_often) + " and makes no way";
+  reached_.newton = newton;
+}
+
+void FoldClusterMonitor::forget() { folds_.clear(), why_.clear(); }
+
+double FoldClusterMonitor::beyond(double here, int sense) {
+  const std::vector<double> folds = std::exchange(folds_, {});
+  double farthest = sense * here;
+  for (std::size_t i = 0; i < folds.size() && i < many_folds; ++i)
+    farthest = std::max(farthest, sense * folds[folds.size() - 1 - i]);
+  why_.clear();
+  return sense * (farthest + creeping_part * unit_);
+}
+
+void FoldClusterMonitor::archive(Archive &archive) {
+  bool crowded = !why_.empty();
+  archive.field("parameter", reached_.parameter);
+  archive.field("newton", reached_.newton);
+  archive.field("folds", folds_);
+  archive.field("crowded", crowded);
+  if (archive.restores() && crowded) why_ = folds_often;
+}
+
+void NoProgressMonitor::begin(double parameter, long newton, int sense) {
+  ahead_ = {parameter, newton};
+  sense_ = sense;
+}
+
+void NoProgressMonitor::stepped(double parameter, long newton) {
+  if (left_ > 0 && beyond(parameter, left_at_) > enough_ahead * unit_) left_ = 0;
+  if (beyond(parameter, ahead_.parameter) > least_ahead * unit_) ahead_ = {parameter, newton};
+}
+
+bool NoProgressMonitor::winds(double farthest, long newton, double patience) const {
+  const double wound = static_cast<double>(newton - ahead_.newton),
+               least = patience / (1 << std::min(left_, most_halved));
+  return wound > least && (stayed_ == 0 || beyond(farthest, stayed_at_) > least_ahead * unit_ ||
+                           wound > least * (1 + stayed_));
+}
+
+void NoProgressMonitor::left(double parameter) {
+  ++left_, left_at_ = parameter;
+  stayed_ = 0;
+}
+
+void NoProgressMonitor::stayed(double parameter) { stayed_at_ = parameter, ++stayed_; }
+
+void NoProgressMonitor::archive(Archive &archive) {
+  archive.field("parameter", ahead_.parameter);
+  archive.field("newton", ahead_.newton);
+  archive.field("sense", sense_);
+  archive.field("times_left", left_);
+  archive.field("left_at", left_at_);
+  archive.field("times_stayed", stayed_);
+  archive.field("stayed_at", stayed_at_);
+}
+
+void DriftMonitor::stepped(double swing, double way) { still_ = swing < nothing * way ? still_ + 1 : 0; }
+
+bool DriftMonitor::drifts() const { return still_ == enough_still; }
+
+} // namespace dovetail

@@ -1,0 +1,58 @@
+#include "continuation/step_control.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dovetail {
+namespace {
+
+constexpr double alike_ratio = 0.75; // of successive angles, half of it of corrections: beyond, they do not shrink
+constexpr int lengths_per_octave = 8;
+constexpr double rounding = 1e-9; // so that one of these lengths stays what it is
+constexpr double least_turn = 1e-3; // [rad]: a straight curve's step grows by its other limits
+
+} // namespace
+
+bool StepMeasure::refused() const { return angle > step_limits.most_angle || std::atan(correction) > angle + allowed; }
+
+std::string StepMeasure::why() const {
+  return angle > step_limits.most_angle ? "the curve turns too far within one step"
+                                        : "the solution lies too far from the predicted one";
+}
+
+bool Halvings::add(const StepMeasure &now) {
+  const bool alike = last_.refused() && now.angle > alike_ratio * last_.angle &&
+                     now.correction < 2 * alike_ratio * last_.correction;
+  alike_ = alike ? alike_ + 1 : 0;
+  last_ = now;
+  return alike_ >= 2;
+}
+
+double StepControl::shortest() const { return adaptive_ ? step_limits.shortest : step_limits.shortest * first_; }
+
+void StepControl::after(double step, double turned, int newton) {
+  if (!adaptive_) return;
+  const double by_newton = std::pow(2.0, (step_limits.aimed_newton - newton) / 2.0),
+               by_angle = step_limits.aimed_angle / std::max(turned, least_turn);
+  step_ = step * std::clamp(std::min(by_newton, by_angle), 1 / step_limits.most_change, step_limits.most_change);
+}
+
+void StepControl::limit(const Rates &rates, bool smooth) {
+  if (!adaptive_) return;
+  step_ = std::min(step_, step_limits.longest);
+  if (rates.parameter > 0) step_ = std::min(step_, step_limits.longest_parameter_step / rates.parameter);
+  if (rates.motion > 0)
+    step_ = std::min(step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion,
+                                     step_limits.least_motion_step));
+  if (careful_ > 0) step_ = std::min(step_, careful_step_);
+  step_ = std::max(step_, 10 * step_limits.shortest);
+  if (smooth) step_ = std::exp2(std::floor(lengths_per_octave * std::log2(step_) + rounding) / lengths_per_octave);
+}
+
+void StepControl::archive(Archive &archive) {
+  archive.field("step", step_);
+  archive.field("careful", careful_);
+  archive.field("careful_step", careful_step_);
+}
+
+} // namespace dovetail

@@ -1,0 +1,84 @@
+#pragma once
+// Steps along a curve: predict, correct, check, halve; round a kink where halving leads nowhere. stepper.cpp: the steps;
+// kinks.cpp: round kinks. What a step is worth, and what else is done with it, says the class that derives from this.
+#include <optional>
+#include <string>
+
+#include "continuation/curve.hpp"
+#include "continuation/event_locator.hpp"
+#include "continuation/step_control.hpp"
+
+namespace dovetail {
+
+class Stepper {
+public:
+  virtual ~Stepper() = default;
+  Stepper(const Stepper &) = delete;
+  Stepper &operator=(const Stepper &) = delete;
+
+  enum class Outcome { on, refused, ended, refined }; ///< refined: the problem was, and the step is to be tried again
+
+protected:
+  /// `unit`: of the parameter, as for the curve. `newton_tolerance`: relative, of y.
+  Stepper(const StepControl &control, double unit, double newton_tolerance)
+      : control_(control), unit_(unit), newton_tolerance_(newton_tolerance) {}
+
+  /// One accepted step along the curve, or what no_step() says.
+  Outcome advance();
+  /// From here on along that curve, whose points the stepper then makes anew.
+  void take_curve(Curve &curve);
+  /// Length of the next step by what limits it here.
+  void limit_step();
+  /// here_ was not led to by a step: the next guess follows the tangent alone.
+  void forget_before() { before_.reset(); }
+  /// here_.t to length 1 by the metric as it is now.
+  void measure_anew();
+  /// Copies a point without what belongs to its solve.
+  void note(std::optional<CurvePoint> &place, const CurvePoint &s) const;
+  void archive_steps(Archive &archive);
+  EventLocator locator() { return {*curve_, here_, trial_, newton_tolerance_}; }
+
+  // What the owner of the curve does, in the order of a step.
+  /// Refines the problem at here_ if trial_ asks for it: true if it did.
+  virtual bool refine(CurvePoint & /*trial*/) { return false; }
+  /// Takes the step from here_ to trial_, with all that lies within, by swapping them; or refuses it. `plain`: length of
+  /// the normal in the plain norm.
+  virtual Outcome pass(Vec normal, double step, double plain, bool at_kink) = 0;
+  /// After that: the curve's metric sees here_. `way`: from there back to where the step began.
+  virtual Outcome settle(Vec way);
+  /// A step along the tangent was taken, and the next one's length chosen.
+  virtual void stepped() {}
+  /// A step was refused, and is halved.
+  virtual void halved(const std::string & /*why*/) {}
+  /// The curve was followed round a kink that turns it by that angle [rad] at that value of the parameter.
+  virtual void turned_kink(double /*angle*/, double /*parameter*/) {}
+  /// No step converges, however short. The default ends.
+  virtual Outcome no_step() { return Outcome::ended; }
+  virtual bool iterations_are_expensive() const { return false; }
+
+  Curve *curve_ = nullptr;
+  CurvePoint here_, trial_;          // last accepted point; the one being tried
+  std::optional<CurvePoint> before_; // where the smooth step to here_ began
+  UniqueVec predicted_;
+  StepControl control_;
+  const double unit_, newton_tolerance_;
+  std::string refusal_;                // why the last step was refused
+  std::optional<Located> branch_point_; // within the step being tried
+  int kinks_in_vain_ = 0;              // times in succession that all legs were tried, up to most_waiting
+
+private:
+  Outcome try_step(double step);
+  Outcome accept_step(Vec normal, double step, bool at_kink = false);
+  StepMeasure measured(double step);
+  double allowed_astray() const;
+
+  enum class Extent { first, all }; // legs that are tried
+  bool round_kink(double step, Extent extent, Outcome &outcome);
+  bool go_round(Vec t, double step, bool by_sign, Outcome &outcome);
+  bool back_to_kink(CurvePoint &kink);
+
+  Halvings halvings_;
+  double curvature_ = 0; // at the last smooth step: angle per arc length
+};
+
+} // namespace dovetail
