@@ -23,8 +23,8 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
       newton_(newton), settings_(settings), observer_(observer),
       response_(std::make_unique<ResponseCurve>(system, newton, unit_, settings.adaptive, summary_.counts)),
       meter_(std::make_unique<AmplitudeMeter>(system.layout(), settings.watched)), retraced_(unit_), cluster_(unit_),
-      progress_(unit_), lent_from_(system.harmonics()), direction_(settings.to < settings.from ? -1 : 1), asked_for_(system.harmonics()),
-      asked_samples_(system.samples()), begun_at_(settings.from) {
+      progress_(unit_), lent_from_(system.harmonics()), direction_(settings.to < settings.from ? -1 : 1),
+      asked_for_(system.harmonics()), asked_samples_(system.samples()), begun_at_(settings.from) {
   take_curve(*response_);
   if (settings.stability) begin_stability();
   if (settings.estimates) estimator_ = std::make_unique<Estimator>(system, unit_, newton.residual_tolerance);

@@ -2,23 +2,22 @@
 // Where a continuation stands between two steps: all it takes to go on as if it had never stopped.
 #include <vector>
 
+#include "continuation/curve.hpp"
 #include "support/archive.hpp"
 #include "support/growing_list.hpp"
 
 namespace dovetail {
 
 /// What has happened along a branch so far.
-struct Counts {
+struct Counts : SolveCounts {
   int points = 0;
   int folds = 0, peaks = 0, branch_points = 0, stability_changes = 0; ///< located
   int cuts = 0, corners = 0, samplings = 0, harmonics = 0, leaps = 0,
-      integrations = 0;        ///< rungs of the ladder
-  int in_time = 0;             ///< points of curves that were followed in time
-  int repeats = 0;             ///< pieces of the curve that were followed once more
-  int missed = 0;              ///< frequencies of `at` without solution
-  int adaptations = 0;         ///< of the harmonics to the tolerance
-  long newton = 0, linear = 0; ///< iterations, those of failed steps included
-  long inexact = 0;            ///< linear solves that left more than was asked
+      integrations = 0; ///< rungs of the ladder
+  int in_time = 0;      ///< points of curves that were followed in time
+  int repeats = 0;      ///< pieces of the curve that were followed once more
+  int missed = 0;       ///< frequencies of `at` without solution
+  int adaptations = 0;  ///< of the harmonics to the tolerance
 };
 
 /// Complete on rank 0 only. Vectors in the order of the results: (n, 2H+1) coefficients, then Omega; scaled.

@@ -22,7 +22,7 @@ bool Follower::interrupted() {
 // corners are no obstacle.
 bool Follower::grow_load(double omega, std::vector<double> &q) {
   HarmonicSystem loaded(*system_, system_->harmonics(), system_->samples());
-  loaded.vary_load(omega);
+  loaded.vary(std::make_unique<LoadParameter>(omega));
   BranchSettings settings;
   settings.from = least_load, settings.to = 1;
   settings.step = settings_.step, settings.max_points = most_load_steps, settings.steps_only = true;

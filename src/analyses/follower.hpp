@@ -159,8 +159,8 @@ private:
   std::unique_ptr<StabilityTest> stability_;            // of a small model, or
   std::unique_ptr<LargeStabilityTest> large_stability_; // of any
   std::unique_ptr<Estimator> estimator_;
-  std::unique_ptr<OrbitCurve> orbit_; // while the curve is followed in time; here_ shows it then
-  double balanced_at_ = 0;            // frequency where it was begun, or harmonic balance was tried again
+  std::unique_ptr<OrbitCurve> orbit_;    // while the curve is followed in time; here_ shows it then
+  double balanced_at_ = 0;               // frequency where it was begun, or harmonic balance was tried again
   std::optional<CurvePoint> farthest_;   // where the curve turned back, or in time was, nearest to the end of the sweep
   std::optional<CurvePoint> anchors_[2]; // points of the curve to go back to, `anchored` to twice that behind; the next
   double anchor_arc_ = 0;                // way in the arc norm since the older one,

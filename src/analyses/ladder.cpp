@@ -19,8 +19,8 @@ constexpr double most_ample = 4000;    // or if they are ample
 Follower::Outcome Follower::climb() {
   const std::string reason = refusal_, where = difference();
   if (settings_.steps_only) return end(End::stalled, reason + where);
-  if (better_sampling() || more_harmonics() || leap(Way::newton, here_.parameter) || leap(Way::integration, here_.parameter) ||
-      leap(Way::anew, here_.parameter))
+  if (better_sampling() || more_harmonics() || leap(Way::newton, here_.parameter) ||
+      leap(Way::integration, here_.parameter) || leap(Way::anew, here_.parameter))
     return ended_ ? Outcome::ended : Outcome::on;
   return interrupted() ? end(End::interrupted, "interrupted") : end(End::stalled, reason + where);
 }
@@ -63,7 +63,9 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   const bool stay = summary_.counts.points == 0; // the first point lies where it was asked for
   bool found =
       !stay && (curve.solve_across(t, there, {false, most}) || (most == 0 && curve.solve_across(t, there, {true})));
-  const auto passed = [&](double w) { return (w - here_.parameter) * (w - there.parameter) <= 0 && w != here_.parameter; };
+  const auto passed = [&](double w) {
+    return (w - here_.parameter) * (w - there.parameter) <= 0 && w != here_.parameter;
+  };
   if (!found || passed(settings_.to) || std::any_of(settings_.at.begin(), settings_.at.end(), passed)) {
     check(VecCopy(padded, there.y), "changing harmonics"); // what is wanted there must not get lost
     if (found || stay) found = curve.solve_at(here_.parameter, there);

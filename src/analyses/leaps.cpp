@@ -90,7 +90,8 @@ double Follower::integration_left() const { return (2 + 2 * summary_.counts.inte
 bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
   check(VecCopy(here_.y, trial_.y), "predicting");
   const Layout &layout = system_->layout();
-  const bool amply = progress_.times_stayed() > 0 || dear(), large = layout.dofs() * layout.width * least_patience > most_wound,
+  const bool amply = progress_.times_stayed() > 0 || dear(),
+             large = layout.dofs() * layout.width * least_patience > most_wound,
              in_time = amply || orbit_ || (progress_.times_left() > 0 && large);
   SteadyState steady;
   if (integrates(way)) {

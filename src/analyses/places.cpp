@@ -8,8 +8,8 @@
 namespace dovetail {
 namespace {
 
-constexpr double uneven = 0.25; // part of the frequency's rate that is missing in the mean over a step
-constexpr int pieces = 4;       // of a step that may hide turning points
+constexpr double uneven = 0.25;  // part of the frequency's rate that is missing in the mean over a step
+constexpr int pieces = 4;        // of a step that may hide turning points
 constexpr double in_time = 1e-7; // arc length: places are located no better there
 constexpr double usual = 1e-8;   // of the step, likewise
 

@@ -2,8 +2,8 @@
 // How a sweep ended, in words for the user.
 #include <string>
 
-#include "case/case.hpp"
 #include "analyses/branch.hpp"
+#include "case/case.hpp"
 
 namespace dovetail {
 

@@ -39,8 +39,8 @@ public:
   /// Newton from the guess in s.y on the plane through it whose normal is `normal` (weighted). The tangent of s looks
   /// to the same side as `normal`. If it fails s.newton.why says so, and s.y is what it was. Collective.
   bool solve_across(Vec normal, CurvePoint &s, const StepEffort &effort = {});
-  /// Newton from the guess in s.y at that value of the parameter, plainly, then with a line search, each with `times` the settings'
-  /// iterations; plainly only, if that is less than 1. The tangent looks to growing values. Collective.
+  /// Newton from the guess in s.y at that value of the parameter, plainly, then with a line search, each with `times`
+  /// the settings' iterations; plainly only, if that is less than 1. The tangent looks to growing values. Collective.
   bool solve_at(double value, CurvePoint &s, double times = 1);
 
   /// From now on tangents as accurate as possible, or as usual: places are located by them.
@@ -49,8 +49,8 @@ public:
   /// Tangent and sign by the Jacobian at any y, to the side of `normal`. Collective.
   bool tangent_at(Vec y, Vec normal, Vec t, int &sign);
 
-  /// c with [d residual / d y] c = r and border . c = 0 at s, roughly where the solver iterates: with the factors of the
-  /// last solve if s is from that. False where it failed. Collective.
+  /// c with [d residual / d y] c = r and border . c = 0 at s, roughly where the solver iterates: with the factors of
+  /// the last solve if s is from that. False where it failed. Collective.
   bool correct(const CurvePoint &s, Vec r, Vec c);
 
   /// Bends a guess y = here + step t, which the tangent gives, as the step before was bent: by the cubic through both

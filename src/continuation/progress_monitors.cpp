@@ -78,8 +78,8 @@ void NoProgressMonitor::stepped(double parameter, long newton) {
 bool NoProgressMonitor::winds(double farthest, long newton, double patience) const {
   const double wound = static_cast<double>(newton - ahead_.newton),
                least = patience / (1 << std::min(left_, most_halved));
-  return wound > least && (stayed_ == 0 || beyond(farthest, stayed_at_) > least_ahead * unit_ ||
-                           wound > least * (1 + stayed_));
+  return wound > least &&
+         (stayed_ == 0 || beyond(farthest, stayed_at_) > least_ahead * unit_ || wound > least * (1 + stayed_));
 }
 
 void NoProgressMonitor::left(double parameter) {

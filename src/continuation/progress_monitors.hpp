@@ -49,7 +49,8 @@ public:
   void stepped(double parameter, long newton); ///< as FoldClusterMonitor
   void spare(long newton) { ahead_.newton += newton; }
   void restart_count(long newton) { ahead_.newton = newton; }
-  /// Whether it has wound for more iterations than `patience`, the sooner the more often it was left, since it was `farthest`.
+  /// Whether it has wound for more iterations than `patience`, the sooner the more often it was left, since it was
+  /// `farthest`.
   bool winds(double farthest, long newton, double patience) const;
 
   void left(double parameter);   ///< the curve was left there, for a place ahead
@@ -68,10 +69,10 @@ private:
   struct {
     double parameter = 0;
     long newton = 0;
-  } ahead_;          // where the last stretch of the range was met first; iterations until then
-  int left_ = 0;     // times that the curve was left because it leads nowhere, since it went on
+  } ahead_;      // where the last stretch of the range was met first; iterations until then
+  int left_ = 0; // times that the curve was left because it leads nowhere, since it went on
   double left_at_ = 0;
-  int stayed_ = 0;   // times that no way on was found, since it was left
+  int stayed_ = 0; // times that no way on was found, since it was left
   double stayed_at_ = 0;
 };
 

@@ -40,8 +40,8 @@ private:
   int older(double motion); // +1 or -1 if the last mark lies on an older piece run in that sense; else 0
 
   double unit_;
-  std::vector<double> way_;   // length of the way up to each mark, or more
-  GrowingList marks_;         // (points, 2, size): the parameter and projections of the motion, then the same of the tangent
+  std::vector<double> way_; // length of the way up to each mark, or more
+  GrowingList marks_; // (points, 2, size): the parameter and projections of the motion, then the same of the tangent
   int found_ = 0, sense_ = 0; // points in succession on older pieces
   int met_ = 0;               // mark where the last of these begins
   int left_ = 0;              // marks of the curves that were left

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double alike_ratio = 0.75; // of successive angles, half of it of corrections: beyond, they do not shrink
 constexpr int lengths_per_octave = 8;
-constexpr double rounding = 1e-9; // so that one of these lengths stays what it is
+constexpr double rounding = 1e-9;   // so that one of these lengths stays what it is
 constexpr double least_turn = 1e-3; // [rad]: a straight curve's step grows by its other limits
 
 } // namespace
@@ -21,8 +21,8 @@ std::string StepMeasure::why() const {
 }
 
 bool Halvings::add(const StepMeasure &now) {
-  const bool alike = last_.refused() && now.angle > alike_ratio * last_.angle &&
-                     now.correction < 2 * alike_ratio * last_.correction;
+  const bool alike =
+      last_.refused() && now.angle > alike_ratio * last_.angle && now.correction < 2 * alike_ratio * last_.correction;
   alike_ = alike ? alike_ + 1 : 0;
   last_ = now;
   return alike_ >= 2;
@@ -42,8 +42,8 @@ void StepControl::limit(const Rates &rates, bool smooth) {
   step_ = std::min(step_, step_limits.longest);
   if (rates.parameter > 0) step_ = std::min(step_, step_limits.longest_parameter_step / rates.parameter);
   if (rates.motion > 0)
-    step_ = std::min(step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion,
-                                     step_limits.least_motion_step));
+    step_ = std::min(
+        step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion, step_limits.least_motion_step));
   if (careful_ > 0) step_ = std::min(step_, careful_step_);
   step_ = std::max(step_, 10 * step_limits.shortest);
   if (smooth) step_ = std::exp2(std::floor(lengths_per_octave * std::log2(step_) + rounding) / lengths_per_octave);

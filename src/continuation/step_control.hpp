@@ -15,21 +15,21 @@ struct StepLimits {
   double longest_motion_step = 0.25;    ///< of the motion at hand, which after a resonance is far below the largest
   double least_motion_step = 1e-3;      ///< that limit does not hold a curve up where the motion passes zero
   double shortest = 1e-7;
-  double after_jump = 1e-3;   ///< first step from a point that no step led to
-  double aimed_angle = 0.25;  ///< between tangents [rad]
-  int aimed_newton = 4;       ///< iterations
-  double most_change = 2;     ///< of the length, from one step to the next
-  double most_angle = 0.64;   ///< between the tangents before and after a step [rad]
-  double most_correction = 2; ///< distance from predicted to converged point, in steps, where a kink may be
-  double most_off_middle = 0.05; ///< of a step, by which its middle may lie off the curve; smooth ones: 1e-3 and less
-  int most_newton = 8;           ///< iterations of a step, for shorter ones converge in fewer;
+  double after_jump = 1e-3;        ///< first step from a point that no step led to
+  double aimed_angle = 0.25;       ///< between tangents [rad]
+  int aimed_newton = 4;            ///< iterations
+  double most_change = 2;          ///< of the length, from one step to the next
+  double most_angle = 0.64;        ///< between the tangents before and after a step [rad]
+  double most_correction = 2;      ///< distance from predicted to converged point, in steps, where a kink may be
+  double most_off_middle = 0.05;   ///< of a step, by which its middle may lie off the curve; smooth ones: 1e-3 and less
+  int most_newton = 8;             ///< iterations of a step, for shorter ones converge in fewer;
   double least_newton_step = 1e-4; ///< those below may take the settings'
-  double straight = 0.3;  ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
-  double kink_step = 2e-3;     ///< shorter steps that fail may be at a kink of the curve
-  double close_to_kink = 1e-4; ///< so near, both sides of a kink are tried
-  double most_miss = 0.05;     ///< of the tangents' lines at a kink, of the way there and back
-  int most_waiting = 3;   ///< further halvings, where iterations are expensive and trying all legs was in vain
-  int most_refinements = 8; ///< of the problem, for one step
+  double straight = 0.3;           ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
+  double kink_step = 2e-3;         ///< shorter steps that fail may be at a kink of the curve
+  double close_to_kink = 1e-4;     ///< so near, both sides of a kink are tried
+  double most_miss = 0.05;         ///< of the tangents' lines at a kink, of the way there and back
+  int most_waiting = 3;            ///< further halvings, where iterations are expensive and trying all legs was in vain
+  int most_refinements = 8;        ///< of the problem, for one step
 };
 constexpr StepLimits step_limits{};
 

@@ -101,9 +101,7 @@ Stepper::Outcome Stepper::settle(Vec) {
   return Outcome::on;
 }
 
-void Stepper::measure_anew() {
-  check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length");
-}
+void Stepper::measure_anew() { check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); }
 
 void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const {
   if (!place) place = curve_->point();

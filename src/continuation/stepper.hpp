@@ -1,6 +1,7 @@
 #pragma once
-// Steps along a curve: predict, correct, check, halve; round a kink where halving leads nowhere. stepper.cpp: the steps;
-// kinks.cpp: round kinks. What a step is worth, and what else is done with it, says the class that derives from this.
+// Steps along a curve: predict, correct, check, halve; round a kink where halving leads nowhere. stepper.cpp: the
+// steps; kinks.cpp: round kinks. What a step is worth, and what else is done with it, says the class that derives from
+// this.
 #include <optional>
 #include <string>
 
@@ -41,8 +42,8 @@ protected:
   // What the owner of the curve does, in the order of a step.
   /// Refines the problem at here_ if trial_ asks for it: true if it did.
   virtual bool refine(CurvePoint & /*trial*/) { return false; }
-  /// Takes the step from here_ to trial_, with all that lies within, by swapping them; or refuses it. `plain`: length of
-  /// the normal in the plain norm.
+  /// Takes the step from here_ to trial_, with all that lies within, by swapping them; or refuses it. `plain`: length
+  /// of the normal in the plain norm.
   virtual Outcome pass(Vec normal, double step, double plain, bool at_kink) = 0;
   /// After that: the curve's metric sees here_. `way`: from there back to where the step began.
   virtual Outcome settle(Vec way);
@@ -62,9 +63,9 @@ protected:
   UniqueVec predicted_;
   StepControl control_;
   const double unit_, newton_tolerance_;
-  std::string refusal_;                // why the last step was refused
+  std::string refusal_;                 // why the last step was refused
   std::optional<Located> branch_point_; // within the step being tried
-  int kinks_in_vain_ = 0;              // times in succession that all legs were tried, up to most_waiting
+  int kinks_in_vain_ = 0;               // times in succession that all legs were tried, up to most_waiting
 
 private:
   Outcome try_step(double step);

@@ -49,7 +49,8 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, st
 HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness)
     : scaled_(with_softer_contacts(like.scaled_, stiffness)), layout_(scaled_.model.reduced, harmonics),
       harmonics_(harmonics), samples_(samples), form_(like.form_), fourier_(like.fourier_), loose_(like.loose_),
-      parameter_(like.parameter_->clone()), forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
+      parameter_(like.parameter_->clone()),
+      forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(like.linear_->like(layout_)) {
   fourier_.resize(layout_.width, 0.0);
 }

@@ -40,7 +40,6 @@ struct JacobianParts {
   const double *border;         ///< (own unknowns) last row
 };
 
-
 class LinearPart {
 public:
   virtual ~LinearPart() = default;

@@ -13,7 +13,8 @@ class AmplitudeMeter {
 public:
   /// `watched`: a reduced dof, modes first, or -1: the contact dof that moves most (the mode, without contact).
   AmplitudeMeter(const Layout &layout, PetscInt watched);
-  /// Largest |q(t) - mean| over the period, scaled, at y and along t. The extreme is that of the trigonometric polynomial, not of samples. Collective.
+  /// Largest |q(t) - mean| over the period, scaled, at y and along t. The extreme is that of the trigonometric
+  /// polynomial, not of samples. Collective.
   Amplitude operator()(Vec y, Vec t);
 
 private:

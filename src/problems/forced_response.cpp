@@ -46,8 +46,7 @@ std::array<double, Problem::projections> ForcedResponse::projected(Vec y) const 
   check(VecGetArrayRead(y, &own), "marking the way");
   for (PetscInt d = 0; d < layout.own_dofs(); ++d)
     for (int i = 0; i < layout.width; ++i)
-      for (int k = 1; k < projections; ++k)
-        out[k] += pseudo_random(layout.number(d), i, k) * own[d * layout.width + i];
+      for (int k = 1; k < projections; ++k) out[k] += pseudo_random(layout.number(d), i, k) * own[d * layout.width + i];
   if (layout.owns_omega()) out[0] = own[layout.own_coefficients()];
   check(VecRestoreArrayRead(y, &own), "marking the way");
   MPI_Allreduce(MPI_IN_PLACE, out.data(), projections, MPI_DOUBLE, MPI_SUM, layout.comm);

@@ -1,8 +1,9 @@
 // Newton and tangents on the bordered system.
 #include <gtest/gtest.h>
 
-#include "continuation/branch.hpp"
+#include "analyses/branch.hpp"
 #include "one_mass.hpp"
+#include "problems/forced_response.hpp"
 #include "small_model.hpp"
 
 using namespace dovetail;
@@ -33,7 +34,8 @@ double norm(Vec v) {
 
 TEST(Corrector, fixed_frequency_solution_satisfies_the_equations) {
   HarmonicSystem system = small_system();
-  Corrector corrector(system, tight);
+  ForcedResponse problem(system);
+  Corrector corrector(problem, tight);
   const UniqueVec e = unit_omega(system);
   UniqueVec y = system.unknowns(), f = system.unknowns();
   check(VecAXPY(y, 0.7, e), "");
@@ -46,7 +48,8 @@ TEST(Corrector, fixed_frequency_solution_satisfies_the_equations) {
 
 TEST(Corrector, leaves_the_point_alone_when_it_fails) {
   HarmonicSystem system = small_system();
-  Corrector corrector(system, {1e-10, 1e-11, 1}); // one iteration is not enough
+  ForcedResponse problem(system);
+  Corrector corrector(problem, {1e-10, 1e-11, 1}); // one iteration is not enough
   const UniqueVec e = unit_omega(system);
   UniqueVec y = system.unknowns();
   check(VecAXPY(y, 0.7, e), "");
@@ -58,7 +61,8 @@ TEST(Corrector, leaves_the_point_alone_when_it_fails) {
 
 TEST(Corrector, gives_up_beyond_its_reach) {
   HarmonicSystem system = small_system();
-  Corrector corrector(system, tight);
+  ForcedResponse problem(system);
+  Corrector corrector(problem, tight);
   const UniqueVec e = unit_omega(system);
   UniqueVec y = system.unknowns();
   check(VecAXPY(y, 0.7, e), "");
@@ -81,7 +85,8 @@ TEST(Corrector, gives_up_in_a_circle) {
   for (int i = 0; i < 40 && circles == 0; ++i) {
     const double load = std::pow(10, 0.05 * i), omega = 0.9;
     HarmonicSystem system(scaled(stiff, 0.05, {}), 3, 64, {0, load});
-    Corrector corrector(system, tight);
+    ForcedResponse problem(system);
+    Corrector corrector(problem, tight);
     const UniqueVec e = unit_omega(system);
     UniqueVec y = system.unknowns();
     check(VecAXPY(y, omega, e), "");
@@ -98,7 +103,8 @@ TEST(Corrector, gives_up_in_a_circle) {
 // The assembled border against bordering by block elimination: two solves with the Jacobian at fixed Omega.
 TEST(Corrector, tangent_equals_block_elimination) {
   HarmonicSystem system = small_system();
-  Corrector corrector(system, tight);
+  ForcedResponse problem(system);
+  Corrector corrector(problem, tight);
   const UniqueVec e = unit_omega(system);
   UniqueVec y = system.unknowns();
   check(VecAXPY(y, 0.7, e), "");
@@ -182,7 +188,8 @@ TEST(Branch, passes_and_counts_turning_points) {
 // A singular Jacobian must not spoil the solves after it (PETSc 3.18 would skip their factorisation silently).
 TEST(Corrector, recovers_from_a_singular_jacobian) {
   HarmonicSystem system = small_system();
-  Corrector corrector(system, tight);
+  ForcedResponse problem(system);
+  Corrector corrector(problem, tight);
   const UniqueVec e = unit_omega(system), nothing = system.unknowns();
   UniqueVec y = system.unknowns();
   check(VecAXPY(y, 0.7, e), "");

@@ -1,7 +1,7 @@
 // Guesses on the solution curve, and whether it runs smoothly between two points.
 #include <gtest/gtest.h>
 
-#include "continuation/curve.hpp"
+#include "problems/response_curve.hpp"
 #include "small_model.hpp"
 
 using namespace dovetail;
@@ -14,25 +14,25 @@ constexpr NewtonSettings tight{1e-11, 1e-12, 30};
 // Contacts that stick: a smooth curve.
 struct Scene {
   HarmonicSystem system{scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, {0, 1e-3}};
-  Counts counts;
-  Curve curve{system, tight, 0.5, true, counts};
+  SolveCounts counts;
+  ResponseCurve curve{system, tight, 0.5, true, counts};
 
-  Station at(double omega) {
-    Station s = curve.station();
+  CurvePoint at(double omega) {
+    CurvePoint s = curve.point();
     EXPECT_TRUE(curve.solve_at(omega, s)) << s.newton.why;
     curve.norm.see(s.y);
     check(VecScale(s.t, 1 / curve.norm.length(s.t)), "");
     return s;
   }
-  Station on(const Station &here, double step) {
-    Station s = curve.station();
+  CurvePoint on(const CurvePoint &here, double step) {
+    CurvePoint s = curve.point();
     check(VecWAXPY(s.y, step, here.t, here.y), "");
     EXPECT_TRUE(curve.solve_across(here.t, s)) << s.newton.why;
     return s;
   }
 };
 
-double apart(const ArcNorm &norm, Vec a, Vec b, const UniqueVec &work) {
+double apart(const ArcLengthMetric &norm, Vec a, Vec b, const UniqueVec &work) {
   check(VecWAXPY(work, -1, a, b), "");
   return norm.length(work);
 }
@@ -41,12 +41,12 @@ double apart(const ArcNorm &norm, Vec a, Vec b, const UniqueVec &work) {
 
 TEST(Curve, bent_guesses_miss_by_the_fourth_power_of_the_step) {
   Scene scene;
-  const Station here = scene.at(0.4);
+  const CurvePoint here = scene.at(0.4);
   const UniqueVec work = scene.system.unknowns(), guess = scene.system.unknowns();
   double straight[2], bent[2];
   for (int i = 0; i < 2; ++i) {
     const double step = i == 0 ? 0.02 : 0.01;
-    const Station next = scene.on(here, step), after = scene.on(next, 1.3 * step);
+    const CurvePoint next = scene.on(here, step), after = scene.on(next, 1.3 * step);
     check(VecWAXPY(guess, 1.3 * step, next.t, next.y), "");
     straight[i] = apart(scene.curve.norm, guess, after.y, work);
     scene.curve.bend(here, next, 1.3 * step, guess);
@@ -60,24 +60,24 @@ TEST(Curve, bent_guesses_miss_by_the_fourth_power_of_the_step) {
 
 TEST(Curve, tells_what_lies_between_the_ends_of_a_step) {
   Scene scene;
-  const Station here = scene.at(0.4);
+  const CurvePoint here = scene.at(0.4);
   double off[2];
   for (int i = 0; i < 2; ++i) {
-    const Station next = scene.on(here, i == 0 ? 0.02 : 0.01);
+    const CurvePoint next = scene.on(here, i == 0 ? 0.02 : 0.01);
     off[i] = scene.curve.off_middle(here, next);
   }
   EXPECT_LT(off[0], 1e-3);
   EXPECT_NEAR(off[0] / off[1], 8, 3);
-  const Station beyond = scene.at(1.4); // on the other side of resonances
+  const CurvePoint beyond = scene.at(1.4); // on the other side of resonances
   EXPECT_GT(scene.curve.off_middle(here, beyond), 0.05);
 }
 
 // What is tried in passing gets a part of the settings' iterations, and no line search after that.
 TEST(Curve, impatient_solves_are_short) {
   HarmonicSystem system(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, {0, 20});
-  Counts counts;
-  Curve curve(system, {1e-10, 1e-11, 2}, 0.5, true, counts); // contacts that slip take more than two iterations
-  Station s = curve.station();
+  SolveCounts counts;
+  ResponseCurve curve(system, {1e-10, 1e-11, 2}, 0.5, true, counts); // contacts that slip take more than two iterations
+  CurvePoint s = curve.point();
   EXPECT_FALSE(curve.solve_at(0.7, s, 0.5));
   EXPECT_EQ(counts.newton, 1);
   EXPECT_FALSE(curve.solve_at(0.7, s));

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "continuation/branch.hpp"
+#include "analyses/branch.hpp"
 #include "one_mass.hpp"
 #include "transient/steady_state.hpp"
 #include "turning_point.hpp"

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "continuation/branch.hpp"
+#include "analyses/branch.hpp"
 #include "one_mass.hpp"
 #include "small_model.hpp"
 

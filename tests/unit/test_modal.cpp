@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "continuation/curve.hpp"
+#include "problems/response_curve.hpp"
 #include "small_system.hpp"
 
 using namespace dovetail;
@@ -160,10 +160,10 @@ TEST(Modal, lowest_modes_are_solved_with_exactly) {
 }
 
 TEST(Modal, newton_and_tangent) {
-  Counts counts;
+  SolveCounts counts;
   HarmonicSystem assembled = small_system(LinearForm::assembled), modal = small_system(LinearForm::modal);
-  Curve one(assembled, {1e-10, 1e-10, 30}, 1, true, counts), other(modal, {1e-10, 1e-10, 30}, 1, true, counts);
-  Station s = one.station(), t = other.station();
+  ResponseCurve one(assembled, {1e-10, 1e-10, 30}, 1, true, counts), other(modal, {1e-10, 1e-10, 30}, 1, true, counts);
+  CurvePoint s = one.point(), t = other.point();
   ASSERT_TRUE(one.solve_at(0.9, s));
   ASSERT_TRUE(other.solve_at(0.9, t));
   EXPECT_LT(relative_difference(t.y, s.y), 1e-8);

@@ -1,0 +1,37 @@
+// Whether a curve comes upon an older piece of itself, or of what was left before.
+#include <gtest/gtest.h>
+
+#include "continuation/retrace_monitor.hpp"
+#include "problems/forced_response.hpp"
+#include "small_model.hpp"
+
+using namespace dovetail;
+using namespace dovetail::testing;
+
+namespace {
+
+// A straight line: everything at rest, Omega alone changes.
+struct Line {
+  HarmonicSystem system{scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 2, 64, {0, 1e-3}};
+  ForcedResponse problem{system};
+  RetraceMonitor trail{1};
+  UniqueVec y = system.unknowns(), t = system.unknowns();
+
+  RetraceMonitor::Sense add(double omega, double sense) {
+    set_parameter(y, omega), set_parameter(t, sense);
+    return trail.add(problem, y, t, 1);
+  }
+};
+
+} // namespace
+
+TEST(RetraceMonitor, curves_that_were_left_are_told_from_the_one_at_hand) {
+  for (const bool left : {false, true}) {
+    Line line;
+    for (int i = 0; i < 20; ++i) EXPECT_EQ(line.add(0.01 * i, 1), RetraceMonitor::Sense::fresh);
+    left ? line.trail.leave() : line.trail.interrupt();
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(line.add(0.155 - 0.01 * i, -1), RetraceMonitor::Sense::fresh);
+    EXPECT_EQ(line.add(0.105, -1), RetraceMonitor::Sense::opposite);
+    EXPECT_EQ(line.trail.met_left(), left);
+  }
+}

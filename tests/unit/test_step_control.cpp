@@ -1,0 +1,98 @@
+// Which trial steps are steps along the curve, asked of plane curves: tangent (1, 0) at the last point, the step's
+// plane at x = 1.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "continuation/step_control.hpp"
+
+using namespace dovetail;
+using Measure = StepMeasure;
+
+TEST(StepControl, smooth_curves_and_kinks_are_followed) {
+  for (const double turned : {0.05, 0.3, 0.6}) {
+    const Measure arc{turned, (1 - std::cos(turned)) / std::sin(turned)};
+    EXPECT_FALSE(arc.refused()) << turned;
+    for (const double before : {0.0, 0.5, 0.9}) // of the step lies before the kink
+      EXPECT_FALSE((Measure{turned, (1 - before) * std::tan(turned)}.refused())) << turned << " " << before;
+  }
+}
+
+TEST(StepControl, another_piece_of_the_curve_is_refused_however_short_the_step) {
+  for (const double turned : {0.0, 0.3, 0.5}) {
+    Halvings halvings;
+    for (double away = 1.1; away < 100; away *= 2) { // in steps, which become shorter
+      const Measure beside{turned, away};
+      EXPECT_TRUE(beside.refused()) << turned << " " << away;
+      EXPECT_FALSE(halvings.add(beside)) << turned << " " << away;
+    }
+  }
+}
+
+TEST(StepControl, teeth_of_sampled_curves_are_stepped_over) {
+  for (const double turned : {0.0, 0.2}) {
+    const Measure tooth{turned, 0.8};
+    EXPECT_TRUE(tooth.refused());
+    EXPECT_FALSE((Measure{turned, 0.8, most_astray_rough}.refused()));
+    EXPECT_TRUE((Measure{turned, 2.0, most_astray_rough}.refused()));
+  }
+}
+
+TEST(StepControl, a_sharp_kink_is_known_by_two_halvings) {
+  Halvings halvings;
+  const Measure kink{1.0, std::tan(1.0)};
+  EXPECT_TRUE(kink.refused());
+  EXPECT_FALSE(halvings.add(kink));
+  EXPECT_FALSE(halvings.add(kink));
+  EXPECT_TRUE(halvings.add(kink));
+}
+
+TEST(StepControl, a_step_grows_by_few_iterations_and_small_angles_only) {
+  StepControl control(true, 0.01);
+  control.after(0.01, 0.01, 2);
+  EXPECT_DOUBLE_EQ(control.step(), 0.02); // twice as long at most
+  control.after(0.02, 0.5, 2);
+  EXPECT_DOUBLE_EQ(control.step(), 0.01); // for an angle twice as large as aimed at
+  control.after(0.01, 0.01, 6);
+  EXPECT_DOUBLE_EQ(control.step(), 0.005); // for two iterations more
+  control.after(0.005, 3.0, 40);
+  EXPECT_DOUBLE_EQ(control.step(), 0.0025); // not shorter than half
+}
+
+TEST(StepControl, a_fixed_step_stays) {
+  StepControl control(false, 0.01);
+  control.after(0.01, 1, 20);
+  control.limit({1e6, 1e6, 1e-6}, true);
+  EXPECT_EQ(control.step(), 0.01);
+}
+
+TEST(StepControl, limits_hold) {
+  const auto limited = [](const Rates &rates) {
+    StepControl control(true, 1);
+    control.limit(rates, false);
+    return control.step();
+  };
+  EXPECT_DOUBLE_EQ(limited({0, 0, 0}), step_limits.longest);
+  EXPECT_DOUBLE_EQ(limited({0.5, 0, 0}), step_limits.longest_parameter_step / 0.5);
+  EXPECT_DOUBLE_EQ(limited({0, 1, 0.1}), step_limits.longest_motion_step * 0.1);
+  EXPECT_DOUBLE_EQ(limited({0, 1, 0}), step_limits.least_motion_step);
+}
+
+TEST(StepControl, lengths_of_smooth_curves_are_few) {
+  StepControl control(true, 0.0123);
+  control.limit({0, 0, 0}, true);
+  const double octaves = 8 * std::log2(control.step());
+  EXPECT_NEAR(octaves, std::round(octaves), 1e-9);
+  EXPECT_LE(control.step(), 0.0123);
+  EXPECT_GT(control.step(), 0.0123 / 1.1);
+}
+
+TEST(StepControl, careful_steps_are_counted) {
+  StepControl control(true, 0.1);
+  control.be_careful(2, 1e-3);
+  control.limit({0, 0, 0}, false);
+  EXPECT_DOUBLE_EQ(control.step(), 1e-3);
+  EXPECT_TRUE(control.take_careful());
+  EXPECT_TRUE(control.take_careful());
+  EXPECT_FALSE(control.take_careful());
+}

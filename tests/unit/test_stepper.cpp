@@ -1,0 +1,149 @@
+// Steps along curves in closed form, by the engine alone: nothing here knows of harmonics or contacts.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "small_problems.hpp"
+
+using namespace dovetail;
+using namespace dovetail::testing;
+
+namespace {
+
+Equations one(const std::function<double(double x, double p)> &f, const std::function<double(double, double)> &by_x,
+              const std::function<double(double, double)> &by_p) {
+  return {1, [f](const double *y, double *out) { out[0] = f(y[0], y[1]); },
+          [by_x, by_p](const double *y, double *J) { J[0] = by_x(y[0], y[1]), J[1] = by_p(y[0], y[1]); }};
+}
+
+// p = -slope |x|: two straight legs that meet in a kink at 0.
+Equations hairpin(double slope) {
+  return one([slope](double x, double p) { return p + slope * std::abs(x); },
+             [slope](double x, double) { return x < 0 ? -slope : slope; }, [](double, double) { return 1.0; });
+}
+
+} // namespace
+
+TEST(Stepper, a_circle_is_followed_all_round) {
+  Walk walk(one([](double x, double p) { return x * x + p * p - 1; }, [](double x, double) { return 2 * x; },
+                [](double, double p) { return 2 * p; }),
+            1);
+  walk.begin({1}, 0, 1);
+  bool below = false; // until it comes up again on the side where it began
+  ASSERT_TRUE(walk.go([&](const auto &y) {
+    below = below || y[0] < 0;
+    return !(below && y[0] > 0.1);
+  }));
+  ASSERT_EQ(walk.folds.size(), 2u);
+  EXPECT_NEAR(walk.folds[0][1], 1, 1e-12);
+  EXPECT_NEAR(walk.folds[1][1], -1, 1e-12);
+  for (const auto &y : walk.points) EXPECT_NEAR(std::hypot(y[0], y[1]), 1, 1e-11);
+  EXPECT_TRUE(walk.kinks.empty());
+  EXPECT_LT(walk.points.size(), 400u);
+}
+
+// The section of a cusp: x^3 - 3 a x + p has two turning points at x = sqrt(a), -sqrt(a).
+TEST(Stepper, both_folds_of_a_cusp_are_passed) {
+  for (const double a : {0.5, 0.01}) {
+    Walk walk(one([a](double x, double p) { return x * x * x - 3 * a * x + p; },
+                  [a](double x, double) { return 3 * x * x - 3 * a; }, [](double, double) { return 1.0; }),
+              4);
+    walk.begin({2}, -2, 1);
+    ASSERT_TRUE(walk.go([](const auto &y) { return y[1] < 2; })) << a;
+    ASSERT_EQ(walk.folds.size(), 2u) << a;
+    EXPECT_NEAR(walk.folds[0][0], std::sqrt(a), 1e-6) << a;
+    EXPECT_NEAR(walk.folds[0][1], 2 * std::pow(a, 1.5), 1e-11) << a;
+    EXPECT_NEAR(walk.folds[1][1], -2 * std::pow(a, 1.5), 1e-11) << a;
+    EXPECT_TRUE(walk.kinks.empty()) << a;
+  }
+}
+
+TEST(Stepper, kinks_are_rounded_however_sharp) {
+  for (const double slope : {0.8, 3.0, 30.0}) {
+    Walk walk(hairpin(slope), slope);
+    walk.begin({-1}, -slope, 1);
+    ASSERT_TRUE(walk.go([](const auto &y) { return y[0] < 0.5; })) << slope;
+    ASSERT_EQ(walk.kinks.size(), 1u) << slope;
+    for (std::size_t i = 1; i < walk.points.size(); ++i) // never back
+      EXPECT_GT(walk.points[i][0], walk.points[i - 1][0]) << slope;
+  }
+}
+
+TEST(Stepper, a_branch_that_crosses_is_located_and_passed) {
+  Walk walk(one([](double x, double p) { return x * (p - x * x); }, [](double x, double p) { return p - 3 * x * x; },
+                [](double x, double) { return x; }),
+            2);
+  walk.begin({0}, -1, 1);
+  ASSERT_TRUE(walk.go([](const auto &y) { return y[1] < 1; }));
+  ASSERT_EQ(walk.branch_points.size(), 1u);
+  EXPECT_NEAR(walk.branch_points[0][1], 0, 1e-6);
+  for (const auto &y : walk.points) EXPECT_EQ(y[0], 0);
+}
+
+// u'' + p exp(u) = 0 with u = 0 at both ends: no solution beyond p = 3.513830719 (Bratu, Gelfand).
+TEST(Stepper, the_fold_of_bratus_problem) {
+  const auto fold = [](int n) {
+    const double h2 = std::pow(1.0 / (n + 1), 2);
+    Walk walk({n,
+               [=](const double *y, double *f) {
+                 for (int i = 0; i < n; ++i)
+                   f[i] = (i > 0 ? y[i - 1] : 0) - 2 * y[i] + (i + 1 < n ? y[i + 1] : 0) + h2 * y[n] * std::exp(y[i]);
+               },
+               [=](const double *y, double *J) {
+                 for (int i = 0; i < n; ++i) {
+                   double *row = J + i * (n + 1);
+                   row[i] = -2 + h2 * y[n] * std::exp(y[i]);
+                   if (i > 0) row[i - 1] = 1;
+                   if (i + 1 < n) row[i + 1] = 1;
+                   row[n] = h2 * std::exp(y[i]);
+                 }
+               }},
+              4);
+    walk.begin(std::vector<double>(n, 0.0), 0.1, 1);
+    EXPECT_TRUE(walk.go([&](const auto &y) { return y[n] > 0.05; }));
+    EXPECT_EQ(walk.folds.size(), 1u);
+    return walk.folds.empty() ? 0.0 : walk.folds[0][n];
+  };
+  const double coarse = fold(15), fine = fold(31);
+  EXPECT_NEAR((4 * fine - coarse) / 3, 3.513830719, 2e-4); // the error goes with the square of the width
+}
+
+// Duffing's oscillator, one harmonic: q'' + c q' + q + q^3 = f cos w t. On the backbone w^2 = 1 + 3/4 A^2 the load is
+// balanced by the damper alone: A = f / (c w).
+TEST(Stepper, duffings_resonance_bends_over) {
+  const double c = 0.05, f = 0.2;
+  const auto stiffness = [](double a, double b, double w) { return 1 - w * w + 0.75 * (a * a + b * b); };
+  Walk walk({2,
+             [=](const double *y, double *out) {
+               const double a = y[0], b = y[1], w = y[2], k = stiffness(a, b, w);
+               out[0] = k * a + c * w * b - f, out[1] = k * b - c * w * a;
+             },
+             [=](const double *y, double *J) {
+               const double a = y[0], b = y[1], w = y[2], k = stiffness(a, b, w);
+               const double rows[] = {k + 1.5 * a * a,     1.5 * a * b + c * w, c * b - 2 * w * a,
+                                      1.5 * a * b - c * w, k + 1.5 * b * b,     -c * a - 2 * w * b};
+               std::copy(std::begin(rows), std::end(rows), J);
+             }},
+            2.5);
+  walk.begin({0.3, 0}, 0.3, 1);
+  ASSERT_TRUE(walk.go([](const auto &y) { return y[2] < 2.8; }));
+  ASSERT_EQ(walk.folds.size(), 2u);
+  double top = 0, at = 0;
+  for (const auto &y : walk.points)
+    if (const double A = std::hypot(y[0], y[1]); A > top) top = A, at = y[2];
+  // closed form of the peak: A^2 (1 + 3/4 A^2) = (f / c)^2
+  const double ratio = f / c, peak = std::sqrt((std::sqrt(1 + 3 * ratio * ratio) - 1) / 1.5);
+  EXPECT_NEAR(top, peak, 0.01 * peak);
+  EXPECT_NEAR(at, std::sqrt(1 + 0.75 * peak * peak), 0.02);
+}
+
+// Where no solution lies ahead nothing moves, and it says so.
+TEST(Stepper, ends_where_the_curve_ends) {
+  Walk walk(one([](double x, double p) { return p < 0 ? x : x + std::sqrt(p) * 1e9 + 1; },
+                [](double, double) { return 1.0; },
+                [](double, double p) { return p <= 0 ? 0.0 : 0.5e9 / std::sqrt(p); }),
+            1);
+  walk.begin({0}, -0.5, 1);
+  EXPECT_FALSE(walk.go([](const auto &y) { return y[1] < 0.5; }));
+  EXPECT_LT(walk.points.back()[1], 1e-6);
+}
