@@ -1,9 +1,11 @@
 """What recovery is worth: the scenes of the atlas with all of it, and with `recovery.strategies = []`, by this program and by others.
 
-Nothing is judged here: a scene is finished when the sweep arrives. `scripts/bench/atlas` says whether its curve is right.
+With `--ablate` also with all strategies but one, each in turn, by the first program. Nothing is judged here: a scene is finished when the
+sweep arrives. `scripts/bench/atlas` says whether its curve is right.
 """
 
 import argparse
+import json
 import os
 import sys
 from collections import Counter
@@ -15,37 +17,45 @@ import atlas_scenes
 from measure import BINARY, OUTPUT, keep, surroundings
 
 FOLDER = OUTPUT / "recovery"
+STRATEGIES = ["repeat", "sampling", "harmonics", "jump", "integration", "in_time", "restart", "other_end", "multistart", "fewer_harmonics",
+              "soft_contacts", "load", "elsewhere"]  # all that the program has
 COUNTS = ("newton_iterations", "step_cuts", "corners", "inexact_linear_solves")
 
 
-def one(name, programs, patience):
-    """A scene by all programs, with and without recovery: {(program, recovery): figures}."""
+def kinds_of(programs, ablated):
+    """What is run: {words: (program, strategies)}, None for all of them."""
+    kinds = {}
+    for number, program in enumerate(programs, 1):
+        kinds |= {f"{number} without": (program, []), f"{number} with": (program, None)}
+    return kinds | {f"no {name}": (programs[0], [other for other in STRATEGIES if other != name]) for name in ablated}
+
+
+def one(name, kinds, patience):
+    """A scene in all these ways: {words: figures}."""
     scene = atlas_scenes.scenes()[name]
     built = atlas_scenes.build(scene)
     longer = atlas_runs.FACTOR if scene.points > atlas_runs.MANY or scene.family == "evidence" else 1
     rows = {}
-    for number, program in enumerate(programs):
-        for recovery in (False, True):
-            folder = FOLDER / f"{number}{'_with' if recovery else '_without'}" / name
-            folder.mkdir(parents=True, exist_ok=True)
-            case = atlas_scenes.write(built, folder)
-            if not recovery:
-                case.write_text(case.read_text() + "[recovery]\nstrategies = []\n")
-            run, about = atlas_methods.dovetail(case, built.omega, folder, patience * longer * atlas_runs.LIMITS["dovetail"], program)
-            rows[number, recovery] = {"end": run.end, "seconds": run.seconds, "reached": run.figures()["reached"],
-                                      **{count: about.get(count, 0) for count in COUNTS}}
+    for words, (program, strategies) in kinds.items():
+        folder = FOLDER / words.replace(" ", "_") / name
+        folder.mkdir(parents=True, exist_ok=True)
+        case = atlas_scenes.write(built, folder)
+        if strategies is not None:
+            case.write_text(case.read_text() + f"[recovery]\nstrategies = {json.dumps(strategies)}\n")
+        run, about = atlas_methods.dovetail(case, built.omega, folder, patience * longer * atlas_runs.LIMITS["dovetail"], program)
+        rows[words] = {"end": run.end, "seconds": run.seconds, "reached": run.figures()["reached"],
+                       **{count: about.get(count, 0) for count in COUNTS}}
     return name, rows
 
 
-def table(rows, programs):
-    """Lines, a column for each program without and with recovery."""
-    kinds = [(number, recovery) for number in range(len(programs)) for recovery in (False, True)]
-    out = [f"{'':24}" + "".join(f"{f'{number + 1} with' if recovery else f'{number + 1} without':>12}" for number, recovery in kinds)]
-    ends = {kind: Counter(row[kind]["end"] for row in rows.values()) for kind in kinds}
-    for end in ("arrived", "no start", "stopped", "turned back", "limit", "crashed"):
-        out.append(f"{end:24}" + "".join(f"{ends[kind][end]:12}" for kind in kinds))
-    for key in (*COUNTS, "seconds"):
-        out.append(f"{key:24}" + "".join(f"{sum(row[kind][key] for row in rows.values()):12.0f}" for kind in kinds))
+def table(rows, kinds):
+    """Lines, one for each way."""
+    ends = ("arrived", "no start", "stopped", "turned back", "limit", "crashed")
+    out = [f"{'':20}" + "".join(f"{end:>12}" for end in ends) + "".join(f"{name.split('_')[0]:>10}" for name in (*COUNTS, "seconds"))]
+    for words in kinds:
+        counted = Counter(row[words]["end"] for row in rows.values())
+        sums = [sum(row[words][key] for row in rows.values()) for key in (*COUNTS, "seconds")]
+        out.append(f"{words:20}" + "".join(f"{counted[end]:12}" for end in ends) + "".join(f"{total:10.0f}" for total in sums))
     return out
 
 
@@ -56,22 +66,21 @@ def main():
     parser.add_argument("--program", nargs="*", default=[BINARY], metavar="FILE", help="programs to compare; default: build/dovetail")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N", help="scenes at a time; default: cores")
     parser.add_argument("--patience", type=float, default=1, metavar="N", help="N times the limit of the atlas")
+    parser.add_argument("--ablate", nargs="*", metavar="NAME", choices=STRATEGIES, help="leave out each of these in turn; default: all")
     options = parser.parse_args()
     names = [name for name in atlas_scenes.scenes() if not options.scenes or name.startswith(tuple(options.scenes))][::options.every]
-    around, rows = surroundings(), {}
+    ablated = [] if options.ablate is None else options.ablate or STRATEGIES
+    around, rows, kinds = surroundings(), {}, kinds_of(options.program, ablated)
     with ProcessPoolExecutor(options.jobs) as pool:
-        works = [pool.submit(one, name, options.program, options.patience) for name in names]
+        works = [pool.submit(one, name, kinds, options.patience) for name in names]
         for done, work in enumerate(works, 1):
             name, row = work.result()
             rows[name] = row
-            ends = "  ".join(f"{kind['end']:11}" for kind in row.values())
-            print(f"{done:4}/{len(names)} {name:24} {ends}", file=sys.stderr, flush=True)
+            print(f"{done:4}/{len(names)} {name:24} " + "  ".join(f"{kind['end']:11}" for kind in row.values()), file=sys.stderr, flush=True)
     for number, program in enumerate(options.program, 1):
         print(f"{number}: {program}")
-    print("\n".join(table(rows, options.program)))
-    keep("recovery", {**around, "programs": [str(program) for program in options.program],
-                      "scenes": {name: {f"{number} {recovery}": figures for (number, recovery), figures in row.items()}
-                                 for name, row in rows.items()}})
+    print("\n".join(table(rows, kinds)))
+    keep("recovery", {**around, "programs": [str(program) for program in options.program], "scenes": rows})
 
 
 if __name__ == "__main__":

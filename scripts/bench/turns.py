@@ -88,7 +88,8 @@ def main():
     for name in options.scenes:
         rows[name] = scene(name, options.programs, options.runs)
         for number, row in enumerate(rows[name], 1):
-            print(f"{name:18}{number:8}{row['cpu']:10.3f}{row['ratio']:8.3f}" + "".join(f"{row[count]:9.0f}" for count in COUNTS), flush=True)
+            counted = "".join(f"{row[count]:9.0f}" for count in COUNTS)
+            print(f"{name:18}{number:8}{row['cpu']:10.3f}{row['ratio']:8.3f}{counted}", flush=True)
     print(f"load {around['load_at_start']:.1f} before, {os.getloadavg()[0]:.1f} after")
     keep("turns", {**around, "programs": [str(program) for program in options.programs], "runs": options.runs, "scenes": rows})
 

@@ -18,7 +18,7 @@ void Follower::drop_anchors() {
 // last points are followed once more, with short steps.
 bool Follower::follow_again(const std::string &why) {
   const bool just_done = repeated_at_ > 0 && summary_.counts.points - repeated_at_ < 2 * careful_points;
-  if (!settings_.adaptive || settings_.steps_only || !anchors_[0] || just_done ||
+  if (!settings_.adaptive || !may(Strategy::repeat) || !anchors_[0] || just_done ||
       summary_.counts.repeats >= most_repeats)
     return false;
   repeated_at_ = summary_.counts.points;
@@ -50,7 +50,7 @@ void Follower::note_bend(double omega) {
 // seconds hold if it is small, is left: the frequencies ahead are what was asked for. The more often, the sooner.
 bool Follower::winds() {
   progress_.stepped(here_.parameter, summary_.counts.newton);
-  if (!settings_.adaptive || settings_.steps_only || !farthest_) return false;
+  if (!settings_.adaptive || settings_.strategies.none() || !farthest_) return false;
   if (!orbit_ && !(direction_ * (here_.parameter - farthest_->parameter) < 0)) return false;
   const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
   const double least = dear() && !orbit_ ? dear_patience : least_patience;
@@ -62,14 +62,13 @@ bool Follower::winds() {
 void Follower::pass_crowd() {
   refusal_ = cluster_.why();
   const double beyond = cluster_.beyond(here_.parameter, direction_);
-  if (settings_.steps_only || (summary_.counts.harmonics == 0 && more_harmonics())) return;
+  if (summary_.counts.harmonics == 0 && more_harmonics()) return;
   if (!leap(Way::newton, beyond) && !leap(Way::integration, beyond)) leap(Way::anew, beyond);
 }
 
 // A branch that runs back, in a circle or on and on is left at its farthest point, for the next one of the sweep's
 // sense; false if none is found, and nothing has changed then. `why` by value: the ways on have words of their own.
 bool Follower::leave_from_farthest(std::string why, bool briefly) {
-  if (settings_.steps_only) return false;
   bool left;
   if (!farthest_ || direction_ * (here_.parameter - farthest_->parameter) > 0) { // all that leads ahead was tried
     left = (orbit_ && (leap(Way::integration, here_.parameter, 0.4) || leap(Way::scattered, here_.parameter))) ||

@@ -206,16 +206,16 @@ BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton
     from_there = Follower(system, newton, other, observer).run(y, "no solution was found at " + where);
   };
   const std::string other_end = "the other end of the sweep: begun at this one, towards it";
-  const bool sweep = settings.from != settings.to;
-  if (sweep) begin_at(settings.to, settings.from, other_end);
+  const bool sweep = settings.from != settings.to, elsewhere = settings.strategies.has(Strategy::elsewhere);
+  if (sweep && elsewhere) begin_at(settings.to, settings.from, other_end);
   other.in_time = true;
   begin_at(settings.from, settings.to, sweep ? "either end of the sweep by harmonic balance" : "this frequency by it");
-  if (sweep) begin_at(settings.to, settings.from, other_end);
+  if (sweep && elsewhere) begin_at(settings.to, settings.from, other_end);
   other.briefly = true;
   for (const bool in_time : {false, true})
     for (const double part : {0.02, 0.2, 0.35, 0.5, 0.65, 0.8}) {
       other.in_time = in_time;
-      if (sweep)
+      if (sweep && elsewhere)
         begin_at(settings.from + part * (settings.to - settings.from), settings.to,
                  "either end of the sweep: begun at this frequency, towards " +
                      std::string(settings.to < settings.from ? "lower" : "higher") + " ones");

@@ -7,6 +7,7 @@
 #include "analyses/branch_state.hpp"
 #include "continuation/curve.hpp"
 #include "problems/estimator.hpp"
+#include "recovery/strategies.hpp"
 #include "stability/stability.hpp"
 #include "transient/motion_state.hpp"
 
@@ -24,15 +25,16 @@ struct BranchSettings {
   std::vector<double> at; ///< solved exactly whenever the branch passes them, between from and to
   PetscInt watched = -1;  ///< reduced dof (modes first) whose amplitude is followed; -1: the contact dof (mode, without
                           ///< contact) that moves most
-  int stop_after_peaks = 0;     ///< 0: never
-  double stop_at_amplitude = 0; ///< of the watched dof; 0: never
-  bool steps_only = false;      ///< nothing is tried but steps along the curve
-  bool briefly = false;         ///< for a first point, only the quick ways
-  bool in_time = false;         ///< the first point by integration, to be followed in time
-  bool both_ends = false;       ///< where the branch is lost, the rest may be followed from `to`
-  bool stability = false;       ///< judge every point
-  bool estimates = false;       ///< of the error of every point
-  double tolerance = 0;         ///< harmonics are added and dropped so that this estimate stays below; 0: they stay
+  int stop_after_peaks = 0;                  ///< 0: never
+  double stop_at_amplitude = 0;              ///< of the watched dof; 0: never
+  Strategies strategies = Strategies::all(); ///< what is tried besides steps along the curve
+  double work = 1;                           ///< that they may take, so many times the default
+  bool briefly = false;                      ///< for a first point, only the quick ways
+  bool in_time = false;                      ///< the first point by integration, to be followed in time
+  bool both_ends = false;                    ///< where the branch is lost, the rest may be followed from `to`
+  bool stability = false;                    ///< judge every point
+  bool estimates = false;                    ///< of the error of every point
+  double tolerance = 0; ///< harmonics are added and dropped so that this estimate stays below; 0: they stay
 };
 
 struct BranchPoint {

@@ -25,7 +25,7 @@ bool Follower::grow_load(double omega, std::vector<double> &q) {
   loaded.vary(std::make_unique<LoadParameter>(omega));
   BranchSettings settings;
   settings.from = least_load, settings.to = 1;
-  settings.step = settings_.step, settings.max_points = most_load_steps, settings.steps_only = true;
+  settings.step = settings_.step, settings.max_points = most_load_steps, settings.strategies = {};
   UniqueVec y = loaded.unknowns();
   bool arrived = false;
   const auto keep_last = [&](const BranchPoint &point) {
@@ -43,7 +43,7 @@ bool Follower::first_point(double w, Vec y, CurvePoint &first, std::string &how,
   check(VecCopy(y, first.y), "starting");
   if (curve_->solve_at(w, first)) return true;
   summary_.why = "no solution was found at the first frequency: " + first.newton.why + difference();
-  if (settings_.steps_only) return false;
+  if (settings_.strategies.none()) return false;
 
   const std::vector<double> begin = all_coefficients(system_->layout(), y);
   const std::string alas = "Newton does not converge from rest; the first point comes from ";
@@ -65,6 +65,7 @@ bool Follower::first_point(double w, Vec y, CurvePoint &first, std::string &how,
 
   std::vector<double> q;
   const auto from_fewer_harmonics = [&](int times) {
+    if (!may(Strategy::fewer_harmonics)) return false;
     q = begin;
     for (int H = 1; H < system_->harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
       HarmonicSystem easier(*system_, H, system_->samples());
@@ -79,7 +80,7 @@ bool Follower::first_point(double w, Vec y, CurvePoint &first, std::string &how,
   const bool patient = effort == Effort::patient, begun = summary_.counts.points > 0,
              nowhere_else = patient || settings_.to == settings_.from, begins = effort == Effort::full && !begun;
   const int H = system_->harmonics(), needed = needed_harmonics(w);
-  if (system_->layout().dofs() <= most_integrated) {
+  if (system_->layout().dofs() <= most_integrated && may(Strategy::integration)) {
     IntegrationSettings settings{std::max(H, nowhere_else ? ample_harmonics(w) : needed)};
     settings.periods = patient ? patient_periods : most_periods;
     const bool limited = !patient && begun;
@@ -91,7 +92,7 @@ bool Follower::first_point(double w, Vec y, CurvePoint &first, std::string &how,
   if (interrupted()) return false;
 
   q = begin;
-  bool good = effort == Effort::full;
+  bool good = effort == Effort::full && may(Strategy::soft_contacts);
   for (double part = 1.0 / 1024; good && part < 1; part *= 2) {
     HarmonicSystem easier(*system_, system_->harmonics(), system_->samples(), part);
     good = through(easier, q);
@@ -100,7 +101,8 @@ bool Follower::first_point(double w, Vec y, CurvePoint &first, std::string &how,
   if (interrupted()) return false;
 
   q = begin;
-  if (effort == Effort::full && grow_load(w, q) && arrive(q, "a load that grows from nothing")) return true;
+  if (effort == Effort::full && may(Strategy::load) && grow_load(w, q) && arrive(q, "a load that grows from nothing"))
+    return true;
 
   if (interrupted()) return false;
   bool finer = steady.settled && solve_finer(steady.coefficients, w, Resort::usual);

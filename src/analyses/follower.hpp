@@ -57,6 +57,7 @@ private:
   Outcome no_step() override;
   bool iterations_are_expensive() const override { return dear(); }
   bool exact() const;
+  bool may(Strategy which) const { return settings_.strategies.has(which); }
 
   // astray.cpp
   void drop_anchors();
@@ -116,6 +117,7 @@ private:
   /// there is at some, or by Newton and long integration at more of them; or at as many by brief integration.
   enum class Way { newton, integration, anew, sown, scattered };
   static bool integrates(Way way);
+  static Strategy strategy_of(Way way);
   bool dear() const;
   bool from_other_end(const std::string &why, double lost, bool briefly);
   void stand_anew();

@@ -20,7 +20,7 @@ constexpr double close = 1e-6;     // arc length, for tangents
 // there.
 bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady, double omega) {
   // where no contact opens there is no labyrinth, and what harmonic balance lacks is not harmonics
-  if (system_->layout().dofs() > most_followed || !settings_.adaptive || settings_.steps_only || !steady.opens)
+  if (system_->layout().dofs() > most_followed || !settings_.adaptive || !may(Strategy::in_time) || !steady.opens)
     return false;
   auto orbit = std::make_unique<OrbitCurve>(model, omega, unit_);
   const bool found = orbit->begin(steady.end, direction_);
@@ -38,7 +38,7 @@ bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady,
 }
 
 bool Follower::first_in_time(double omega) {
-  if (system_->layout().dofs() > most_followed || interrupted()) return false;
+  if (system_->layout().dofs() > most_followed || !may(Strategy::in_time) || interrupted()) return false;
   IntegrationSettings settings{system_->harmonics()};
   settings.periods = most_periods;
   const DenseModel model = dense_model(*system_);

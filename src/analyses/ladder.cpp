@@ -18,7 +18,7 @@ constexpr double most_ample = 4000;    // or if they are ample
 // The next rung that leads anywhere.
 Follower::Outcome Follower::climb() {
   const std::string reason = refusal_, where = difference();
-  if (settings_.steps_only) return end(End::stalled, reason + where);
+  if (settings_.strategies.none()) return end(End::stalled, reason + where);
   if (better_sampling() || more_harmonics() || leap(Way::newton, here_.parameter) ||
       leap(Way::integration, here_.parameter) || leap(Way::anew, here_.parameter))
     return ended_ ? Outcome::ended : Outcome::on;
@@ -83,7 +83,7 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
 }
 
 bool Follower::better_sampling() {
-  if (system_->samples() == exactly) return false;
+  if (system_->samples() == exactly || !may(Strategy::sampling)) return false;
   const std::string reason = refusal_;
   if (!rebuild(std::make_unique<HarmonicSystem>(*system_, system_->harmonics(), exactly))) return false;
   ++summary_.counts.samplings;
@@ -108,7 +108,7 @@ int Follower::ample_harmonics(double omega, double parts) const {
 }
 
 bool Follower::more_harmonics() {
-  if (settings_.steps_only) return false;
+  if (!may(Strategy::harmonics)) return false;
   const int H = system_->harmonics(), needed = needed_harmonics(here_.parameter);
   if (std::exchange(in_vain_, H) == H) return false;
   const std::string reason = refusal_;

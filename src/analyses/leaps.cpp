@@ -19,11 +19,24 @@ std::string ahead_in_words(double part) { // of the sweep
 // Iterations are: harmonics were raised to many more than the case has.
 bool Follower::dear() const { return settings_.tolerance == 0 && system_->harmonics() > 2 * asked_for_; }
 
+Strategy Follower::strategy_of(Way way) {
+  switch (way) {
+  case Way::newton:
+    return Strategy::jump;
+  case Way::integration:
+    return Strategy::integration;
+  case Way::anew:
+    return Strategy::restart;
+  default:
+    return Strategy::multistart;
+  }
+}
+
 bool Follower::integrates(Way way) { return way == Way::integration || way == Way::scattered; }
 
 // The branch is lost at that frequency: what is left of the sweep, from its end back to there.
 bool Follower::from_other_end(const std::string &why, double lost, bool briefly) {
-  if (interrupted() || !settings_.both_ends) return false;
+  if (!may(Strategy::other_end) || interrupted() || !settings_.both_ends) return false;
   const int H = orbit_ ? asked_for_ : system_->harmonics(); // in time there may be hundreds
   if (briefly && end_in_vain_ == H) return false;
   settings_.both_ends = briefly; // if it is tried with all that there is, once
@@ -84,7 +97,9 @@ void Follower::stand_anew() {
 }
 
 // Work that the ways on may still take: where integration has led on it may again.
-double Follower::integration_left() const { return (2 + 2 * summary_.counts.integrations) * brief_work - integrating_; }
+double Follower::integration_left() const {
+  return (2 + 2 * summary_.counts.integrations) * settings_.work * brief_work - integrating_;
+}
 
 // here_ becomes a solution at that frequency. `share`: of the work left for integration.
 bool Follower::arrive_at(double omega, Way way, const DenseModel &model, double share) {
@@ -147,6 +162,7 @@ std::vector<double> Follower::aims(Way way, double from, double most) const {
 // far ahead as `most`, of the sweep.
 bool Follower::leap(Way way, double from, double most) {
   const bool integrate = integrates(way), small = system_->layout().dofs() <= most_integrated;
+  if (!may(strategy_of(way))) return false;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   if ((way == Way::integration || way == Way::anew) && !(integration_left() > 0)) return false;

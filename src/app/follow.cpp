@@ -40,7 +40,9 @@ BranchSettings settings_of(const Case &study, const Layout &layout, const Scales
   settings.watched = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
   settings.stop_after_peaks = study.stop_after_peaks;
   settings.stop_at_amplitude = study.stop_at_amplitude / watched_scale(study, layout, scales);
-  settings.steps_only = !study.recovers;
+  settings.strategies = study.strategies;
+  if (!study.allow_branch_change) settings.strategies.keep_branch();
+  settings.work = study.work;
   settings.stability = study.stability.value_or(false);
   settings.estimates = study.estimates;
   settings.tolerance = study.tolerance;

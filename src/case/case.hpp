@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "contact/contact_point.hpp"
+#include "recovery/strategies.hpp"
 
 namespace dovetail {
 
@@ -99,9 +100,11 @@ struct Case {
 
   std::optional<bool> stability; ///< judge every point; not given: settle_stability() decides
 
-  bool recovers = true;  ///< where steps along the curve lead nowhere; false: plain arc length
-  bool estimates = true; ///< of the error, at every point
-  double tolerance = 0;  ///< harmonics are chosen so that the estimate stays below; 0: they are as given
+  Strategies strategies = Strategies::all(); ///< where steps lead nowhere; none: plain arc length
+  bool allow_branch_change = true;           ///< false: none of those that may
+  double work = 1;                           ///< of what strategies may take, so many times the default
+  bool estimates = true;                     ///< of the error, at every point
+  double tolerance = 0; ///< harmonics are chosen so that the estimate stays below; 0: they are as given
 
   std::filesystem::path directory; ///< output directory, absolute or relative to the working directory
   MotionWish motion;

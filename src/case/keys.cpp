@@ -100,7 +100,9 @@ const std::vector<Key> &keys() {
        [](C c) { return c.stop_after_peaks ? std::to_string(c.stop_after_peaks) : std::string("never"); }},
       {"continuation.stop_at_amplitude", "m",
        [](C c) { return c.stop_at_amplitude > 0 ? number_text(c.stop_at_amplitude) : std::string("never"); }},
-      {"recovery.strategies", "", [](C c) { return std::string(c.recovers ? "all" : "none"); }},
+      {"recovery.strategies", "", [](C c) { return c.strategies.text(); }},
+      {"recovery.allow_branch_change", "", [](C c) { return std::string(c.allow_branch_change ? "true" : "false"); }},
+      {"recovery.work", "", [](C c) { return number_text(c.work); }},
       {"stability.enabled", "",
        [](C c) {
          return std::string(!c.stability ? "true for small models" : *c.stability ? "true" : "false");

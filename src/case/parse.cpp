@@ -253,11 +253,20 @@ void read_stops(const Document &document, Case &study) {
 }
 
 void read_recovery(const Document &document, Case &study) {
-  const Entry strategies = document["recovery.strategies"];
-  if (!strategies) return;
-  if (!strategies.is_list() || !strategies.items().empty())
-    strategies.refuse("must be [], for steps along the curve and nothing else; delete the key for all there is");
-  study.recovers = false;
+  if (const Entry strategies = document["recovery.strategies"]) {
+    std::string names;
+    for (const StrategyAbout &about : all_strategies)
+      names += (names.empty() ? "\"" : ", \"") + std::string(about.name) + '"';
+    if (!strategies.is_list()) strategies.refuse("must be a list of names of " + names + "; [] is plain arc length");
+    study.strategies = {};
+    for (const Entry &item : strategies.items()) {
+      const auto which = item.is_words() ? Strategies::named(item.words()) : std::nullopt;
+      if (!which) item.refuse("is none of " + names);
+      study.strategies.add(*which);
+    }
+  }
+  if (const Entry allowed = document["recovery.allow_branch_change"]) study.allow_branch_change = allowed.truth();
+  read_positive(document["recovery.work"], study.work);
 }
 
 } // namespace

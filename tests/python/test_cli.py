@@ -77,7 +77,7 @@ def test_template_case_explains_every_key():
         "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
         "scaling": {"kind", "frequency", "modal", "contact"},
         "continuation": {"omega", "step", "adaptive", "max_points", "at", "start", "watch", "stop_after_peaks", "stop_at_amplitude"},
-        "recovery": {"strategies"}, "stability": {"enabled"}, "output": {"directory", "motion"}}
+        "recovery": {"strategies", "allow_branch_change", "work"}, "stability": {"enabled"}, "output": {"directory", "motion"}}
     assert {"title", "model", "reduced"} <= set(case)
 
 
