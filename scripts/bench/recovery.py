@@ -51,7 +51,8 @@ def one(name, kinds, patience):
 def table(rows, kinds):
     """Lines, one for each way."""
     ends = ("arrived", "no start", "stopped", "turned back", "limit", "crashed")
-    out = [f"{'':20}" + "".join(f"{end:>12}" for end in ends) + "".join(f"{name.split('_')[0]:>10}" for name in (*COUNTS, "seconds"))]
+    heads = "".join(f"{name.split('_')[0]:>10}" for name in (*COUNTS, "seconds"))
+    out = [f"{'':20}" + "".join(f"{end:>12}" for end in ends) + heads]
     for words in kinds:
         counted = Counter(row[words]["end"] for row in rows.values())
         sums = [sum(row[words][key] for row in rows.values()) for key in (*COUNTS, "seconds")]
