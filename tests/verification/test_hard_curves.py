@@ -166,7 +166,7 @@ def test_places_agree_with_a_finer_run(curves):
                 true = again.events.of(kind).omega
                 here = places.omega[(places.kind == kind) & (places.point > begin) & (places.point < end)]
                 off = [np.abs(true - omega).min(initial=np.inf) for omega in here]
-                assert max(off, default=0) < 1e-6 * curve.width, (name, kind, here, true)
+                assert max(off, default=0) < 1e-8 * curve.width, (name, kind, here, true)
                 compared += len(here)
     assert compared >= len(curves) / 2
 
