@@ -92,10 +92,10 @@ def words_of(command, status=0):
     return out, err
 
 
-def in_parts(case, stops):
-    """The results of a run of a case file that was stopped after each of these numbers of points and restarted."""
+def in_parts(case, stops, most=10**6):
+    """The results of a run of a case file that was stopped after each of these numbers of points and restarted, up to `most` points."""
     text = case.read_text()
-    for i, points in enumerate([*stops, 10**6]):
+    for i, points in enumerate([*stops, most]):
         case.write_text(text + f"max_points = {points}\n")
         restart = ["--restart"] if i else []
         subprocess.run([BINARY, "run", case, "--out", case.parent / "parts", *restart], stdout=subprocess.DEVNULL, check=False)

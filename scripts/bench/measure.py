@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-BINARY = ROOT / "build/dovetail"
+BINARY = Path(os.environ.get("DOVETAIL", ROOT / "build/dovetail"))
 OUTPUT = ROOT / "build/bench"
 
 

@@ -17,8 +17,8 @@ import atlas_scenes
 from measure import BINARY, OUTPUT, keep, surroundings
 
 FOLDER = OUTPUT / "recovery"
-STRATEGIES = ["repeat", "sampling", "harmonics", "jump", "integration", "in_time", "restart", "other_end", "multistart", "fewer_harmonics",
-              "soft_contacts", "load", "elsewhere"]  # all that the program has
+STRATEGIES = ["repeat", "sampling", "harmonics", "jump", "integration", "in_time", "restart", "other_end", "multistart",
+              "fewer_harmonics", "soft_contacts", "load", "elsewhere"]  # all that the program has
 COUNTS = ("newton_iterations", "step_cuts", "corners", "inexact_linear_solves")
 
 
