@@ -103,19 +103,20 @@ PetscErrorCode set_up(EPS eps) {
   EPSCheckUnsupported(eps, EPS_FEATURE_BALANCE | EPS_FEATURE_ARBITRARY | EPS_FEATURE_REGION | EPS_FEATURE_EXTRACTION |
                                EPS_FEATURE_TWOSIDED);
   Lanczos &data = data_of(eps);
-  const PetscInt width = -eps->nini; // negative: not copied into V yet
-  PetscCheck(width > 0 || data.start, PetscObjectComm(reinterpret_cast<PetscObject>(eps)), PETSC_ERR_ORDER,
+  const PetscInt given = std::max<PetscInt>(0, -eps->nini); // negative: not copied into V yet
+  PetscInt block = given;
+  if (given == 0 && data.start) PetscCall(BVGetSizes(data.start, nullptr, nullptr, &block));
+  PetscCheck(block > 0, PetscObjectComm(reinterpret_cast<PetscObject>(eps)), PETSC_ERR_ORDER,
              "blocklanczos wants an initial space: as many vectors as a block has");
-  const PetscInt block = width > 0 ? width : 0;
-  if (eps->ncv <= 0) eps->ncv = lanczos_columns(eps->nev, eps->n, std::max<PetscInt>(1, block));
+  if (eps->ncv <= 0) eps->ncv = lanczos_columns(eps->nev, eps->n, block);
   const PetscInt least = std::min(eps->n, eps->nev + block);
   PetscCheck(eps->ncv >= least, PetscObjectComm(reinterpret_cast<PetscObject>(eps)), PETSC_ERR_ARG_OUTOFRANGE,
              "blocklanczos wants -eps_ncv %d at least, and %d is given", static_cast<int>(least),
              static_cast<int>(eps->ncv));
   eps->mpd = eps->ncv;
-  if (eps->max_it <= 0) eps->max_it = most_restarts * (eps->ncv / std::max<PetscInt>(1, block) + 1);
+  if (eps->max_it <= 0) eps->max_it = most_restarts * (eps->ncv / block + 1);
   PetscCall(EPSAllocateSolution(eps, 3 * block));
-  if (block > 0) { // V's inner product stays the usual one: those with B are formed where needed
+  if (given > 0) { // V's inner product stays the usual one: those with B are formed where needed
     PetscCall(BVDestroy(&data.start));
     PetscCall(BVDuplicateResize(eps->V, block, &data.start));
     for (PetscInt j = 0; j < block; ++j) PetscCall(BVInsertVec(data.start, j, eps->IS[j]));

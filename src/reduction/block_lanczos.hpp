@@ -8,8 +8,8 @@ namespace dovetail {
 /// For A x = lambda B x, A symmetric positive definite and B semidefinite, with shift-and-invert about 0: many
 /// right-hand sides at once, where factors that are read for each vector alone leave the processor waiting for memory.
 /// EPSSetInitialSpace gives the first block, entries in [-1, 1] without structure; the number of its vectors is the
-/// width of all blocks. The error PETSC_ERR_USER_INPUT says that B is not positive where it is met;
-/// EPS_DIVERGED_BREAKDOWN that B has no more eigenvalues than converged.
+/// width of all blocks. EPS_DIVERGED_BREAKDOWN says that B has no more eigenvalues than have converged; if B is not
+/// positive where it is met, the error is that of SLEPc's own inner products.
 constexpr const char *block_lanczos = "blocklanczos";
 
 /// Makes the type known to SLEPc; again and again does no harm.

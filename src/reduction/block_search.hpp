@@ -44,6 +44,7 @@ private:
   std::vector<double> coupling_;     // R of K^-1 M V_old = V C + V_block R, (block, old_) column-major
 
   double &h(PetscInt i, PetscInt j) { return H_[static_cast<std::size_t>(j) * most + i]; }
+  static PetscErrorCode rotate(BV S, PetscInt m, PetscInt n, const double *C);
   PetscErrorCode set_columns(PetscInt n);
   PetscErrorCode multiply();
   PetscErrorCode solve();
