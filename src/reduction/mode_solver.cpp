@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "reduction/block_lanczos.hpp"
+#include "reduction/factors_pc.hpp"
 #include "support/error.hpp"
 #include "support/hash.hpp"
 
@@ -18,57 +19,6 @@ namespace {
 constexpr const char *doing = "computing modes";
 constexpr double tolerance = 1e-12; // of a pair's residual, relative to its value: shapes then agree between ranks
 constexpr double tolerance_of_preconditioned = 1e-14; // of a pair's backward error: their residuals are rounded by K
-
-// K^-1 as SLEPc wants it: the preconditioner of its linear solver.
-struct Inverse {
-  const ClampedSolver &solver;
-  Courier courier;
-};
-
-Inverse &inverse_of(PC pc) {
-  Inverse *inverse = nullptr;
-  PCShellGetContext(pc, &inverse);
-  return *inverse;
-}
-
-PetscErrorCode solve_columns(PC pc, Mat B, Mat X) {
-  Inverse &inverse = inverse_of(pc);
-  return inverse.courier.run([&] {
-    PetscInt rows, columns, from, to;
-    const double *b;
-    double *x;
-    check(MatGetLocalSize(B, &rows, nullptr), doing);
-    check(MatGetSize(B, nullptr, &columns), doing);
-    check(MatDenseGetLDA(B, &from), doing);
-    check(MatDenseGetLDA(X, &to), doing);
-    Tall sides(rows, columns);
-    check(MatDenseGetArrayRead(B, &b), doing);
-    for (PetscInt j = 0; j < columns; ++j) std::copy_n(b + j * from, rows, sides.column(j));
-    check(MatDenseRestoreArrayRead(B, &b), doing);
-    const Tall solution = inverse.solver.solve(sides);
-    check(MatDenseGetArrayWrite(X, &x), doing);
-    for (PetscInt j = 0; j < columns; ++j) std::copy_n(solution.column(j), rows, x + j * to);
-    check(MatDenseRestoreArrayWrite(X, &x), doing);
-  });
-}
-
-PetscErrorCode solve_column(PC pc, Vec b, Vec x) {
-  Inverse &inverse = inverse_of(pc);
-  return inverse.courier.run([&] {
-    PetscInt rows;
-    const double *from;
-    double *to;
-    check(VecGetLocalSize(b, &rows), doing);
-    Tall side(rows, 1);
-    check(VecGetArrayRead(b, &from), doing);
-    std::copy_n(from, rows, side.column(0));
-    check(VecRestoreArrayRead(b, &from), doing);
-    const Tall solution = inverse.solver.solve(side);
-    check(VecGetArrayWrite(x, &to), doing);
-    std::copy_n(solution.column(0), rows, to);
-    check(VecRestoreArrayWrite(x, &to), doing);
-  });
-}
 
 double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
   return static_cast<double>(mix(seed + 0x9e3779b97f4a7c15u) >> 11) * 0x1p-52 - 1;
@@ -180,11 +130,7 @@ void set_defaults(EPS eps, Mat K, Mat M, PetscInt wanted, Inverse &inverse, Scal
   check(STGetKSP(st, &ksp), doing);
   if (!preconditioned) check(KSPSetType(ksp, KSPPREONLY), doing);
   check(KSPGetPC(ksp, &pc), doing);
-  check(PCSetType(pc, PCSHELL), doing);
-  check(PCShellSetName(pc, "the factors of K_ee"), doing);
-  check(PCShellSetContext(pc, &inverse), doing);
-  check(PCShellSetApply(pc, solve_column), doing);
-  check(PCShellSetMatApply(pc, solve_columns), doing);
+  precondition_by(inverse, pc);
 }
 
 // Options may choose how the modes are found, but not which.
