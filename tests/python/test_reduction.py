@@ -157,10 +157,10 @@ def test_modes_are_counted_on_request(make):
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 def test_modes_by_other_eigensolvers(make, ranks):
     ours = matrices(run(make("ours"), ranks=ranks, command="reduce"))
-    for eigensolver in ("krylovschur", "lobpcg"):
+    for eigensolver, tolerance in {"krylovschur": 1e-11, "lobpcg": 1e-7}.items():
         done = run(make(eigensolver), "-modes_eps_type", eigensolver, "-modes_eps_view", "-modes_eps_monitor", ranks=ranks,
                    command="reduce")
-        expect_same(ours, matrices(done), 1e-8)
+        expect_same(ours, matrices(done), tolerance)
         assert f"type: {eigensolver}" in done.out and "nconv=" in done.out
 
 
