@@ -2,26 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
 #include <limits>
 
-#include "reduction/block_lanczos.hpp"
+#include "reduction/mode_solver.hpp"
 #include "support/error.hpp"
-#include "support/hash.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr double most_backward_error = 1e-8; // |K v - w^2 M v| over (|K| + w^2 |M|) |v|
 
-double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
-  return static_cast<double>(mix(seed + 0x9e3779b97f4a7c15u) >> 11) * 0x1p-52 - 1;
-}
-
 struct Checks {                  // of one mode
   double residual = 0, size = 0; // squares of || K v - w^2 M v || and || v ||
   double stiffness = 0;          // v^T diag(K) v: what the entries of v would meet one by one
+  double mass = 0;               // v^T M v
 };
 
 std::vector<Checks> checks_of(MPI_Comm comm, Mat K, Mat M, const Tall &shapes, const std::vector<double> &squares) {
@@ -36,9 +31,10 @@ std::vector<Checks> checks_of(MPI_Comm comm, Mat K, Mat M, const Tall &shapes, c
     for (PetscInt i = 0; i < shapes.rows; ++i) {
       const double v = shapes.column(j)[i], off = Kv.column(j)[i] - squares[j] * Mv.column(j)[i];
       all[j].residual += off * off, all[j].size += v * v, all[j].stiffness += d[i] * v * v;
+      all[j].mass += v * Mv.column(j)[i];
     }
   check(VecRestoreArrayRead(diagonal, &d), "checking modes");
-  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(3 * all.size()), MPI_DOUBLE, MPI_SUM, comm);
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(4 * all.size()), MPI_DOUBLE, MPI_SUM, comm);
   return all;
 }
 
@@ -62,28 +58,12 @@ void fix_sign(MPI_Comm comm, const std::vector<long> &names, double *v) {
     for (std::size_t i = 0; i < n; ++i) v[i] = -v[i];
 }
 
-PetscInt lanczos_columns(PetscInt count, PetscInt n) {
-  return std::min(n, std::max(3 * count, count + 8 * lanczos_block)) + 3 * lanczos_block;
-}
-
 ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, const std::vector<long> &names, PetscInt count,
                            const std::string &model_name) {
   MPI_Comm comm;
-  PetscInt n;
   check(PetscObjectGetComm(reinterpret_cast<PetscObject>(K), &comm), "computing modes");
-  check(MatGetSize(K, &n, nullptr), "computing modes");
-  Tall start(static_cast<PetscInt>(names.size()), std::min(lanczos_block, n));
-  for (PetscInt j = 0; j < start.columns; ++j)
-    for (PetscInt i = 0; i < start.rows; ++i) start.column(j)[i] = noise(names[i] * lanczos_block + j);
   const PetscInt wanted = std::max<PetscInt>(count, 1); // with none asked for, one is computed for the test below
-  LanczosPairs found = block_lanczos(solver, M, std::move(start), wanted, lanczos_columns(wanted, n), model_name);
-  if (found.vectors.columns < wanted)
-    throw InputError(model_name + ": only " + std::to_string(found.vectors.columns) + " of the " +
-                     std::to_string(wanted) + " modes of reduction.modes have mass");
-  ElasticModes modes;
-  modes.shapes = std::move(found.vectors);
-  for (PetscInt j = 0; j < wanted; ++j) modes.squares.push_back(1 / found.values[j]);
-
+  ElasticModes modes = lowest_pairs(solver, K, M, names, wanted, model_name);
   PetscReal k_norm, m_norm;
   check(MatNorm(K, NORM_INFINITY, &k_norm), "checking modes");
   check(MatNorm(M, NORM_INFINITY, &m_norm), "checking modes");
@@ -91,7 +71,7 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, const std:
   for (PetscInt j = 0; j < wanted; ++j) {
     const double square = modes.squares[j];
     // A motion without strain has nothing but round-off left; even a slender blade of a million dofs stays above 1e-11.
-    if (!(square > 0) || square < 1e-12 * checks[j].stiffness)
+    if (!(square > 0) || square * checks[j].mass < 1e-12 * checks[j].stiffness)
       throw InputError(model_name + ": a rigid-body motion is left in K_ee: with the contact dofs held, mode " +
                        std::to_string(j + 1) + " has no stiffness (w^2 = " + std::to_string(square) +
                        "). Constraints are missing, or a part is not connected.");
@@ -102,7 +82,9 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, const std:
                     static_cast<int>(j + 1), error, most_backward_error);
       throw ComputeError(std::string(text) + "; are stiffness or mass of some parts many orders apart?");
     }
-    fix_sign(comm, names, modes.shapes.column(j));
+    double *v = modes.shapes.column(j);
+    for (PetscInt i = 0; i < modes.shapes.rows; ++i) v[i] /= std::sqrt(checks[j].mass);
+    fix_sign(comm, names, v);
   }
   modes.squares.resize(count);
   modes.shapes.drop_columns_from(count);

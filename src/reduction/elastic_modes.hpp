@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "reduction/block_lanczos.hpp"
 #include "reduction/clamped_solver.hpp"
 #include "reduction/tall.hpp"
 
@@ -13,12 +14,7 @@ struct ElasticModes {
   Tall shapes;                 ///< (n_e, N_a) Phi^T M_ee Phi = I, largest entry positive
 };
 
-/// Columns the search for `count` of `n` modes may hold at once, besides three blocks of `lanczos_block`.
-PetscInt lanczos_columns(PetscInt count, PetscInt n);
-constexpr PetscInt lanczos_block = 16;
-
-/// The `count` lowest modes of K_ee Phi = M_ee Phi diag(w^2), by block Lanczos on K_ee^-1 M_ee: many right-hand sides
-/// at once, where a factor that is read for each vector alone leaves the processor waiting for memory.
+/// The `count` lowest modes of K_ee Phi = M_ee Phi diag(w^2), by the EPS of SLEPc that the options -modes_ choose.
 /// `names` are numbers of the own rows that do not depend on how rows are spread over ranks. Collective.
 /// InputError if a rigid-body motion is among them or M_ee is not positive.
 ElasticModes elastic_modes(const ClampedSolver &solver, Mat K_ee, Mat M_ee, const std::vector<long> &names,

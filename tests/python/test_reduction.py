@@ -154,6 +154,36 @@ def test_modes_are_counted_on_request(make):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_modes_by_other_eigensolvers(make, ranks):
+    ours = matrices(run(make("ours"), ranks=ranks, command="reduce"))
+    for eigensolver, tolerance in {"krylovschur": 1e-11, "lobpcg": 1e-7}.items():
+        done = run(make(eigensolver), "-modes_eps_type", eigensolver, "-modes_eps_view", "-modes_eps_monitor", ranks=ranks,
+                   command="reduce")
+        expect_same(ours, matrices(done), tolerance)
+        assert f"type: {eigensolver}" in done.out and "nconv=" in done.out
+
+
+def test_slepc_says_what_it_does(make):
+    done = run(make("case"), "-modes_eps_view", "-modes_eps_monitor", "-modes_eps_converged_reason", ranks=2, command="reduce")
+    for words in ("type: blocklanczos", "block of 16 vectors", "the factors of K_ee", "nconv=", "CONVERGED_TOL"):
+        assert words in done.out
+    assert "was not used" not in done.err
+
+
+def test_modes_that_do_not_converge(make):
+    done = run(make("case"), "-modes_eps_max_it", 1, command="reduce", status=3)
+    for words in ("of 6 fixed-interface modes converged", "blocklanczos", "-modes_eps_max_it", "reduction.modes"):
+        assert words in done.err
+    assert not (done.folder / "reduced.h5").exists()
+
+
+def test_options_that_contradict_the_case(make):
+    assert "reduction.modes says" in run(make("nev"), "-modes_eps_nev", 3, command="reduce", status=2).err
+    assert "blocklanczos" in run(make("type"), "-modes_eps_type", "lancsos", command="reduce", status=2).err
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_motion_of_what_is_named(make, blade, ranks):
     """A set, and a node of the joint, whose motion is made of the dofs of both sides."""

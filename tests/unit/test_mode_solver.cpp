@@ -1,0 +1,191 @@
+// Modes by every kind of eigensolver of SLEPc that finds them, by -modes_eps_type; on any number of ranks.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+
+#include "lattice_model.hpp"
+#include "reduction/clamped_structure.hpp"
+#include "reduction/elastic_modes.hpp"
+#include "small_system.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+using testing::Option;
+
+constexpr int wanted = 12;
+
+ClampedStructure lattice() {
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 9, 4, 5));
+  parts.solver->factor();
+  return parts;
+}
+
+ElasticModes modes_of(const ClampedStructure &parts, PetscInt count = wanted) {
+  return elastic_modes(*parts.solver, parts.K.ee, parts.M.ee, parts.elastic_dofs, count, "lattice");
+}
+
+double largest_difference(MPI_Comm comm, const Tall &a, const Tall &b) {
+  double most[2] = {0, 0};
+  for (std::size_t i = 0; i < a.values.size(); ++i) {
+    most[0] = std::max(most[0], std::abs(a.values[i] - b.values[i]));
+    most[1] = std::max(most[1], std::abs(a.values[i]));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_DOUBLE, MPI_MAX, comm);
+  return most[0] / most[1];
+}
+
+struct Kind {
+  const char *type;
+  double squares, shapes;           // relative errors
+  std::vector<const char *> more{}; // options it needs, and their values
+};
+
+void PrintTo(const Kind &kind, std::ostream *out) { *out << kind.type; }
+
+// The options of a kind while it lives.
+struct Chosen {
+  std::vector<std::unique_ptr<Option>> options;
+
+  explicit Chosen(const Kind &kind) {
+    options.push_back(std::make_unique<Option>("-modes_eps_type", kind.type));
+    for (std::size_t i = 0; i < kind.more.size(); i += 2)
+      options.push_back(std::make_unique<Option>(kind.more[i], kind.more[i + 1]));
+  }
+};
+
+class EveryType : public ::testing::TestWithParam<Kind> {};
+
+TEST_P(EveryType, FindsTheSameModes) {
+  const ClampedStructure parts = lattice();
+  const ElasticModes ours = modes_of(parts);
+  const Chosen options(GetParam());
+  const ElasticModes found = modes_of(parts);
+  ASSERT_EQ(found.squares.size(), ours.squares.size());
+  for (int j = 0; j < wanted; ++j) EXPECT_NEAR(found.squares[j] / ours.squares[j], 1, GetParam().squares);
+  EXPECT_LT(largest_difference(PETSC_COMM_WORLD, ours.shapes, found.shapes), GetParam().shapes);
+  const auto G = gram(PETSC_COMM_WORLD, found.shapes, 0, wanted, multiply(parts.M.ee, found.shapes), 0, wanted);
+  for (int i = 0; i < wanted; ++i)
+    for (int j = 0; j < wanted; ++j) EXPECT_NEAR(G[j * wanted + i], i == j, GetParam().shapes);
+}
+
+TEST_P(EveryType, GivesTheSameBitsAgain) {
+  int size;
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  if (size > 1 && GetParam().type == std::string("ciss")) GTEST_SKIP() << "its factors are shared by the ranks";
+  const ClampedStructure parts = lattice();
+  const Chosen options(GetParam());
+  const ElasticModes first = modes_of(parts), second = modes_of(parts);
+  EXPECT_EQ(first.squares, second.squares);
+  EXPECT_EQ(first.shapes.values, second.shapes.values);
+}
+
+const Kind kinds[] = {
+    {"blocklanczos", 1e-14, 1e-14},
+    {"krylovschur", 1e-12, 1e-10},
+    {"arnoldi", 1e-12, 1e-10},
+    {"subspace", 1e-12, 1e-10},
+    {"lobpcg", 1e-12, 1e-8},
+    {"gd", 1e-12, 1e-8},
+    {"jd", 1e-12, 1e-8},
+    {"rqcg", 1e-12, 1e-8, {"-modes_eps_max_it", "5000"}},
+    {"scalapack", 1e-10, 1e-8},
+    {"ciss", 1e-12, 1e-8, {"-modes_rg_type", "interval", "-modes_rg_interval_endpoints", "0,3e5,0,0"}}};
+
+INSTANTIATE_TEST_SUITE_P(ModeSolver, EveryType, ::testing::ValuesIn(kinds),
+                         [](const auto &found) { return std::string(found.param.type); });
+
+// What `work` throws, as far as it is of that kind.
+template <class Error> std::string said(const std::function<void()> &work) {
+  try {
+    work();
+  } catch (const Error &error) {
+    return error.what();
+  }
+  return "nothing was thrown";
+}
+
+void expect_words(const std::string &text, const std::vector<const char *> &words) {
+  for (const char *word : words) EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
+}
+
+TEST(ModeSolver, TellsHowManyHaveConverged) {
+  const ClampedStructure parts = lattice();
+  for (const char *type : {"blocklanczos", "krylovschur", "lobpcg"}) {
+    const Option kind("-modes_eps_type", type), most("-modes_eps_max_it", "2"), strict("-modes_eps_tol", "1e-15");
+    expect_words(said<ComputeError>([&] { modes_of(parts, 60); }),
+                 {"of 60 fixed-interface modes converged", type, "-modes_eps_max_it", "reduction.modes"});
+  }
+}
+
+TEST(ModeSolver, TellsThatTheRegionIsTooSmall) {
+  const ClampedStructure parts = lattice();
+  const Chosen options({"ciss", 0, 0, {"-modes_rg_type", "interval", "-modes_rg_interval_endpoints", "0,1e5,0,0"}});
+  expect_words(said<ComputeError>([&] { modes_of(parts); }), {"only 5 of 12 modes", "-modes_rg_interval_endpoints"});
+}
+
+TEST(ModeSolver, RefusesOptionsThatContradictWhatIsSought) {
+  const ClampedStructure parts = lattice();
+  const std::pair<const char *, const char *> wrong[] = {
+      {"-modes_eps_target", "3"},       {"-modes_st_shift", "3"},     {"-modes_eps_nev", "3"},
+      {"-modes_eps_smallest_real", ""}, {"-modes_st_type", "cayley"}, {"-modes_eps_gen_non_hermitian", ""}};
+  for (const auto &[name, value] : wrong) {
+    const Option option(name, value);
+    expect_words(said<InputError>([&] { modes_of(parts); }), {"the options -modes_", "reduction.modes"});
+  }
+  const Option option("-modes_eps_type", "lancsos");
+  expect_words(said<InputError>([&] { modes_of(parts); }), {"lancsos", "blocklanczos", "krylovschur"});
+}
+
+TEST(ModeSolver, TooFewColumnsAreRefused) {
+  const ClampedStructure parts = lattice();
+  const Option option("-modes_eps_ncv", "13");
+  expect_words(said<ComputeError>([&] { modes_of(parts); }), {"-eps_ncv 28 at least", "13"});
+}
+
+// Masses on a chain of springs that is held at both ends.
+struct Chain {
+  Range own = own_share(PETSC_COMM_WORLD, 60);
+  UniqueMat K, M;
+  std::vector<long> names;
+
+  explicit Chain(const std::function<double(PetscInt)> &mass) {
+    for (UniqueMat *A : {&K, &M}) {
+      check(MatCreateAIJ(PETSC_COMM_WORLD, own.size(), own.size(), 60, 60, 3, nullptr, 3, nullptr, A->out()), "test");
+      for (PetscInt i = own.begin; i < own.end; ++i) {
+        check(MatSetValue(*A, i, i, A == &K ? 2 : mass(i), INSERT_VALUES), "test");
+        if (A == &K && i > 0) check(MatSetValue(*A, i, i - 1, -1, INSERT_VALUES), "test");
+        if (A == &K && i < 59) check(MatSetValue(*A, i, i + 1, -1, INSERT_VALUES), "test");
+      }
+      check(MatAssemblyBegin(*A, MAT_FINAL_ASSEMBLY), "test");
+      check(MatAssemblyEnd(*A, MAT_FINAL_ASSEMBLY), "test");
+      check(MatSetOption(*A, MAT_SYMMETRIC, PETSC_TRUE), "test");
+    }
+    for (PetscInt i = own.begin; i < own.end; ++i) names.push_back(i);
+  }
+
+  ElasticModes modes(PetscInt count) const {
+    ClampedSolver solver(K, "chain");
+    solver.factor();
+    return elastic_modes(solver, K, M, names, count, "chain");
+  }
+};
+
+TEST(ModeSolver, MasslessDofsHaveNoModes) {
+  const Chain chain([](PetscInt i) { return i % 6 == 0 ? 1.0 : 0.0; }); // ten masses
+  EXPECT_EQ(chain.modes(10).squares.size(), 10u);
+  expect_words(said<InputError>([&] { chain.modes(11); }), {"only 10 of the 11 modes", "have mass"});
+}
+
+TEST(ModeSolver, NegativeMassIsRefused) {
+  const Chain chain([](PetscInt i) { return i == 30 ? -1.0 : 1.0; });
+  for (const char *type : {"blocklanczos", "krylovschur"}) {
+    const Option kind("-modes_eps_type", type);
+    expect_words(said<InputError>([&] { chain.modes(5); }), {"/M is not positive definite"});
+  }
+}
+
+} // namespace
+} // namespace dovetail
