@@ -77,7 +77,8 @@ def main():
         for done, work in enumerate(works, 1):
             name, row = work.result()
             rows[name] = row
-            print(f"{done:4}/{len(names)} {name:24} " + "  ".join(f"{kind['end']:11}" for kind in row.values()), file=sys.stderr, flush=True)
+            ends = "  ".join(f"{kind['end']:11}" for kind in row.values())
+            print(f"{done:4}/{len(names)} {name:24} {ends}", file=sys.stderr, flush=True)
     for number, program in enumerate(options.program, 1):
         print(f"{number}: {program}")
     print("\n".join(table(rows, kinds)))
