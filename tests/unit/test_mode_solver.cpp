@@ -74,7 +74,8 @@ TEST_P(EveryType, FindsTheSameModes) {
 TEST_P(EveryType, GivesTheSameBitsAgain) {
   int size;
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (size > 1 && GetParam().type == std::string("ciss")) GTEST_SKIP() << "its factors are shared by the ranks";
+  const std::string type = GetParam().type;
+  if (size > 1 && (type == "ciss" || type == "scalapack")) GTEST_SKIP() << "its messages come in any order";
   const ClampedStructure parts = lattice();
   const Chosen options(GetParam());
   const ElasticModes first = modes_of(parts), second = modes_of(parts);
