@@ -75,6 +75,7 @@ def test_mass_is_that_of_the_geometry(measured, cad):
         assert found == pytest.approx(DENSITY * volume, rel=5e-4)  # the coarse mesh rounds the outline off
 
 
+@pytest.mark.slow
 def test_centrifugal_force_is_that_of_the_geometry(measured, cad):
     for found, volume, centre in zip(measured[1]["preload"], cad["volume"], cad["centre"]):
         wanted = DENSITY * OMEGA**2 * volume * np.array([0, centre[1], centre[2]])
@@ -185,6 +186,7 @@ def test_rounding_touches_both_sides():
     np.testing.assert_allclose([start, centre, end], [(1, 0), (1, 1), (0, 1)], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_model_file(tmp_path):
     import h5py
 

@@ -180,6 +180,7 @@ def test_info(results, tmp_path, capsys):
         assert name in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_help_version_and_wrong_command(capsys):
     assert python("-m", "dovetail", "--help", PYTHONPATH=str(ROOT / "python")).stdout.startswith("usage: python3 -m dovetail")
     done = python("-m", "dovetail", "plto", PYTHONPATH=str(ROOT / "python"))

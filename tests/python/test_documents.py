@@ -97,6 +97,7 @@ def test_pages_of_importers_are_named_after_the_formats():
 
 # ------------------------------------------------------------------------------------------------- what is shown is so
 @pytest.mark.parametrize("page", RUN, ids=name_of)
+@pytest.mark.slow
 def test_commands_do_what_the_page_shows(page, tmp_path):
     if not (ROOT / "build/dovetail").is_file():
         pytest.skip("no build/dovetail")

@@ -59,6 +59,7 @@ def damaged(tmp_path_factory):
     return paths
 
 
+@pytest.mark.slow
 def test_the_program_on_damaged_hdf5_files(damaged):
     if not HARNESS.is_file():
         pytest.skip(f"{HARNESS} is not built")
@@ -76,6 +77,7 @@ def test_python_on_damaged_hdf5_files(damaged, kind, label, monkeypatch):
     assert not [text for _, _, text in read_hdf5.faults(damaged[kind, label])]
 
 
+@pytest.mark.slow
 def test_importers_on_the_corpus():
     files = sorted((FUZZ / "corpus" / "importers").glob("*/*~*"))
     done = subprocess.run([sys.executable, FUZZ / "replay_importers.py", *files], capture_output=True, text=True, timeout=SECONDS,

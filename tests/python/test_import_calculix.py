@@ -80,6 +80,7 @@ def held_bar(tmp_path_factory):
 
 
 @pytest.mark.parametrize("kind", ["C3D20R", "C3D20", "C3D8I"])
+@pytest.mark.slow
 def test_frequencies_on_the_ground_are_those_of_calculix(tmp_path, kind):
     path = run_ccx(tmp_path, "bar", deck(kind=kind))
     ours, said = reduced_frequencies(tmp_path, path, GROUND)
@@ -317,6 +318,7 @@ def test_wrong_files_are_refused_by_name_and_line(tmp_path, held_bar, name):
         calculix.read([tmp_path / "bar.inp"])
 
 
+@pytest.mark.slow
 def test_the_command_line_refuses_in_words_and_writes_nothing(tmp_path, held_bar):
     (tmp_path / "joints.toml").write_text(GROUND.replace("bottom", "buttom"))
     command = [sys.executable, "-m", "dovetail", "import", "calculix", held_bar, "-o", tmp_path / "m.h5"]

@@ -124,6 +124,7 @@ def test_dmig_punch(beam, deck, tmp_path):
     assert "NOT taken: matrices K4AAX" in said and "63 displacements of 21 nodes" in said
 
 
+@pytest.mark.slow
 def test_op4_of_the_g_set(beam, deck, tmp_path):
     """Six rows per grid point in rising order; those that nothing acts on go: rotations, and here what ANSYS had removed."""
     rows = [6 * node + direction for node, direction in zip(beam.dof_node, beam.dof_direction)]
@@ -136,6 +137,7 @@ def test_op4_of_the_g_set(beam, deck, tmp_path):
     assert f"removed: {6 * 321 - 900} degrees of freedom with neither stiffness nor mass ({3 * 321} of them rotations)" in structure.notes
 
 
+@pytest.mark.slow
 def test_op4_with_a_list_of_rows(beam, deck, tmp_path):
     order = np.random.default_rng(1).permutation(beam.n)
     K, M = (matrix[order][:, order].tocoo() for matrix in (beam.K, beam.M))
@@ -355,6 +357,7 @@ def test_a_missing_package_is_named(tmp_path, monkeypatch):
     refused([small(tmp_path)], "pyNastran", "pip install --no-deps pyNastran==", "scripts/setup")
 
 
+@pytest.mark.slow
 def test_the_program_takes_the_model(beam, deck, tmp_path):
     """The matrices of the free beam would hold the foot as well; here its rows are gone already, so nothing is left to clamp."""
     matrix_file = write_dmig(tmp_path / "beam.pch", {"KAAX": beam.K, "MAAX": beam.M}, dofs_of(beam))

@@ -41,12 +41,14 @@ def joint(prefix, tmp_path_factory):
     return folder / "joint"
 
 
+@pytest.mark.slow
 def test_program_runs_from_an_empty_environment(prefix, joint):
     assert output(prefix / "bin/dovetail", "--version").startswith(f"dovetail {__version__} ")
     told = output(prefix / "bin/dovetail", "run", "case.toml", "--dry-run", folder=joint)
     assert "harmonic_balance.harmonics" in told and "reduction" in told
 
 
+@pytest.mark.slow
 def test_a_run_and_its_results(prefix, joint):
     """From the installed program to the installed package, by way of a link to both."""
     links = joint.parent / "links"

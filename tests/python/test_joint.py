@@ -322,6 +322,7 @@ structure.join(joint).write(sys.argv[1])
 
 
 @pytest.mark.parametrize("over", ["2,2,2", "3,4,1"], ids=["matching", "not matching"])
+@pytest.mark.slow
 def test_distributed_matrices_give_the_same_model(tmp_path, over):
     from dovetail import Model
 

@@ -132,6 +132,7 @@ def test_the_command_of_the_package_takes_a_better_kernel(unknown):
     assert starts(unknown, Path(sys.executable).name) == [["none", BEST, "none"]]
 
 
+@pytest.mark.slow
 def test_a_script_that_imports_the_package_is_warned_and_left_alone(unknown, tmp_path):
     script = tmp_path / "script.py"
     script.write_text("import dovetail\nprint(dovetail.__version__)\n")

@@ -208,6 +208,7 @@ def run_distributed(folder, ranks, how):
 
 @pytest.mark.parametrize("how", ["together", "turns"])
 @pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.slow
 def test_distributed_matrix_gives_the_serial_file(tmp_path, ranks, how):
     one, many = (contents(run_distributed(tmp_path, r, how)[0]) for r in (1, ranks))
     assert one.keys() == many.keys() and one["K/data"].size == 67
@@ -218,6 +219,7 @@ def test_distributed_matrix_gives_the_serial_file(tmp_path, ranks, how):
     assert model.K[4, 5] == -1.0 / 5 and model.force[22] == 22**2 and model.preload[22] == 22 / 7
 
 
+@pytest.mark.slow
 def test_fault_on_one_rank_is_raised_on_all(tmp_path):
     path, output = run_distributed(tmp_path, 2, "unsymmetric")
     assert not path.exists()

@@ -134,6 +134,7 @@ def test_skin_is_the_outer_surface():
     assert area == pytest.approx(2 * 10)  # two blocks 2 x 1 x 1
 
 
+@pytest.mark.slow
 def test_large_skins_are_thinned_without_holes():
     nodes, cells = brick.grid((0, 0, 0), (1, 1, 1), (70, 70, 20))
     triangles = skin(nodes, {"hexahedron": cells})

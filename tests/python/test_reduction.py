@@ -98,6 +98,7 @@ def test_ranks_and_partition_do_not_matter(make):
 
 
 @pytest.mark.parametrize("ranks, whole", [(1, "true"), (2, "true"), (2, "false")])
+@pytest.mark.slow
 def test_memory_is_known_before(make, ranks, whole):
     done = run(make("case"), "-kee_whole", whole, ranks=ranks, command="reduce")
     forecast = np.array(done.summary["reduction"]["forecast_mib"])
@@ -106,6 +107,7 @@ def test_memory_is_known_before(make, ranks, whole):
     assert "GiB over all ranks" in done.out and f"ordering {done.summary['reduction']['ordering']}" in done.out
 
 
+@pytest.mark.slow
 def test_dry_run_forecasts_the_same_memory(make):
     case = make("case")
     (said,) = [line for line in run(case, "--dry-run", command="reduce").out.splitlines() if "over all ranks, " in line]
@@ -128,6 +130,7 @@ def test_less_memory_than_psi_needs(make, all_points, ranks):
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.slow
 def test_refused_when_it_cannot_fit(make, ranks):
     case = make("small", reduction="memory = 0.01")
     done = run(case, ranks=ranks, status=3)
@@ -138,6 +141,7 @@ def test_refused_when_it_cannot_fit(make, ranks):
     assert not (done.folder / "reduced.h5").exists()
 
 
+@pytest.mark.slow
 def test_out_of_core(make):
     case = make("case")
     expect_same(matrices(run(make("in"), command="reduce")), matrices(run(case, "-kee_mat_mumps_icntl_22", 1, command="reduce")))
@@ -164,6 +168,7 @@ def test_modes_by_other_eigensolvers(make, ranks):
         assert f"type: {eigensolver}" in done.out and "nconv=" in done.out
 
 
+@pytest.mark.slow
 def test_slepc_says_what_it_does(make):
     done = run(make("case"), "-modes_eps_view", "-modes_eps_monitor", "-modes_eps_converged_reason", ranks=2, command="reduce")
     for words in ("type: blocklanczos", "block of 16 vectors", "the factors of K_ee", "nconv=", "CONVERGED_TOL"):
@@ -171,6 +176,7 @@ def test_slepc_says_what_it_does(make):
     assert "was not used" not in done.err
 
 
+@pytest.mark.slow
 def test_modes_that_do_not_converge(make):
     done = run(make("case"), "-modes_eps_max_it", 1, command="reduce", status=3)
     for words in ("of 6 fixed-interface modes converged", "blocklanczos", "-modes_eps_max_it", "reduction.modes"):
@@ -178,6 +184,7 @@ def test_modes_that_do_not_converge(make):
     assert not (done.folder / "reduced.h5").exists()
 
 
+@pytest.mark.slow
 def test_options_that_contradict_the_case(make):
     assert "reduction.modes says" in run(make("nev"), "-modes_eps_nev", 3, command="reduce", status=2).err
     assert "blocklanczos" in run(make("type"), "-modes_eps_type", "lancsos", command="reduce", status=2).err
@@ -209,6 +216,7 @@ def test_motion_of_what_is_named(make, blade, ranks):
         some.displacement(0, "airfoil")
 
 
+@pytest.mark.slow
 def test_no_motion(make):
     assert kept(run(make("none", output="motion = []"), command="reduce")) == {}
 

@@ -200,6 +200,7 @@ def test_excitation_beyond_the_harmonics_is_refused():
 
 
 @pytest.mark.parametrize("ends", [(0.5, 3.0), (3.0, 0.5)])
+@pytest.mark.slow
 def test_continuation_ends_exactly_and_passes_the_resonance(ends):
     """A mass on the closed, stuck joint (stiffness 1 + 3 N/m) resonates at 2 rad/s with amplitude 1 / (xi * 1 * 2)."""
     contact = reference.Contact.uniform(1, 3.0, 3.0, 1e3, -1e3)

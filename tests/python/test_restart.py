@@ -51,6 +51,7 @@ def stopped(case, points, out="out", ranks=None, number=signal.SIGTERM, whom=Non
 
 # ------------------------------------------------------------------------------------------------------------- signals
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
+@pytest.mark.slow
 def test_signal_finishes_the_point_and_restart_goes_on(tmp_path, number):
     case = cases.several_points(tmp_path, omega=[0.8, 1.1])
     whole = run(case, out="whole")
@@ -76,6 +77,7 @@ def of_rank(which):
 
 @pytest.mark.parametrize("whom, number", [(None, signal.SIGUSR1), (of_rank(0), signal.SIGTERM), (of_rank(1), signal.SIGTERM)],
                          ids=["mpirun", "rank 0", "rank 1"])
+@pytest.mark.slow
 def test_signal_to_any_rank_stops_all(tmp_path, whom, number):
     """mpirun passes SIGUSR1 on; a batch system may reach one rank alone. Afterwards on another number of ranks."""
     case = cases.several_points(tmp_path, omega=[0.8, 1.1])
@@ -88,6 +90,7 @@ def test_signal_to_any_rank_stops_all(tmp_path, whom, number):
     same(done.points, whole.points, but=["linear_iterations"])  # round-off may ask for one more
 
 
+@pytest.mark.slow
 def test_second_signal_ends_the_run_at_once(tmp_path):
     """The first one is noted, but the point never ends: the process is stopped meanwhile by the test."""
     case = cases.dof5(tmp_path, harmonics=40, samples=2**18)  # a point takes long
@@ -111,6 +114,7 @@ def catches(pid):
     return int(mask[1], 16) >> (signal.SIGUSR1 - 1) & 1
 
 
+@pytest.mark.slow
 def test_signal_before_the_first_point(tmp_path):
     case = cases.full(tmp_path, "large", cases.random_structure(elastic=900, points=30), {}, modes=300, stiffness=0.02, fourier=[0, 1],
                       normal_stiffness=3.0, tangential_stiffness=1.0, friction=0.3, gap=0.0, initial=0.0, harmonics=3, omega=[0.8, 1.6])
@@ -141,6 +145,7 @@ def copy(halted, tmp_path):
     return cases.Case(tmp_path / "copy" / "case.toml", halted.structure, halted.reduced, halted.settings)
 
 
+@pytest.mark.slow
 def test_restart_with_more_points_and_a_farther_end(copy, tmp_path):
     whole = run(cases.dof5(tmp_path, **SMALL), out="whole").points
     edit(copy, "max_points = 20", "max_points = 30")
@@ -158,6 +163,7 @@ def test_restart_with_more_points_and_a_farther_end(copy, tmp_path):
     assert done.points["omega"][-1] == 1.35 and 1.3 not in done.points["omega"]
 
 
+@pytest.mark.slow
 def test_restart_while_harmonics_follow_a_tolerance(tmp_path):
     """Stopped before, amid and after the points that want more of them."""
     keys = {"harmonics": None, "samples": None, "tolerance": 1e-4, "adaptive": True, "step": 0.02, "omega": [0.9, 1.2]}
@@ -183,6 +189,7 @@ def test_nothing_to_do(halted):
     assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_run_whose_summary_is_missing_has_not_ended(tmp_path):
     """All points are there, but the summary could not be written: --restart gives it."""
     case = cases.dof5(tmp_path, step=0.002, **SMALL)
@@ -227,6 +234,7 @@ def test_end_that_lies_behind_is_refused(copy):
 
 
 @pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.slow
 def test_another_model_is_refused(copy, ranks):
     """By the equations themselves: where the run stood must be a solution."""
     with h5py.File(copy.path.parent / "model.h5", "r+") as file:
@@ -269,6 +277,7 @@ def test_restart_is_for_run_only(halted):
     assert "--restart is not an option here" in words_of([BINARY, "reduce", halted.path, "--restart"], 2)[1]
 
 
+@pytest.mark.slow
 def test_forgotten_flag_costs_nothing(tmp_path):
     """Results of a run that was cut off step aside, and the longer ones stay."""
     case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=10**6, **SMALL)
@@ -293,6 +302,7 @@ def test_forgotten_flag_costs_nothing(tmp_path):
 
 
 # --------------------------------------------------------------------------------------------------------------- stops
+@pytest.mark.slow
 def test_stop_after_peaks(tmp_path):
     whole = run(cases.several_points(tmp_path), out="whole")
     case = cases.several_points(tmp_path, stop_after_peaks=2)
@@ -327,6 +337,7 @@ def test_watched_unknown_must_exist(tmp_path, name, words):
 
 # ------------------------------------------------------------------------------------------------- a rank or memory lost
 @pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.slow
 def test_lost_rank_ends_the_run(tmp_path, which):
     """Its process is gone without a word: the others end soon, what was computed is there, and --restart goes on from it."""
     case = cases.several_points(tmp_path, omega=[0.8, 1.1])
@@ -344,6 +355,7 @@ def test_lost_rank_ends_the_run(tmp_path, which):
     assert done.summary["parts"] == 2
 
 
+@pytest.mark.slow
 def test_out_of_memory(tmp_path):
     """Where the libraries start at all, the program says what it lacks."""
     case = cases.several_points(tmp_path, harmonics=60, samples=256, omega=[0.8, 0.85])

@@ -55,6 +55,7 @@ def test_amplitude_closed_forms(tmp_path):
     np.testing.assert_allclose(results.amplitude("a1"), [8 / 9, exact], rtol=2e-15)
 
 
+@pytest.mark.slow
 def test_amplitude_with_two_nearly_equal_extremes(tmp_path):
     """The larger one may lie between the points of the search grid while the smaller one is met exactly."""
     coefficients = np.random.default_rng(0).standard_normal((4000, 4, 7))
@@ -248,6 +249,7 @@ def test_opens_while_another_program_writes(tmp_path):
         writer.communicate("")
 
 
+@pytest.mark.slow
 def test_wrong_files_are_refused(tmp_path):
     with pytest.raises(ValueError, match="none.h5: no such file"):
         Results(tmp_path / "none.h5")

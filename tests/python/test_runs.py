@@ -64,6 +64,7 @@ def points_now(folder):
 
 
 @pytest.mark.parametrize("ranks, kills", [(None, 3), (2, 1)])
+@pytest.mark.slow
 def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
     case = without_end(tmp_path)
     left = []
@@ -91,6 +92,7 @@ def held(process):
     process.send_signal(signal.SIGCONT)
 
 
+@pytest.mark.slow
 def test_results_are_whole_at_any_moment(tmp_path):
     with going(without_end(tmp_path)) as (process, folder):
         wait_for(lambda: points_now(folder) > 0, "points")
@@ -147,6 +149,7 @@ def walking(folder, **overrides):
     return case, omega[np.flatnonzero(np.diff(walks.astype(int)))]
 
 
+@pytest.mark.slow
 def test_signal_ends_the_search_for_a_first_point(tmp_path):
     """Where there is none: with so many samples the search takes several seconds."""
     case, _ = walking(tmp_path, omega=[15, 16], harmonics=20, samples=2**15)
@@ -160,6 +163,7 @@ def test_signal_ends_the_search_for_a_first_point(tmp_path):
 
 
 @pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.slow
 def test_gives_up_where_no_solution_is(tmp_path, ranks):
     case, (ends, begins, last) = walking(tmp_path)
     done = run(case, status=3, ranks=ranks)
@@ -176,6 +180,7 @@ def test_gives_up_where_no_solution_is(tmp_path, ranks):
     assert finite(points)
 
 
+@pytest.mark.slow
 def test_leaps_past_wanted_frequencies_without_solution(tmp_path):
     wanted = [12.0, 12.6, 12.8, 13.0, 13.2, 13.4, 14.0]
     case, (ends, begins, last) = walking(tmp_path, at=wanted)
@@ -185,6 +190,7 @@ def test_leaps_past_wanted_frequencies_without_solution(tmp_path):
     assert done.out.count("this frequency of continuation.at is left out by a leap") == 5 == done.summary["missed"]
 
 
+@pytest.mark.slow
 def test_goes_on_from_the_other_end(tmp_path):
     """The gap without solutions takes half of the sweep, and leaps lead no farther than two fifths of it."""
     case, (ends, begins, last) = walking(tmp_path, omega=[11.6, 14.1], samples="exact")
@@ -196,6 +202,7 @@ def test_goes_on_from_the_other_end(tmp_path):
     assert "from here on the rest of the sweep, from its other end back to where it was lost" in done.out
 
 
+@pytest.mark.slow
 def test_begun_anew_at_more_frequencies_where_it_is_lost(tmp_path):
     """What lies between 13.64 and 14.84 rad/s none of the other ways aims at, and at the end of the sweep nothing is."""
     case, (ends, begins, last) = walking(tmp_path, omega=[9.93, 16.33], samples="exact")
@@ -210,6 +217,7 @@ def test_begun_anew_at_more_frequencies_where_it_is_lost(tmp_path):
     assert "held by its joint alone" in done.err and "first frequency" not in done.err  # why it was lost, not what failed last
 
 
+@pytest.mark.slow
 def test_gives_up_at_the_first_frequency(tmp_path):
     case, ends = walking(tmp_path, omega=[15, 16])
     done = run(case, status=3)
@@ -218,6 +226,7 @@ def test_gives_up_at_the_first_frequency(tmp_path):
     assert {len(values) for values in done.points.values()} == {0}
 
 
+@pytest.mark.slow
 def test_begins_between_the_ends_where_they_have_no_solution(tmp_path):
     case, (_, begin, end) = walking(tmp_path, omega=[12.5, 16])
     done = run(case, status=3)
@@ -254,6 +263,7 @@ FULL = {"at once": (400, "reduced.h5", False), "reduced.h5 half written": (4000,
 
 @pytest.mark.parametrize("name, ranks", [("at once", 1), ("reduced.h5 half written", 2), ("before the first point", 1),
                                          ("after 47 points", 1), ("after 47 points", 2)])
+@pytest.mark.slow
 def test_disk_full(tmp_path, name, ranks):
     """By tcp: the limit would meet the shared-memory files of Open MPI, too."""
     size, blamed, is_reduced = FULL[name]
@@ -322,6 +332,7 @@ def test_both_directions_meet_where_slip_is_unique(tmp_path):
     close(up["coefficients"][up["omega"] == 1.03], down["coefficients"][down["omega"] == 1.03], 1e-8)
 
 
+@pytest.mark.slow
 def test_starts_from_other_results(tmp_path, arrived):
     """The nearest of their points, so that one or two iterations confirm it; the answer does not change."""
     where = {"omega": [1.05, 1.05], **cases.TIGHT}
@@ -337,6 +348,7 @@ def test_starts_from_other_results(tmp_path, arrived):
 
 
 @pytest.mark.parametrize("harmonics, ranks", [(3, 2), (15, None)])
+@pytest.mark.slow
 def test_starts_from_results_with_other_harmonics(tmp_path, arrived, harmonics, ranks):
     where = {"omega": [1.05, 1.05], "harmonics": harmonics, **cases.TIGHT}
     cold = run(cases.dof5(tmp_path, **where), out="cold").points
@@ -347,6 +359,7 @@ def test_starts_from_results_with_other_harmonics(tmp_path, arrived, harmonics, 
 
 
 @pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.slow
 def test_starts_from_no_other_model(tmp_path, arrived, ranks):
     case = cases.several_points(tmp_path, start=str(arrived[1].folder / "results.h5"))
     err = run(case, status=2, ranks=ranks, out="out").err
@@ -405,6 +418,7 @@ def test_reduce_stops_after_the_reduction(tmp_path, reduced):
 
 
 @pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.slow
 def test_reduced_file_is_reused_while_the_model_stays(tmp_path, reduced, ranks):
     """Contact, excitation, sweep and numerics are no part of it."""
     before = reduced.stat()
@@ -454,6 +468,7 @@ def test_damaged_reduced_file_is_made_anew(tmp_path, reduced, name, ranks):
     check_reduced(reduced, case)
 
 
+@pytest.mark.slow
 def test_reduced_file_named_in_the_case_gives_the_same_branch(tmp_path):
     case = cases.several_points(tmp_path, omega=[0.8, 1.2])
     whole = run(case, out="out").points
@@ -757,6 +772,7 @@ def test_numbers_out_of_range(tmp_path, name):
 
 
 @pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.slow
 def test_load_of_1e200_in_the_model(tmp_path, ranks):
     case = cases.dof5(tmp_path, **SMALL)
     structure = case.structure

@@ -63,12 +63,14 @@ def expect_same_bits(paths):
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.slow
 def test_twenty_reductions_are_one(tmp_path, posts, ranks):
     case = case_of(tmp_path, f'model = "{posts}"\n[reduction]\nmodes = 5')
     expect_same_bits([run_of(case, i, ranks, command="reduce").folder / "reduced.h5" for i in range(20)])
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.slow
 def test_ten_sweeps_are_one(tmp_path, posts, ranks):
     reduced = run(case_of(tmp_path, f'model = "{posts}"\n[reduction]\nmodes = 5'), command="reduce").folder / "reduced.h5"
     case = case_of(tmp_path, f'reduced = "{reduced}"')

@@ -70,6 +70,7 @@ def test_leaves_table_numbers_and_chart(done):
     assert len(found["frequencies"]) == 41 and 1.0123 in found["frequencies"]
 
 
+@pytest.mark.slow
 def test_errors_are_those_of_the_results_files(done):
     out, found = done
     dof, frequencies = found["watched"], found["frequencies"]
@@ -118,6 +119,7 @@ def test_runs_by_tolerance(done):
     assert 1 <= most[0] < most[1] <= 10
 
 
+@pytest.mark.slow
 def test_a_run_finer_than_the_reference_is_not_judged_by_it(tmp_path, capsys):
     case = cases.dof5(tmp_path, **SHORT)
     command = ["study", str(case.path), "--harmonics", "1", "--samples", "exact", "--tolerances", "1e-2", "1e-5", "--binary", str(BINARY)]
@@ -182,6 +184,7 @@ def test_frontier_is_what_nothing_beats():
 
 
 # ---------------------------------------------------------------------------------------------------- what it does again
+@pytest.mark.slow
 def test_nothing_is_computed_twice(done, capsys):
     out, found = done
     before = times(out)
@@ -213,6 +216,7 @@ def test_broken_off_and_taken_up_again(tmp_path, capsys, monkeypatch):
     assert all(times(out)[name] > after[name] for name in (REFERENCE, FOLDERS[3]))
 
 
+@pytest.mark.slow
 def test_a_setting_that_fails_is_told(tmp_path, capsys):
     case = cases.dof5(tmp_path, **SHORT)
     program = tmp_path / "program"
@@ -231,6 +235,7 @@ exec "{BINARY}" "$@"
     assert not list(tmp_path.glob("case_study/H2_N32*/results.h5"))
 
 
+@pytest.mark.slow
 def test_nothing_to_compare_with(tmp_path, capsys):
     case = cases.dof5(tmp_path, **{**SHORT, "step_tolerance": 1e-15, "residual_tolerance": 1e-15, "max_iterations": 2})
     assert main(["study", str(case.path), *GRID]) == 3
@@ -255,6 +260,7 @@ def test_wrong_input_is_refused(tmp_path, capsys, options, overrides, words):
     assert not list(tmp_path.glob("**/results.h5"))
 
 
+@pytest.mark.slow
 def test_modes_of_a_reduced_model_are_not_varied(tmp_path, capsys):
     case = cases.single_mass(tmp_path, 1, omega=[5, 5.3])
     assert main(["study", str(case.path), "--modes", "1"]) == 2

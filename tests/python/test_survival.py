@@ -78,6 +78,7 @@ def test_file_is_good_after_every_single_write(shim, tmp_path):
     assert complete > 0
 
 
+@pytest.mark.slow
 def test_index_of_a_long_table_is_good_after_every_single_write(shim, tmp_path):
     """With a chunk to each row: nodes of the index are split. The rows are those of tests/unit/test_growing_file.cpp."""
     tests = BINARY.parent / "tests" / "unit" / "unit_tests"

@@ -40,6 +40,7 @@ def test_frequencies_agree_with_the_published_ones(measured, kind):
 
 
 @pytest.mark.parametrize("ranks", RANKS[1:])
+@pytest.mark.slow
 def test_frequencies_do_not_depend_on_the_ranks(measured, ranks):
     assert measured[ranks]["size"] == measured[1]["size"]
     for kind, values in measured[1]["frequencies"].items():
@@ -97,6 +98,7 @@ def test_model_file(tmp_path):
         assert np.isin(loaded, file["contact/dofs"][()]).all()
 
 
+@pytest.mark.slow
 def test_points_that_miss_the_nodes_are_refused():
     with pytest.raises(AssertionError, match="points - 1 must divide twice the number of its divisions"):
         run(1, EXAMPLE / "model.py", "--size", "0.02", "--patch", "2x2", "--points", "4x2", "-o", os.devnull)

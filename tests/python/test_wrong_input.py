@@ -274,6 +274,7 @@ PARALLEL = {
 
 
 @pytest.mark.parametrize("name", PARALLEL)
+@pytest.mark.slow
 def test_two_ranks_stop_together_and_say_it_once(folder, name):
     spoil, word = PARALLEL[name]
     spoil(folder)

@@ -82,6 +82,7 @@ def test_preload(branch):
     np.testing.assert_allclose(branch.preload.w, expected.w, rtol=0, atol=1e-9 * np.abs(expected.xp).max())
 
 
+@pytest.mark.slow
 def test_every_point_solves_the_reference_equations(branch):
     """Residual within 1e-8 of the excitation: 1e-10 was asked for, the rest is round-off and the choice of norm."""
     system = branch.case.system()
@@ -90,6 +91,7 @@ def test_every_point_solves_the_reference_equations(branch):
         assert np.linalg.norm(system.residual(q, omega)) < limit, f"at omega = {omega}"
 
 
+@pytest.mark.slow
 def test_reference_finds_the_same_points(branch):
     """Newton of the reference, started at about twenty points of the branch."""
     system = branch.case.system()
@@ -132,6 +134,7 @@ def test_ranks_do_not_change_the_branch(name, tmp_path):
 
 @pytest.mark.parametrize("kind", [{"kind": "auto"}, {"kind": "manual", "frequency": 2.5, "modal": 0.3, "contact": 0.07}])
 @pytest.mark.parametrize("make, at", [(cases.dof5, [0.95, 1.01, 1.05, 1.2]), (cases.several_points, [0.85, 1.05, 1.15])])
+@pytest.mark.slow
 def test_scaling_changes_nothing(make, at, kind, tmp_path):
     """Arc lengths differ, so the branches are compared at frequencies both must pass exactly, and in the preload."""
     options = {"at": at, "omega": [0.8, 1.3] if make is cases.dof5 else [0.8, 1.2], **cases.TIGHT}
@@ -145,6 +148,7 @@ def test_scaling_changes_nothing(make, at, kind, tmp_path):
 
 
 @pytest.mark.parametrize("make, closed", [(cases.always_open, 0), (cases.always_stuck, 1)])
+@pytest.mark.slow
 def test_linear_cases_equal_the_full_model(make, closed, tmp_path):
     """All modes kept and nothing slips: the response of the full model, with springs where the contacts are closed."""
     done = run(make(tmp_path))
@@ -159,6 +163,7 @@ def test_linear_cases_equal_the_full_model(make, closed, tmp_path):
         assert np.abs(X[:, :, 5:]).max() < 1e-8 * np.abs(exact).max()
 
 
+@pytest.mark.slow
 def test_time_integration(tmp_path):
     """H = 40, N = 4096 against the integrated full model, as in test_dof5: 1.2e-5 of truncation and sampling."""
     case = cases.dof5(tmp_path, harmonics=40, samples=4096, omega=[1.0, 1.05], at=[1.0215], **cases.TIGHT)

@@ -49,6 +49,7 @@ def stored(results):
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 @pytest.mark.parametrize("order", PLACES.values(), ids=PLACES)
+@pytest.mark.slow
 def test_sampled(tmp_path, order, ranks):
     """The same samples: the same shares but for a sample that meets the bound to round-off, the same energy."""
     results = results_of(tmp_path, order, SAMPLES, ranks=ranks)

@@ -77,6 +77,7 @@ def test_estimates_are_near_the_true_errors(scene, tmp_path, harmonics, samples)
 
 
 @pytest.mark.parametrize("harmonics", [3, 5, 10])
+@pytest.mark.slow
 def test_sampling_is_told_from_harmonics(tmp_path, harmonics):
     """The share of the harmonics is that of the run without samples, also where samples do most of the damage."""
     with_few, exact = (run_of("slip", tmp_path, harmonics=harmonics, samples=N).points for N in (32, None))
@@ -92,6 +93,7 @@ WITH_MODES = {"slip": (cases.dof5, 2, 9, [0.95, 1.1]), "stick": (cases.always_st
 
 
 @pytest.mark.parametrize("name, modes", [("slip", 1), ("stick", 5), ("stick", 8), ("both", 4), ("both", 7), ("both", 10)])
+@pytest.mark.slow
 def test_modes_left_out_are_estimated(tmp_path, name, modes):
     """Against the same case with all modes."""
     make, most, harmonics, omega = WITH_MODES[name]
@@ -109,6 +111,7 @@ def test_modes_left_out_are_estimated(tmp_path, name, modes):
     assert few.summary["accuracy"]["modes"] == pytest.approx(few.points["error_modes"].max(), rel=1e-2)
 
 
+@pytest.mark.slow
 def test_modes_left_out_of_a_place_do_not_hang_on_its_neighbours(tmp_path):
     """Several frequencies within one step: each has the estimate that it has by itself, though the factors at hand are the last one's.
     Assembled, since iterations solve for estimates to a fifth only."""
@@ -132,6 +135,7 @@ def test_modes_left_out_are_the_same_by_any_solver(tmp_path, solver, ranks):
     np.testing.assert_allclose(*errors, rtol=0.2)  # to which iterations solve
 
 
+@pytest.mark.slow
 def test_residuals_leave_out_less(tmp_path):
     """As many modes, some of them residuals: nearer to all modes, and the estimate knows."""
     keys = {"elastic": 60, "harmonics": 5, "samples": None, "omega": [0.3, 0.5], "step": 0.02, "adaptive": True, "at": [0.35, 0.4, 0.45],
@@ -176,6 +180,7 @@ def test_a_start_comes_with_its_modes(tmp_path):
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+@pytest.mark.slow
 def test_tolerance_is_kept(scene, tmp_path, tolerance):
     name, truth = scene
     done = run_of(name, tmp_path, harmonics=None, tolerance=tolerance)
@@ -187,6 +192,7 @@ def test_tolerance_is_kept(scene, tmp_path, tolerance):
     assert done.summary["accuracy"]["largest"] == pytest.approx(np.nanmax(results.error), rel=1e-2)
 
 
+@pytest.mark.slow
 def test_harmonics_come_and_go(tmp_path):
     """Few where the contact sticks or is always open, more around the resonance; fewer for a wider tolerance."""
     most = []
@@ -226,6 +232,7 @@ enabled = false
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.slow
 def test_a_curve_that_means_nothing_is_called_so(tmp_path, ranks):
     """A stiff contact hit once a period: with 5 harmonics another curve altogether; the rule wants 1.5 times (40 + 4000)^(1/2)."""
     keys = {"samples": None, "omega": [14, 13], "normal_stiffness": 4000.0, "fourier": [0, 0, 9], "adaptive": True, "step": 0.02,

@@ -56,6 +56,7 @@ def test_energy_is_balanced(branch):
         assert supplied == pytest.approx(damped + rubbed.sum(), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_time_integration(tmp_path):
     """H = 40 against the integrated full model and the peaks found with N = 4096."""
     case = cases.dof5(tmp_path, harmonics=40, samples="exact", omega=[1.0, 1.05], at=[1.0215], **cases.TIGHT)

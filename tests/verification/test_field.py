@@ -34,19 +34,23 @@ def error(found, truth):
     return np.abs(found[0] / truth - 1).max()
 
 
+@pytest.mark.slow
 def test_peak_is_where_others_find_it(scene):
     assert scene.peak == pytest.approx(1.3079, abs=0.01) and max(scene.dovetail(10)[0]) == pytest.approx(0.7759, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_reference_solves_the_same_equations(scene):
     np.testing.assert_allclose(scene.sampled(3)[0], scene.numpy(3)[0], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_errors_fall_with_harmonics(scene, truth):
     errors = [error(scene.dovetail(harmonics), truth) for harmonics in (1, 3, 10, 20)]
     assert all(later < earlier / 5 for earlier, later in zip(errors, errors[1:])) and errors[-1] < 1e-5
 
 
+@pytest.mark.slow
 def test_time_integration_agrees(scene, truth):
     assert error(scene.events(1e-9), truth) < 1e-6
     rough, fine = (error(scene.newmark(accuracy), truth) for accuracy in (1e-1, 1e-2))

@@ -39,12 +39,14 @@ def begun(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 def test_every_way_leads_to_some(begun):
     taken = [next(way for way in WAYS if said.startswith(way)) for _, ways, _ in begun.values() for said in ways]
     assert set(taken) == set(WAYS), taken
     assert len(begun) >= 0.75 * len(SCENES), set(SCENES) - set(begun)
 
 
+@pytest.mark.slow
 def test_first_points_are_solutions(begun):
     for name, (built, _, found) in begun.items():
         if not found.points("in_time")[0]:

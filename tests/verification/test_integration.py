@@ -61,6 +61,7 @@ SETTINGS = [("delivered", cases.dof5, {}, 1.0215), ("delivered", cases.dof5, {},
 
 
 @pytest.mark.parametrize("name, make, changes, omega", SETTINGS, ids=[f"{s[0]} at {s[3]}" for s in SETTINGS])
+@pytest.mark.slow
 def test_five_dofs(tmp_path, name, make, changes, omega):
     case = make(tmp_path, **changes)
     told, = integrate(case, omega, "--amplitude")
@@ -71,6 +72,7 @@ def test_five_dofs(tmp_path, name, make, changes, omega):
 
 
 @pytest.mark.parametrize("check, omega", [(1, 11.86), (2, 11.86), (2, 8.367)])
+@pytest.mark.slow
 def test_single_mass_from_rest(tmp_path, check, omega):
     case = cases.single_mass(tmp_path, check)
     told, = integrate(case, omega, "--amplitude")

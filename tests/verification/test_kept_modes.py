@@ -47,11 +47,13 @@ def again(first, change=lambda path: None, ranks=None):
     return branch(case.parent), path.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_next_run_takes_them(first):
     found, untouched = again(first)
     assert untouched and same(found, first[1])
 
 
+@pytest.mark.slow
 def test_they_are_really_read(first):
     """Wrong modes under the right fingerprint: the preconditioner is wrong, and the iterations tell."""
     def spoil(path):
@@ -63,6 +65,7 @@ def test_they_are_really_read(first):
 
 
 @pytest.mark.parametrize("damage", [lambda path: path.write_bytes(path.read_bytes()[:5000]), lambda path: path.write_text("no HDF5")])
+@pytest.mark.slow
 def test_file_of_other_origin(first, damage):
     """Neither used nor replaced: whoever put it there may want it."""
     found, untouched = again(first, damage)
@@ -70,6 +73,7 @@ def test_file_of_other_origin(first, damage):
     assert not list(first[0].parent.glob("*.partial"))
 
 
+@pytest.mark.slow
 def test_other_springs(first, tmp_path):
     """Another structure: the file is made anew, and nothing of the old one is used."""
     case, _, kept = first
@@ -90,6 +94,7 @@ def test_few_points_keep_nothing(tmp_path):
     assert not (tmp_path / "stuck.h5").exists()
 
 
+@pytest.mark.slow
 def test_two_ranks_share_the_file(first):
     found, untouched = again(first, ranks=2)
     assert untouched

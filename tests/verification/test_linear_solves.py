@@ -35,6 +35,7 @@ def test_the_assembled_form_finds_the_same(sweep, tmp_path):
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.slow
 def test_a_solve_that_leaves_more_is_told(tmp_path, ranks):
     path = free_beams.write(tmp_path, omega=(1200.0, 1190.0))
     done = run(SimpleNamespace(path=path), "-hb_factors_most", 0, "-hb_modal_ksp_max_it", 3, ranks=ranks)

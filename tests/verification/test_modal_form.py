@@ -49,6 +49,7 @@ def test_few_motions_in_the_preconditioner(tmp_path, ranks):
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3])
+@pytest.mark.slow
 def test_chain(tmp_path, ranks):
     """Slip and separation at every point, two resonances."""
     def case(folder, solver):

@@ -38,6 +38,7 @@ def test_as_delivered(tmp_path):
 
 
 @pytest.mark.parametrize("stiffness, last", [(100.0, 1.1599), (1000.0, 1.1783)])
+@pytest.mark.slow
 def test_stops_at_the_first_lift_off(tmp_path, stiffness, last):
     """Both on the way to 1.3; the last point before lift-off lies where the authors' program has it. Beyond it Newton's method fails,
     or with other last bits arrives at a frequency far away."""

@@ -87,6 +87,7 @@ class Bilinear:
 
 
 @pytest.mark.parametrize("stiffness, gap", [(2.0, 1.0), (0.5, 1.0), (5.0, 0.5)])
+@pytest.mark.slow
 def test_peak_and_turning_points_of_a_mass_against_a_stop(tmp_path, stiffness, gap):
     done = mass(tmp_path, stiffness, gap, [0.6, 2.5])
     assert done.summary["end"] == "arrived"
@@ -125,6 +126,7 @@ def test_peak_of_a_linear_oscillator(tmp_path):
     np.testing.assert_allclose(amplitude, [FORCE / np.sqrt((k - square * M) ** 2 + square * c ** 2)], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_places_do_not_depend_on_the_steps(tmp_path):
     """Lift-off with 15 harmonics: the same folds and peaks from steps ten times as fine."""
     found = []
@@ -138,6 +140,7 @@ def test_places_do_not_depend_on_the_steps(tmp_path):
         np.testing.assert_allclose(coarse, fine, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_branch_points_of_two_masses_in_step(tmp_path):
     """Two such masses, mirror images, joined by a spring: in step they move as one does. Where they may part, the equations for a small
     difference, linear ones with the spring twice, are singular: branch points of the curve in step, in closed form with one harmonic."""

@@ -48,12 +48,14 @@ def test_lift_off_in_every_cycle(check, omega, start, tolerance):
 
 
 @pytest.mark.parametrize("omega, published", [(9.881, 29.12), (9.88, 29.13)])
+@pytest.mark.slow
 def test_published_normal_peak(check, omega, published):
     """29.12 for check 1, 29.13 for check 2; the normal direction does not know the friction, so both must give both."""
     x, _ = integrate(check[1], omega, -29)
     assert truth.peak(reference.analysis(x, 80)[2]) == pytest.approx(published, abs=1e-2)
 
 
+@pytest.mark.slow
 def test_published_tangential_peak(check):
     """Check 2 at 8.367 rad/s is closed and stuck, hence linear: 29.88 by integration, and by the reference at once."""
     number, case = check
