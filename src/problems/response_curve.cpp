@@ -7,10 +7,10 @@
 
 namespace dovetail {
 
-ResponseCurve::ResponseCurve(HarmonicSystem &system_, const NewtonSettings &newton, double unit, bool weighted,
+ResponseCurve::ResponseCurve(HarmonicSystem &followed, const NewtonSettings &newton, double unit, bool weighted,
                              SolveCounts &counts)
-    : ForcedResponse(system_), Curve(static_cast<ForcedResponse &>(*this), newton, unit, weighted, counts),
-      system(system_), unit_(unit), residual_(system_.unknowns()), correction_(system_.unknowns()) {}
+    : ForcedResponse(followed), Curve(static_cast<ForcedResponse &>(*this), newton, unit, weighted, counts),
+      system(followed), unit_(unit), residual_(followed.unknowns()), correction_(followed.unknowns()) {}
 
 double ResponseCurve::left_out(const CurvePoint &s) {
   const Vec r = residual_, c = correction_;

@@ -9,7 +9,8 @@ namespace dovetail {
 class ResponseCurve : private ForcedResponse, public Curve {
 public:
   /// As Curve.
-  ResponseCurve(HarmonicSystem &system, const NewtonSettings &newton, double unit, bool weighted, SolveCounts &counts);
+  ResponseCurve(HarmonicSystem &followed, const NewtonSettings &newton, double unit, bool weighted,
+                SolveCounts &counts);
 
   ResponseMetric &metric() { return static_cast<ResponseMetric &>(norm); }
   const ResponseMetric &metric() const { return static_cast<const ResponseMetric &>(norm); }
