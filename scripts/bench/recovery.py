@@ -7,6 +7,7 @@ sweep arrives. `scripts/bench/atlas` says whether its curve is right.
 import argparse
 import json
 import os
+import re
 import sys
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -14,11 +15,10 @@ from concurrent.futures import ProcessPoolExecutor
 import atlas_methods
 import atlas_runs
 import atlas_scenes
-from measure import BINARY, OUTPUT, keep, surroundings
+from measure import BINARY, OUTPUT, ROOT, keep, surroundings
 
 FOLDER = OUTPUT / "recovery"
-STRATEGIES = ["repeat", "sampling", "harmonics", "jump", "integration", "in_time", "restart", "other_end", "multistart",
-              "fewer_harmonics", "soft_contacts", "load", "elsewhere"]  # all that the program has
+STRATEGIES = re.findall(r'{Strategy::\w+, "(\w+)"', (ROOT / "src/recovery/strategies.hpp").read_text())  # all that the program has
 COUNTS = ("newton_iterations", "step_cuts", "corners", "inexact_linear_solves")
 
 

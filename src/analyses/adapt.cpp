@@ -20,6 +20,7 @@ constexpr double spare_part = 0.15; // and by those kept when some are dropped,
 constexpr double least_saving = 0.8;   // unless hardly any would be
 constexpr int least_stay = 4;          // points between a change and the next drop
 constexpr int lent_for = 20;           // points, for harmonics that a rung of the ladder added, until out of reach,
+constexpr double lent_within = 0.01;   // of the sweep, where they were taken: they stay;
 constexpr int lent_again = 60;         // points more, where fewer led nowhere,
 constexpr double lent_until = 3e-3;    // until as few promise to be as good as that,
 constexpr double most_lent = 0.1;      // and are not far worse
@@ -112,7 +113,7 @@ void Follower::spare_harmonics() {
   const bool aimed = settings_.tolerance > 0;
   const int H = system_->harmonics(), least = aimed ? least_harmonics() : lent_from_;
   if (++unchanged_ < (aimed ? least_stay : lent_for) || !data_of(here_).error || H <= least) return;
-  if (!aimed && std::abs(here_.parameter - lent_at_) < least_ahead * unit_) return;
+  if (!aimed && std::abs(here_.parameter - lent_at_) < lent_within * unit_) return;
   const double error = data_of(here_).error->balance();
   int fewer = harmonics_for(*data_of(here_).error, H, least, aimed ? spare_part * settings_.tolerance : lent_until);
   bool changed = false; // with so many fewer the motion may be no longer near, or as good

@@ -56,7 +56,6 @@ private:
   void turned_kink(double angle, double omega) override;
   Outcome no_step() override;
   bool iterations_are_expensive() const override { return dear(); }
-  bool exact() const;
   bool may(Strategy which) const { return settings_.strategies.has(which); }
 
   // astray.cpp

@@ -10,9 +10,10 @@
 namespace dovetail {
 namespace {
 
-constexpr double as_before = 0.05; // by which harmonic balance may differ, of the motion, to go on with it
-constexpr double accuracy = 2e-5;  // of growth, where multipliers near 1 are known to 1e-4
-constexpr double close = 1e-6;     // arc length, for tangents
+constexpr double balanced_again = 0.05; // of the sweep, until harmonic balance is tried again
+constexpr double as_before = 0.05;      // by which harmonic balance may differ, of the motion, to go on with it
+constexpr double accuracy = 2e-5;       // of growth, where multipliers near 1 are known to 1e-4
+constexpr double close = 1e-6;          // arc length, for tangents
 
 } // namespace
 
@@ -28,7 +29,8 @@ bool Follower::begin_in_time(const DenseModel &model, const SteadyState &steady,
   if (!found) return false;
   orbit_ = std::move(orbit);
   const int H = std::max(asked_for_, ample_harmonics(omega, 1));
-  if (H != system_->harmonics() || !exact()) { // exactly: samples that do for the case's harmonics do not for these
+  if (H != system_->harmonics() ||
+      !curve_->problem.is_smooth()) { // exactly: samples that do for the case's harmonics do not for these
     adopt(std::make_unique<HarmonicSystem>(*system_, H, exactly));
   }
   show(orbit_->here(), here_);
@@ -104,7 +106,7 @@ Follower::Outcome Follower::advance_in_time() {
   if (go == Outcome::ended) return go;
   if (farther(here_.parameter)) note(farthest_, here_);
   curve_->norm.see(here_.y);
-  if (std::abs(here_.parameter - balanced_at_) > enough_ahead * unit_) back_to_harmonics();
+  if (std::abs(here_.parameter - balanced_at_) > balanced_again * unit_) back_to_harmonics();
   return Outcome::on;
 }
 

@@ -7,8 +7,6 @@
 
 namespace dovetail {
 
-bool Follower::exact() const { return system_->samples() == exactly; }
-
 void Follower::halved(const std::string &why) {
   ++summary_.counts.cuts;
   notify(BranchEvent::Kind::cut, why + ", step halved", here_.parameter);

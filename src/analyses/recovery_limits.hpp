@@ -6,8 +6,6 @@ namespace dovetail {
 constexpr double least_patience = 400; // Newton iterations for a curve that does not go ahead,
 constexpr double dear_patience = 100;  // where they are dear; or so many that
 constexpr double most_wound = 3e5;     // unknowns were corrected in all
-constexpr double least_ahead = 0.01;   // of the sweep, for a curve that goes on
-constexpr double enough_ahead = 0.05;  // of the sweep
 constexpr double first_skip = 0.01;    // of the sweep, left out when it is left again, twice as much each time
 constexpr int most_stays = 8;          // times that no way on is found for a curve that winds in time
 constexpr int most_leaps = 20, most_integrations = 100;

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "support/error.hpp"
+#include "support/hash.hpp"
 
 namespace dovetail {
 namespace {
@@ -112,10 +112,7 @@ void set_parameter(Vec f, double value) {
 }
 
 double pseudo_random(std::size_t a, std::size_t b, std::size_t which) {
-  std::uint64_t x = (a * 4096 + b) * 8 + which + 0x9e3779b97f4a7c15u; // splitmix64
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-  return static_cast<double>(static_cast<std::int64_t>((x ^ (x >> 31)) >> 11)) / (1ll << 52) - 1;
+  return static_cast<double>(mix((a * 4096 + b) * 8 + which + 0x9e3779b97f4a7c15u) >> 11) / (1ll << 52) - 1;
 }
 
 } // namespace dovetail

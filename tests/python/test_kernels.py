@@ -20,7 +20,8 @@ SHIM = Path(__file__).with_name("unknown_processor.cpp")
 REFERENCE = Path("/usr/lib/x86_64-linux-gnu")  # where Debian has the reference BLAS, under blas and lapack
 KERNELS = ["Prescott", "Core2", "Nehalem", "Sandybridge", "Haswell", "Zen", "SkylakeX"]  # of every OpenBLAS
 
-pytestmark = pytest.mark.skipif(not BEST or not blas_kernel.kernel_at_work().name, reason="no OpenBLAS, or no AVX")
+pytestmark = pytest.mark.skipif(not BEST or not blas_kernel.kernel_at_work().name,
+                                reason="BLAS is not OpenBLAS, or the processor has no AVX2: there is no better kernel to take")
 
 
 @pytest.fixture(scope="module")
@@ -184,7 +185,7 @@ def test_other_processors_are_left_alone(tmp_path):
 
 
 @pytest.mark.skipif(not all((REFERENCE / name).exists() for name in ("blas/libblas.so.3", "lapack/liblapack.so.3")),
-                    reason="the reference BLAS is not installed")
+                    reason="needs the reference BLAS where Debian's libblas3 and liblapack3 put it")
 def test_another_blas_is_named_by_its_file(unknown):
     unknown["LD_LIBRARY_PATH"] = f"{REFERENCE}/blas:{REFERENCE}/lapack"
     done = words([BINARY, "--version", "-v"], unknown)

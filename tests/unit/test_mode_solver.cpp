@@ -71,11 +71,9 @@ TEST_P(EveryType, FindsTheSameModes) {
     for (int j = 0; j < wanted; ++j) EXPECT_NEAR(G[j * wanted + i], i == j, GetParam().shapes);
 }
 
-TEST_P(EveryType, GivesTheSameBitsAgain) {
-  int size;
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  const std::string type = GetParam().type;
-  if (size > 1 && (type == "ciss" || type == "scalapack")) GTEST_SKIP() << "its messages come in any order";
+class SameBits : public EveryType {};
+
+TEST_P(SameBits, AreGivenAgain) {
   const ClampedStructure parts = lattice();
   const Chosen options(GetParam());
   const ElasticModes first = modes_of(parts), second = modes_of(parts);
@@ -95,8 +93,10 @@ const Kind kinds[] = {
     {"scalapack", 1e-10, 1e-8},
     {"ciss", 1e-12, 1e-8, {"-modes_rg_type", "interval", "-modes_rg_interval_endpoints", "0,3e5,0,0"}}};
 
-INSTANTIATE_TEST_SUITE_P(ModeSolver, EveryType, ::testing::ValuesIn(kinds),
-                         [](const auto &found) { return std::string(found.param.type); });
+const auto name_of = [](const auto &found) { return std::string(found.param.type); };
+INSTANTIATE_TEST_SUITE_P(ModeSolver, EveryType, ::testing::ValuesIn(kinds), name_of);
+// Without the last two: they add messages of several ranks as these come, and no page promises them the same bits.
+INSTANTIATE_TEST_SUITE_P(ModeSolver, SameBits, ::testing::ValuesIn(std::begin(kinds), std::end(kinds) - 2), name_of);
 
 // What `work` throws, as far as it is of that kind.
 template <class Error> std::string said(const std::function<void()> &work) {
