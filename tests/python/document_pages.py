@@ -142,6 +142,7 @@ def run(page, folder):
         return None
     (scratch / "page.sh").write_text(text)
     surroundings = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    surroundings["PYTHONWARNINGS"] = "ignore:OpenBLAS kernel"  # said on some processors only; test_kernels.py asks for it
     process = subprocess.Popen(["bash", scratch / "page.sh"], cwd=users_folder(folder / "dovetail"), env=surroundings, text=True,
                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
     try:
