@@ -107,7 +107,7 @@ def _events(results):
              for omega, amplitude in zip(places.omega, places.amplitude)]
     lines += [("turning point", f"{omega:.9g} rad/s") for omega in results.events.of("fold").omega]
     lines += [("crossing branch", f"{omega:.9g} rad/s") for omega in results.events.of("branch").omega]
-    kinds = ("corner", "sampling", "harmonics", "leap", "integration", "missed", "outside", "again")
+    kinds = ("corner", "harmonics", "leap", "integration", "missed", "outside")
     helped = [(kind, len(results.events.of(kind))) for kind in kinds]
     said = ", ".join(f"{kind} ({count})" for kind, count in helped if count)
     return lines + ([("where it was hard", said)] if said else [])

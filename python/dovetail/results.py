@@ -44,10 +44,9 @@ class Events:
 
     kind : str
         Places, located: "fold" (turning point), "peak" (maximum of the watched amplitude), "branch" (another branch crosses),
-        "stability" (lost or regained). How the run helped itself: "start", "cut", "corner", "sampling", "harmonics", "leap",
+        "stability" (lost or regained). How the run helped itself: "start", "cut", "corner", "harmonics", "leap",
         "integration". "missed": a frequency of continuation.at without solution. "outside": the curve leaves the sweep at its
-        beginning, and the next point is where it comes back. "again": it came upon an older piece of itself, and the last points
-        follow once more.
+        beginning, and the next point is where it comes back.
     point : int
         The point that is this place, or the last point before; -1 before the first.
     omega : rad/s

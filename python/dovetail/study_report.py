@@ -7,8 +7,8 @@ from . import study_errors
 from .results import Results
 
 TARGETS = (1e-2, 1e-3, 1e-4)
-HELP = {"harmonics": "more harmonics", "samplings": "exact contact forces", "leaps": "leaps", "integrations": "time integrations",
-        "points_in_time": "points followed in time"}  # counts of summary.json: there the numbers are not those of the setting alone
+HELP = {"harmonics": "more harmonics", "leaps": "leaps", "integrations": "time integrations"}  # counts of summary.json: there the
+# numbers are not those of the setting alone
 
 
 @dataclass

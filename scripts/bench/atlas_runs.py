@@ -20,7 +20,7 @@ HERE = Path(__file__).resolve().parent
 LIMITS = {ORIGINAL: 1.5, PLAIN: 2, DOVETAIL: 48, "truth": 4, "beyond": 60, "again": 3, "again plain": 1.5}
 MANY = 8  # contact points beyond which all of them get FACTOR times as long, as do the scenes with names
 FACTOR = 2
-MORE = ("folds", "corners", "harmonics", "integrations", "leaps", "repeats", "step_cuts", "left_out")  # of Dovetail's summary
+MORE = ("folds", "corners", "harmonics", "integrations", "leaps", "step_cuts", "left_out")  # of Dovetail's summary
 PASSED = 1.4  # lengths of a step after which a curve followed again has mostly come by its end, and need not go on
 STARTS = 3  # points from which a suspect step of Dovetail's is followed again
 
@@ -170,10 +170,10 @@ def follower(method, built, folder, run, limit):
         fine, width = folder / "again", abs(built.omega[1] - built.omega[0])
         fine.mkdir(exist_ok=True)
         with h5py.File(folder / "results.h5") as results:  # the highest coefficients do not tell: zero where the contact is still open
-            harmonics, in_time = results["points/harmonics"][:].tolist(), results["points/in_time"][:]
+            harmonics = results["points/harmonics"][:].tolist()
         for j in islice(starts(run, i, n, atlas_jumps.SHORTEST * width), STARTS):
             only(folder / "results.h5", j, fine / "start.h5")
-            yield from (in_small_steps if in_time[j] else by_harmonics)(j, i, n, fine, harmonics[j], width)
+            yield from by_harmonics(j, i, n, fine, harmonics[j], width)
 
     def case_from(j, span, fine, **more):
         """Case of a sweep that begins at point j, in the curve's sense."""
@@ -192,23 +192,5 @@ def follower(method, built, folder, run, limit):
             end = done.announced[0] if done.announced else done.points
             if end and abs(done.omega[0] - run.omega[j]) <= 1e-12 * run.omega[j]:
                 yield done.omega[:end], done.coefficients[:end]
-
-    def in_small_steps(j, i, n, fine, harmonics, width):
-        """Steps as the judge of jumps measures them, FINER of them for the one in question: arc length in time is another measure."""
-        if not atlas_truth.PROGRAM.exists():
-            return
-        case = case_from(j, width, fine, harmonics=harmonics)
-        z = atlas_jumps.coordinates(run.omega[j:n + 1], run.coefficients[j:n + 1], built.modes, width)
-        way, length = np.linalg.norm(np.diff(z, axis=0), axis=1).sum(), np.linalg.norm(z[-1] - z[i - j])
-        step = wanted = length / atlas_jumps.FINER
-        whole = int(PASSED * way / wanted + atlas_jumps.LOOP * atlas_jumps.FINER)
-        for points in (5, 5, 5, whole):
-            omega, coefficients = atlas_truth.along(case, fine / "start.h5", run.omega[j], step, points, limit)
-            if len(omega) < 2:
-                return
-            both = atlas_jumps.coordinates(np.r_[run.omega[j:n + 1], omega], atlas_jumps.joined(run.coefficients[j:n + 1], coefficients),
-                                           built.modes, width)[n + 1 - j:]
-            step = min(step * wanted / np.linalg.norm(np.diff(both[:5], axis=0), axis=1).max(), 0.1)
-        yield omega, coefficients
 
     return again_dovetail if method == DOVETAIL else again_plain

@@ -48,14 +48,6 @@ def integrate(case, omegas, results, limit, harmonics=0):
     return said + [{"settled": False, "why": why}] * (len(omegas) - len(said))
 
 
-def along(case, results, omega, step, points, limit):
-    """The curve of motions in time from that of `results` at a frequency, in steps of such an arc length at most, as far as it gets:
-    frequencies and coefficients."""
-    run = limited([PROGRAM, case, repr(float(omega)), "--from", results, "--along", step, "--points", points], limit)
-    said = [json.loads(line) for line in run.output.splitlines() if line.endswith("}")]
-    return np.array([one["omega"] for one in said]), np.array([one["coefficients"] for one in said])
-
-
 def beyond(case, run, limit):
     """Whether there is anything periodic in what a curve that stopped has left of the sweep, or the largest part of that: from rest, at
     each of LEFT.
@@ -81,10 +73,9 @@ def judge(case, folder, run, modes, limit):
     judged = []
     chosen = places(run.omega, run.coefficients)
     with h5py.File(folder / "results.h5") as results:
-        harmonics, in_time = results["points/harmonics"][:], results["points/in_time"][:]
+        harmonics = results["points/harmonics"][:]
     for i, said in zip(chosen, integrate(case, run.omega[chosen], folder / "results.h5", limit, harmonics[chosen].max())):
-        place = dict(point=i, omega=float(run.omega[i]), settled=said["settled"], multiplier=said.get("multiplier"),
-                     in_time=bool(in_time[i]))
+        place = dict(point=i, omega=float(run.omega[i]), settled=said["settled"], multiplier=said.get("multiplier"))
         if said["settled"]:
             found, true = compared(run.coefficients[i]), compared(np.array(said["coefficients"])[:, :2 * harmonics[i] + 1])
             place |= dict(found=found.tolist(), true=true.tolist(), error=error(found, true, modes))

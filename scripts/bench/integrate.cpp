@@ -1,9 +1,7 @@
 // Steady states of a case by time integration, the truth that harmonic balance is measured against.
 //
 //   build/integrate CASE.toml omega [omega ...] [--from results.h5] [--amplitude] [--periods 2000] [--tolerance 1e-6]
-//                                               [--work 2e10]
-//                                               [--harmonics N]
-//   build/integrate CASE.toml omega --from results.h5 --along STEP [--points 500]
+//                                               [--work 2e10] [--harmonics N]
 //
 // On one rank. Reads the case, reduces the model or reads the reduced one, finds the preload state and integrates at
 // each frequency [rad/s]: from rest there, or with --from from the point of that file nearest to it, so that it stays
@@ -13,10 +11,6 @@
 // user units, modes first, then t1, t2, n of each contact point, `coefficients` (n, 2H+1), or with --amplitude the
 // largest |q - mean| over the cycle (n), from its course in time. Both are null where the numbers ran away or the work
 // was used up.
-//
-// With --along the curve of motions is followed in time from the one of that file nearest to the frequency, towards the
-// end of the case's sweep, in steps of STEP at most where the largest motion so far is 1; a line of omega and
-// coefficients for each.
 #include <slepc.h>
 
 #include <algorithm>
@@ -34,7 +28,6 @@
 #include "support/error.hpp"
 #include "support/hdf5.hpp"
 #include "support/mumps.hpp"
-#include "transient/orbit_curve.hpp"
 #include "transient/start.hpp"
 #include "transient/steady_state.hpp"
 
@@ -45,8 +38,7 @@ struct Wish {
   std::filesystem::path file, from;
   std::vector<double> omegas;
   bool amplitude = false;
-  double along = 0;
-  int points = 500, harmonics = 0;
+  int harmonics = 0;
   IntegrationSettings settings;
 };
 
@@ -62,12 +54,8 @@ Wish parse(const std::vector<std::string> &words) {
       wish.from = next();
     else if (words[i] == "--amplitude")
       wish.amplitude = true;
-    else if (words[i] == "--along")
-      wish.along = std::stod(next());
     else if (words[i] == "--harmonics")
       wish.harmonics = std::stoi(next());
-    else if (words[i] == "--points")
-      wish.points = std::stoi(next());
     else if (words[i] == "--periods")
       wish.settings.periods = std::stoi(next());
     else if (words[i] == "--tolerance")
@@ -79,8 +67,7 @@ Wish parse(const std::vector<std::string> &words) {
     else
       wish.omegas.push_back(std::stod(words[i]));
   }
-  if (wish.omegas.empty() || (wish.along > 0 && wish.from.empty()))
-    throw InputError("wanted: CASE.toml and frequencies; see the head of integrate.cpp");
+  if (wish.omegas.empty()) throw InputError("wanted: CASE.toml and frequencies; see the head of integrate.cpp");
   return wish;
 }
 
@@ -119,27 +106,11 @@ void print_values(const char *name, std::vector<double> values, const DenseModel
   std::fflush(stdout);
 }
 
-// Scaled, from the point of the file nearest to that frequency: as it was followed in time, or by its coefficients.
+// Scaled, from the point of the file nearest to that frequency.
 MotionState start_of(const Wish &wish, double omega, HarmonicSystem &system, const DenseModel &model) {
-  const Scales &scales = system.scales();
-  const h5::Reader file(wish.from);
-  const std::vector<double> omegas = file.doubles("/points/omega");
-  const auto far = [&](double a, double b) { return std::abs(a - omega) < std::abs(b - omega); };
-  const hsize_t point = std::min_element(omegas.begin(), omegas.end(), far) - omegas.begin();
-  const int n = model.dofs();
-  const auto scale = [&](int dof) { return dof < model.modes ? scales.modal : scales.contact; };
-  if (file.has("/points/state")) {
-    const std::vector<double> numbers = file.doubles("/points/state", {point, 0}, {1, hsize_t(2 * (n + model.points))});
-    MotionState out;
-    for (int i = 0; i < n; ++i) out.q.push_back(numbers[i] / scale(i));
-    for (int i = 0; i < n; ++i) out.v.push_back(numbers[n + i] / scale(i) / scales.frequency);
-    for (std::size_t i = 2 * n; i < numbers.size(); i += 2)
-      out.w.push_back({numbers[i] / scales.contact, numbers[i + 1] / scales.contact});
-    if (std::isfinite(numbers[0])) return out;
-  }
   const UniqueVec y = system.unknowns();
-  start_from(wish.from, omega, system.layout(), scales, y);
-  const Flow flow(model, omega / scales.frequency);
+  start_from(wish.from, omega, system.layout(), system.scales(), y);
+  const Flow flow(model, omega / system.scales().frequency);
   return flow.motion_state(state_of(flow, all_coefficients(system.layout(), y)));
 }
 
@@ -167,27 +138,11 @@ void integrate(const Wish &wish, const Case &study, HarmonicSystem &system) {
   }
 }
 
-void follow(const Wish &wish, const Case &study, HarmonicSystem &system) {
-  const DenseModel model = dense_model(system);
-  const Scales &scales = system.scales();
-  const double omega = wish.omegas.front() / scales.frequency;
-  const double way = study.omega_to - study.omega_from;
-  OrbitCurve curve(model, omega, std::abs(way) / scales.frequency, wish.along);
-  bool found = curve.begin(start_of(wish, wish.omegas.front(), system, model), way < 0 ? -1 : 1);
-  for (int i = 0; found && i < wish.points; ++i) {
-    std::printf("{\"omega\": %.17g", curve.omega(*curve.here()) * scales.frequency);
-    print_values("coefficients",
-                 coefficients_of(curve.motion(*curve.here(), instants_for(study.harmonics)), study.harmonics), model,
-                 scales);
-    found = curve.step();
-  }
-}
-
 void run(const Wish &wish) {
   const Case study = read_case(wish.file, {});
   HarmonicSystem system = harmonic_system(study);
   if (!wish.from.empty()) check_start(wish.from, dense_model(system).dofs());
-  wish.along > 0 ? follow(wish, study, system) : integrate(wish, study, system);
+  integrate(wish, study, system);
 }
 
 } // namespace

@@ -18,7 +18,7 @@ import atlas_scenes
 from measure import BINARY, OUTPUT, ROOT, keep, surroundings
 
 FOLDER = OUTPUT / "recovery"
-STRATEGIES = re.findall(r'{Strategy::\w+, "(\w+)"', (ROOT / "src/recovery/strategies.hpp").read_text())  # all that the program has
+STRATEGIES = re.findall(r'{"(\w+)", (?:true|false)', (ROOT / "src/recovery/strategies.hpp").read_text())  # all that the program has
 COUNTS = ("newton_iterations", "step_cuts", "corners", "inexact_linear_solves")
 
 

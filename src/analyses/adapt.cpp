@@ -111,7 +111,7 @@ bool Follower::refined_for(CurvePoint &s) {
 // Without a tolerance, those go again that a rung of the ladder or a first point took beyond what the case has.
 void Follower::spare_harmonics() {
   const bool aimed = settings_.tolerance > 0;
-  const int H = system_->harmonics(), least = aimed ? least_harmonics() : lent_from_;
+  const int H = system_->harmonics(), least = aimed ? least_harmonics() : asked_for_;
   if (++unchanged_ < (aimed ? least_stay : lent_for) || !data_of(here_).error || H <= least) return;
   if (!aimed && std::abs(here_.parameter - lent_at_) < lent_within * unit_) return;
   const double error = data_of(here_).error->balance();

@@ -9,12 +9,8 @@
 #include "problems/estimator.hpp"
 #include "recovery/strategies.hpp"
 #include "stability/stability.hpp"
-#include "transient/motion_state.hpp"
 
 namespace dovetail {
-
-/// Dofs of a model whose curves may be followed in time: a step takes some three periods for each.
-constexpr PetscInt most_followed = 48;
 
 /// All frequencies, lengths and amplitudes in scaled numbers.
 struct BranchSettings {
@@ -29,9 +25,6 @@ struct BranchSettings {
   double stop_at_amplitude = 0;              ///< of the watched dof; 0: never
   Strategies strategies = Strategies::all(); ///< what is tried besides steps along the curve
   double work = 1;                           ///< that they may take, so many times the default
-  bool briefly = false;                      ///< for a first point, only the quick ways
-  bool in_time = false;                      ///< the first point by integration, to be followed in time
-  bool both_ends = false;                    ///< where the branch is lost, the rest may be followed from `to`
   bool stability = false;                    ///< judge every point
   bool estimates = false;                    ///< of the error of every point
   double tolerance = 0; ///< harmonics are added and dropped so that this estimate stays below; 0: they stay
@@ -46,11 +39,9 @@ struct BranchPoint {
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
   const Stability *stability;            ///< null unless asked for
   const ErrorEstimate *error;            ///< likewise
-  double between;            ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
-  double progress;           ///< 0..1, how far from `from` to `to`
-  bool located;              ///< found within a step, which led farther
-  const MotionState *motion; ///< at theta = 0 (scaled), if it was found in time and y are its first coefficients:
-                             ///< residual and error say by how much they miss it; else null
+  double between;  ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
+  double progress; ///< 0..1, how far from `from` to `to`
+  bool located;    ///< found within a step, which led farther
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the
@@ -64,13 +55,11 @@ struct BranchEvent {
     start,       ///< how a first point was found, when not plainly
     cut,         ///< step halved
     corner,      ///< went on along the curve beyond a corner
-    sampling,    ///< contact forces evaluated better from here on
     harmonics,   ///< harmonics added from here on
     leap,        ///< on to the solution at a next frequency, which arc length does not lead to
     integration, ///< the same, found by time integration
     missed,      ///< a frequency of `at` without solution
-    outside,     ///< the curve leaves the sweep at its beginning: points there are not given
-    again        ///< the last points are followed once more, with short steps: the next one lies before them
+    outside      ///< the curve leaves the sweep at its beginning: points there are not given
   } kind;
   std::string text;
   double omega;         ///< scaled

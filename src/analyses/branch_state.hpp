@@ -12,19 +12,16 @@ namespace dovetail {
 struct Counts : SolveCounts {
   int points = 0;
   int folds = 0, peaks = 0, branch_points = 0, stability_changes = 0; ///< located
-  int cuts = 0, corners = 0, samplings = 0, harmonics = 0, leaps = 0,
-      integrations = 0; ///< rungs of the ladder
-  int in_time = 0;      ///< points of curves that were followed in time
-  int repeats = 0;      ///< pieces of the curve that were followed once more
-  int missed = 0;       ///< frequencies of `at` without solution
-  int adaptations = 0;  ///< of the harmonics to the tolerance
+  int cuts = 0, corners = 0;
+  int harmonics = 0, leaps = 0, integrations = 0; ///< by recovery: added, parameter jumps without and with integration
+  int missed = 0;                                 ///< frequencies of `at` without solution
+  int adaptations = 0;                            ///< of the harmonics to the tolerance
 };
 
 /// Complete on rank 0 only. Vectors in the order of the results: (n, 2H+1) coefficients, then Omega; scaled.
 struct BranchState {
-  int harmonics = 0, samples = 0; ///< in force here; more than the case asks for if the ladder raised them
+  int harmonics = 0, samples = 0; ///< in force here; more than the case asks for if recovery raised them
   std::vector<double> y, tangent;
-  double residual = 0;         ///< norm, at y: not about 0 where a motion in time is shown with some harmonics
   std::vector<double> largest; ///< (n) motion of each dof met so far
   Archive::Fields fields;      ///< step lengths, norms, signs: the continuation's own
   GrowingList trail;           ///< marks of the points behind, by which a curve that runs back over itself is known

@@ -1,33 +1,31 @@
 #pragma once
 // The response curve at work, on the steps of continuation/stepper.hpp. branch.cpp: from beginning to end; passing.cpp:
-// what is done with a step; places.cpp: what lies within it; ladder.cpp: what is tried when no step converges;
-// leaps.cpp: to frequencies ahead; in_time.cpp: along motions in time; astray.cpp: when steps lead nowhere; adapt.cpp:
-// harmonics to a tolerance; first_point.cpp: where to begin; saved.cpp: where it stands, for a restart.
+// what is done with a step; places.cpp: what lies within it; recovery.cpp: what recovery tries; adapt.cpp: harmonics to
+// a tolerance; saved.cpp: where it stands, for a restart.
 #include <array>
 #include <memory>
 #include <optional>
 
 #include "analyses/branch.hpp"
-#include "analyses/recovery_limits.hpp"
 #include "continuation/between.hpp"
 #include "continuation/progress_monitors.hpp"
 #include "continuation/retrace_monitor.hpp"
 #include "continuation/stepper.hpp"
 #include "problems/amplitude.hpp"
 #include "problems/response_curve.hpp"
+#include "recovery/recovery.hpp"
 #include "stability/large_stability.hpp"
-#include "transient/orbit_curve.hpp"
 #include "transient/steady_state.hpp"
 
 namespace dovetail {
 
-class Follower : private Stepper {
+class Follower : private Stepper, private RecoveryContext {
 public:
   Follower(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings,
            const BranchObserver &observer);
 
-  /// From the solution near y at settings.from; `why_there`: words for the first point, if they are wanted.
-  BranchSummary run(Vec y, const std::string &why_there);
+  /// From the solution near y at settings.from.
+  BranchSummary run(Vec y);
   BranchSummary go_on(const BranchState &state);
 
 private:
@@ -35,9 +33,11 @@ private:
 
   // branch.cpp
   BranchSummary follow(bool between);
-  void begin(CurvePoint first);
+  void begin();
   double beyond_start(double omega) const;
   Outcome after_step();
+  bool winds();
+  void leave_windings();
   void report(CurvePoint &s, double arclength, const Stability *stability, bool place = false);
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
   Outcome end(End how, const std::string &why = "");
@@ -46,6 +46,8 @@ private:
   double plain_length(Vec t) const;
   void begin_amplitude();
   ResponseMetric &metric() { return response_->metric(); }
+  /// Iterations are: harmonics were raised to many more than the case has.
+  bool dear() const { return settings_.tolerance == 0 && system_->harmonics() > 2 * asked_for_; }
 
   // passing.cpp: Stepper's
   bool refine(CurvePoint &trial) override { return refined_for(trial); }
@@ -56,15 +58,6 @@ private:
   void turned_kink(double angle, double omega) override;
   Outcome no_step() override;
   bool iterations_are_expensive() const override { return dear(); }
-  bool may(Strategy which) const { return settings_.strategies.has(which); }
-
-  // astray.cpp
-  void drop_anchors();
-  bool follow_again(const std::string &why);
-  void note_bend(double omega);
-  bool winds();
-  void pass_crowd();
-  bool leave_from_farthest(std::string why, bool briefly = false);
 
   // places.cpp
   struct Place : Located { // something worth a point of its own within a step
@@ -96,42 +89,26 @@ private:
   void archive_vector(Archive &archive, const char *name, Vec y) const;
   void archive_points(Archive &archive);
 
-  // ladder.cpp
-  Outcome climb();
+  // recovery.cpp: RecoveryContext's, and what they are made of
+  bool recovers(Failure::Kind kind, const std::string &why, double from);
+  bool leave(const std::string &why);
+  bool first_point(double omega);
+  Sweep sweep() const override { return {settings_.from, settings_.to, settings_.at}; }
+  bool interrupted() override;
+  int jumps() const override { return summary_.counts.leaps + summary_.counts.integrations; }
+  bool solve_at(double omega) override;
+  bool integrate_at(double omega, double share) override;
+  bool solve_by_simpler(double omega) override;
+  bool begin_at(double from, double to) override;
+  void go_on(const Failure &failure, bool integrated) override;
+  void land();
   void take_system(HarmonicSystem &system);
   void adopt(std::unique_ptr<HarmonicSystem> system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
-  bool better_sampling();
-  /// once: twice as many harmonics; usual: again and again; last: more, closer to each other, and more of Newton's
-  /// iterations, and then ample ones; ample: these only
-  enum class Resort { once, usual, last, ample };
-  int needed_harmonics(double omega, Resort resort = Resort::usual) const;
-  int ample_harmonics(double omega, double parts = ample_parts) const;
-  bool more_harmonics();
-  bool solve_finer(const std::vector<double> &q, double omega, Resort resort);
-  std::string difference() const;
-
-  // leaps.cpp
-  /// To frequencies ahead: Newton or integration from the last point; as for a first point of a branch, with all that
-  /// there is at some, or by Newton and long integration at more of them; or at as many by brief integration.
-  enum class Way { newton, integration, anew, sown, scattered };
-  static bool integrates(Way way);
-  static Strategy strategy_of(Way way);
-  bool dear() const;
-  bool from_other_end(const std::string &why, double lost, bool briefly);
-  void stand_anew();
+  int needed_harmonics(double omega) const;
+  bool solve_finer(const SteadyState &steady, double omega);
   double integration_left() const;
-  bool arrive_at(double omega, Way way, const DenseModel &model, double share);
-  std::vector<double> aims(Way way, double from, double most) const;
-  bool leap(Way way, double from, double most = 0.2);
-
-  // in_time.cpp
-  bool begin_in_time(const DenseModel &model, const SteadyState &steady, double omega);
-  bool first_in_time(double omega);
-  void show(OrbitCurve::PlacePtr motion, CurvePoint &s);
-  bool show_if(OrbitCurve::PlacePtr motion, CurvePoint &s);
-  Outcome advance_in_time();
-  bool back_to_harmonics();
+  std::string difference() const;
 
   // adapt.cpp
   int least_harmonics() const;
@@ -142,33 +119,19 @@ private:
   void spare_harmonics();
   bool change_harmonics(int harmonics, double error);
 
-  // first_point.cpp
-  bool interrupted();
-  bool grow_load(double omega, std::vector<double> &q);
-  /// brief: the quick ways only; patient: those, but for time integration, which may be long
-  enum class Effort { full, brief, patient };
-  bool first_point(double omega, Vec y, CurvePoint &first, std::string &how, Effort effort);
-
   HarmonicSystem *system_;
   const NewtonSettings &newton_;
   BranchSettings settings_;
   const BranchObserver &observer_;
   BranchSummary summary_;
-  std::unique_ptr<HarmonicSystem> changed_; // with other harmonics or samples, in place of the one given
+  std::unique_ptr<HarmonicSystem> changed_; // with other harmonics, in place of the one given
   std::unique_ptr<ResponseCurve> response_; // the curve at hand, of system_
   std::unique_ptr<AmplitudeMeter> meter_;
   std::unique_ptr<StabilityTest> stability_;            // of a small model, or
   std::unique_ptr<LargeStabilityTest> large_stability_; // of any
   std::unique_ptr<Estimator> estimator_;
-  std::unique_ptr<OrbitCurve> orbit_;    // while the curve is followed in time; here_ shows it then
-  double balanced_at_ = 0;               // frequency where it was begun, or harmonic balance was tried again
-  std::optional<CurvePoint> farthest_;   // where the curve turned back, or in time was, nearest to the end of the sweep
-  std::optional<CurvePoint> anchors_[2]; // points of the curve to go back to, `anchored` to twice that behind; the next
-  double anchor_arc_ = 0;                // way in the arc norm since the older one,
-  double newer_arc_ = 0;                 // and since the newer one
-  int since_anchor_ = 0;                 // points
-  int repeated_at_ = 0;                  // points until the last time; 0: never
-  Amplitude amplitude_;                  // at here_
+  std::optional<CurvePoint> farthest_; // where the curve turned back, nearest to the end of the sweep
+  Amplitude amplitude_;                // at here_
   BetweenPoints between_;
   double between_error_ = NAN; // of the piece up to the point that is reported
   RetraceMonitor retraced_;
@@ -183,19 +146,16 @@ private:
   } raised_, coarse_;      // before harmonics were added for the step at hand; and where more did not help
   double estimating_ = 0;  // work that estimates may take
   double integrating_ = 0; // that time integration took
-  int in_vain_ = 0;        // harmonics for which more were tried and led nowhere,
-  int end_in_vain_ = 0;    // and with which the other end was looked at briefly, likewise
-  double lent_at_ = 0;     // frequency where more were taken last
-  int lent_from_;          // fewest that are gone back to after more were taken: the case's, or more than had failed
+  bool starting_ = false;  // a first point is sought,
+  std::string how_;        // and was found in that way
+  double before_jump_ = 0; // frequency where recovery began
+  double lent_at_ = 0;     // frequency where more harmonics were taken last
+  const int asked_for_;    // harmonics, by the case
   int folds_before_ = 0;   // turning points until the step at hand
   bool ended_ = false;
   double arclength_ = 0;
   int direction_ = 1;
-  const int asked_for_;       // harmonics, by the case,
-  const int asked_samples_;   // and samples
-  const double begun_at_;     // frequency
-  bool turned_round_ = false; // what is left is followed from the other end
-  int last_verdict_ = -1;     // the last that was certain: 1 stable, 0 unstable; -1: none yet
+  int last_verdict_ = -1; // the last that was certain: 1 stable, 0 unstable; -1: none yet
   struct Fold {
     double omega, amplitude;
   };

@@ -6,6 +6,11 @@
 #include "analyses/follower.hpp"
 
 namespace dovetail {
+namespace {
+
+constexpr double most_beyond = 0.5; // of the sweep, and of its first frequency: so far a curve is followed before it
+
+} // namespace
 
 void Follower::halved(const std::string &why) {
   ++summary_.counts.cuts;
@@ -14,12 +19,17 @@ void Follower::halved(const std::string &why) {
 
 void Follower::turned_kink(double angle, double omega) {
   ++summary_.counts.corners;
-  if (summary_.counts.folds == folds_before_) note_bend(omega); // else it is one already
+  if (summary_.counts.folds == folds_before_) cluster_.folded(omega); // else it is one already
   notify(BranchEvent::Kind::corner,
          "corner of the curve, turning by " + std::to_string(std::lround(angle * 180 / M_PI)) + " degrees", omega);
 }
 
-Follower::Outcome Follower::no_step() { return settings_.adaptive ? climb() : end(End::stalled, refusal_); }
+Follower::Outcome Follower::no_step() {
+  const std::string why = refusal_, where = difference();
+  if (!settings_.adaptive || !recovers(Failure::Kind::no_step, why, here_.parameter))
+    return end(interrupted() ? End::interrupted : End::stalled, why + where);
+  return ended_ ? Outcome::ended : Outcome::on;
+}
 
 // here_ becomes trial_, `step` farther on along the curve, or `plain` times that in the plain norm; with all that lies
 // within, and nothing where the curve has left the sweep.
@@ -55,23 +65,12 @@ Follower::Outcome Follower::pass(Vec normal, double step, double plain, bool at_
 Follower::Outcome Follower::settle(Vec way) {
   drift_.stepped(metric().swing(way), curve_->norm.length(way));
   curve_->norm.see(here_.y);
-  const double length = curve_->norm.length(way);
-  anchor_arc_ += length, newer_arc_ += length;
-  if (!control_.take_careful()) { // else over marks of the last time
-    const auto sense = retraced_.add(curve_->problem, here_.y, here_.t, curve_->norm.largest_motion());
-    if (sense != RetraceMonitor::Sense::fresh) {
-      const std::string why = sense == RetraceMonitor::Sense::opposite
+  const auto sense = retraced_.add(curve_->problem, here_.y, here_.t, curve_->norm.largest_motion());
+  if (sense != RetraceMonitor::Sense::fresh) {
+    if (retraced_.met_left()) return end(End::turned_back, "the branch came back to a piece of it that had been left");
+    return end(End::retraced, sense == RetraceMonitor::Sense::opposite
                                   ? "the branch runs back over itself"
-                                  : "the branch is closed: it came back to where it was";
-      if (retraced_.met_left())
-        return end(End::turned_back, "the branch came back to a piece of it that had been left");
-      return follow_again(why) ? Outcome::on : end(End::retraced, why);
-    }
-  }
-  if (++since_anchor_ >= anchored) {
-    std::swap(anchors_[0], anchors_[1]);
-    note(anchors_[1], here_);
-    anchor_arc_ = std::exchange(newer_arc_, 0.0), since_anchor_ = 0;
+                                  : "the branch is closed: it came back to where it was");
   }
   measure_anew();
   return Outcome::on;

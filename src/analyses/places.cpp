@@ -8,10 +8,8 @@
 namespace dovetail {
 namespace {
 
-constexpr double uneven = 0.25;  // part of the frequency's rate that is missing in the mean over a step
-constexpr int pieces = 4;        // of a step that may hide turning points
-constexpr double in_time = 1e-7; // arc length: places are located no better there
-constexpr double usual = 1e-8;   // of the step, likewise
+constexpr double uneven = 0.25; // part of the frequency's rate that is missing in the mean over a step
+constexpr int pieces = 4;       // of a step that may hide turning points
 
 std::string in_words(Stability::Kind kind) {
   switch (kind) {
@@ -32,7 +30,7 @@ std::string in_words(Stability::Kind kind) {
 // have two between them that its ends do not show: then the frequency gained is less than by a rate that changes
 // steadily from one end to the other, and points in between are asked.
 std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, double step, bool at_corner) {
-  const auto rate_of = [&](CurvePoint &s) { return orbit_ ? orbit_->rate(*data_of(s).motion) : system_->omega(s.t); };
+  const auto rate_of = [&](CurvePoint &s) { return system_->omega(s.t); };
   const double rate = rate_of(here_), next = rate_of(trial_), largest = std::max(std::abs(rate), std::abs(next)),
                missing = ((rate + next) / 2 - (trial_.parameter - here_.parameter) / step) * (rate > 0 ? 1 : -1);
   std::vector<std::optional<Place>> folds;
@@ -47,8 +45,7 @@ std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, dou
     CurvePoint s = curve_->point();
     check(VecAXPBYPCZ(s.y, 1 - double(i) / pieces, double(i) / pieces, 0, here_.y, trial_.y),
           "looking for turning points");
-    if (orbit_ ? show_if(orbit_->between(i * step / pieces), s)
-               : curve_->solve_across(normal, s, {false, step_limits.most_newton}))
+    if (curve_->solve_across(normal, s, {false, step_limits.most_newton}))
       between.emplace_back(i * step / pieces, std::move(s));
   }
   std::vector<Bound> bounds{{0, here_.y, rate}};
@@ -61,11 +58,7 @@ std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, dou
 }
 
 std::optional<Follower::Place> Follower::locate(Place::Kind kind, Vec normal, Bound from, Bound to, const Measured &f) {
-  const double step = to.along - from.along;
-  std::optional<Located> found =
-      orbit_ ? locator().between(normal, from, to, f, std::max(usual, in_time / step),
-                                 [&](Vec, double along, CurvePoint &s) { return show_if(orbit_->between(along), s); })
-             : locator().between(normal, from, to, f);
+  std::optional<Located> found = locator().between(normal, from, to, f);
   if (!found) return std::nullopt;
   return Place{std::move(*found), kind};
 }
@@ -74,28 +67,19 @@ Follower::Place Follower::place_at(const CurvePoint &s, Place::Kind kind, double
   Place place{located_at(*curve_, s, along), kind};
   if (!s.data) return place;
   auto data = std::make_shared<ResponseData>(data_of(s));
-  if (!data->motion) data->error.reset();
+  data->error.reset();
   place.at.data = std::move(data);
   return place;
 }
 
-// In time the corner itself is the place. What cannot be located in a corner is the one of both ends that lies
+// What cannot be located in a corner is the one of both ends that lies
 // `beyond`, farther on or higher. values: of f there.
 Follower::Place Follower::corner_place(Place::Kind kind, double step, bool beyond, std::array<double, 2> values,
                                        const Measured &f) {
-  std::optional<Located> place;
-  if (orbit_) {
-    Located corner{0, curve_->point()};
-    if (show_if(orbit_->corner(), corner.at)) {
-      corner.along = std::clamp(orbit_->along(*data_of(corner.at).motion), 0.0, step);
-      place = std::move(corner);
-    }
-  } else {
-    const long before = summary_.counts.newton;
-    place = locator().in_kink(step, values, f);
-    const long took = summary_.counts.newton - before;
-    progress_.spare(took), cluster_.spare(took); // that is no winding
-  }
+  const long before = summary_.counts.newton;
+  std::optional<Located> place = locator().in_kink(step, values, f);
+  const long took = summary_.counts.newton - before;
+  progress_.spare(took), cluster_.spare(took); // that is no winding
   if (place) return {std::move(*place), kind};
   return beyond ? place_at(trial_, kind, step) : place_at(here_, kind, 0);
 }
@@ -115,7 +99,7 @@ bool Follower::find_places(Vec normal, double step, bool at_corner, const Amplit
   };
   for (auto &fold : find_folds(normal, step, at_corner))
     if (!keep(std::move(fold)))
-      ++summary_.counts.folds, note_bend(here_.parameter),
+      ++summary_.counts.folds, cluster_.folded(here_.parameter),
           notify(BranchEvent::Kind::fold, "turning point, not located", here_.parameter);
   if (amplitude_.slope > 0 && next.slope < 0 &&
       !keep(located(Kind::peak, amplitude_.slope, next.slope, next.value > amplitude_.value,
@@ -178,22 +162,18 @@ bool Follower::find_wanted(Vec normal, const PieceEnd &from, const PieceEnd &to,
 
 bool Follower::solve_wanted(Vec normal, const CurvePoint &a, const CurvePoint &b, double w, Place &place) {
   const double part = (w - a.parameter) / (b.parameter - a.parameter);
-  if (orbit_) {
-    Numbers guess = data_of(a).motion->z;
-    const Numbers &end = data_of(b).motion->z;
-    for (std::size_t i = 0; i < guess.size(); ++i) guess[i] += part * (end[i] - guess[i]);
-    if (!show_if(orbit_->at(w, guess, b.parameter > a.parameter), place.at)) return false;
-    place.at.parameter = w; // to the last bit
-    set_parameter(place.at.y, w);
-    place.along = orbit_->along(*data_of(place.at).motion);
-    return true;
-  }
   check(VecWAXPY(place.at.y, -1, a.y, b.y), "interpolating");
   check(VecAYPX(place.at.y, part, a.y), "interpolating");
   if (!curve_->solve_at(w, place.at)) return false;
   if (b.parameter < a.parameter) turn(place.at);
   place.along = curve_->plane(normal, place.at.y) - curve_->plane(normal, here_.y);
   return true;
+}
+
+std::optional<Stability> Follower::judge(const CurvePoint &s) {
+  if (stability_) return stability_->judge(all_coefficients(system_->layout(), s.y), s.parameter);
+  if (large_stability_) return large_stability_->judge(s.y);
+  return std::nullopt;
 }
 
 void Follower::begin_stability() {
@@ -250,8 +230,8 @@ Follower::Outcome Follower::report_places(std::vector<Place> &found, double plai
              std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") + " frequencies",
              s.parameter, place.amplitude);
       higher = !higher;
-      note_bend(s.parameter);
-      if (!orbit_ && !at_corner && summary_.counts.points < settings_.max_points && farther(s.parameter))
+      cluster_.folded(s.parameter);
+      if (!at_corner && summary_.counts.points < settings_.max_points && farther(s.parameter))
         farthest_ = std::move(place.at);
       break;
     case Kind::peak:
@@ -278,8 +258,8 @@ Follower::Outcome Follower::report_places(std::vector<Place> &found, double plai
     case Kind::wanted:
       break;
     }
-    // In time and in corners it stands at ends of steps only.
-    if (orbit_ || at_corner || summary_.counts.points < settings_.max_points) continue;
+    // In corners it stands at ends of steps only.
+    if (at_corner || summary_.counts.points < settings_.max_points) continue;
     arclength_ += place.along * plain; // stand here, so that a restart goes on from here
     std::swap(here_, place.at);
     begin_amplitude();

@@ -8,17 +8,13 @@ namespace dovetail {
 
 // What needs no layout. Saved and restored by the same list.
 void Follower::archive(Archive &archive) {
-  archive.note("direction", turned_round_ ? -direction_ : direction_); // as it began: see follow_branch
-  archive.note("begun_at", begun_at_);
+  archive.field("from", settings_.from);
+  archive.field("to", settings_.to);
+  archive.field("direction", direction_);
   archive.field("arclength", arclength_);
   archive.field("amplitude", amplitude_.value);
   archive.field("amplitude_slope", amplitude_.slope);
   archive.field("last_verdict", last_verdict_);
-  archive.field("both_ends", settings_.both_ends);
-  archive.field("turned_round", turned_round_);
-  archive.field("in_vain", in_vain_);
-  archive.field("end_in_vain", end_in_vain_);
-  archive.field("lent_from", lent_from_);
   archive.field("lent_at", lent_at_);
   archive.field("unchanged", unchanged_);
   archive.field("raised_harmonics", raised_.harmonics);
@@ -27,26 +23,15 @@ void Follower::archive(Archive &archive) {
   archive.field("coarse_error", coarse_.error);
   archive.field("estimating", estimating_);
   archive.field("integrating", integrating_);
-  archive.field("anchor_arc", anchor_arc_);
-  archive.field("newer_arc", newer_arc_);
-  archive.field("since_anchor", since_anchor_);
-  archive.field("repeated_at", repeated_at_);
-  archive.field("balanced_at", balanced_at_);
   archive.part("between", [&] { between_.archive(archive); });
   archive.part("stepper", [&] { archive_steps(archive); });
   archive.part("retraced", [&] { retraced_.archive(archive); });
   archive.part("cluster", [&] { cluster_.archive(archive); });
   archive.part("progress", [&] { progress_.archive(archive); });
 
-  double to = settings_.to, memory = curve_->memory();
-  archive.field("to", to);
+  double memory = curve_->memory();
   archive.field("solver_memory", memory);
-  if (!archive.restores()) return;
-  if (turned_round_) {
-    direction_ = -direction_;
-    settings_.from = std::exchange(settings_.to, to);
-  }
-  curve_->recall(memory);
+  if (archive.restores()) curve_->recall(memory);
 }
 
 // Coefficients of all dofs, then the last unknown.
@@ -66,8 +51,8 @@ void Follower::archive_vector(Archive &archive, const char *name, Vec y) const {
 
 // Points that are gone back to or guessed by; without what belongs to the solve.
 void Follower::archive_points(Archive &archive) {
-  const std::pair<const char *, std::optional<CurvePoint> *> points[] = {
-      {"before", &before_}, {"farthest", &farthest_}, {"older_anchor", &anchors_[0]}, {"newer_anchor", &anchors_[1]}};
+  const std::pair<const char *, std::optional<CurvePoint> *> points[] = {{"before", &before_},
+                                                                         {"farthest", &farthest_}};
   for (const auto &[name, point] : points)
     archive.part(name, [&, place = point] {
       bool known = place->has_value();
@@ -86,7 +71,6 @@ BranchState Follower::state() {
   const Layout &layout = system_->layout();
   state.harmonics = system_->harmonics(), state.samples = system_->samples();
   state.y = all_coefficients(layout, here_.y), state.tangent = all_coefficients(layout, here_.t);
-  state.residual = orbit_ ? here_.newton.residual : 0;
   UniqueVec largest = system_->unknowns(); // in the place of each dof's first coefficient
   double *own;
   check(VecGetArray(largest, &own), "saving a state");
@@ -100,8 +84,6 @@ BranchState Follower::state() {
   archive(saved);
   archive_points(saved);
   saved.note("largest_motion", curve_->norm.largest_motion());
-  saved.note("in_time", orbit_ != nullptr);
-  if (orbit_) saved.part("orbit", [&] { orbit_->save(saved); });
   state.fields = saved.fields();
   state.trail = retraced_.marks();
   state.counts = summary_.counts;
@@ -121,30 +103,19 @@ void Follower::restore(const BranchState &state) {
     set_coefficients(system_->layout(), *from[i], to[i]);
     set_parameter(to[i], from[i]->back());
   }
-  here_.parameter = state.y.back(), here_.newton.residual = state.residual;
+  here_.parameter = state.y.back();
   std::vector<double> largest;
   for (PetscInt d = 0; d < system_->layout().own_dofs(); ++d)
     largest.push_back(state.largest.at(system_->layout().number(d)));
 
   Archive saved(state.fields);
   double motion = 0;
-  bool in_time = false;
   saved.field("largest_motion", motion);
-  saved.field("in_time", in_time);
   metric().restore(motion, std::move(largest));
   archive(saved);
   archive_points(saved);
   retraced_.restore(state.trail);
-  if (in_time)
-    saved.part("orbit", [&] {
-      double begun = 0;
-      saved.field("begun_at", begun);
-      orbit_ = std::make_unique<OrbitCurve>(dense_model(*system_), begun, unit_);
-      if (!orbit_->restore(saved)) throw ComputeError("the motion of the run before is not met again");
-      show(orbit_->here(), trial_); // for what is missing in its harmonics
-      here_.data = trial_.data;
-    });
-  if (!orbit_) recall_activity();
+  recall_activity();
   verdict_ = judge(here_);
 }
 

@@ -86,10 +86,9 @@ void check_place(HarmonicSystem &system, const Case &study, const BranchState &s
     return size;
   };
   const double residual = size_at(1), force = size_at(0);
-  if (std::abs(residual - state.residual) <= std::max(100 * study.residual_tolerance, 1e-6 * force)) return;
+  if (residual <= std::max(100 * study.residual_tolerance, 1e-6 * force)) return;
   throw InputError(study.file.string() + ": the model, or its reduction, is not what it was when this run began: the " +
-                   "residual where it stood is " + number_text(residual) + " instead of about " +
-                   number_text(state.residual) + anew);
+                   "residual where it stood is " + number_text(residual) + " instead of about 0" + anew);
 }
 
 void clear_output(const Case &study, const Voice &voice) {

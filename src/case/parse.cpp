@@ -255,14 +255,13 @@ void read_stops(const Document &document, Case &study) {
 void read_recovery(const Document &document, Case &study) {
   if (const Entry strategies = document["recovery.strategies"]) {
     std::string names;
-    for (const StrategyAbout &about : all_strategies)
-      names += (names.empty() ? "\"" : ", \"") + std::string(about.name) + '"';
+    for (const Strategy &one : all_strategies) names += (names.empty() ? "\"" : ", \"") + std::string(one.name) + '"';
     if (!strategies.is_list()) strategies.refuse("must be a list of names of " + names + "; [] is plain arc length");
     study.strategies = {};
     for (const Entry &item : strategies.items()) {
-      const auto which = item.is_words() ? Strategies::named(item.words()) : std::nullopt;
-      if (!which) item.refuse("is none of " + names);
-      study.strategies.add(*which);
+      const Strategy *one = item.is_words() ? Strategies::named(item.words()) : nullptr;
+      if (!one) item.refuse("is none of " + names);
+      if (!study.strategies.add(one)) item.refuse("stands in the list twice");
     }
   }
   if (const Entry allowed = document["recovery.allow_branch_change"]) study.allow_branch_change = allowed.truth();

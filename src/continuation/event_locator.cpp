@@ -23,13 +23,8 @@ constexpr double least_sine_squared = 1e-3; // of the angle between lines that c
 } // namespace
 
 std::optional<Located> EventLocator::between(Vec normal, Bound from, Bound to, const Measured &f) const {
-  return between(normal, from, to, f, std::max(usual_tolerance, tolerance_),
-                 [&](Vec across, double, CurvePoint &s) { return curve_.solve_across(across, s); });
-}
-
-std::optional<Located> EventLocator::between(Vec normal, Bound from, Bound to, const Measured &f, double tolerance,
-                                             const SolveWithin &solve) const {
-  const double scale = std::max(std::abs(from.value), std::abs(to.value)), step = to.along - from.along;
+  const double tolerance = std::max(usual_tolerance, tolerance_),
+               scale = std::max(std::abs(from.value), std::abs(to.value)), step = to.along - from.along;
   curve_.precisely(true);
   const std::shared_ptr<void> usual(nullptr, [&](void *) { curve_.precisely(false); });
   double a = from.along, b = to.along, fa = from.value, fb = to.value;
@@ -47,7 +42,7 @@ std::optional<Located> EventLocator::between(Vec normal, Bound from, Bound to, c
     check(VecWAXPY(place.at.y, -1, ya, yb), doing);
     check(VecAYPX(place.at.y, part, ya), doing);
     const double x = a + part * (b - a);
-    if (!solve(normal, x, place.at)) return std::nullopt;
+    if (!curve_.solve_across(normal, place.at)) return std::nullopt;
     const double fx = f(place.at);
     place.along = x;
     if (std::abs(fx) <= tolerance * scale || b - a <= tolerance * step) return place;

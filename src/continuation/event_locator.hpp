@@ -17,9 +17,6 @@ struct Located {
 /// What is measured at a point; it happens where that passes zero.
 using Measured = std::function<double(CurvePoint &)>;
 
-/// The solution on the plane across `normal`, so far along it from the last point; the point: a guess.
-using SolveWithin = std::function<bool(Vec normal, double along, CurvePoint &)>;
-
 /// Of what is searched.
 struct Bound {
   double along;
@@ -36,9 +33,6 @@ public:
   /// Where f passes zero: regula falsi on planes across `normal`, halving the interval where that is slow, for f may
   /// jump at a kink of the curve. Nothing if Newton's method fails in between. Collective.
   std::optional<Located> between(Vec normal, Bound from, Bound to, const Measured &f) const;
-  /// The same with points found in another way, to a tolerance relative to the step.
-  std::optional<Located> between(Vec normal, Bound from, Bound to, const Measured &f, double tolerance,
-                                 const SolveWithin &solve) const;
   /// In a kink between here and trial, on planes across the direction between both tangents: planes across either leg
   /// may miss the other one. values: of f at both ends.
   std::optional<Located> in_kink(double step, std::array<double, 2> values, const Measured &f) const;

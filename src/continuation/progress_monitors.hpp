@@ -57,7 +57,6 @@ public:
   void stayed(double parameter); ///< no way on was found; the farthest it has been
   int times_left() const { return left_; }
   int times_stayed() const { return stayed_; }
-  void forget() { left_ = stayed_ = 0; }
 
   void archive(Archive &archive);
 

@@ -26,10 +26,8 @@ public:
     archive.field("left", left_);
   }
   void restore(GrowingList marks) { marks_ = std::move(marks); }
-  /// What comes next does not hang together with the point before: it lies farther back, or
-  void interrupt() { found_ = 0; }
-  /// the curve was left.
-  void leave() { interrupt(), left_ = count(); }
+  /// The curve was left: what comes next does not hang together with the point before.
+  void leave() { found_ = 0, left_ = count(); }
   /// Whether the older piece that was come upon is of the curve before it was left.
   bool met_left() const { return met_ + 1 < left_; }
 

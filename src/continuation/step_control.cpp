@@ -44,15 +44,10 @@ void StepControl::limit(const Rates &rates, bool smooth) {
   if (rates.motion > 0)
     step_ = std::min(
         step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion, step_limits.least_motion_step));
-  if (careful_ > 0) step_ = std::min(step_, careful_step_);
   step_ = std::max(step_, 10 * step_limits.shortest);
   if (smooth) step_ = std::exp2(std::floor(lengths_per_octave * std::log2(step_) + rounding) / lengths_per_octave);
 }
 
-void StepControl::archive(Archive &archive) {
-  archive.field("step", step_);
-  archive.field("careful", careful_);
-  archive.field("careful_step", careful_step_);
-}
+void StepControl::archive(Archive &archive) { archive.field("step", step_); }
 
 } // namespace dovetail

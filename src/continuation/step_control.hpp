@@ -80,18 +80,12 @@ public:
   void after(double step, double turned, int newton);
   /// Not longer than the limits allow. `smooth`: of few lengths, for tangents are known to six digits only.
   void limit(const Rates &rates, bool smooth);
-  /// For so many steps none is longer than that.
-  void be_careful(int steps, double longest) { careful_ = steps, careful_step_ = longest; }
-  /// Whether this step was one of those.
-  bool take_careful() { return careful_ > 0 && careful_-- > 0; }
 
   void archive(Archive &archive);
 
 private:
   bool adaptive_;
   double first_, step_;
-  int careful_ = 0;         // steps that still are to be
-  double careful_step_ = 0; // no longer than that
 };
 
 } // namespace dovetail

@@ -5,7 +5,6 @@
 #include "continuation/problem.hpp"
 #include "harmonic/harmonic_system.hpp"
 #include "problems/estimator.hpp"
-#include "transient/orbit_curve.hpp"
 
 namespace dovetail {
 
@@ -13,7 +12,6 @@ namespace dovetail {
 struct ResponseData : PointData {
   std::vector<Activity> activity;     ///< of the own contact points
   std::optional<ErrorEstimate> error; ///< once it has been asked for
-  OrbitCurve::PlacePtr motion;        ///< that y and t show, where the curve is followed in time
 };
 
 class ForcedResponse : public Problem {

@@ -1,83 +1,67 @@
 #pragma once
-// What may be tried where steps along a curve lead nowhere, or where no first point is found: by name, one by one.
+// What may be tried where steps along a curve lead nowhere, or where no first point is found: by name, in an order.
+#include <algorithm>
 #include <array>
-#include <bitset>
-#include <optional>
 #include <string>
+#include <vector>
 
 namespace dovetail {
 
-enum class Strategy {
-  repeat,
-  sampling,
-  harmonics,
-  jump,
-  integration,
-  in_time,
-  restart,
-  other_end,
-  multistart,
-  fewer_harmonics,
-  soft_contacts,
-  load,
-  elsewhere,
+class RecoveryStrategy; // recovery/recovery.hpp
+
+const RecoveryStrategy &fewer_harmonics(), &jump(), &integration(), &elsewhere();
+
+struct Strategy {
+  const char *name;                    ///< as in [recovery] strategies
+  bool may_change_branch;              ///< what comes may lie on another branch
+  const RecoveryStrategy &(*object)(); ///< defined in a file of its own
 };
 
-struct StrategyAbout {
-  Strategy which;
-  const char *name;       ///< as in [recovery] strategies
-  bool may_change_branch; ///< what comes may lie on another branch
-};
-
-/// In the order in which they are tried, whatever the order in the case file; those for a first point come last.
-inline constexpr std::array<StrategyAbout, 13> all_strategies{{
-    {Strategy::repeat, "repeat", false},       // the last points once more, with short steps
-    {Strategy::sampling, "sampling", false},   // contact forces exactly instead of by samples
-    {Strategy::harmonics, "harmonics", false}, // more harmonics
-    {Strategy::jump, "jump", true}, // the solution at a next frequency, by Newton's method from the last point
-    {Strategy::integration, "integration", true}, // the steady state at a next frequency, by time integration
-    {Strategy::in_time, "in_time", true},         // the curve of periodic motions in time from there
-    {Strategy::restart, "restart", true},         // the solution at a next frequency, found as a first point is
-    {Strategy::other_end, "other_end", true},     // the rest of the sweep, from its other end
-    {Strategy::multistart, "multistart", true},   // frequencies all over the rest of the sweep
-    {Strategy::fewer_harmonics, "fewer_harmonics", false}, // a first point from that with fewer harmonics
-    {Strategy::soft_contacts, "soft_contacts", false},     // a first point from that with softer contacts
-    {Strategy::load, "load", false},                       // a first point by a load that grows from nothing
-    {Strategy::elsewhere, "elsewhere", false},             // a first point at another frequency of the sweep
+/// In the order in which they are tried by default.
+inline constexpr std::array<Strategy, 4> all_strategies{{
+    {"fewer_harmonics", false, fewer_harmonics}, // a first point from that with fewer harmonics
+    {"jump", true, jump},                        // the solution at a next frequency, by Newton's method from here
+    {"integration", true, integration}, // the steady state there, or at the first frequency, by time integration
+    {"elsewhere", false, elsewhere},    // a first point at another frequency of the sweep
 }};
 
+/// A list without repetition, in the order in which they are tried.
 class Strategies {
 public:
   static Strategies all() {
     Strategies out;
-    out.set_.set();
+    for (const Strategy &one : all_strategies) out.list_.push_back(&one);
     return out;
   }
-  bool has(Strategy which) const { return set_[static_cast<std::size_t>(which)]; }
-  bool none() const { return set_.none(); }
-  void add(Strategy which) { set_.set(static_cast<std::size_t>(which)); }
+  bool none() const { return list_.empty(); }
+  const std::vector<const Strategy *> &list() const { return list_; }
+  /// False if it is in the list.
+  bool add(const Strategy *one) {
+    if (std::find(list_.begin(), list_.end(), one) != list_.end()) return false;
+    list_.push_back(one);
+    return true;
+  }
   /// Without those that may change the branch.
   void keep_branch() {
-    for (const StrategyAbout &about : all_strategies)
-      if (about.may_change_branch) set_.reset(static_cast<std::size_t>(about.which));
+    const auto may = [](const Strategy *one) { return one->may_change_branch; };
+    list_.erase(std::remove_if(list_.begin(), list_.end(), may), list_.end());
   }
 
-  static std::optional<Strategy> named(const std::string &name) {
-    for (const StrategyAbout &about : all_strategies)
-      if (name == about.name) return about.which;
-    return std::nullopt;
+  /// Null: there is none of that name.
+  static const Strategy *named(const std::string &name) {
+    for (const Strategy &one : all_strategies)
+      if (name == one.name) return &one;
+    return nullptr;
   }
   /// As in the case file.
   std::string text() const {
-    if (set_.all()) return "all";
     std::string out;
-    for (const StrategyAbout &about : all_strategies)
-      if (has(about.which)) out += (out.empty() ? "" : ", ") + std::string(about.name);
+    for (const Strategy *one : list_) out += (out.empty() ? "" : ", ") + std::string(one->name);
     return out.empty() ? "none" : out;
   }
 
 private:
-  std::bitset<all_strategies.size()> set_;
+  std::vector<const Strategy *> list_;
 };
 
 } // namespace dovetail

@@ -13,12 +13,9 @@ template <class Numbers, class Act> void for_each_count(Numbers &counts, Act &&a
   act("stability_changes", counts.stability_changes);
   act("step_cuts", counts.cuts);
   act("corners", counts.corners);
-  act("samplings", counts.samplings);
   act("harmonics", counts.harmonics);
   act("leaps", counts.leaps);
   act("integrations", counts.integrations);
-  act("points_in_time", counts.in_time);
-  act("repeats", counts.repeats);
   act("missed", counts.missed);
   act("adaptations", counts.adaptations);
   act("newton_iterations", counts.newton);

@@ -25,30 +25,11 @@ ContactRecord collect_contact(const Layout &layout, const Scales &scales, const 
   return record;
 }
 
-// As motion_state_size has it.
-std::vector<double> collect_motion_state(const Layout &layout, const Scales &scales, const MotionState *motion) {
-  std::vector<double> all(motion_state_size(layout.modes, layout.points), std::nan(""));
-  if (!motion || all.empty()) return all;
-  auto next = all.begin();
-  const auto scale = [&](PetscInt dof) { return dof < layout.modes ? scales.modal : scales.contact; };
-  for (PetscInt i = 0; i < layout.dofs(); ++i) *next++ = motion->q[i] * scale(i);
-  for (PetscInt i = 0; i < layout.dofs(); ++i) *next++ = motion->v[i] * scale(i) * scales.frequency;
-  for (const Memory &slider : motion->w)
-    for (const double place : slider) *next++ = place * scales.contact;
-  return all;
-}
-
 } // namespace
 
-std::size_t motion_state_size(PetscInt modes, PetscInt points) {
-  const PetscInt dofs = modes + 3 * points;
-  return dofs <= most_followed ? 2 * (dofs + points) : 0;
-}
-
 const std::vector<const char *> &event_names() {
-  static const std::vector<const char *> names = {"fold",        "peak",   "branch",   "stability", "start",
-                                                  "cut",         "corner", "sampling", "harmonics", "leap",
-                                                  "integration", "missed", "outside",  "again"};
+  static const std::vector<const char *> names = {"fold",   "peak",      "branch", "stability",   "start",  "cut",
+                                                  "corner", "harmonics", "leap",   "integration", "missed", "outside"};
   return names;
 }
 
@@ -58,7 +39,7 @@ PointRecord collect(const BranchPoint &point, double seconds) {
   PointRecord record;
   record.omega = point.omega * system.scales().frequency;
   record.arclength = point.arclength;
-  record.harmonics = system.harmonics(), record.in_time = point.motion != nullptr;
+  record.harmonics = system.harmonics();
   record.located = point.located;
   record.newton = point.newton.newton, record.linear = point.newton.linear;
   record.residual = point.newton.residual;
@@ -77,7 +58,6 @@ PointRecord collect(const BranchPoint &point, double seconds) {
   for (std::size_t p = 0; p < record.contact.open.size(); ++p)
     ++(record.contact.open[p] > 0 ? record.open : record.contact.slip[p] > 0 ? record.slip : record.stick);
   for (double *share : {&record.stick, &record.slip, &record.open}) *share /= std::max<double>(1, layout.points);
-  record.state = collect_motion_state(layout, system.scales(), point.motion);
   record.coefficients = physical_coefficients(layout, system.scales(), point.y);
   return record;
 }

@@ -20,7 +20,6 @@ struct PointRecord {
   double omega = 0;     ///< [rad/s]
   double arclength = 0; ///< scaled
   int harmonics = 0;
-  int in_time = 0; ///< 1: of a curve that is followed in time
   int located = 0; ///< 1: within a step
   int newton = 0, linear = 0;
   double residual = 0;                  ///< scaled
@@ -33,7 +32,6 @@ struct PointRecord {
   double between_error = 0; ///< of the amplitude since the point before; NaN: unknown
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
-  std::vector<double> state; ///< of small models, see motion_state_size [user units]; NaN unless followed in time
 };
 
 /// Something on the way along the branch.
@@ -55,10 +53,6 @@ struct EstimateRecord {
 
 /// The names of BranchEvent::Kind, by their numbers.
 const std::vector<const char *> &event_names();
-
-/// Numbers of a motion at theta = 0, displacements and velocities (N_a + 3 N_x each) and sliders (N_x, 2); 0 where the
-/// model is too large for its curve to be followed in time.
-std::size_t motion_state_size(PetscInt modes, PetscInt points);
 
 /// Collects a point from all ranks. Collective.
 PointRecord collect(const BranchPoint &point, double seconds);

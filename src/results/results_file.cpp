@@ -116,9 +116,6 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   };
   columns_.push_back({{*file_, "/points/coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, chunk, true},
                       [](const PointRecord &point) -> const void * { return point.coefficients.data(); }});
-  if (const hsize_t size = motion_state_size(model.modes, points))
-    columns_.push_back({{*file_, "/points/state", {size}, H5T_NATIVE_DOUBLE, chunk},
-                        [](const PointRecord &point) -> const void * { return point.state.data(); }});
   if (points > 0) { // HDF5 has no chunks of nothing
     per_contact("stick", H5T_NATIVE_DOUBLE, &ContactRecord::stick);
     per_contact("slip", H5T_NATIVE_DOUBLE, &ContactRecord::slip);
@@ -138,7 +135,6 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
     if ((modes_estimated_ = !model.left_out.squares.empty())) real("error_modes", &PointRecord::modes_error);
   }
   whole("harmonics", &PointRecord::harmonics);
-  whole("in_time", &PointRecord::in_time);
   whole("located", &PointRecord::located);
   whole("newton_iterations", &PointRecord::newton);
   whole("linear_iterations", &PointRecord::linear);

@@ -14,7 +14,7 @@ namespace dovetail {
 namespace {
 
 constexpr double pause = 0.5; // between two states [s]
-constexpr int version = 13;
+constexpr int version = 14;
 constexpr const char *count = "count_"; // names of the counts begin like that
 constexpr double share = 50;            // and at least so many times what writing one takes
 
@@ -45,8 +45,7 @@ std::string fingerprint(const SavedRun &run) {
   }
   take_all(branch.fields.numbers);
   take_all(branch.trail);
-  for (const double value : {branch.residual, run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds})
-    take(value);
+  for (const double value : {run.scales.frequency, run.scales.modal, run.scales.contact, run.seconds}) take(value);
   char text[24];
   std::snprintf(text, sizeof text, "%016" PRIx64, hash);
   return text;
@@ -93,7 +92,6 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
                    [&](const char *name, long number) { file.attribute(std::string(count) + name, number); });
     list(file, "/y", run.branch.y);
     list(file, "/tangent", run.branch.tangent);
-    list(file, "/residual", std::vector{run.branch.residual});
     list(file, "/largest", run.branch.largest);
     file.attribute("fields", listed(run.branch.fields));
     list(file, "/numbers", run.branch.fields.numbers);
@@ -126,11 +124,9 @@ SavedRun read_state(const std::filesystem::path &path) {
   run.branch.largest = file.doubles("/largest");
   run.branch.fields = fields_of(file.text_attribute("fields"), file.doubles("/numbers"));
   run.branch.trail = GrowingList(file.doubles("/trail"));
-  const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds"), residual = file.doubles("/residual");
+  const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds");
   const std::string damaged = path.string() + ": damaged; begin anew without --restart";
-  if (scales.size() != 3 || seconds.size() != 1 || residual.size() != 1 || run.branch.y.empty())
-    throw InputError(damaged);
-  run.branch.residual = residual[0];
+  if (scales.size() != 3 || seconds.size() != 1 || run.branch.y.empty()) throw InputError(damaged);
   run.scales = {scales[0], scales[1], scales[2]};
   run.seconds = seconds[0];
   if (fingerprint(run) != file.text_attribute("fingerprint")) throw InputError(damaged);

@@ -173,16 +173,13 @@ void tell(const BranchStory &story) {
   std::printf("  %d points, %ld Newton iterations, %s, %s\n", counts.points, counts.newton,
               many(counts.cuts, "step cut", "step cuts").c_str(),
               many(counts.folds, "turning point", "turning points").c_str());
-  const std::pair<int, std::string> rungs[] = {
+  const std::pair<int, std::string> helped[] = {
       {counts.corners, many(counts.corners, "corner", "corners")},
-      {counts.samplings, many(counts.samplings, "finer sampling", "finer samplings")},
       {counts.harmonics, "harmonics added " + many(counts.harmonics, "time", "times")},
-      {counts.repeats, many(counts.repeats, "piece followed again", "pieces followed again")},
       {counts.leaps, many(counts.leaps, "leap", "leaps")},
-      {counts.integrations, many(counts.integrations, "time integration", "time integrations")},
-      {counts.in_time, many(counts.in_time, "point followed in time", "points followed in time")}};
+      {counts.integrations, many(counts.integrations, "time integration", "time integrations")}};
   std::string used;
-  for (const auto &[count, words] : rungs)
+  for (const auto &[count, words] : helped)
     if (count > 0) used += (used.empty() ? "" : ", ") + words;
   if (!used.empty()) std::printf("  where plain steps did not lead on: %s\n", used.c_str());
   if (counts.inexact > 0)

@@ -86,13 +86,3 @@ TEST(StepControl, lengths_of_smooth_curves_are_few) {
   EXPECT_LE(control.step(), 0.0123);
   EXPECT_GT(control.step(), 0.0123 / 1.1);
 }
-
-TEST(StepControl, careful_steps_are_counted) {
-  StepControl control(true, 0.1);
-  control.be_careful(2, 1e-3);
-  control.limit({0, 0, 0}, false);
-  EXPECT_DOUBLE_EQ(control.step(), 1e-3);
-  EXPECT_TRUE(control.take_careful());
-  EXPECT_TRUE(control.take_careful());
-  EXPECT_FALSE(control.take_careful());
-}

@@ -9,6 +9,7 @@ from launch import ROOT
 sys.path.insert(0, str(ROOT / "scripts/bench"))
 import atlas_methods
 
+
 def residuals(built, omega, q, samples=8192):
     """For motions (k, n, 2H + 1) at k frequencies: residuals over excitation and contact forces together. Samples of the latter, in place
     of exact forces, miss a part: with the default less than 1e-4 of them unless contacts as good as rigid open."""

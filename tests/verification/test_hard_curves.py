@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 SCENES = ["062", "067", "160", "198", "223", "226", "275", "288"]
 SECONDS, POINTS = 6, 600  # of each curve
 AHEAD = ("leap", "integration")
-FRESH = (*AHEAD, "outside", "harmonics", "sampling", "again")  # events behind which another piece begins
+FRESH = (*AHEAD, "outside", "harmonics")  # events behind which another piece begins
 FINER = 4  # times shorter steps
 COMPARED = 2  # steps of each curve
 NOTICED = 32  # points
@@ -44,7 +44,6 @@ class Curve:
         r = self.results
         self.width = abs(self.built.omega[1] - self.built.omega[0])
         self.ends = np.flatnonzero(r.points("located") == 0)  # of steps: other points were found within one
-        self.in_time = r.points("in_time") == 1
         self.harmonics = r.points("harmonics")
         self.z = atlas_jumps.coordinates(r.omega, r.coefficients, self.built.modes, self.width)
         self.pieces = np.split(np.arange(len(r.omega)), sorted(set(r.events.of(*FRESH).point + 1)))
@@ -79,10 +78,10 @@ def test_they_are_hard(curves):
 
 
 def test_stored_points_solve_the_equations(curves):
-    """Those of harmonic balance, some with every number of harmonics, ends of steps and places within."""
+    """Some with every number of harmonics, ends of steps and places within."""
     for name, curve in curves.items():
-        for H in set(curve.harmonics[~curve.in_time]):
-            points = np.flatnonzero((curve.harmonics == H) & ~curve.in_time)
+        for H in set(curve.harmonics):
+            points = np.flatnonzero(curve.harmonics == H)
             some = points[np.linspace(0, len(points) - 1, min(len(points), 12)).astype(int)]
             missed = residuals(curve.built, curve.results.omega[some], curve.results.coefficients[some][:, :, :2 * H + 1])
             assert missed.max() < 1e-4, (name, H, missed)
@@ -121,7 +120,7 @@ def test_the_frequency_turns_at_turning_points(curves):
             for one, others in ((turns, folds), (folds, turns)):
                 for p in one:
                     near = [q for q in others if abs(p - q) <= 2 and abs(omega[p] - omega[q]) <= 2 * same]
-                    assert near or curve.in_time[p], (name, p, turns, folds)
+                    assert near, (name, p, turns, folds)
 
 
 def finer(curve, begin, end):
@@ -158,7 +157,7 @@ def test_places_agree_with_a_finer_run(curves):
         places = curve.events("fold", "peak")
         after = np.searchsorted(curve.ends, places.point)
         steps = Counter((curve.ends[i - 1], curve.ends[i]) for i in after if 0 < i < len(curve.ends))
-        fresh = set(curve.events(*FRESH, "corner").point) | set(np.flatnonzero(curve.in_time))
+        fresh = set(curve.events(*FRESH, "corner").point)
         for begin, end in [step for step, _ in steps.most_common() if not fresh & set(range(*step))][:COMPARED]:
             if compared >= len(curves):
                 break
@@ -194,7 +193,7 @@ def test_harmonics_that_were_added_go_again(curves):
     errors = []
     for name, curve in curves.items():
         assert curve.harmonics.min() >= curve.built.harmonics
-        fewer = np.flatnonzero((np.diff(curve.harmonics) < 0) & ~curve.in_time[1:]) + 1
+        fewer = np.flatnonzero(np.diff(curve.harmonics) < 0) + 1
         errors.extend(curve.results.points("error_harmonics")[fewer])
     assert len(errors) > 0 and np.nanmax(errors) < 0.1
 

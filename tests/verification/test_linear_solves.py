@@ -19,7 +19,7 @@ def test_no_step_is_refused(sweep):
     """The curve is smooth: nothing but plain steps, and few Newton iterations."""
     told = sweep.summary
     assert told["end"] == "arrived"
-    for count in ("step_cuts", "corners", "leaps", "integrations", "harmonics", "folds", "repeats", "inexact_linear_solves"):
+    for count in ("step_cuts", "corners", "leaps", "integrations", "harmonics", "folds", "inexact_linear_solves"):
         assert told[count] == 0, count
     assert told["newton_iterations"] < 3 * told["points"]
 
