@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
@@ -174,6 +175,14 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
     }
     left.coupling = transposed(finite("/left_out/Max", file.doubles("/left_out/Max", {0, first}, {r, rows})), r, rows);
   });
+  const auto moves = [](const std::vector<double> &load) {
+    return std::any_of(load.begin(), load.end(), [](double value) { return value != 0; });
+  };
+  int some = moves(model.fa) || moves(model.fx);
+  MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_LOR, comm);
+  if (!some)
+    throw InputError(path.string() + ": /Fa and /Fx: all values are 0, so nothing would move; write the amplitude of "
+                                     "the load there");
   return model;
 }
 

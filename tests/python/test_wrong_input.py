@@ -183,6 +183,7 @@ MODELS = {
     "contact_dofs_in_pairs": (dict(dofs=[(2, 3)]), ["/contact/dofs"]),
     "force_too_short": (dict(force=np.ones(4)), ["/force", "4", "5"]),
     "nan_in_force": (dict(force=[1, np.nan, 0, 0, 0]), ["/force", "nan"]),
+    "force_of_zeros": (dict(force=np.zeros(5)), ["/force: all values are 0", "nothing would move"]),
     "nan_in_K": (dict(K=NAN), ["/K", "nan"]),
     "negative_stiffness": (dict(contact__normal_stiffness=[-1.0]), ["/contact/normal_stiffness", "-1"]),
 }
@@ -238,6 +239,23 @@ def test_model_file(folder, name):
     expect(run(folder), ["model.h5", *words])
 
 
+def test_force_that_was_never_written(folder):
+    with h5py.File(folder / "model.h5", "r+") as file:
+        del file["force"]
+        file.create_dataset("force", (5,), float)
+    expect(run(folder), ["model.h5: /force: all values are 0"])
+
+
+def test_reduced_model_without_load(folder):
+    run(folder, status=0)
+    (folder / "out/results.h5").unlink()
+    with h5py.File(folder / "out/reduced.h5", "r+") as file:
+        file["Fa"][...] = file["Fx"][...] = 0
+    (folder / "case.toml").write_text(CASE.replace("model = \"model.h5\"", "reduced = \"out/reduced.h5\"").replace("modes = 2\n", ""))
+    for ranks in (None, 2):
+        expect(run(folder, ranks=ranks), ["reduced.h5: /Fa and /Fx: all values are 0"])
+
+
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_model_file_cut_short(folder, share):
     whole = (folder / "model.h5").read_bytes()
@@ -270,6 +288,7 @@ PARALLEL = {
     "nan_on_one_rank": (lambda folder: write_model(folder / "model.h5", K=NAN), "/K"),
     "unsymmetric": (lambda folder: write_model(folder / "model.h5", K=SKEW), "symmetric"),
     "contact_dof": (lambda folder: write_model(folder / "model.h5", dofs=[(2, 3, 9)]), "/contact/dofs"),
+    "force_of_zeros": (lambda folder: write_model(folder / "model.h5", force=np.zeros(5)), "/force"),
 }
 
 
