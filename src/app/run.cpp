@@ -41,6 +41,9 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       checked.sizes = forecast(read_reduced_header(study.reduced), study);
     }
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));
+    if (modes + points == 0)
+      throw InputError(study.given.at("reduction.modes") + ": reduction.modes = 0: " + study.model.string() +
+                       " has no contact points, so modes are all that can move; write at least 1");
     settle_stability(study, modes + 3 * points);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points);

@@ -268,6 +268,13 @@ def test_more_modes_than_the_model_has(folder):
     expect(run(folder), ["reduction.modes = 50", "model.h5"])
 
 
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_nothing_that_could_move(folder, ranks):
+    write_model(folder / "model.h5", dofs=np.zeros((0, 3)))
+    (folder / "case.toml").write_text(CASE.replace("modes = 2", "modes = 0"))
+    expect(run(folder, ranks=ranks), ["case.toml:4: reduction.modes = 0", "model.h5 has no contact points", "at least 1"])
+
+
 def test_out_below_a_file(folder):
     expect(run(folder, "--out", folder / "model.h5" / "out"), ["--out", "model.h5/out"])
 
