@@ -93,6 +93,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
     return;
   }
   reduced.stuck_file = study.directory / "stuck.h5";
+  reduced.file = study.reduced.empty() ? study.model : study.reduced;
   const Range own = reduced.own_points;
   std::string note;
   PreloadedModel preloaded = stages.run("3 preload", [&] { // eq (7)

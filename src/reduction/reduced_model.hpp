@@ -22,6 +22,7 @@ struct LeftOut {
 
 struct ReducedModel {
   MPI_Comm comm = MPI_COMM_NULL;
+  std::filesystem::path file;  ///< it was read from, or reduced from; for messages
   std::string units = "SI";    ///< a label, passed on to the results
   PetscInt modes = 0;          ///< N_a
   PetscInt points = 0;         ///< N_x
@@ -42,6 +43,9 @@ struct ReducedModel {
   PetscInt contact_dofs() const { return 3 * points; }
   PetscInt own_contact_dofs() const { return 3 * own_points.size(); }
 };
+
+/// What is wrong, and what to do, where the mass of a reduced model from `file` is not positive definite.
+std::string mass_not_positive(const std::filesystem::path &file);
 
 /// What the elastic displacements are recovered with: x_e = x_e0 + Phi a + Psi (x + x_p). Rows of the elastic dofs
 /// whose motion is wanted.
