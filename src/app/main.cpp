@@ -48,6 +48,17 @@ void take_tiny_for_zero() {
 #endif
 }
 
+// With one dash PETSc would take them for its own, and nothing would come of them.
+void refuse_one_dash(const std::string &word) {
+  std::string name = word.substr(1);
+  std::replace(name.begin(), name.end(), '_', '-');
+  if (name == "dryrun") name = "dry-run";
+  if (name == "o") name = "out";
+  for (const char *ours : {"restart", "dry-run", "out"})
+    if (name == ours)
+      throw dovetail::InputError(word + ": an option of dovetail has two dashes; write --" + name);
+}
+
 dovetail::Request parse(std::vector<std::string> words) {
   using dovetail::InputError;
   dovetail::Request request;
@@ -57,7 +68,9 @@ dovetail::Request parse(std::vector<std::string> words) {
   request.reduce_only = words[0] == "reduce";
   bool petsc = false; // from the first word with a single dash on, words without two dashes are PETSc's
   for (std::size_t i = 1; i < words.size(); ++i) {
-    petsc = petsc || (words[i].rfind("-", 0) == 0 && words[i].rfind("--", 0) != 0);
+    const bool one_dash = words[i].rfind("-", 0) == 0 && words[i].rfind("--", 0) != 0;
+    if (one_dash) refuse_one_dash(words[i]);
+    petsc = petsc || one_dash;
     if (words[i] == "--dry-run")
       request.dry_run = true;
     else if (words[i] == "--restart" && !request.reduce_only)
@@ -111,6 +124,7 @@ int main(int argc, char **argv) {
   const bool verbose = std::find(words.begin(), words.end(), "-v") != words.end();
   for (const std::string &word : words) {
     if (word == "--help" || word == "-h" || word == "-help") return std::fputs(usage, stdout), 0;
+    if (word == "-version") return std::fputs("dovetail: -version: write --version, or --version -v\n", stderr), 2;
     if (word == "--version" && verbose) return std::fputs(dovetail::versions().c_str(), stdout), 0;
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }

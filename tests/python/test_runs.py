@@ -662,6 +662,11 @@ def test_contact_parameters_from_the_model(tmp_path, name, ranks):
     (["reduce"], ["wants a case file"]),
     (["run", "nowhere.toml"], ["nowhere.toml", "no such case file"]),
     (["run", "case.toml", "--dry"], ["--dry is not an option", "--dry-run"]),
+    (["run", "case.toml", "-restart"], ["-restart: ", "write --restart"]),
+    (["run", "case.toml", "-out", "there"], ["-out: ", "write --out"]),
+    (["run", "case.toml", "-o", "there"], ["-o: ", "write --out"]),
+    (["run", "case.toml", "-hb_ksp_type", "gmres", "-dry_run"], ["-dry_run: ", "write --dry-run"]),
+    (["-version"], ["-version: ", "write --version"]),
     (["run", "case.toml", "--out"], ["--out wants a folder"]),
     (["run", "case.toml", "second.toml"], ["second.toml"]),
 ])
