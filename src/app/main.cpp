@@ -77,6 +77,7 @@ dovetail::Request parse(std::vector<std::string> words) {
       request.restart = true;
     else if (words[i] == "--out") {
       if (++i == words.size()) throw InputError("--out wants a folder behind it");
+      if (words[i].empty()) throw InputError("--out \"\": wants the name of a folder; write --out . for this one");
       request.out = words[i];
     } else if (words[i].rfind("--", 0) == 0)
       throw InputError(words[i] + " is not an option here; --out DIR, --dry-run and, for run, --restart are");

@@ -666,6 +666,7 @@ def test_contact_parameters_from_the_model(tmp_path, name, ranks):
     (["run", "case.toml", "-out", "there"], ["-out: ", "write --out"]),
     (["run", "case.toml", "-o", "there"], ["-o: ", "write --out"]),
     (["run", "case.toml", "-hb_ksp_type", "gmres", "-dry_run"], ["-dry_run: ", "write --dry-run"]),
+    (["run", "case.toml", "--out", ""], ["--out \"\"", "name of a folder"]),
     (["-version"], ["-version: ", "write --version"]),
     (["run", "case.toml", "--out"], ["--out wants a folder"]),
     (["run", "case.toml", "second.toml"], ["second.toml"]),
