@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <thread>
 #include <vector>
@@ -93,6 +94,18 @@ dovetail::Request parse(std::vector<std::string> words) {
   return request;
 }
 
+// PETSc itself would obey them without a word, and another folder would give another answer.
+void tell_unread_options() {
+  const char *home = std::getenv("HOME");
+  std::vector<std::filesystem::path> files{".petscrc", "petscrc"};
+  if (home) files.insert(files.begin(), std::filesystem::path(home) / ".petscrc");
+  std::error_code error;
+  for (const std::filesystem::path &file : files)
+    if (std::filesystem::exists(file, error))
+      std::fprintf(stderr, "dovetail: note: options in %s are not read; -options_file %s reads them\n", file.c_str(),
+                   file.c_str());
+}
+
 void tell_unused_options() {
   PetscInt count = 0;
   char **names = nullptr, **values = nullptr;
@@ -130,10 +143,12 @@ int main(int argc, char **argv) {
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }
   dovetail::order_the_same_way();
-  std::vector<char *> petsc{argv[0]}; // its own options only: ours would confuse it
+  // PETSc gets its own options only: ours would confuse it. Of files that lie about it reads none.
+  char no_files[] = "-skip_petscrc";
+  std::vector<char *> petsc{argv[0], no_files};
   for (int i = 1; i < argc; ++i) {
     const bool ours = std::strncmp(argv[i], "--", 2) == 0;
-    if (!ours && (petsc.size() > 1 || argv[i][0] == '-')) petsc.push_back(argv[i]);
+    if (!ours && (petsc.size() > 2 || argv[i][0] == '-')) petsc.push_back(argv[i]);
     if (std::strcmp(argv[i], "--out") == 0) ++i;
   }
   int petsc_argc = static_cast<int>(petsc.size());
@@ -155,7 +170,9 @@ int main(int argc, char **argv) {
   bool in_order = true; // PETSc, MPI and HDF5 can be shut down
   try {
     dovetail::take_blas_buffer();
-    dovetail::run_case(PETSC_COMM_WORLD, parse(words));
+    const dovetail::Request request = parse(words);
+    if (rank == 0) tell_unread_options();
+    dovetail::run_case(PETSC_COMM_WORLD, request);
     if (rank == 0) tell_unused_options();
   } catch (const dovetail::InputError &error) {
     status = 2, failure = error.what();

@@ -711,6 +711,19 @@ def test_petsc_options_act(tmp_path):
     close(hindered.points["coefficients"], plain.points["coefficients"], 1e-6)
 
 
+def test_options_that_lie_in_the_folder_are_told_and_not_obeyed(tmp_path):
+    case = cases.dof5(tmp_path, **POINT)
+    (tmp_path / ".petscrc").write_text("-hb_snes_max_it 1\n-hb_snes_monitor\n")
+    for ranks in RANKS:
+        command, _ = line(case, ranks=ranks, out="out")
+        done = subprocess.run(command, cwd=tmp_path, env=SURROUNDINGS, capture_output=True, text=True, timeout=SECONDS)
+        assert done.returncode == 0 and "SNES Function norm" not in done.stdout
+        assert done.stderr == "dovetail: note: options in .petscrc are not read; -options_file .petscrc reads them\n"
+    done = subprocess.run([*line(case, out="out")[0], "-options_file", ".petscrc"], cwd=tmp_path, env=SURROUNDINGS, capture_output=True,
+                          text=True, timeout=SECONDS)
+    assert "SNES Function norm" in done.stdout
+
+
 @pytest.mark.parametrize("option", ["--dry-run", "--out"])
 def test_own_option_behind_those_of_petsc_is_not_overlooked(tmp_path, option):
     """Obeyed or refused, but no run in the folder that the user meant to spare."""
