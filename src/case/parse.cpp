@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 
 // Far beyond any use; they keep products of sizes within the range of int.
 constexpr int first_harmonics = 3; // where a tolerance chooses them
+constexpr double narrowest = 1e-12; // sweep, of its frequency: steps of a hundredth are some 50 numbers wide
 constexpr int most_harmonics = 1000, most_samples = 1 << 20, most = 1000000000;
 
 std::string text_of(const fs::path &file) {
@@ -208,6 +209,9 @@ void read_continuation(const Document &document, Case &study) {
   if (ends.size() != 2) omega.refuse("must be two numbers, [from, to], not " + std::to_string(ends.size()));
   for (const double end : ends)
     if (end <= 0) omega.refuse("both frequencies must be greater than 0");
+  if (ends[0] != ends[1] && std::abs(ends[1] - ends[0]) < narrowest * ends[0])
+    omega.refuse("the ends differ in their last digits only, and no points lie between; for one point, write the same "
+                 "number twice");
   study.omega_from = ends[0], study.omega_to = ends[1];
 
   read_positive(document["continuation.step"], study.step);

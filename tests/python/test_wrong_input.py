@@ -141,6 +141,8 @@ CASES = [
     ("kind = \"none\"", "modal = 1.0\nkind = \"none\"", ["scaling.modal = 1.0", "manual"]),
     ("omega = [0.9, 1.3]", "omega = [0, 1.3]", ["continuation.omega = [0, 1.3]", "greater than 0"]),
     ("omega = [0.9, 1.3]", "omega = 1.3", ["continuation.omega = 1.3", "[from, to]"]),
+    ("omega = [0.9, 1.3]", "omega = [1.1, 1.1000000000000003]", ["continuation.omega = [1.1, 1.1000000000000003]", "same number twice"]),
+    ("omega = [0.9, 1.3]", "omega = [1.1, 1.0999999999999]", ["continuation.omega = [1.1, 1.0999999999999]", "last digits"]),
     ("omega = [0.9, 1.3]", "at = [1.4]\nomega = [0.9, 1.3]", ["continuation.at = 1.4", "outside"]),
     ("omega = [0.9, 1.3]", "at = [1.2, 1.1]\nomega = [0.9, 1.3]", ["continuation.at = 1.1", "order"]),
     ("omega = [0.9, 1.3]", "start = \"no.h5\"\nomega = [0.9, 1.3]", ["continuation.start = \"no.h5\"", "no file"]),
