@@ -38,8 +38,7 @@ std::string mass_not_positive(const std::filesystem::path &file) {
   return file.string() +
          ": the reduced mass matrix, [1, Max; Max^T, Mxx], is not positive definite. Every contact dof needs mass of "
          "its own: look for zeros on the diagonal of /M (or /Mxx), and for a mass that lost digits where it was "
-         "condensed or written. Zeros are possible with harmonic_balance.solver = \"assembled\" and "
-         "stability.enabled = false";
+         "condensed or written";
 }
 
 void write_reduced(const std::filesystem::path &path, const Source &source, const Reduction &reduction) {

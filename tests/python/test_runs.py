@@ -654,6 +654,22 @@ def test_contact_parameters_from_the_model(tmp_path, name, ranks):
         np.testing.assert_array_equal(found[key], np.full((4, 2), 0.25) if key == "friction" else values)
 
 
+@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("omega", [[1.0, 1.0], [1.0, 1.5]])
+def test_resonance_that_nothing_damps_is_told(tmp_path, omega, ranks):
+    """The first of two modes, alone at 1 rad/s: the motion there is what rounding makes of it."""
+    structure = cases.Structure(K=np.diag([1.0, 4, 9, 16, 25]), M=np.eye(5), contact_dofs=np.array([[2, 3, 4]]),
+                                force=np.array([1.0, 0, 0, 0, 0]), preload=np.array([0, 0, 0, 0, 1.0]))
+    keys = dict(modes=2, stiffness=0.0, fourier=[0, 1], normal_stiffness=1.0, tangential_stiffness=1.0, friction=0.3, gap=0.0,
+                initial=0.0, harmonics=1, omega=omega)
+    done = run(cases.full(tmp_path, "without damping", structure, {}, **keys), status=3, out="out", ranks=ranks)
+    assert done.err.count("dovetail:") == 1 and "rad/s an eigenfrequency is excited and nothing damps it" in done.err
+    assert done.summary["end"] == "failed" and np.abs(done.points["coefficients"]).max(initial=0) < 1e13
+    if omega == [1.0, 1.0]:  # F / (xi omega k)
+        done = run(cases.full(tmp_path, "damped", structure, {"stiffness": 1e-9}, **keys), out="damped", ranks=ranks)
+        np.testing.assert_allclose(np.hypot(*done.points["coefficients"][0, 0, 1:3]), 1e9, rtol=1e-6)
+
+
 # ------------------------------------------------------------------------------------------------------------- command
 @pytest.mark.parametrize("arguments, words", [
     ([], ["no command", "dovetail run"]),
