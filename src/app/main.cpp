@@ -37,7 +37,8 @@ constexpr const char *usage =
     "  --version -v the libraries, too, and which kernels of OpenBLAS compute\n"
     "PETSc options reach the solvers by prefix: kee_ (factorisation of K_ee), preload_, hb_ (Newton); -log_view "
     "shows the time.\n"
-    "SIGTERM and SIGUSR1 finish the point at hand and end the run with status 3, ready for --restart.\n"
+    "SIGTERM, SIGINT, SIGHUP and SIGUSR1 finish the point at hand and end the run with status 3, ready for "
+    "--restart.\n"
     "Exit status: 0 done; 2 the input is wrong; 3 the computation could not go on, what was computed is saved.\n";
 
 // Coefficients that vanish by symmetry come down to 1e-310 in Newton's method, where arithmetic is a hundred times
@@ -56,8 +57,7 @@ void refuse_one_dash(const std::string &word) {
   if (name == "dryrun") name = "dry-run";
   if (name == "o") name = "out";
   for (const char *ours : {"restart", "dry-run", "out"})
-    if (name == ours)
-      throw dovetail::InputError(word + ": an option of dovetail has two dashes; write --" + name);
+    if (name == ours) throw dovetail::InputError(word + ": an option of dovetail has two dashes; write --" + name);
 }
 
 dovetail::Request parse(std::vector<std::string> words) {
@@ -134,6 +134,7 @@ bool all_arrive(MPI_Comm roll_call) {
 
 int main(int argc, char **argv) {
   dovetail::take_better_kernel(argv);
+  dovetail::note_ignored_signals();
   std::vector<std::string> words(argv + 1, argv + argc);
   const bool verbose = std::find(words.begin(), words.end(), "-v") != words.end();
   for (const std::string &word : words) {

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Far beyond any use; they keep products of sizes within the range of int.
-constexpr int first_harmonics = 3; // where a tolerance chooses them
+constexpr int first_harmonics = 3;  // where a tolerance chooses them
 constexpr double narrowest = 1e-12; // sweep, of its frequency: steps of a hundredth are some 50 numbers wide
 constexpr int most_harmonics = 1000, most_samples = 1 << 20, most = 1000000000;
 
