@@ -155,7 +155,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.length_unit = unit;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();
-  return {std::move(story), signal, std::move(keeper)};
+  return {std::move(story), signal, false, std::move(keeper)};
 }
 
 } // namespace dovetail

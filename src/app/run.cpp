@@ -23,7 +23,9 @@ struct Checked {
   Forecast sizes;
   std::vector<ContactPoint> contact; // all points
   std::vector<double> initial;       // (3 N_x) [m]
+  PetscInt dofs = 0;                 // of the reduced model
   std::optional<SavedRun> earlier;   // the run to be continued
+  bool has_results = false;          // on rank 0: results.h5 is this run's
 };
 
 Checked check_input(MPI_Comm comm, const Request &request) {
@@ -50,7 +52,8 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
     checked.initial = initial_preload(study, points);
-    if (request.restart) checked.earlier = earlier_run(study, checked.contact, modes + 3 * points);
+    checked.dofs = modes + 3 * points;
+    if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;
 }
@@ -88,7 +91,8 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
           : reduced_model(comm, study, own_file, stages, voice, figures);
   const ReductionFigures *reduction = figures ? &*figures : nullptr;
   if (reduce_only) {
-    write_summary(comm, study.directory, nullptr, stages, reduction);
+    const bool alone = !std::filesystem::exists(results_of(study)); // else the summary is of those
+    write_summary(comm, alone ? study.directory : "", nullptr, stages, reduction);
     voice.say("reduced model: " + (study.reduced.empty() ? own_file : study.reduced).string());
     return;
   }
@@ -102,24 +106,34 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   });
   voice.say(note);
   SavedRun begin = earlier ? *earlier : SavedRun{};
+  if (!earlier) begin.run = new_run_name();
   begin.problem = problem_of(study, checked.contact), begin.limits = limits_of(study), begin.end.clear();
   if (earlier) ++begin.parts;
   only_note_signals();
   const auto into_file = [&] { // closed again before anything is made of how it ended
-    ResultsFile results(results_of(study), study,
+    ResultsFile results(results_of(study), begin.run, study,
                         study.reduced.empty() ? std::filesystem::path("reduced.h5")
                                               : std::filesystem::absolute(study.reduced),
                         preloaded,
                         earlier ? ResultsFile::Kept{hsize_t(earlier->branch.counts.points), hsize_t(earlier->events)}
-                                : ResultsFile::Kept{});
-    return follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+                                : ResultsFile::Kept{},
+                        [&] {
+                          if (!earlier) make_room(study);
+                          std::filesystem::remove(study.directory / "summary.json"); // would pass for this run's
+                          checked.has_results = true;
+                        });
+    Followed followed = follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+    followed.kept = results.finish();
+    return followed;
   };
   Followed followed = into_file();
   const BranchStory &story = followed.story;
-  write_summary(comm, study.directory, &story, stages, reduction);
+  write_summary(comm, followed.kept || earlier ? study.directory : "", &story, stages, reduction);
   const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
   followed.keeper.finish(cut_off ? "" : name_of(story.summary.end)); // last: ended, nothing is missing
-  const std::string message = in_words(story.summary, study, story.frequency_scale, followed.signal);
+  const std::string message =
+      in_words(story.summary, study, story.frequency_scale, followed.signal) +
+      (followed.kept ? "" : "; the results of the run before stay in " + results_of(study).string());
   if (!story.summary.good()) throw ComputeError(message);
   voice.say(message);
   voice.say("results: " + results_of(study).string());
@@ -132,14 +146,17 @@ void run_case(MPI_Comm comm, const Request &request) {
   Checked checked = check_input(comm, request);
   const Case &study = checked.study;
   if (request.dry_run) return show(comm, checked, voice);
-  if (checked.earlier && nothing_left(study, *checked.earlier))
-    return voice.say("nothing to do: this run ended well (" + checked.earlier->end +
-                     "), and the case asks for no more; " + "results: " + results_of(study).string());
+  const auto done = [&] {
+    if (!checked.earlier || !nothing_left(study, *checked.earlier)) return false;
+    voice.say("nothing to do: this run ended well (" + checked.earlier->end +
+              "), and the case asks for no more; results: " + results_of(study).string());
+    return true;
+  };
+  if (done()) return;
   on_all_ranks(comm, [&] {
     if (!voice.speaks()) return;
     prepare_output(study);
-    if (!request.reduce_only && !request.restart) clear_output(study, voice);
-    std::filesystem::remove(study.directory / "summary.json"); // would pass for this run's if it failed
+    if (!request.reduce_only && !request.restart) look_around(study, voice);
   });
   voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
             (study.title.empty() ? "" : ": " + study.title));
@@ -149,7 +166,8 @@ void run_case(MPI_Comm comm, const Request &request) {
   try {
     work(comm, checked, request.reduce_only, stages, voice);
   } catch (const std::exception &error) {
-    if (voice.speaks()) note_failure(study.directory, text_of(error));
+    if (voice.speaks() && (checked.has_results || !std::filesystem::exists(results_of(study))))
+      note_failure(study.directory, text_of(error));
     throw;
   }
 }

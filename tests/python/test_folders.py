@@ -1,0 +1,208 @@
+"""Folders that lose nothing: one run at a time, earlier results stay until a new run has a first point, and files that are not
+Dovetail's are left alone."""
+
+import json
+import re
+import shutil
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+
+import cases
+from dovetail import Results
+from dovetail.__main__ import main
+from launch import SECONDS, SURROUNDINGS, children, going, kill, line, read_points, run, wait_for
+from on_terminal import Watched
+
+SMALL = {"harmonics": 3, "samples": 32}
+RANKS = [None, 2]
+ENDLESS = {"adaptive": False, "step": 0.001, "max_points": 10**6}
+
+
+def edit(case, old, new):
+    text = case.path.read_text()
+    assert old in text
+    case.path.write_text(text.replace(old, new))
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.fixture(scope="module")
+def ended(tmp_path_factory):
+    """A run stopped at max_points; its folder is to be copied by a test that changes it."""
+    case = cases.dof5(tmp_path_factory.mktemp("ended"), max_points=20, **SMALL)
+    run(case, out="out")
+    return case
+
+
+@pytest.fixture
+def copy(ended, tmp_path):
+    shutil.copytree(ended.path.parent, tmp_path / "copy")
+    return cases.Case(tmp_path / "copy" / "case.toml", ended.structure, ended.reduced, ended.settings)
+
+
+def cut_off(case, points):
+    """Kills a run after so many points; returns its folder and how many there are."""
+    command, folder = line(case, out="out")
+    with Watched(command) as watched:
+        watched.wait_for_point(points)
+        kill(watched.process)
+    return folder, len(read_points(folder)["omega"])
+
+
+# ----------------------------------------------------------------------------------- earlier results, until a first point
+def without_mass(case):
+    with h5py.File(case.path.parent / "model.h5", "r+") as file:
+        file["M/data"][...] = -file["M/data"][...]
+
+
+def without_force(case):
+    with h5py.File(case.path.parent / "model.h5", "r+") as file:
+        file["force"][...] = 0
+
+
+def without_hold(case):  # nothing holds the body, and it is drawn away
+    edit(case, "gap = -3.5", "gap = 1e3\nlaw = \"coulomb\"")
+    with h5py.File(case.path.parent / "model.h5", "r+") as file:
+        file["K/data"][...] = file["K/data"][...] * -1
+
+
+@pytest.mark.parametrize("spoil, status", [(without_mass, 2), (without_force, 2), (without_hold, 2)])
+@pytest.mark.parametrize("ranks", RANKS)
+def test_run_that_is_refused_leaves_the_one_before(copy, spoil, status, ranks):
+    folder = copy.path.parent / "out"
+    before = contents(folder)
+    spoil(copy)
+    run(copy, out="out", status=status, ranks=ranks)
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("ranks", RANKS)
+def test_run_without_a_first_point_leaves_the_one_before(copy, ranks):
+    """Newton is hindered, and nothing else may be tried."""
+    folder = copy.path.parent / "out"
+    before = contents(folder)
+    copy.path.write_text("recovery.strategies = []\n" + copy.path.read_text())
+    done = run(copy, "-hb_snes_max_it", 1, "-hb_snes_atol", 0, out="out", status=3, ranks=ranks)
+    assert "the results of the run before stay in" in done.err
+    after = contents(folder)
+    assert {name: after[name] for name in before} == before and "results.h5.partial" not in after
+
+
+def test_killed_before_its_first_point_a_run_has_touched_nothing(copy):
+    folder = copy.path.parent / "out"
+    before = {name: data for name, data in contents(folder).items() if name != "reduced.h5"}
+    edit(copy, "harmonics = 3", "harmonics = 40")
+    edit(copy, "samples = 32", f"samples = {2**20}")
+    with going(copy, out="out"):
+        wait_for((folder / "results.h5.partial").exists, "the new file")
+    after = contents(folder)
+    assert {name: after[name] for name in before} == before
+    done = run(copy, "--restart", out="out", status=2)  # of the one before, and so it says
+    assert "harmonics = 40" in done.err and "began with 3" in done.err
+
+
+def test_first_point_takes_the_place_of_the_results_before(copy):
+    folder = copy.path.parent / "out"
+    old = Results(folder / "results.h5")
+    edit(copy, "max_points = 20", "max_points = 3")
+    done = run(copy, out="out")
+    assert "cut off" not in done.out and len(old) == 20 and len(done.points["omega"]) == 3 and done.summary["points"] == 3
+    assert sorted(path.name for path in folder.iterdir()) == ["reduced.h5", "results.h5", "state.h5", "summary.json"]
+
+
+# --------------------------------------------------------------------------------------------- runs that were cut off
+def older(folder):
+    with h5py.File(folder / "state.h5", "r+") as file:
+        file.attrs["version"] = 13
+
+
+def lost(folder):
+    (folder / "state.h5").unlink()
+
+
+def damaged(folder):
+    path = folder / "state.h5"
+    path.write_bytes(path.read_bytes()[:700])
+
+
+@pytest.mark.parametrize("spoil", [older, lost, damaged])
+def test_beginning_anew_keeps_what_was_cut_off(tmp_path, spoil):
+    """The advice where --restart is refused."""
+    case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
+    folder, count = cut_off(case, 50)
+    spoil(folder)
+    edit(case, "max_points = 1000000", "max_points = 5")
+    assert f"{folder}/state.h5: " in run(case, "--restart", out="out", status=2).err
+    out = run(case, out="out").out
+    assert f"cut off after {count} points" in out and "results.old.h5" in out
+    assert len(Results(folder / "results.old.h5")) == count and len(Results(folder / "results.h5")) == 5
+
+
+def test_cut_off_runs_of_other_problems_are_all_kept(tmp_path):
+    case, counts = cases.dof5(tmp_path, **ENDLESS, **SMALL), []
+    for harmonics in (3, 4, 5):
+        edit(case, f"harmonics = {max(3, harmonics - 1)}", f"harmonics = {harmonics}")
+        folder, count = cut_off(case, 60 - 10 * harmonics)
+        counts.append(count)
+    edit(case, "max_points = 1000000", "max_points = 5")
+    run(case, out="out")
+    kept = [Results(folder / name) for name in ("results.old.h5", "results.old.2.h5", "results.old.3.h5")]
+    assert [(len(results), results.harmonics) for results in kept] == list(zip(counts, (3, 4, 5)))
+    for name in ("results", "state"):
+        (folder / f"{name}.old.2.h5").rename(folder / f"{name}.h5")
+    edit(case, "harmonics = 5", "harmonics = 4")
+    edit(case, "max_points = 5", f"max_points = {counts[1] + 5}")
+    assert len(run(case, "--restart", out="out").points["omega"]) == counts[1] + 5
+
+
+# ------------------------------------------------------------------------------------------------ what belongs together
+@pytest.mark.parametrize("ranks", RANKS)
+def test_results_and_state_of_two_runs_are_not_mixed(copy, ended, ranks):
+    """The same case, run twice: nothing else tells them apart."""
+    folder = copy.path.parent / "out"
+    run(copy, out="again")
+    shutil.copy(copy.path.parent / "again" / "results.h5", folder)
+    edit(copy, "max_points = 20", "max_points = 25")
+    before = contents(folder)
+    err = run(copy, "--restart", out="out", status=2, ranks=ranks).err
+    assert "results.h5: belongs to another run than" in err and "state.h5" in err and err.count("dovetail:") == 1
+    assert contents(folder) == before
+    shutil.copy(ended.path.parent / "out" / "results.h5", folder)
+    assert len(run(copy, "--restart", out="out", ranks=ranks).points["omega"]) == 25
+    with h5py.File(folder / "results.h5") as results, h5py.File(folder / "state.h5") as state:
+        assert results.attrs["run"] == state.attrs["run"] != ""
+
+
+def test_results_of_another_version_are_refused(copy):
+    results = copy.path.parent / "out" / "results.h5"
+    shutil.copy(results, copy.path.parent / "start.h5")
+    for path in (results, copy.path.parent / "start.h5"):
+        with h5py.File(path, "r+") as file:
+            file.attrs["version"] = 2
+    with pytest.raises(ValueError, match="results.h5: version 2 of the results format; this package reads version 1"):
+        Results(results)
+    edit(copy, "max_points = 20", "max_points = 25")
+    assert "results.h5: attribute version is 2; this program reads version 1" in run(copy, "--restart", out="out", status=2).err
+    edit(copy, "max_points = 25", "max_points = 25\nstart = \"start.h5\"")
+    assert "start.h5: attribute version is 2" in run(copy, out="new", status=2).err
+
+
+@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("replaced", [False, True])
+def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
+    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=4000, **SMALL)
+    command, folder = line(case, out="out", ranks=ranks)
+    process = subprocess.Popen(command, env=SURROUNDINGS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    wait_for((folder / "results.h5").exists, "the first point")
+    (folder / "results.h5").unlink()
+    if replaced:
+        (folder / "results.h5").write_text("mine")
+    _, err = process.communicate(timeout=SECONDS)
+    assert process.returncode == 3 and err.count("dovetail:") == 1 and "results.h5: is not the file of this run any more" in err
+    assert json.loads((folder / "summary.json").read_text())["end"] == "failed"
+    assert not replaced or (folder / "results.h5").read_text() == "mine"
