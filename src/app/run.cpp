@@ -1,6 +1,7 @@
 #include "app/run.hpp"
 
 #include <iostream>
+#include <memory>
 #include <optional>
 
 #include "app/choose_modes.hpp"
@@ -11,6 +12,7 @@
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/blas_kernel.hpp"
+#include "support/folder_lock.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
 
@@ -56,6 +58,18 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;
+}
+
+// The folder is this run's from here on, or another's, which is told. On rank 0; nothing on the others.
+std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const Voice &voice) {
+  std::unique_ptr<FolderLock> lock;
+  on_all_ranks(comm, [&] {
+    if (!voice.speaks()) return;
+    prepare_output(study);
+    lock = std::make_unique<FolderLock>(study.directory, "name another folder with output.directory or --out");
+    voice.say(lock->note());
+  });
+  return lock;
 }
 
 std::string in_words(const SavedRun &earlier) {
@@ -153,9 +167,13 @@ void run_case(MPI_Comm comm, const Request &request) {
     return true;
   };
   if (done()) return;
+  const auto lock = take_folder(comm, study, voice);
+  if (request.restart) { // again: it may have gone on, and ended, since it was looked at
+    on_all_ranks(comm, [&] { checked.earlier = earlier_run(study, checked.contact, checked.dofs); });
+    if (done()) return;
+  }
   on_all_ranks(comm, [&] {
     if (!voice.speaks()) return;
-    prepare_output(study);
     if (!request.reduce_only && !request.restart) look_around(study, voice);
   });
   voice.say("dovetail " + std::string(version) + "  " + study.file.string() +

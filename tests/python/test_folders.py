@@ -54,6 +54,41 @@ def cut_off(case, points):
     return folder, len(read_points(folder)["omega"])
 
 
+# ------------------------------------------------------------------------------------------------------ one at a time
+@pytest.mark.parametrize("ranks", RANKS)
+def test_second_run_is_told_who_holds_the_folder(tmp_path, ranks):
+    case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
+    with going(case, out="out", ranks=ranks) as (process, folder):
+        wait_for((folder / "state.h5").exists, "the first points")
+        holder = sorted(children(process.pid))[0] if ranks else process.pid
+        for options in ([], ["--restart"]):
+            done = run(case, *options, status=2, out="out", ranks=ranks)
+            assert done.err.count("dovetail:") == 1 and f"{folder}: another run is writing there" in done.err
+            told = re.search(r"\(process (\d+) on \S+, since 20\d\d-\d\d-\d\d \d\d:\d\d:\d\d\)", done.err)
+            assert told and "--out" in done.err
+            if not ranks:
+                assert int(told[1]) == holder
+    kept = len(read_points(folder)["omega"])  # it was killed: nobody holds the folder now
+    edit(case, "max_points = 1000000", f"max_points = {kept + 5}")
+    assert len(run(case, "--restart", out="out", ranks=ranks).points["omega"]) == kept + 5
+    assert not (folder / "dovetail.lock").exists()
+
+
+def test_reduction_alone_waits_its_turn_too(tmp_path):
+    case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
+    with going(case, out="out") as (_, folder):
+        wait_for((folder / "results.h5").exists, "the first point")
+        assert "another run is writing there" in run(case, command="reduce", out="out", status=2).err
+        assert run(case, "--dry-run", out="out").err == ""
+
+
+def test_lock_file_of_another_program_is_left_alone(copy):
+    lock = copy.path.parent / "out" / "dovetail.lock"
+    lock.write_text("shopping list")
+    assert "dovetail.lock: was not written by dovetail" in run(copy, out="out", status=2).err
+    assert lock.read_text() == "shopping list"
+
+
 # ----------------------------------------------------------------------------------- earlier results, until a first point
 def without_mass(case):
     with h5py.File(case.path.parent / "model.h5", "r+") as file:
