@@ -9,6 +9,7 @@
 #include "app/ending.hpp"
 #include "app/follow.hpp"
 #include "app/forecast.hpp"
+#include "app/own_files.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/blas_kernel.hpp"
@@ -51,6 +52,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     settle_stability(study, modes + 3 * points);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points);
+    refuse_foreign_files(study, request.reduce_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
     checked.initial = initial_preload(study, points);

@@ -241,3 +241,76 @@ def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
     assert process.returncode == 3 and err.count("dovetail:") == 1 and "results.h5: is not the file of this run any more" in err
     assert json.loads((folder / "summary.json").read_text())["end"] == "failed"
     assert not replaced or (folder / "results.h5").read_text() == "mine"
+
+
+# -------------------------------------------------------------------------------------------------- files of others
+OURS = ("results.h5", "state.h5", "reduced.h5", "summary.json", "results.h5.partial", "state.h5.partial", "reduced.h5.partial")
+
+
+@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("what", ["text", "link", "dangling", "folder"])
+def test_files_of_others_are_left_alone(ended, tmp_path, name, what):
+    shutil.copytree(ended.path.parent, tmp_path / "copy", ignore=shutil.ignore_patterns("out"))
+    folder, target = tmp_path / "copy" / "out", tmp_path / "elsewhere.h5"
+    folder.mkdir()
+    target.write_text("years of work")
+    if what == "text":
+        (folder / name).write_text("years of work")
+    elif what == "folder":
+        (folder / name).mkdir()
+    else:
+        (folder / name).symlink_to(target if what == "link" else tmp_path / "nowhere")
+    case = cases.Case(tmp_path / "copy" / "case.toml", ended.structure, ended.reduced, ended.settings)
+    for options in ([], ["--dry-run"]):
+        err = run(case, *options, out="out", status=2, ranks=2 if what == "link" else None).err
+        assert f"--out: output.directory = {folder}: {name} there" in err and "move it away" in err and err.count("dovetail:") == 1
+    assert target.read_text() == "years of work" and [path.name for path in folder.iterdir()] == [name]
+    assert what != "text" or (folder / name).read_text() == "years of work"
+
+
+def test_models_under_the_names_of_results_are_left_alone(copy):
+    folder, model = copy.path.parent / "out", (copy.path.parent / "model.h5").read_bytes()
+    for name in ("results.h5", "state.h5"):
+        kept = (folder / name).read_bytes()
+        (folder / name).write_bytes(model)
+        err = run(copy, out="out", status=2).err
+        assert f"{name} there was not written by dovetail" in err and (folder / name).read_bytes() == model
+        (folder / name).write_bytes(kept)
+
+
+@pytest.mark.parametrize("key", ["model", "start"])
+@pytest.mark.parametrize("name", ["state.h5", "stuck.h5", "results.h5.partial", "results.h5"])
+def test_what_a_run_reads_it_does_not_write(copy, key, name):
+    source = copy.path.parent / ("model.h5" if key == "model" else "out/results.h5")
+    folder = copy.path.parent / "new"
+    folder.mkdir()
+    shutil.copy(source, folder / name)
+    if key == "model":
+        edit(copy, 'model = "model.h5"', f'model = "new/{name}"')
+    else:
+        edit(copy, "max_points = 20", f'max_points = 20\nstart = "new/{name}"')
+    err = run(copy, out="new", status=2).err
+    assert "case.toml:" in err and f"would overwrite this file with its own {name}" in err
+    assert (folder / name).read_bytes() == source.read_bytes()
+
+
+def test_import_replaces_models_only(tmp_path, capsys):
+    rows = {"omega_a2": "4", "Max": "0,0,0", "Mxx": "1,0,0\n0,1,0\n0,0,1", "Kxx": "2,0,0\n0,2,0\n0,0,2", "fa": "1", "fx": "0,0,0",
+            "Rx": "0,0,-1"}
+    source = tmp_path / "a.csv"
+    source.write_text("".join(f"Name: {name}\n{values}\n\n" for name, values in rows.items()))
+    command = ["import", "csv", str(source), "-o"]
+    for _ in range(2):
+        assert main([*command, str(tmp_path / "m.h5")]) == 0
+    (tmp_path / "m.h5.part").write_bytes(b"")
+    assert main([*command, str(tmp_path / "m.h5")]) == 0
+    (tmp_path / "notes.txt").write_text("years of work")
+    (tmp_path / "link.h5").symlink_to(tmp_path / "notes.txt")
+    (tmp_path / "n.h5.part").symlink_to(tmp_path / "notes.txt")
+    capsys.readouterr()
+    for name, found in (("notes.txt", "no file that dovetail wrote"), ("link.h5", "a symbolic link"), ("n.h5", "a symbolic link"),
+                        ("a.csv", "no file that dovetail wrote")):
+        assert main([*command, str(tmp_path / name)]) == 2
+        err = capsys.readouterr().err
+        assert name in err and f"is {found}" in err and "move it away" in err
+    assert (tmp_path / "notes.txt").read_text() == "years of work" and source.read_text().startswith("Name:")
