@@ -120,6 +120,7 @@ class Results:
             whole(file, key) for key in ("harmonics", "samples", "modes", "contact_points"))
         reduced = words(file, "reduced")
         self.reduced = self.path.parent / reduced if reduced else None
+        self.reduced_fingerprint = words(file, "reduced_fingerprint")
         self._load_contact(file)
         dofs, width = self.modes + 3 * self.contact_points, 2 * self.harmonics + 1
         found = dataset(file, "points/coefficients", (None, dofs, None)).shape[2]

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "app/reduce.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "harmonic/dense_model.hpp"
@@ -137,6 +138,8 @@ void make_room(const Case &study) {
     fs::rename(results, aside);
     fs::remove(state_beside(aside));
     if (fs::exists(state)) fs::rename(state, state_beside(aside));
+  } else {
+    fs::remove(old_reduced(study.directory / "reduced.h5")); // of the results that go now
   }
   fs::remove(state);
 }

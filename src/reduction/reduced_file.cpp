@@ -2,10 +2,12 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <limits>
 
 #include "reduction/reduced_model.hpp"
 #include "support/error.hpp"
+#include "support/hash.hpp"
 #include "support/hdf5.hpp"
 #include "support/version.hpp"
 
@@ -41,6 +43,31 @@ std::string mass_not_positive(const std::filesystem::path &file) {
          "condensed or written";
 }
 
+std::string fingerprint_of(const ReducedModel &model) {
+  std::uint64_t sum = 0, kind = 0; // a sum, whose terms may come in any order
+  const auto take = [&](const std::vector<double> &values, std::uint64_t first) {
+    ++kind;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      std::uint64_t bits;
+      std::memcpy(&bits, &values[i], sizeof bits);
+      sum += mix(mix(mix(kind) ^ (first + i)) ^ bits);
+    }
+  };
+  int rank;
+  MPI_Comm_rank(model.comm, &rank);
+  const std::uint64_t row = 3 * model.own_points.begin, contact = model.contact_dofs();
+  const LeftOut &left = model.left_out;
+  for (const auto *values : {&model.kaa, &model.fa, &left.squares, &left.load, &left.with_modes})
+    take(rank == 0 ? *values : std::vector<double>(), 0);
+  take(model.fx, row), take(model.r, row);
+  take(model.kxx, row * contact), take(model.mxx, row * contact);
+  take(model.mxa, row * model.modes), take(left.coupling, row * left.squares.size());
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, model.comm);
+  char text[24];
+  std::snprintf(text, sizeof text, "%016" PRIx64, sum);
+  return text;
+}
+
 void write_reduced(const std::filesystem::path &path, const Source &source, const Reduction &reduction) {
   const ReducedModel &model = reduction.model;
   const Recovery &recovery = reduction.recovery;
@@ -53,6 +80,7 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     file.attribute("format", "dovetail-reduced");
     file.attribute("version", 1);
     file.attribute("source", text_of(source));
+    file.attribute("fingerprint", model.fingerprint);
     file.attribute("units", model.units);
     file.attribute("model", source.file.string());
     file.attribute("program", std::string("dovetail ") + version + " " + git_revision);
@@ -181,6 +209,11 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
         throw InputError(file.place("/left_out/Maa") + ": shape (N_a, r) is wanted");
     }
     left.coupling = transposed(finite("/left_out/Max", file.doubles("/left_out/Max", {0, first}, {r, rows})), r, rows);
+  });
+  model.fingerprint = fingerprint_of(model);
+  on_all_ranks(comm, [&] {
+    const std::string written = h5::Reader(path).text_attribute("fingerprint");
+    model.as_written = written.empty() || written == model.fingerprint;
   });
   const auto moves = [](const std::vector<double> &load) {
     return std::any_of(load.begin(), load.end(), [](double value) { return value != 0; });

@@ -24,6 +24,8 @@ struct ReducedModel {
   MPI_Comm comm = MPI_COMM_NULL;
   std::filesystem::path file;  ///< it was read from, or reduced from; for messages
   std::string units = "SI";    ///< a label, passed on to the results
+  std::string fingerprint;     ///< of all numbers below: fingerprint_of()
+  bool as_written = true;      ///< read with the fingerprint that its file carries, or its file has none
   PetscInt modes = 0;          ///< N_a
   PetscInt points = 0;         ///< N_x
   Range own_modes, own_points; ///< this rank's share
@@ -93,6 +95,9 @@ struct Source {
   std::string ordering;
   std::vector<std::array<PetscInt, 3>> contact_dofs;
 };
+
+/// A number made of all numbers of a reduced model, the same on any number of ranks. Collective.
+std::string fingerprint_of(const ReducedModel &model);
 
 /// Writes the reduced file of docs/reference/files.md. Collective.
 void write_reduced(const std::filesystem::path &file, const Source &source, const Reduction &reduction);

@@ -129,6 +129,7 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
   file_->attribute("case", study.text);
   file_->attribute("units", model.units);
   file_->attribute("reduced", reduced.string());
+  file_->attribute("reduced_fingerprint", model.fingerprint);
   file_->attribute("harmonics", study.harmonics);
   file_->attribute("samples", study.samples);
   file_->attribute("modes", model.modes);

@@ -228,6 +228,51 @@ def test_results_of_another_version_are_refused(copy):
 
 
 @pytest.mark.parametrize("ranks", RANKS)
+def test_reduced_file_that_was_changed_is_made_anew(copy, ranks):
+    folder = copy.path.parent / "out"
+    with h5py.File(folder / "reduced.h5", "r+") as file:
+        before = {name: file[name][()] for name in ("Kaa", "Kxx", "Max")}
+        fingerprint = file.attrs["fingerprint"]
+        file["Kxx"][1, 1] *= 1 + 1e-9
+    points = read_points(folder)
+    done = run(copy, out="out", ranks=ranks)
+    assert "reduced.h5 is not as it was written" in done.out and "still fits" not in done.out
+    np.testing.assert_allclose(done.points["coefficients"], points["coefficients"], rtol=0, atol=1e-9)
+    with h5py.File(folder / "reduced.h5") as file:
+        for name, values in before.items():
+            np.testing.assert_allclose(file[name][()], values, rtol=1e-12, atol=1e-14)
+        fresh = file.attrs["fingerprint"]
+    assert ranks or fresh == fingerprint
+    assert "still fits the model, reused" in run(copy, out="out", ranks=ranks or 2).out  # the same on any number of ranks
+
+
+def test_reduced_file_that_is_given_may_be_changed_and_this_is_told(copy):
+    with h5py.File(copy.path.parent / "out" / "reduced.h5", "r+") as file:
+        file["Kxx"][1, 1] *= 1 + 1e-9
+    edit(copy, 'model = "model.h5"', 'reduced = "out/reduced.h5"')
+    edit(copy, "modes = 2", "")
+    assert "reduced.h5: its numbers are not those that dovetail wrote" in run(copy, out="new").out
+
+
+def test_fields_come_from_the_reduced_file_of_the_results(copy):
+    """Another model comes, and its run finds no first point: the results of the one before keep their fields."""
+    folder = copy.path.parent / "out"
+    field = Results(folder / "results.h5").elastic(3)
+    with h5py.File(copy.path.parent / "model.h5", "r+") as file:
+        file["preload"][0] = 1.5
+    copy.path.write_text("recovery.strategies = []\n" + copy.path.read_text())
+    run(copy, "-hb_snes_max_it", 1, "-hb_snes_atol", 0, out="out", status=3)
+    assert (folder / "reduced.old.h5").exists()
+    np.testing.assert_array_equal(Results(folder / "results.h5").elastic(3), field)
+    (folder / "reduced.old.h5").unlink()
+    with pytest.raises(ValueError, match="reduced.h5: is not the one that .*results.h5 was computed with"):
+        Results(folder / "results.h5").elastic(3)
+    run(copy, out="out")
+    assert Results(folder / "results.h5").elastic(3).shape == field.shape
+    assert sorted(path.name for path in folder.iterdir()) == ["reduced.h5", "results.h5", "state.h5", "summary.json"]
+
+
+@pytest.mark.parametrize("ranks", RANKS)
 @pytest.mark.parametrize("replaced", [False, True])
 def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
     case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=4000, **SMALL)
