@@ -456,8 +456,7 @@ def without_dataset(path):
         del file["Fx"]
 
 
-DAMAGE = {"empty": cut(0), "half": cut(0.5), "last bytes": cut(0.99), "text": lambda path: path.write_text("not HDF5\n" * 100),
-          "dataset missing": without_dataset}
+DAMAGE = {"empty": cut(0), "half": cut(0.5), "last bytes": cut(0.99), "dataset missing": without_dataset}
 
 
 @pytest.mark.parametrize("name, ranks", [(name, None) for name in DAMAGE] + [("half", 2)])
@@ -664,7 +663,7 @@ def test_resonance_that_nothing_damps_is_told(tmp_path, omega, ranks):
                 initial=0.0, harmonics=1, omega=omega)
     done = run(cases.full(tmp_path, "without damping", structure, {}, **keys), status=3, out="out", ranks=ranks)
     assert done.err.count("dovetail:") == 1 and "rad/s an eigenfrequency is excited and nothing damps it" in done.err
-    assert done.summary["end"] == "failed" and np.abs(done.points["coefficients"]).max(initial=0) < 1e13
+    assert done.summary["end"] == "failed" and not list(done.folder.glob("results.h5*"))
     if omega == [1.0, 1.0]:  # F / (xi omega k)
         done = run(cases.full(tmp_path, "damped", structure, {"stiffness": 1e-9}, **keys), out="damped", ranks=ranks)
         np.testing.assert_allclose(np.hypot(*done.points["coefficients"][0, 0, 1:3]), 1e9, rtol=1e-6)
