@@ -60,9 +60,10 @@ def checked_joint(joint, n_points):
             raise ValueError(f"joint {key} must have shape {(n_points, *shape)}, found {checked[key].shape}")
     names = [str(name) for name in joint["names"]]
     longest = max(names, key=lambda name: len(name.encode()), default="")
-    if len(names) * len(longest.encode()) > MOST_NAMES:
-        raise ValueError(f"{len(names)} joint names, the longest of {len(longest.encode())} bytes, are more than a model file holds: number "
-                         f"times longest is at most {MOST_NAMES}; shorten {longest[:40]!r}")
+    size = len(longest.encode())
+    if len(names) * size > MOST_NAMES:
+        raise ValueError(f"{len(names)} joint names, the longest of {size} bytes, are more than a model file holds: number times longest "
+                         f"is at most {MOST_NAMES}; shorten {longest[:40]!r}")
     if checked["joint"].min() < 0 or checked["joint"].max() >= len(names):
         raise ValueError(f"joint numbers must lie in 0 to {len(names) - 1}, as there are {len(names)} names")
     return {**checked, "names": names}

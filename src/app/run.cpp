@@ -57,8 +57,10 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     checked.contact = contact_points(study.contact, from_model, points);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
+    if (!request.reduce_only && !study.reduced.empty()) refuse_zero_load_of_reduced(study.reduced);
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
+  if (!request.reduce_only && checked.study.reduced.empty()) refuse_zero_load(comm, checked.study.model);
   return checked;
 }
 

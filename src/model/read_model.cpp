@@ -229,14 +229,6 @@ void check_mass(Mat M, Range own, const std::string &place) {
   check(VecRestoreArrayRead(diagonal, &values), "checking the mass");
 }
 
-// Zeros alone are a load that was forgotten, or a dataset that was made and never written.
-void check_load(MPI_Comm comm, const std::vector<double> &own, const std::string &place) {
-  int some = std::any_of(own.begin(), own.end(), [](double value) { return value != 0; });
-  MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_LOR, comm);
-  if (!some)
-    throw InputError(place + ": all values are 0, so nothing would move; write the amplitude of the load there [N]");
-}
-
 UniqueVec distribute(MPI_Comm comm, PetscInt n, Range own, const std::vector<double> &values) {
   UniqueVec v;
   check(VecCreateMPI(comm, own.size(), n, v.out()), "creating a vector");
@@ -262,6 +254,19 @@ ModelHeader read_model_header(const std::filesystem::path &path) {
   return header;
 }
 
+void refuse_zero_load(MPI_Comm comm, const std::filesystem::path &path) {
+  int some = 0;
+  on_all_ranks(comm, [&] {
+    const h5::Reader file(path);
+    const PetscInt n = matrix_size(file, "/K");
+    for (const double value : read_vector(file, "/force", n, own_share(comm, n))) some = some || value != 0;
+  });
+  MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_LOR, comm);
+  if (!some)
+    throw InputError(path.string() + ": /force: all values are 0, so nothing would move; write the amplitude of the "
+                                     "load there [N]");
+}
+
 FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
   FullModel model;
   model.comm = comm;
@@ -282,7 +287,6 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
     force = read_vector(file, "/force", model.dofs, own);
     preload = read_vector(file, "/preload", model.dofs, own);
   });
-  check_load(comm, force, path.string() + ": /force");
   const auto matrix = [&](const std::string &name, std::uint64_t kind, bool drop_zeros) {
     Rows rows;
     on_all_ranks(comm, [&] { rows = read_rows(h5::Reader(path), name, model.dofs, own, kind, drop_zeros); });

@@ -111,6 +111,9 @@ struct ReducedHeader {
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
 
+/// Throws InputError if the load is made of zeros. Each rank on its own.
+void refuse_zero_load_of_reduced(const std::filesystem::path &file);
+
 /// Throws InputError if `file` exists and Dovetail did not make it: it will not be overwritten. Each rank on its own.
 void check_replaceable(const std::filesystem::path &file);
 

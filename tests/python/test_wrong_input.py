@@ -252,6 +252,12 @@ def test_force_that_was_never_written(folder):
     expect(run(folder), ["model.h5: /force: all values are 0"])
 
 
+def test_reduction_needs_no_load(folder):
+    write_model(folder / "model.h5", force=np.zeros(5))
+    done = subprocess.run([BINARY, "reduce", folder / "case.toml"], capture_output=True, text=True, timeout=SECONDS, env=SURROUNDINGS)
+    assert done.returncode == 0, done.stderr
+
+
 def test_reduced_model_without_load(folder):
     run(folder, status=0)
     (folder / "out/results.h5").unlink()
