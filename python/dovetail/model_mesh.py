@@ -7,6 +7,7 @@ from .hdf5_read import attribute, numbers, text
 
 MESH = ("nodes", "cells", "dof_node", "dof_direction")
 CHANGED = ("dof", "begin", "column", "value")
+MOST_NAMES = 64000  # bytes of all joint names, padded to the longest: an attribute of HDF5 has at most 64 KiB
 JOINT = {"position": (3,), "axes": (3, 3), "area": (), "joint": ()}  # shape per contact point
 
 
@@ -58,6 +59,11 @@ def checked_joint(joint, n_points):
         if checked[key].shape != (n_points, *shape):
             raise ValueError(f"joint {key} must have shape {(n_points, *shape)}, found {checked[key].shape}")
     names = [str(name) for name in joint["names"]]
+    longest = max(names, key=lambda name: len(name.encode()), default="")
+    size = len(longest.encode())
+    if len(names) * size > MOST_NAMES:
+        raise ValueError(f"{len(names)} joint names, the longest of {size} bytes, are more than a model file holds: number times longest "
+                         f"is at most {MOST_NAMES}; shorten {longest[:40]!r}")
     if checked["joint"].min() < 0 or checked["joint"].max() >= len(names):
         raise ValueError(f"joint numbers must lie in 0 to {len(names) - 1}, as there are {len(names)} names")
     return {**checked, "names": names}

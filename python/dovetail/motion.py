@@ -8,6 +8,7 @@ import scipy.sparse as sp
 
 from . import model_mesh
 from .hdf5_read import opened, words
+from .recovery import reduced_file
 
 
 def find_model(results, given=None):
@@ -28,13 +29,14 @@ def find_model(results, given=None):
 
 
 def _model_named(results):
-    if results.reduced is None or not results.reduced.is_file():
-        raise ValueError(f"{results.path}: the reduced file it was computed from is not there ({results.reduced}), so the model file is "
-                         "not known; name it with --model")
-    with opened(results.reduced) as file:
+    try:
+        path = reduced_file(results)
+    except ValueError as error:
+        raise ValueError(f"{error}, so the model file is not known; name it with --model") from None
+    with opened(path) as file:
         name = words(file, "model")
     if not name:
-        raise ValueError(f"{results.reduced}: does not say which model it was made from; name the model file with --model")
+        raise ValueError(f"{path}: does not say which model it was made from; name the model file with --model")
     return name
 
 

@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from .hdf5_read import dataset, opened
+from .hdf5_read import dataset, opened, words
+
+OLD = "reduced.old.h5"  # where a run puts the reduced file of results that are there, when it makes another
 
 
 def elastic(results, point, n, times):
@@ -48,19 +50,38 @@ def full(results, point, n, times):
     return field
 
 
+def reduced_file(results):
+    """Path of the reduced file that results were computed with: the one they name, or where a later run has put it.
+
+    Raises ValueError where it is not there, or another is.
+    """
+    others = []
+    for path in (results.reduced, results.path.parent / OLD) if results.reduced else ():
+        if not path.is_file():
+            continue
+        with opened(path) as file:
+            found = words(file, "fingerprint")
+        if not found or found == results.reduced_fingerprint or not results.reduced_fingerprint:
+            return path
+        others.append(path)
+    if others:
+        raise ValueError(f"{others[0]}: is not the one that {results.path} was computed with (another fingerprint); put that one back, or "
+                         "run the case again")
+    raise ValueError(f"{results.path}: the reduced file it was computed from is not there ({results.reduced})")
+
+
 def _stored(results, names, rows=slice(None)):
-    if results.reduced is None or not results.reduced.is_file():
-        raise ValueError(f"{results.path}: the reduced file it was computed from is not there ({results.reduced})")
+    path = reduced_file(results)
     shapes = {"elastic_dofs": (None,), "contact_dofs": (results.contact_points, 3), "xe0": (None,), "Phi": (None, results.modes),
               "Psi": (None, 3 * results.contact_points)}
-    with opened(results.reduced) as file:
+    with opened(path) as file:
         missing = [name for name in names if f"recovery/{name}" not in file]
         if missing:
-            raise ValueError(f"{results.reduced}: no recovery data ({', '.join(missing)}); the run must start from a model file")
+            raise ValueError(f"{path}: no recovery data ({', '.join(missing)}); the run must start from a model file")
         found = {name: dataset(file, f"recovery/{name}", shapes[name], "i" if name.endswith("dofs") else "f") for name in names}
         lengths = {len(values) for name, values in found.items() if name != "contact_dofs"}
         if len(lengths) > 1:
-            raise ValueError(f"{results.reduced}: recovery data of different lengths, {', '.join(map(str, sorted(lengths)))}")
+            raise ValueError(f"{path}: recovery data of different lengths, {', '.join(map(str, sorted(lengths)))}")
         return {name: values[rows].astype(np.int64 if name.endswith("dofs") else np.float64) for name, values in found.items()}
 
 

@@ -14,6 +14,7 @@ from .hdf5_read import dataset, members, numbers, whole, words
 from .parameters import CONTACT_WIDTH
 from .reference import LAWS
 
+VERSION = 1  # of the format
 DIRECTIONS = ("t1", "t2", "n")
 NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
 EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f"}
@@ -111,11 +112,14 @@ class Results:
         kind = words(file, "format", "unnamed")
         if kind != "dovetail-results":
             raise ValueError(f"format must be dovetail-results, found {kind}")
+        if "version" in file.attrs and (version := whole(file, "version")) != VERSION:
+            raise ValueError(f"version {version} of the results format; this package reads version {VERSION}")
         self.title, self.case, self.units = words(file, "title"), words(file, "case"), words(file, "units", "SI")
         self.harmonics, self.samples, self.modes, self.contact_points = (
             whole(file, key) for key in ("harmonics", "samples", "modes", "contact_points"))
         reduced = words(file, "reduced")
         self.reduced = self.path.parent / reduced if reduced else None
+        self.reduced_fingerprint = words(file, "reduced_fingerprint")
         self._load_contact(file)
         dofs, width = self.modes + 3 * self.contact_points, 2 * self.harmonics + 1
         found = dataset(file, "points/coefficients", (None, dofs, None)).shape[2]

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "app/reduce.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "harmonic/dense_model.hpp"
@@ -14,8 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char *anew = "; begin anew without --restart";
-
-fs::path aside(const fs::path &file) { return file.parent_path() / (file.stem().string() + ".old.h5"); }
 
 hsize_t points_in(const fs::path &results) { // 0 also where the file is no results file at all
   try {
@@ -30,11 +30,29 @@ bool holds(const h5::Reader &file, const std::string &name, long rows) {
   return extent.size() == 1 && rows >= 0 && extent[0] >= static_cast<hsize_t>(rows);
 }
 
-bool was_cut_off(const fs::path &state) {
+std::optional<SavedRun> saved(const fs::path &state) { // nothing where there is none, or one of another version
   try {
-    return read_state(state).end.empty();
-  } catch (const InputError &) { // none is there
-    return false;
+    return read_state(state);
+  } catch (const InputError &) {
+    return {};
+  }
+}
+
+fs::path state_beside(const fs::path &results) { // results.old.2.h5: state.old.2.h5
+  return results.parent_path() / ("state" + results.filename().string().substr(std::string("results").size()));
+}
+
+// Where the results in the folder go when a new run begins; nowhere if their run ended, or if a longer one of the same
+// problem is kept already.
+fs::path place_aside(const Case &study) {
+  const std::optional<SavedRun> run = saved(state_of(study));
+  if (run && !run->end.empty()) return {};
+  const hsize_t points = points_in(results_of(study));
+  for (int i = 1;; ++i) { // other problems, and files of others, keep their names
+    const fs::path place = study.directory / ("results.old." + (i > 1 ? std::to_string(i) + "." : "") + "h5");
+    if (!fs::exists(place) && !fs::exists(state_beside(place))) return place;
+    const std::optional<SavedRun> kept = saved(state_beside(place));
+    if (run && kept && run->problem == kept->problem) return points >= points_in(place) ? place : fs::path();
   }
 }
 
@@ -47,6 +65,11 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
   SavedRun run = read_state(path);
   refuse_other_problem(study, points, run.problem);
   const h5::Reader file(results);
+  check_format(file);
+  if (file.text_attribute("run") != run.run)
+    throw InputError(results.string() + ": belongs to another run than " + path.string() + " (its attribute run is \"" +
+                     file.text_attribute("run") + "\", not \"" + run.run +
+                     "\"); put back the one that does, or begin " + "anew without --restart");
   const auto shape = file.extent("/points/coefficients");
   if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(dofs) ||
       run.branch.y.size() != static_cast<std::size_t>(dofs) * coefficient_count(run.branch.harmonics) + 1)
@@ -91,17 +114,33 @@ void check_place(HarmonicSystem &system, const Case &study, const BranchState &s
                    "residual where it stood is " + number_text(residual) + " instead of about 0" + anew);
 }
 
-void clear_output(const Case &study, const Voice &voice) {
-  const fs::path results = results_of(study), state = state_of(study), old = aside(results);
-  const hsize_t points = was_cut_off(state) ? points_in(results) : 0;
-  if (points > 0 && points >= points_in(old)) {
-    fs::rename(results, old);
-    fs::rename(state, aside(state));
-    voice.say("note: an earlier run was cut off after " + std::to_string(points) + " points; they are in " +
-              old.string() + " now. (--restart would have continued it; rename " + old.filename().string() + " and " +
-              aside(state).filename().string() + " back to do so.)");
+void look_around(const Case &study, const Voice &voice) {
+  const fs::path results = results_of(study);
+  const hsize_t points = points_in(results);
+  if (points == 0) {
+    for (const fs::path &file : {results, study.directory / "summary.json"}) fs::remove(file);
+    return;
   }
-  for (const auto &file : {results, state}) fs::remove(file);
+  const fs::path aside = place_aside(study);
+  if (aside.empty()) return;
+  const bool readable = saved(state_of(study)).has_value();
+  voice.say("note: an earlier run was cut off after " + std::to_string(points) + " points; with the first point of " +
+            "this one they go to " + aside.string() +
+            (readable ? ". (--restart would have continued it; rename " + aside.filename().string() + " and " +
+                            state_beside(aside).filename().string() + " to results.h5 and state.h5 to do so.)"
+                      : ""));
+}
+
+void make_room(const Case &study) {
+  const fs::path results = results_of(study), state = state_of(study);
+  if (const fs::path aside = fs::exists(results) ? place_aside(study) : ""; !aside.empty()) {
+    fs::rename(results, aside);
+    fs::remove(state_beside(aside));
+    if (fs::exists(state)) fs::rename(state, state_beside(aside));
+  } else {
+    fs::remove(old_reduced(study.directory / "reduced.h5")); // of the results that go now
+  }
+  fs::remove(state);
 }
 
 } // namespace dovetail

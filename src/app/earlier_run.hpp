@@ -21,8 +21,13 @@ bool nothing_left(const Case &study, const SavedRun &run);
 /// model. Collective.
 void check_place(HarmonicSystem &system, const Case &study, const BranchState &state);
 
-/// Clears the output directory for a new run. Results of a run that was cut off are renamed, and this said: they may be
-/// hours of work, and --restart forgotten. Rank 0 alone.
-void clear_output(const Case &study, const Voice &voice);
+/// What a new run finds in its folder. Results without a point go; others stay until make_room(), and where
+/// their run was cut off, it is said what becomes of them: they may be hours of work, and --restart forgotten. Rank 0
+/// alone.
+void look_around(const Case &study, const Voice &voice);
+
+/// To be called when the first point of a new run is about to take the place of what was there: results of a run that
+/// was cut off, or is not known to have ended, are renamed. Rank 0 alone.
+void make_room(const Case &study);
 
 } // namespace dovetail

@@ -1,10 +1,14 @@
 #include "app/follow.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "app/earlier_run.hpp"
+#include "case/number_text.hpp"
 #include "problems/needed_harmonics.hpp"
 #include "results/progress.hpp"
+#include "support/error.hpp"
 #include "support/signals.hpp"
 
 namespace dovetail {
@@ -18,6 +22,40 @@ bool beyond_belief(MPI_Comm comm, const BranchStory &story) {
                          [](const EstimateRecord &estimate) { return estimate.total() > no_error; });
   MPI_Bcast(&some, 1, MPI_INT, 0, comm);
   return some != 0;
+}
+
+// The forces that move the modes, which nearly cancel at a resonance [scaled].
+double modal_forces(const BranchPoint &point) {
+  const Layout &layout = point.system.layout();
+  const std::vector<double> &squares = point.system.scaled().model.reduced.kaa;
+  const double *q;
+  double sum = 0;
+  check(VecGetArrayRead(point.y, &q), "judging a point");
+  for (PetscInt d = 0; d < layout.own_modes.size(); ++d)
+    for (int place = 1; place < layout.width; ++place)
+      sum += std::pow(squares[layout.own_modes.begin + d] * q[d * layout.width + place], 2);
+  check(VecRestoreArrayRead(point.y, &q), "judging a point");
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, layout.comm);
+  return std::sqrt(sum);
+}
+
+// Size of what remains at rest: the load.
+double load_of(HarmonicSystem &system, double omega) {
+  UniqueVec y = system.unknowns(), f = system.unknowns();
+  const Layout &layout = system.layout();
+  if (layout.owns_omega()) check(VecSetValue(y, layout.unknowns() - 1, omega, INSERT_VALUES), "judging the load");
+  check(VecAssemblyBegin(y), "judging the load");
+  check(VecAssemblyEnd(y), "judging the load");
+  system.residual(y, f);
+  PetscReal size;
+  check(VecNorm(f, NORM_2, &size), "judging the load");
+  return size;
+}
+
+// Whether nothing but rounding errors bounds the motion.
+bool without_bound(const BranchPoint &point, double load) {
+  constexpr double share = 1e-3; // of the load: no more than three digits of the motion are right then
+  return modal_forces(point) * std::numeric_limits<double>::epsilon() > share * load;
 }
 
 // Unit of the watched unknown's amplitude.
@@ -74,6 +112,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
       if (omega == wanted / w0) return wanted;
     return omega * w0;
   };
+  const double load = load_of(system, study.omega_from / w0);
   int points = earlier ? earlier->branch.counts.points : 0;
   Progress progress(voice.speaks(), system.layout(), unit, points);
   progress.heading();
@@ -83,6 +122,12 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   double clock = MPI_Wtime();
   BranchObserver observer;
   observer.point = [&](const BranchPoint &point) {
+    if (without_bound(point, load))
+      throw ComputeError("at " + number_text(user_omega(point.omega)) +
+                         " rad/s an eigenfrequency is excited and nothing damps it: the motion is so large that "
+                         "rounding errors are more than a thousandth of the load. Give damping.stiffness, or leave "
+                         "this frequency out. The " +
+                         std::to_string(points) + " points before are in " + results_of(study).string());
     const double now = MPI_Wtime();
     PointRecord record = collect(point, now - clock);
     record.omega = user_omega(point.omega);
@@ -110,7 +155,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.length_unit = unit;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();
-  return {std::move(story), signal, std::move(keeper)};
+  return {std::move(story), signal, false, std::move(keeper)};
 }
 
 } // namespace dovetail

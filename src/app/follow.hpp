@@ -12,6 +12,7 @@ namespace dovetail {
 struct Followed {
   BranchStory story;
   int signal;         ///< that interrupted it, or 0
+  bool kept = false;  ///< in results.h5: not so if there is no point, and an earlier run's results
   StateKeeper keeper; ///< still to be told that the run has ended: after the summary is written
 };
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <thread>
 #include <vector>
@@ -36,7 +37,8 @@ constexpr const char *usage =
     "  --version -v the libraries, too, and which kernels of OpenBLAS compute\n"
     "PETSc options reach the solvers by prefix: kee_ (factorisation of K_ee), preload_, hb_ (Newton); -log_view "
     "shows the time.\n"
-    "SIGTERM and SIGUSR1 finish the point at hand and end the run with status 3, ready for --restart.\n"
+    "SIGTERM, SIGINT, SIGHUP and SIGUSR1 finish the point at hand and end the run with status 3, ready for "
+    "--restart.\n"
     "Exit status: 0 done; 2 the input is wrong; 3 the computation could not go on, what was computed is saved.\n";
 
 // Coefficients that vanish by symmetry come down to 1e-310 in Newton's method, where arithmetic is a hundred times
@@ -48,6 +50,16 @@ void take_tiny_for_zero() {
 #endif
 }
 
+// With one dash PETSc would take them for its own, and nothing would come of them.
+void refuse_one_dash(const std::string &word) {
+  std::string name = word.substr(1);
+  std::replace(name.begin(), name.end(), '_', '-');
+  if (name == "dryrun") name = "dry-run";
+  if (name == "o") name = "out";
+  for (const char *ours : {"restart", "dry-run", "out"})
+    if (name == ours) throw dovetail::InputError(word + ": an option of dovetail has two dashes; write --" + name);
+}
+
 dovetail::Request parse(std::vector<std::string> words) {
   using dovetail::InputError;
   dovetail::Request request;
@@ -57,13 +69,16 @@ dovetail::Request parse(std::vector<std::string> words) {
   request.reduce_only = words[0] == "reduce";
   bool petsc = false; // from the first word with a single dash on, words without two dashes are PETSc's
   for (std::size_t i = 1; i < words.size(); ++i) {
-    petsc = petsc || (words[i].rfind("-", 0) == 0 && words[i].rfind("--", 0) != 0);
+    const bool one_dash = words[i].rfind("-", 0) == 0 && words[i].rfind("--", 0) != 0;
+    if (one_dash) refuse_one_dash(words[i]);
+    petsc = petsc || one_dash;
     if (words[i] == "--dry-run")
       request.dry_run = true;
     else if (words[i] == "--restart" && !request.reduce_only)
       request.restart = true;
     else if (words[i] == "--out") {
       if (++i == words.size()) throw InputError("--out wants a folder behind it");
+      if (words[i].empty()) throw InputError("--out \"\": wants the name of a folder; write --out . for this one");
       request.out = words[i];
     } else if (words[i].rfind("--", 0) == 0)
       throw InputError(words[i] + " is not an option here; --out DIR, --dry-run and, for run, --restart are");
@@ -77,6 +92,18 @@ dovetail::Request parse(std::vector<std::string> words) {
   if (request.file.empty())
     throw InputError("dovetail " + words[0] + " wants a case file, as in: dovetail " + words[0] + " case.toml");
   return request;
+}
+
+// PETSc itself would obey them without a word, and another folder would give another answer.
+void tell_unread_options() {
+  const char *home = std::getenv("HOME");
+  std::vector<std::filesystem::path> files{".petscrc", "petscrc"};
+  if (home) files.insert(files.begin(), std::filesystem::path(home) / ".petscrc");
+  std::error_code error;
+  for (const std::filesystem::path &file : files)
+    if (std::filesystem::exists(file, error))
+      std::fprintf(stderr, "dovetail: note: options in %s are not read; -options_file %s reads them\n", file.c_str(),
+                   file.c_str());
 }
 
 void tell_unused_options() {
@@ -107,18 +134,22 @@ bool all_arrive(MPI_Comm roll_call) {
 
 int main(int argc, char **argv) {
   dovetail::take_better_kernel(argv);
+  dovetail::note_ignored_signals();
   std::vector<std::string> words(argv + 1, argv + argc);
   const bool verbose = std::find(words.begin(), words.end(), "-v") != words.end();
   for (const std::string &word : words) {
     if (word == "--help" || word == "-h" || word == "-help") return std::fputs(usage, stdout), 0;
+    if (word == "-version") return std::fputs("dovetail: -version: write --version, or --version -v\n", stderr), 2;
     if (word == "--version" && verbose) return std::fputs(dovetail::versions().c_str(), stdout), 0;
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }
   dovetail::order_the_same_way();
-  std::vector<char *> petsc{argv[0]}; // its own options only: ours would confuse it
+  // PETSc gets its own options only: ours would confuse it. Of files that lie about it reads none.
+  char no_files[] = "-skip_petscrc";
+  std::vector<char *> petsc{argv[0], no_files};
   for (int i = 1; i < argc; ++i) {
     const bool ours = std::strncmp(argv[i], "--", 2) == 0;
-    if (!ours && (petsc.size() > 1 || argv[i][0] == '-')) petsc.push_back(argv[i]);
+    if (!ours && (petsc.size() > 2 || argv[i][0] == '-')) petsc.push_back(argv[i]);
     if (std::strcmp(argv[i], "--out") == 0) ++i;
   }
   int petsc_argc = static_cast<int>(petsc.size());
@@ -140,7 +171,9 @@ int main(int argc, char **argv) {
   bool in_order = true; // PETSc, MPI and HDF5 can be shut down
   try {
     dovetail::take_blas_buffer();
-    dovetail::run_case(PETSC_COMM_WORLD, parse(words));
+    const dovetail::Request request = parse(words);
+    if (rank == 0) tell_unread_options();
+    dovetail::run_case(PETSC_COMM_WORLD, request);
     if (rank == 0) tell_unused_options();
   } catch (const dovetail::InputError &error) {
     status = 2, failure = error.what();

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "support/hash.hpp"
+#include "support/hdf5.hpp"
 
 namespace dovetail {
 namespace {
@@ -75,19 +76,48 @@ Motion agreed_motion(MPI_Comm comm, const Case &study, const FullModel &model) {
   return motion;
 }
 
+// Results in the folder need the reduced file they were computed from, until others take their place.
+void keep_for_results(MPI_Comm comm, const std::filesystem::path &file) {
+  on_all_ranks(comm, [&] {
+    int rank;
+    MPI_Comm_rank(comm, &rank);
+    const std::filesystem::path results = file.parent_path() / "results.h5";
+    if (rank != 0 || !std::filesystem::exists(results) || !std::filesystem::exists(file)) return;
+    std::string wanted, found;
+    try {
+      wanted = h5::Reader(results).text_attribute("reduced_fingerprint");
+      found = h5::Reader(file).text_attribute("fingerprint");
+    } catch (const InputError &) { // cut short: of no use to anybody
+      return;
+    }
+    if (!wanted.empty() && wanted == found) std::filesystem::rename(file, old_reduced(file));
+  });
+}
+
 } // namespace
+
+std::filesystem::path old_reduced(const std::filesystem::path &file) { return file.parent_path() / "reduced.old.h5"; }
 
 ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
                            const Voice &voice, std::optional<ReductionFigures> &figures) {
-  if (!study.reduced.empty()) return stages.run("1 model", [&] { return read_reduced(comm, study.reduced); });
+  if (!study.reduced.empty()) {
+    ReducedModel given = stages.run("1 model", [&] { return read_reduced(comm, study.reduced); });
+    if (!given.as_written)
+      voice.say("note: " + study.reduced.string() + ": its numbers are not those that dovetail wrote (fingerprint)");
+    return given;
+  }
   FullModel model = stages.run("1 model", [&] { return read_full_model(comm, study.model); });
   refuse_too_many_modes(study, model);
   const Motion motion = agreed_motion(comm, study, model);
   Source source{model.file,        model.hash,      model.units, study.modes,       kind_of(study),
                 study.check_modes, motion.in_words, "none",      model.contact_dofs};
   if (matches(comm, file, source)) {
-    voice.say("reduction: " + file.string() + " still fits the model, reused");
-    return stages.run("2 reduction", [&] { return read_reduced(comm, file); });
+    ReducedModel kept = stages.run("2 reduction", [&] { return read_reduced(comm, file); });
+    if (kept.as_written) {
+      voice.say("reduction: " + file.string() + " still fits the model, reused");
+      return kept;
+    }
+    voice.say("reduction: " + file.string() + " is not as it was written (fingerprint), and is made anew");
   }
   warn_of_slow_blas(voice);
   voice.say("reduction: " + std::to_string(model.dofs) + " dofs, " + std::to_string(model.contact_dofs.size()) +
@@ -109,7 +139,11 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
     refuse_if_too_large(prepared.parts, prepared.plan);
     voice.say("  memory " + in_words(prepared.plan));
     Reduction reduction = craig_bampton(std::move(prepared.parts), prepared.settings, prepared.plan, stages);
-    stages.run("2h writing", [&] { write_reduced(file, source, reduction); });
+    reduction.model.fingerprint = fingerprint_of(reduction.model);
+    stages.run("2h writing", [&] {
+      keep_for_results(comm, file);
+      write_reduced(file, source, reduction);
+    });
     char line[160];
     if (study.modes > 0) {
       std::snprintf(line, sizeof line, "  fixed-interface frequencies %.6g .. %.6g Hz%s",

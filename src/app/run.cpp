@@ -1,6 +1,7 @@
 #include "app/run.hpp"
 
 #include <iostream>
+#include <memory>
 #include <optional>
 
 #include "app/choose_modes.hpp"
@@ -8,9 +9,11 @@
 #include "app/ending.hpp"
 #include "app/follow.hpp"
 #include "app/forecast.hpp"
+#include "app/own_files.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/blas_kernel.hpp"
+#include "support/folder_lock.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
 
@@ -23,7 +26,9 @@ struct Checked {
   Forecast sizes;
   std::vector<ContactPoint> contact; // all points
   std::vector<double> initial;       // (3 N_x) [m]
+  PetscInt dofs = 0;                 // of the reduced model
   std::optional<SavedRun> earlier;   // the run to be continued
+  bool has_results = false;          // on rank 0: results.h5 is this run's
 };
 
 Checked check_input(MPI_Comm comm, const Request &request) {
@@ -41,15 +46,34 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       checked.sizes = forecast(read_reduced_header(study.reduced), study);
     }
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));
+    if (modes + points == 0)
+      throw InputError(study.given.at("reduction.modes") + ": reduction.modes = 0: " + study.model.string() +
+                       " has no contact points, so modes are all that can move; write at least 1");
     settle_stability(study, modes + 3 * points);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points);
+    refuse_foreign_files(study, request.reduce_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
     checked.initial = initial_preload(study, points);
-    if (request.restart) checked.earlier = earlier_run(study, checked.contact, modes + 3 * points);
+    checked.dofs = modes + 3 * points;
+    if (!request.reduce_only && !study.reduced.empty()) refuse_zero_load_of_reduced(study.reduced);
+    if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
+  if (!request.reduce_only && checked.study.reduced.empty()) refuse_zero_load(comm, checked.study.model);
   return checked;
+}
+
+// The folder is this run's from here on, or another's, which is told. On rank 0; nothing on the others.
+std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const Voice &voice) {
+  std::unique_ptr<FolderLock> lock;
+  on_all_ranks(comm, [&] {
+    if (!voice.speaks()) return;
+    prepare_output(study);
+    lock = std::make_unique<FolderLock>(study.directory, "name another folder with output.directory or --out");
+    voice.say(lock->note());
+  });
+  return lock;
 }
 
 std::string in_words(const SavedRun &earlier) {
@@ -85,11 +109,13 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
           : reduced_model(comm, study, own_file, stages, voice, figures);
   const ReductionFigures *reduction = figures ? &*figures : nullptr;
   if (reduce_only) {
-    write_summary(comm, study.directory, nullptr, stages, reduction);
+    const bool alone = !std::filesystem::exists(results_of(study)); // else the summary is of those
+    write_summary(comm, alone ? study.directory : "", nullptr, stages, reduction);
     voice.say("reduced model: " + (study.reduced.empty() ? own_file : study.reduced).string());
     return;
   }
   reduced.stuck_file = study.directory / "stuck.h5";
+  reduced.file = study.reduced.empty() ? study.model : study.reduced;
   const Range own = reduced.own_points;
   std::string note;
   PreloadedModel preloaded = stages.run("3 preload", [&] { // eq (7)
@@ -98,24 +124,34 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   });
   voice.say(note);
   SavedRun begin = earlier ? *earlier : SavedRun{};
+  if (!earlier) begin.run = new_run_name();
   begin.problem = problem_of(study, checked.contact), begin.limits = limits_of(study), begin.end.clear();
   if (earlier) ++begin.parts;
   only_note_signals();
   const auto into_file = [&] { // closed again before anything is made of how it ended
-    ResultsFile results(results_of(study), study,
+    ResultsFile results(results_of(study), begin.run, study,
                         study.reduced.empty() ? std::filesystem::path("reduced.h5")
                                               : std::filesystem::absolute(study.reduced),
                         preloaded,
                         earlier ? ResultsFile::Kept{hsize_t(earlier->branch.counts.points), hsize_t(earlier->events)}
-                                : ResultsFile::Kept{});
-    return follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+                                : ResultsFile::Kept{},
+                        [&] {
+                          if (!earlier) make_room(study);
+                          std::filesystem::remove(study.directory / "summary.json"); // would pass for this run's
+                          checked.has_results = true;
+                        });
+    Followed followed = follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+    followed.kept = results.finish();
+    return followed;
   };
   Followed followed = into_file();
   const BranchStory &story = followed.story;
-  write_summary(comm, study.directory, &story, stages, reduction);
+  write_summary(comm, followed.kept || earlier ? study.directory : "", &story, stages, reduction);
   const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
   followed.keeper.finish(cut_off ? "" : name_of(story.summary.end)); // last: ended, nothing is missing
-  const std::string message = in_words(story.summary, study, story.frequency_scale, followed.signal);
+  const std::string message =
+      in_words(story.summary, study, story.frequency_scale, followed.signal) +
+      (followed.kept ? "" : "; the results of the run before stay in " + results_of(study).string());
   if (!story.summary.good()) throw ComputeError(message);
   voice.say(message);
   voice.say("results: " + results_of(study).string());
@@ -128,14 +164,21 @@ void run_case(MPI_Comm comm, const Request &request) {
   Checked checked = check_input(comm, request);
   const Case &study = checked.study;
   if (request.dry_run) return show(comm, checked, voice);
-  if (checked.earlier && nothing_left(study, *checked.earlier))
-    return voice.say("nothing to do: this run ended well (" + checked.earlier->end +
-                     "), and the case asks for no more; " + "results: " + results_of(study).string());
+  const auto done = [&] {
+    if (!checked.earlier || !nothing_left(study, *checked.earlier)) return false;
+    voice.say("nothing to do: this run ended well (" + checked.earlier->end +
+              "), and the case asks for no more; results: " + results_of(study).string());
+    return true;
+  };
+  if (done()) return;
+  const auto lock = take_folder(comm, study, voice);
+  if (request.restart) { // again: it may have gone on, and ended, since it was looked at
+    on_all_ranks(comm, [&] { checked.earlier = earlier_run(study, checked.contact, checked.dofs); });
+    if (done()) return;
+  }
   on_all_ranks(comm, [&] {
     if (!voice.speaks()) return;
-    prepare_output(study);
-    if (!request.reduce_only && !request.restart) clear_output(study, voice);
-    std::filesystem::remove(study.directory / "summary.json"); // would pass for this run's if it failed
+    if (!request.reduce_only && !request.restart) look_around(study, voice);
   });
   voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
             (study.title.empty() ? "" : ": " + study.title));
@@ -145,7 +188,8 @@ void run_case(MPI_Comm comm, const Request &request) {
   try {
     work(comm, checked, request.reduce_only, stages, voice);
   } catch (const std::exception &error) {
-    if (voice.speaks()) note_failure(study.directory, text_of(error));
+    if (voice.speaks() && (checked.has_results || !std::filesystem::exists(results_of(study))))
+      note_failure(study.directory, text_of(error));
     throw;
   }
 }

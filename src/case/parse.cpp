@@ -17,7 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Far beyond any use; they keep products of sizes within the range of int.
-constexpr int first_harmonics = 3; // where a tolerance chooses them
+constexpr int first_harmonics = 3;  // where a tolerance chooses them
+constexpr double narrowest = 1e-12; // sweep, of its frequency: steps of a hundredth are some 50 numbers wide
 constexpr int most_harmonics = 1000, most_samples = 1 << 20, most = 1000000000;
 
 std::string text_of(const fs::path &file) {
@@ -63,10 +64,11 @@ void read_input_file(const Entry &entry, const Case &study, fs::path &target) {
   if (!fs::exists(target, error)) entry.refuse("there is no file " + target.string());
   if (!fs::is_regular_file(target, error)) entry.refuse(target.string() + " is not a file");
   if (!std::ifstream(target)) entry.refuse(target.string() + " cannot be read");
-  for (const char *written : {"results.h5", "reduced.h5"})
+  for (const std::string written : {"results.h5", "reduced.h5", "state.h5", "stuck.h5", "summary.json",
+                                    "results.h5.partial", "reduced.h5.partial", "state.h5.partial", "dovetail.lock"})
     if (fs::equivalent(target, study.directory / written, error) &&
-        !(&target == &study.reduced && written == std::string("reduced.h5")))
-      entry.refuse("the run would overwrite this file with its own " + std::string(written) +
+        !(&target == &study.reduced && written == "reduced.h5"))
+      entry.refuse("the run would overwrite this file with its own " + written +
                    "; name another output.directory, or give --out");
 }
 
@@ -208,6 +210,9 @@ void read_continuation(const Document &document, Case &study) {
   if (ends.size() != 2) omega.refuse("must be two numbers, [from, to], not " + std::to_string(ends.size()));
   for (const double end : ends)
     if (end <= 0) omega.refuse("both frequencies must be greater than 0");
+  if (ends[0] != ends[1] && std::abs(ends[1] - ends[0]) < narrowest * ends[0])
+    omega.refuse("the ends differ in their last digits only, and no points lie between; for one point, write the same "
+                 "number twice");
   study.omega_from = ends[0], study.omega_to = ends[1];
 
   read_positive(document["continuation.step"], study.step);

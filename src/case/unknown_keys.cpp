@@ -38,16 +38,33 @@ std::string spelled(const Name &name) {
   return name.key + (name.section.empty() ? " above the first section" : " in [" + name.section + "]");
 }
 
-/// The allowed name most like `word`; a namesake in `section` comes before equals elsewhere. Empty: none is
-/// alike.
-std::string suggestion(const std::string &word, const std::string &section, const std::vector<Name> &allowed) {
-  size_t best = 2 * std::max<size_t>(1, word.size() / 3) + 2; // beyond one change in three letters it is another word
-  std::string result;
-  for (const auto &name : allowed) {
-    const size_t away = name.section != section;
-    const size_t distance = 2 * edit_distance(word, name.key.empty() ? name.section : name.key) + away;
-    if (distance < best) best = distance, result = spelled(name);
+/// Words between underscores: "stiffness" is one of "normal_stiffness".
+bool has_word(const std::string &name, const std::string &word) {
+  return ("_" + name + "_").find("_" + word + "_") != std::string::npos;
+}
+
+/// The allowed names most like `word`: those of `section` with that word in them, all of them; else the nearest there;
+/// else the nearest elsewhere, which has another meaning. Empty: none is alike.
+std::vector<Name> suggestions(const std::string &word, const std::string &section, const std::vector<Name> &allowed) {
+  std::vector<Name> result;
+  for (const auto &name : allowed)
+    if (name.section == section && has_word(name.key, word)) result.push_back(name);
+  if (!result.empty()) return result;
+  for (const bool here : {true, false}) {
+    size_t best = std::max<size_t>(1, word.size() / 3) + 1; // beyond one change in three letters it is another word
+    for (const auto &name : allowed) {
+      if ((name.section == section) != here) continue;
+      const size_t distance = edit_distance(word, name.key.empty() ? name.section : name.key);
+      if (distance < best) best = distance, result = {name};
+    }
+    if (!result.empty()) return result;
   }
+  return {};
+}
+
+std::string in_words(const std::vector<Name> &names) {
+  std::string result;
+  for (const auto &name : names) result += (result.empty() ? "" : " or ") + spelled(name);
   return result;
 }
 
@@ -80,12 +97,13 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
     if (line < first.first) first = {line, file_ + ":" + std::to_string(line) + ": " + message};
   };
   const auto unknown_key = [&](const Entry &entry, const toml::value &value, const Name &name) {
-    const std::string alike = suggestion(name.key, name.section, names);
+    const auto alike = suggestions(name.key, name.section, names);
     const std::string place = name.section.empty() ? "above the first section" : "in [" + name.section + "]";
-    complain(
-        value,
-        "unknown key " + (name.section.empty() ? "" : name.section + ".") + name.key + " = " + entry.source() + ": " +
-            (alike.empty() ? "allowed " + place + ": " + listed(name.section, names) : "did you mean " + alike + "?"));
+    const std::string all = "allowed " + place + ": " + listed(name.section, names);
+    const bool elsewhere = !alike.empty() && alike.front().section != name.section;
+    complain(value, "unknown key " + (name.section.empty() ? "" : name.section + ".") + name.key + " = " +
+                        entry.source() + ": " +
+                        (alike.empty() ? all : "did you mean " + in_words(alike) + "?" + (elsewhere ? " " + all : "")));
   };
 
   for (const auto &[word, value] : root_.as_table()) {
@@ -96,7 +114,7 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
         for (const auto &[key, inner] : value.as_table())
           if (!known.count(word + "." + key)) unknown_key(Entry(file_, key, &inner), inner, {word, key});
     } else if (value.is_table() && !known.count(word)) {
-      const std::string alike = suggestion(word, "", sections);
+      const std::string alike = in_words(suggestions(word, "", sections));
       std::string all;
       for (const auto &name : sections) all += (all.empty() ? "" : ", ") + spelled(name);
       complain(value, "unknown section [" + word +

@@ -41,6 +41,7 @@ DenseModel dense_model(const HarmonicSystem &system) {
   dense.force = scaled.model.reduced.fa;
   const std::vector<double> fx = all_of(layout.comm, scaled.model.reduced.fx);
   dense.force.insert(dense.force.end(), fx.begin(), fx.end());
+  dense.file = scaled.model.reduced.file;
   dense.fourier = system.fourier();
   dense.damping = scaled.damping;
   dense.contact = all_of(layout.comm, scaled.model.contact);

@@ -15,6 +15,7 @@ struct DenseModel {
   double damping = 0;                 ///< xi
   std::vector<ContactPoint> contact;  ///< (points)
   std::vector<Standstill> standstill; ///< (points)
+  std::filesystem::path file;         ///< of the reduced model, for messages
 
   int dofs() const { return modes + 3 * points; }
 };

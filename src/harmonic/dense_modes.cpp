@@ -27,7 +27,7 @@ std::vector<double> on_first_rank(const Layout &layout, std::vector<double> &own
   return all;
 }
 
-// K becomes Phi, one mode after the other. Both: the lower half, by columns.
+// K becomes Phi, one mode after the other. Both: the lower half, by columns. lambda is empty if M is not positive.
 void solve(std::vector<double> &K, std::vector<double> &M, std::vector<double> &lambda) {
   PetscBLASInt n = static_cast<PetscBLASInt>(lambda.size()), kind = 1, info = 0, room = -1, int_room = -1;
   std::vector<double> work(1);
@@ -40,7 +40,7 @@ void solve(std::vector<double> &K, std::vector<double> &M, std::vector<double> &
       work.resize(room), int_work.resize(int_room);
     }
   }
-  if (info > n) throw ComputeError("the reduced mass matrix is not positive definite");
+  if (info > n) return lambda.clear();
   if (info != 0)
     throw ComputeError("the modes of the stuck structure were not found (dsygvd: " + std::to_string(info) + ")");
 }
@@ -57,6 +57,9 @@ std::vector<double> dense_modes_on_one_rank(const Layout &layout, std::vector<do
       for (std::size_t i = na; i < n; ++i) all_M[j * n + i] = all_M[i * n + j];
     solve(all_K, all_M, lambda);
   });
+  int positive = !lambda.empty();
+  MPI_Bcast(&positive, 1, MPI_INT, 0, layout.comm);
+  if (!positive) return {};
   MPI_Bcast(lambda.data(), static_cast<int>(n), MPI_DOUBLE, 0, layout.comm);
   for (int r = layout.size - 1; r >= 0 && layout.rank == 0; --r) {
     K.resize(numbers_of(layout, r).size() * n);

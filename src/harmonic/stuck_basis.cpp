@@ -3,6 +3,7 @@
 #include "harmonic/dense_modes.hpp"
 #include "harmonic/joint_shapes.hpp"
 #include "harmonic/kept_modes.hpp"
+#include "support/error.hpp"
 
 namespace dovetail {
 namespace {
@@ -33,6 +34,7 @@ StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, c
   if (!kept || !read_modes(layout, model.stuck_file, of, basis.lambda, phi)) {
     basis.lambda = layout.dofs() >= large && layout.size > 1 ? dense_modes_on_all_ranks(layout, phi, M)
                                                              : dense_modes_on_one_rank(layout, phi, M);
+    if (basis.lambda.empty()) throw InputError(mass_not_positive(model.file));
     if (kept) keep_modes(layout, model.stuck_file, of, basis.lambda, phi);
   }
   basis.exact = Slab<double>(own, n), basis.phi = Slab<float>(own, n);

@@ -20,7 +20,7 @@ struct StuckBasis {
 
 /// With those springs, (own contact dofs). A dense eigenproblem of all n dofs, a large one on all ranks; solved already
 /// if `model` names a file that holds it. Collective.
-/// ComputeError: M is not positive definite.
+/// InputError: M is not positive definite.
 StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout);
 
 } // namespace dovetail

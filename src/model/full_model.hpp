@@ -36,6 +36,9 @@ std::vector<PetscInt> motion_dofs(const std::filesystem::path &file, const Motio
 /// Sizes and contact parameters only, for checks and forecasts. Each rank on its own.
 ModelHeader read_model_header(const std::filesystem::path &file);
 
+/// Throws InputError if the load is made of zeros: forgotten, or a dataset that was made and never written. Collective.
+void refuse_zero_load(MPI_Comm comm, const std::filesystem::path &path);
+
 /// Reads and checks a model file (docs/reference/files.md, "Model file"); each rank reads its own rows. Collective.
 /// InputError.
 FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &file);

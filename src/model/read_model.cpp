@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -251,6 +252,19 @@ ModelHeader read_model_header(const std::filesystem::path &path) {
   header.points = static_cast<PetscInt>(read_contact_dofs(file, header.dofs).size());
   header.contact = read_contact(file);
   return header;
+}
+
+void refuse_zero_load(MPI_Comm comm, const std::filesystem::path &path) {
+  int some = 0;
+  on_all_ranks(comm, [&] {
+    const h5::Reader file(path);
+    const PetscInt n = matrix_size(file, "/K");
+    for (const double value : read_vector(file, "/force", n, own_share(comm, n))) some = some || value != 0;
+  });
+  MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_LOR, comm);
+  if (!some)
+    throw InputError(path.string() + ": /force: all values are 0, so nothing would move; write the amplitude of the "
+                                     "load there [N]");
 }
 
 FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {

@@ -54,14 +54,7 @@ public:
 
   // Newton from x, which is left alone unless it converges. The tolerance is relative to the forces at work.
   bool solve(Vec x, double load, bool stuck) {
-    load_ = load, stuck_ = stuck;
-    double force = 0; // of R and of the joint's own springs when closed
-    for (PetscInt i = 0; i < model_.own_contact_dofs(); ++i) {
-      const double spring = i % 3 == 2 ? contact_[i / 3].kn * contact_[i / 3].gap : 0;
-      force += std::pow(load * model_.r[i], 2) + spring * spring;
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &force, 1, MPI_DOUBLE, MPI_SUM, model_.comm);
-    force_ = std::max(std::sqrt(force), 1e-287), before_ = INFINITY;
+    load_ = load, stuck_ = stuck, before_ = INFINITY;
     UniqueVec trial = unknown();
     check(VecCopy(x, trial), "contact preload");
     const PetscErrorCode code = SNESSolve(snes_, nullptr, trial);
@@ -97,13 +90,21 @@ private:
     return self.courier_.run([&] {
       check(MatMult(self.stiffness_, x, f), "contact preload");
       const double *at;
-      double *out;
+      double *out, force = 0; // of R, and of the springs of the points that are closed
       check(VecGetArrayRead(x, &at), "contact preload");
       check(VecGetArray(f, &out), "contact preload");
       for (std::size_t p = 0; p < self.contact_.size(); ++p) {
         const StaticForce g = self.law(p, at + 3 * p);
-        for (int d = 0; d < 3; ++d) out[3 * p + d] += g.force[d] + self.load_ * self.model_.r[3 * p + d];
+        for (int d = 0; d < 3; ++d) {
+          const double load = self.load_ * self.model_.r[3 * p + d];
+          out[3 * p + d] += g.force[d] + load;
+          force += load * load;
+        }
+        // An open point's spring is not at work, however far it is from closing.
+        if (g.slope[2][2] > 0) force += std::pow(self.contact_[p].kn * self.contact_[p].gap, 2);
       }
+      MPI_Allreduce(MPI_IN_PLACE, &force, 1, MPI_DOUBLE, MPI_SUM, self.model_.comm);
+      self.force_ = std::max(std::sqrt(force), 1e-287);
       check(VecRestoreArray(f, &out), "contact preload");
       check(VecRestoreArrayRead(x, &at), "contact preload");
     });
@@ -142,7 +143,7 @@ private:
   UniqueVec residual_;
   UniqueSNES snes_;
   Courier courier_;
-  double load_ = 1, force_ = 1, before_ = 0; // before_: residual of the iteration before
+  double load_ = 1, force_ = 1, before_ = 0; // force_: those at work; before_: residual of the iteration before
   bool stuck_ = false;
 };
 

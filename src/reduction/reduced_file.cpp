@@ -1,10 +1,13 @@
+#include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <limits>
 
 #include "reduction/reduced_model.hpp"
 #include "support/error.hpp"
+#include "support/hash.hpp"
 #include "support/hdf5.hpp"
 #include "support/version.hpp"
 
@@ -33,6 +36,38 @@ std::vector<double> transposed(const std::vector<double> &A, hsize_t m, hsize_t 
 
 } // namespace
 
+std::string mass_not_positive(const std::filesystem::path &file) {
+  return file.string() +
+         ": the reduced mass matrix, [1, Max; Max^T, Mxx], is not positive definite. Every contact dof needs mass of "
+         "its own: look for zeros on the diagonal of /M (or /Mxx), and for a mass that lost digits where it was "
+         "condensed or written";
+}
+
+std::string fingerprint_of(const ReducedModel &model) {
+  std::uint64_t sum = 0, kind = 0; // a sum, whose terms may come in any order
+  const auto take = [&](const std::vector<double> &values, std::uint64_t first) {
+    ++kind;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      std::uint64_t bits;
+      std::memcpy(&bits, &values[i], sizeof bits);
+      sum += mix(mix(mix(kind) ^ (first + i)) ^ bits);
+    }
+  };
+  int rank;
+  MPI_Comm_rank(model.comm, &rank);
+  const std::uint64_t row = 3 * model.own_points.begin, contact = model.contact_dofs();
+  const LeftOut &left = model.left_out;
+  for (const auto *values : {&model.kaa, &model.fa, &left.squares, &left.load, &left.with_modes})
+    take(rank == 0 ? *values : std::vector<double>(), 0);
+  take(model.fx, row), take(model.r, row);
+  take(model.kxx, row * contact), take(model.mxx, row * contact);
+  take(model.mxa, row * model.modes), take(left.coupling, row * left.squares.size());
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, model.comm);
+  char text[24];
+  std::snprintf(text, sizeof text, "%016" PRIx64, sum);
+  return text;
+}
+
 void write_reduced(const std::filesystem::path &path, const Source &source, const Reduction &reduction) {
   const ReducedModel &model = reduction.model;
   const Recovery &recovery = reduction.recovery;
@@ -45,6 +80,7 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     file.attribute("format", "dovetail-reduced");
     file.attribute("version", 1);
     file.attribute("source", text_of(source));
+    file.attribute("fingerprint", model.fingerprint);
     file.attribute("units", model.units);
     file.attribute("model", source.file.string());
     file.attribute("program", std::string("dovetail ") + version + " " + git_revision);
@@ -174,7 +210,21 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
     }
     left.coupling = transposed(finite("/left_out/Max", file.doubles("/left_out/Max", {0, first}, {r, rows})), r, rows);
   });
+  model.fingerprint = fingerprint_of(model);
+  on_all_ranks(comm, [&] {
+    const std::string written = h5::Reader(path).text_attribute("fingerprint");
+    model.as_written = written.empty() || written == model.fingerprint;
+  });
   return model;
+}
+
+void refuse_zero_load_of_reduced(const std::filesystem::path &path) {
+  const h5::Reader file(path);
+  for (const char *name : {"/Fa", "/Fx"})
+    for (const double value : file.doubles(name))
+      if (value != 0) return;
+  throw InputError(path.string() + ": /Fa and /Fx: all values are 0, so nothing would move; write the amplitude of the "
+                                   "load there");
 }
 
 void check_replaceable(const std::filesystem::path &path) {

@@ -22,7 +22,10 @@ struct LeftOut {
 
 struct ReducedModel {
   MPI_Comm comm = MPI_COMM_NULL;
+  std::filesystem::path file;  ///< it was read from, or reduced from; for messages
   std::string units = "SI";    ///< a label, passed on to the results
+  std::string fingerprint;     ///< of all numbers below: fingerprint_of()
+  bool as_written = true;      ///< read with the fingerprint that its file carries, or its file has none
   PetscInt modes = 0;          ///< N_a
   PetscInt points = 0;         ///< N_x
   Range own_modes, own_points; ///< this rank's share
@@ -42,6 +45,9 @@ struct ReducedModel {
   PetscInt contact_dofs() const { return 3 * points; }
   PetscInt own_contact_dofs() const { return 3 * own_points.size(); }
 };
+
+/// What is wrong, and what to do, where the mass of a reduced model from `file` is not positive definite.
+std::string mass_not_positive(const std::filesystem::path &file);
 
 /// What the elastic displacements are recovered with: x_e = x_e0 + Phi a + Psi (x + x_p). Rows of the elastic dofs
 /// whose motion is wanted.
@@ -90,6 +96,9 @@ struct Source {
   std::vector<std::array<PetscInt, 3>> contact_dofs;
 };
 
+/// A number made of all numbers of a reduced model, the same on any number of ranks. Collective.
+std::string fingerprint_of(const ReducedModel &model);
+
 /// Writes the reduced file of docs/reference/files.md. Collective.
 void write_reduced(const std::filesystem::path &file, const Source &source, const Reduction &reduction);
 
@@ -101,6 +110,9 @@ struct ReducedHeader {
   PetscInt modes = 0, points = 0;
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
+
+/// Throws InputError if the load is made of zeros. Each rank on its own.
+void refuse_zero_load_of_reduced(const std::filesystem::path &file);
 
 /// Throws InputError if `file` exists and Dovetail did not make it: it will not be overwritten. Each rank on its own.
 void check_replaceable(const std::filesystem::path &file);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "results/results_file.hpp"
 #include "support/error.hpp"
 #include "support/hdf5.hpp"
 
@@ -38,6 +39,7 @@ std::vector<double> physical_coefficients(const Layout &layout, const Scales &sc
 
 void check_start(const std::filesystem::path &results, PetscInt dofs) {
   const h5::Reader file(results);
+  check_format(file);
   const std::string name = "/points/coefficients";
   const auto shape = file.extent(name);
   if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(dofs))

@@ -1,12 +1,24 @@
 #include "results/results_file.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "support/version.hpp"
 
 namespace dovetail {
 namespace {
+
+constexpr int version_of_format = 1; // to be raised whenever what is in the file means something else
+
+// Device and number of a file; zeros where there is none.
+std::pair<std::uintmax_t, std::uintmax_t> identity_of(const std::filesystem::path &path) {
+  struct stat now {};
+  if (stat(path.c_str(), &now) != 0) return {0, 0};
+  return {now.st_dev, now.st_ino};
+}
 
 int rank_of(MPI_Comm comm) {
   int rank;
@@ -40,15 +52,24 @@ void write_laws(MPI_Comm comm, h5::Writer *file, const std::vector<ContactPoint>
 
 } // namespace
 
-ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, const std::filesystem::path &reduced,
-                         const PreloadedModel &preloaded, const Kept &kept)
-    : comm_(preloaded.reduced.comm) {
-  std::filesystem::path partial = path;
-  partial += ".partial"; // takes its name once it can be opened
+void check_format(const h5::Reader &results) {
+  if (const std::string format = results.text_attribute("format"); format != "dovetail-results")
+    throw InputError(results.place("attribute format") + " is \"" + format + "\", \"dovetail-results\" wanted");
+  if (const long found = results.integer_attribute("version", 1); found != version_of_format)
+    throw InputError(results.place("attribute version") + " is " + std::to_string(found) +
+                     "; this program reads version " + std::to_string(version_of_format) + " of the results format");
+}
+
+ResultsFile::ResultsFile(const std::filesystem::path &path, const std::string &run, const Case &study,
+                         const std::filesystem::path &reduced, const PreloadedModel &preloaded, const Kept &kept,
+                         std::function<void()> make_room)
+    : comm_(preloaded.reduced.comm), path_(path), partial_(path), make_room_(std::move(make_room)),
+      continued_(kept.points > 0) {
+  partial_ += ".partial";
   on_all_ranks(comm_, [&] {
     if (rank_of(comm_) != 0) return;
-    file_ = std::make_unique<h5::Writer>(h5::Writer::that_survives(partial));
-    describe_run(study, reduced, preloaded.reduced);
+    file_ = std::make_unique<h5::Writer>(h5::Writer::that_survives(partial_));
+    describe_run(run, study, reduced, preloaded.reduced);
   });
   write_model(preloaded);
   on_all_ranks(comm_, [&] {
@@ -56,13 +77,45 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const Case &study, c
     make_columns(study, preloaded.reduced);
     if (kept.points > 0) take_over(path, kept);
     file_->flush();
-    std::filesystem::rename(partial, path);
+    identity_ = identity_of(partial_);
   });
 }
 
-void ResultsFile::describe_run(const Case &study, const std::filesystem::path &reduced, const ReducedModel &model) {
+ResultsFile::~ResultsFile() {
+  std::error_code error;
+  if (file_ && !named_) std::filesystem::remove(partial_, error);
+}
+
+void ResultsFile::take_name() {
+  make_room_();
+  std::filesystem::rename(partial_, path_);
+  named_ = true;
+}
+
+bool ResultsFile::finish() {
+  int named = 0;
+  on_all_ranks(comm_, [&] {
+    if (!file_) return;
+    if (!named_ && (continued_ || !std::filesystem::exists(path_))) take_name();
+    named = named_;
+    columns_.clear(), event_columns_.clear();
+    file_->flush();
+    if (!named_) std::filesystem::remove(partial_);
+    file_.reset();
+    if (named_ && identity_of(path_) != identity_)
+      throw ComputeError(path_.string() +
+                         ": is not the file of this run any more: it was removed or replaced while the "
+                         "run went on, and the points are lost with it");
+  });
+  MPI_Bcast(&named, 1, MPI_INT, 0, comm_);
+  return named != 0;
+}
+
+void ResultsFile::describe_run(const std::string &run, const Case &study, const std::filesystem::path &reduced,
+                               const ReducedModel &model) {
   file_->attribute("format", "dovetail-results");
-  file_->attribute("version", 1);
+  file_->attribute("version", version_of_format);
+  file_->attribute("run", run);
   file_->attribute("program", std::string("dovetail ") + version + " " + git_revision);
   char library[256];
   check(PetscGetVersion(library, sizeof library), "asking PETSc its version");
@@ -76,6 +129,7 @@ void ResultsFile::describe_run(const Case &study, const std::filesystem::path &r
   file_->attribute("case", study.text);
   file_->attribute("units", model.units);
   file_->attribute("reduced", reduced.string());
+  file_->attribute("reduced_fingerprint", model.fingerprint);
   file_->attribute("harmonics", study.harmonics);
   file_->attribute("samples", study.samples);
   file_->attribute("modes", model.modes);
@@ -222,6 +276,7 @@ void ResultsFile::append(const PointRecord &point) {
     coefficients.append(point.coefficients.data(), 1, width);
     for (std::size_t i = 1; i < columns_.size(); ++i) columns_[i].table.append(columns_[i].value(point));
     file_->flush();
+    if (!named_) take_name();
     if (estimated_)
       estimates_.push_back(
           {point.omega, point.harmonics_error, point.sampling_error, point.modes_error, point.between_error});

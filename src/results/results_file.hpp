@@ -1,14 +1,19 @@
 #pragma once
 // results.h5 (docs/reference/files.md): every accepted point appended and flushed at once, in user units. The file
 // opens at any moment, with every point whose append has returned.
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "case/case.hpp"
 #include "results/point_record.hpp"
 #include "support/hdf5.hpp"
 
 namespace dovetail {
+
+/// Throws InputError unless these are results, of the version that this program reads.
+void check_format(const h5::Reader &results);
 
 class ResultsFile {
 public:
@@ -17,13 +22,20 @@ public:
     hsize_t points = 0, events = 0;
   };
 
-  /// Opens the file on rank 0; what is kept is copied from the file of that name, which stays until the new one is
-  /// ready to take its place. `preloaded`: the model in user units. Collective.
-  ResultsFile(const std::filesystem::path &path, const Case &study, const std::filesystem::path &reduced,
-              const PreloadedModel &preloaded, const Kept &kept);
+  /// Opens the file on rank 0; what is kept is copied from the file of that name, which stays until the new one has a
+  /// first point of its own and takes its place. `make_room` is called just before that, on rank 0. `run`: its
+  /// name. `preloaded`: the model in user units. Collective.
+  ResultsFile(const std::filesystem::path &path, const std::string &run, const Case &study,
+              const std::filesystem::path &reduced, const PreloadedModel &preloaded, const Kept &kept,
+              std::function<void()> make_room);
+  /// Without a first point: the file goes again where an earlier one is in its place.
+  ~ResultsFile();
   /// Writes one point and flushes. Rank 0 writes, all ranks learn of a failure. Collective.
   void append(const PointRecord &point);
   void append(const EventRecord &event);
+  /// Closes the file. Returns whether it has its name: not so if it has no point and there is an earlier file, which
+  /// then stays. Collective.
+  bool finish();
   /// All events so far, those of earlier parts of the run included; on rank 0 only.
   const std::vector<EventRecord> &events() const { return events_; }
   /// Likewise the estimated errors of all points; empty where none are estimated.
@@ -34,15 +46,21 @@ private:
     h5::Table table;
     std::function<const void *(const Record &)> value;
   };
-  void describe_run(const Case &study, const std::filesystem::path &reduced, const ReducedModel &model);
+  void describe_run(const std::string &run, const Case &study, const std::filesystem::path &reduced,
+                    const ReducedModel &model);
   void write_model(const PreloadedModel &preloaded); // collective
   void make_columns(const Case &study, const ReducedModel &model);
   void take_over(const std::filesystem::path &path, const Kept &kept);
   void widen(hsize_t width);
+  void take_name();
 
   MPI_Comm comm_;
-  std::unique_ptr<h5::Writer> file_;         // rank 0 only, as all that follows
-  std::vector<Column<PointRecord>> columns_; // coefficients first
+  std::filesystem::path path_, partial_; // its name, and the one it has before a first point
+  std::function<void()> make_room_;
+  bool continued_, named_ = false;
+  std::pair<std::uintmax_t, std::uintmax_t> identity_; // of the file, whatever its name
+  std::unique_ptr<h5::Writer> file_;                   // rank 0 only, as all that follows
+  std::vector<Column<PointRecord>> columns_;           // coefficients first
   std::vector<Column<EventRecord>> event_columns_;
   std::vector<EventRecord> events_;
   bool estimated_ = false, modes_estimated_ = false;

@@ -1,9 +1,11 @@
 #include "results/state_file.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
+#include <random>
 #include <sstream>
 #include <utility>
 
@@ -27,7 +29,7 @@ std::string fingerprint(const SavedRun &run) {
     hash = mix(hash + bits + 1);
   };
   const BranchState &branch = run.branch;
-  for (const std::string *text : {&run.problem, &run.limits, &run.end}) {
+  for (const std::string *text : {&run.run, &run.problem, &run.limits, &run.end}) {
     take(static_cast<double>(text->size()));
     for (const char letter : *text) take(letter);
   }
@@ -74,6 +76,15 @@ Archive::Fields fields_of(const std::string &lines, std::vector<double> numbers)
 
 } // namespace
 
+std::string new_run_name() {
+  std::random_device chance;
+  const auto now = std::chrono::system_clock::now().time_since_epoch().count();
+  const std::uint64_t number = mix(static_cast<std::uint64_t>(now) + (std::uint64_t{chance()} << 32 | chance()));
+  char text[24];
+  std::snprintf(text, sizeof text, "%016" PRIx64, number);
+  return text;
+}
+
 void write_state(const std::filesystem::path &path, const SavedRun &run) {
   std::filesystem::path partial = path;
   partial += ".partial";
@@ -81,6 +92,7 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
     h5::Writer file(partial);
     file.attribute("format", "dovetail-state");
     file.attribute("version", version);
+    file.attribute("run", run.run);
     file.attribute("problem", run.problem);
     file.attribute("limits", run.limits);
     file.attribute("end", run.end);
@@ -109,6 +121,7 @@ SavedRun read_state(const std::filesystem::path &path) {
   if (file.text_attribute("format") != "dovetail-state" || file.integer_attribute("version", 0) != version)
     throw InputError(path.string() + ": not the state of a run of this version; begin anew without --restart");
   SavedRun run;
+  run.run = file.text_attribute("run");
   run.problem = file.text_attribute("problem");
   run.limits = file.text_attribute("limits");
   run.end = file.text_attribute("end");

@@ -12,12 +12,16 @@ namespace dovetail {
 struct SavedRun {
   BranchState branch;
   Scales scales;
+  std::string run;             ///< name of the run, in its results too: made when it was begun, kept over restarts
   std::string problem, limits; ///< problem_of() and limits_of() the case (case/restart.hpp)
   std::string end;             ///< how the run ended, as in summary.json; empty while it goes on, or was cut off
   int parts = 1;               ///< how often it was begun or continued
   double seconds = 0;          ///< along the branch, over all parts
   long events = 0;             ///< rows of /events so far
 };
+
+/// A name for a run that begins, like no other's.
+std::string new_run_name();
 
 /// Written aside and renamed: the file is always whole. One rank alone. WriteError.
 void write_state(const std::filesystem::path &path, const SavedRun &run);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <sstream>
 
 #include "results/counts.hpp"
 #include "support/blas_kernel.hpp"
@@ -236,7 +237,7 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
   on_all_ranks(comm, [&] {
     if (rank != 0) return;
     const int count = static_cast<int>(stages.records().size());
-    std::ofstream file(directory / "summary.json");
+    std::ostringstream file;
     file << "{\n  \"program\": " << quoted(std::string("dovetail ") + version + " " + git_revision)
          << ",\n  \"blas_kernel\": " << quoted(blas_kernel().name) << ",\n  \"ranks\": " << ranks << ",\n";
     if (branch) file << in_json(*branch);
@@ -254,7 +255,7 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
            << ", \"cpu\": " << list(&all[3 * s + 1], ranks, 3 * count)
            << ", \"peak_mib\": " << list(&all[3 * s + 2], ranks, 3 * count) << "}";
     file << "\n  ]\n}\n";
-    if (!file.flush())
+    if (!directory.empty() && !(std::ofstream(directory / "summary.json") << file.str()).flush())
       throw ComputeError((directory / "summary.json").string() + ": cannot be written (is the disk full?)");
 
     std::printf("\n  stage                  seconds       cpu   peak memory per rank\n");

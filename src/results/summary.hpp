@@ -36,7 +36,7 @@ constexpr double no_error = 0.1;
 const char *name_of(BranchSummary::End end);
 
 /// What a run amounts to; `branch` is null when only the reduction was wanted, `reduction` when none was made.
-/// Collective: stages are collected from all ranks; rank 0 writes and prints.
+/// Collective: stages are collected from all ranks; rank 0 writes, unless `directory` is empty, and prints.
 void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const BranchStory *branch,
                    const Stages &stages, const ReductionFigures *reduction);
 

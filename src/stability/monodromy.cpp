@@ -14,8 +14,7 @@ Monodromy::Monodromy(const DenseModel &model)
   Dense modes(n_, n_), mass(n_, n_);
   modes.values = model.K, mass.values = model.M;
   stiffness_ = symmetric_modes(modes, mass);
-  if (stiffness_.size() != static_cast<std::size_t>(n_))
-    throw ComputeError("while preparing stability: the reduced mass matrix is not positive definite");
+  if (stiffness_.size() != static_cast<std::size_t>(n_)) throw InputError(mass_not_positive(model.file));
   for (int c = 0; c < 3 * points_; ++c)
     for (int j = 0; j < n_; ++j) shape_(j, c) = modes(model.modes + c, j);
   const double largest = std::max(std::abs(stiffness_.front()), std::abs(stiffness_.back()));

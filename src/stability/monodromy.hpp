@@ -10,7 +10,7 @@ namespace dovetail {
 
 class Monodromy {
 public:
-  /// ComputeError if M is not positive definite.
+  /// InputError if M is not positive definite.
   explicit Monodromy(const DenseModel &model);
 
   /// Eigenvalues of the map over one period; the largest are those of changes that matter. Sliders that never move are

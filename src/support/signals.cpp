@@ -6,6 +6,7 @@
 #include <cstring>
 #include <ctime>
 #include <initializer_list>
+#include <iterator>
 
 namespace dovetail {
 namespace {
@@ -18,7 +19,12 @@ void say(const char *text) { // one of the few things that a handler may do
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
 }
 
-const char *name_of(int signal) { return signal == SIGTERM ? "SIGTERM" : "SIGUSR1"; }
+constexpr int stopping[] = {SIGTERM, SIGUSR1, SIGINT, SIGHUP};
+bool unwanted[] = {false, false, false, false}; // ignored by whoever started the program
+
+const char *name_of(int signal) {
+  return signal == SIGTERM ? "SIGTERM" : signal == SIGUSR1 ? "SIGUSR1" : signal == SIGINT ? "SIGINT" : "SIGHUP";
+}
 
 void on_signal(int signal) {
   if (noted && std::time(nullptr) - since < 2) return; // launcher and batch system may both pass it on
@@ -45,12 +51,20 @@ void on_crash(int signal) {
 
 } // namespace
 
+void note_ignored_signals() {
+  for (std::size_t i = 0; i < std::size(stopping); ++i) {
+    struct sigaction now {};
+    unwanted[i] = sigaction(stopping[i], nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
+  }
+}
+
 void catch_signals() {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   struct sigaction action {};
   action.sa_handler = on_signal;
   action.sa_flags = SA_RESTART;
-  for (const int signal : {SIGTERM, SIGUSR1}) sigaction(signal, &action, nullptr);
+  for (std::size_t i = 0; i < std::size(stopping); ++i)
+    if (!unwanted[i]) sigaction(stopping[i], &action, nullptr);
   action.sa_handler = on_crash;
   for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE}) sigaction(signal, &action, nullptr);
 }
@@ -58,7 +72,7 @@ void catch_signals() {
 void only_note_signals() { patient = 1; }
 
 void ignore_signals() {
-  for (const int signal : {SIGTERM, SIGUSR1}) std::signal(signal, SIG_IGN);
+  for (const int signal : stopping) std::signal(signal, SIG_IGN);
 }
 
 int noted_signal(MPI_Comm comm) {

@@ -1,24 +1,28 @@
 #pragma once
-// SIGTERM and SIGUSR1, by which batch systems say that time is up; and crashes, told in one line.
+// SIGTERM and SIGUSR1, by which batch systems say that time is up, SIGINT of a keyboard, SIGHUP of a terminal that
+// closes; and crashes, told in one line.
 #include <mpi.h>
 
 namespace dovetail {
 
-/// From here on SIGTERM and SIGUSR1 end the program with status 3 and a message, and so do, with the signal's own
+/// Those that are ignored now, as by nohup, stay so. To be called before MPI and PETSc set their own handlers.
+void note_ignored_signals();
+
+/// From here on these four signals end the program with status 3 and a message, and so do, with the signal's own
 /// status, those of a crash. To be called once, after MPI and PETSc have set their own handlers.
 void catch_signals();
 
-/// From here on the first SIGTERM or SIGUSR1 is only noted; a second one, more than a second later, ends the program
+/// From here on the first of them is only noted; a second one, more than a second later, ends the program
 /// all the same.
 void only_note_signals();
 
-/// From here on neither matters: the program is ending, and has said why.
+/// From here on none of them matters: the program is ending, and has said why.
 void ignore_signals();
 
 /// The signal that any rank has noted, or 0: the same on all ranks. Collective.
 int noted_signal(MPI_Comm comm);
 
-/// "SIGTERM" or "SIGUSR1".
+/// "SIGTERM", "SIGUSR1", "SIGINT" or "SIGHUP".
 const char *signal_name(int signal);
 
 } // namespace dovetail

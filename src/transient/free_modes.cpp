@@ -19,9 +19,8 @@ FreeModes free_modes(const DenseModel &model) {
   for (int pass = 0; pass < 2 && n > 0; ++pass) { // the first one asks for the size of the workspace
     LAPACKsygv_(&type, "V", "L", &size, out.shapes.data(), &size, M.data(), &size, out.w2.data(), work.data(), &lwork,
                 &info);
-    if (info != 0)
-      throw ComputeError("time integration: the reduced mass matrix is not positive definite (LAPACK's sygv: " +
-                         std::to_string(info) + ")");
+    if (info > n) throw InputError(mass_not_positive(model.file));
+    if (info != 0) throw ComputeError("time integration: no free modes (LAPACK's sygv: " + std::to_string(info) + ")");
     lwork = static_cast<PetscBLASInt>(work[0]);
     work.resize(lwork);
   }

@@ -49,6 +49,17 @@ def deck(extra="", inside="", kind="C3D20R", level=0, **shape):
             + f"*BOUNDARY\nLEFT, 1, 3\n{extra}" + matrices_step(inside))
 
 
+def test_contact_pairs_of_calculix_are_refused_by_name(tmp_path):
+    """Their springs are in the stiffness: the joint would count twice."""
+    text = two_bars().replace("*STEP", "*CONTACT PAIR, INTERACTION=HARD, TYPE=SURFACE TO SURFACE\nUPPER, LOWER\n*STEP", 1)
+    (tmp_path / "job.inp").write_text(text)
+    for kind in ("sti", "mas", "dof"):
+        (tmp_path / f"job.{kind}").write_text("1\n")
+    line = text[:text.index("*CONTACT PAIR")].count("\n") + 1
+    with pytest.raises(ValueError, match=rf"job.inp, line {line}, \*CONTACT PAIR: CalculiX puts contact springs .* \[\[joint\]\]"):
+        calculix.read([tmp_path / "job.inp"])
+
+
 def two_bars():
     """Bars one on the other, nodes of the interface doubled, both held at x = 0."""
     lower, upper = bar(cells=(4, 2, 1)), bar(cells=(4, 2, 1), origin=(0, 0, 5), first=10002)

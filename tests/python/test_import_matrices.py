@@ -114,6 +114,19 @@ def test_matlab_version_7_3(tmp_path):
     check_contact(check(tmp_path / "m.h5", force=FORCE, preload=PRELOAD))
 
 
+@pytest.mark.parametrize("write", [scipy.io.savemat, write_v73])
+@pytest.mark.parametrize("load, other", [("force", "F"), ("preload", "P"), ("force", "Force")])
+def test_loads_under_other_names_are_not_taken_as_zero(tmp_path, write, load, other):
+    values = variables()
+    values[other] = values.pop(load)
+    write(tmp_path / "model.mat", values)
+    with pytest.raises(ValueError, match=f"model.mat: the variable {other} is not read; rename it {load}"):
+        matrices.convert([tmp_path / "model.mat"], tmp_path / "m.h5")
+    (tmp_path / "given.txt").write_text("\n".join(map(repr, values[other].ravel())))
+    matrices.convert([tmp_path / "model.mat", f"{load}={tmp_path / 'given.txt'}"], tmp_path / "m.h5")
+    check(tmp_path / "m.h5", force=FORCE, preload=PRELOAD)
+
+
 def test_matlab_dense_and_mixed_with_others(tmp_path):
     write_v73(tmp_path / "K.mat", {"K": K.toarray()})
     scipy.io.savemat(tmp_path / "rest.mat", {"contact_dofs": ZERO_BASED + 1, "index_base": 1})

@@ -104,6 +104,13 @@ def test_wrong_files_are_refused_by_entry_and_key(tmp_path, old, new, message):
         setup_file.apply(two_cubes(), path)
 
 
+@pytest.mark.parametrize("text", ["x = " + "[" * 5000 + "]" * 5000, ".".join("a" * 3000) + " = 1", "x = " + "[" * 40 + "]" * 40],
+                         ids=["brackets", "dotted", "few"])
+def test_files_deeper_than_the_stack_are_refused(tmp_path, text):
+    with pytest.raises(ValueError, match="joints.toml: more than 32 brackets within brackets"):
+        setup_file.apply(two_cubes(), written(tmp_path, text + "\n" + FULL))
+
+
 def test_a_joint_with_the_ground_has_no_tolerance(tmp_path):
     with pytest.raises(ValueError, match=r"\[\[joint\]\] number 1: tolerance has no meaning"):
         setup_file.apply(two_cubes(), written(tmp_path, '[[joint]]\nground = "Foot"\ntolerance = 1e-6\n'))

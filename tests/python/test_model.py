@@ -225,3 +225,15 @@ def test_fault_on_one_rank_is_raised_on_all(tmp_path):
     assert not path.exists()
     for rank in (0, 1):
         assert f"refused on rank {rank}: K must be symmetric" in output
+
+
+@pytest.mark.parametrize("names", [["x" * 70000], ["é" * 60] + ["a"] * 999], ids=["long", "many"])
+def test_joint_names_beyond_an_attribute_are_refused(names):
+    with pytest.raises(ValueError, match=f"{len(names)} joint names, the longest of .* shorten"):
+        small(joint=JOINT | {"names": names})
+
+
+def test_joint_names_up_to_there_are_written(tmp_path):
+    names = ["x" * 64] + [f"joint {i}" for i in range(999)]
+    small(joint=JOINT | {"names": names}).write(tmp_path / "m.h5")
+    assert Model.read(tmp_path / "m.h5").joint["names"] == names

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 
 import h5py
 import numpy as np
@@ -50,12 +51,23 @@ def stopped(case, points, out="out", ranks=None, number=signal.SIGTERM, whom=Non
 
 
 # ------------------------------------------------------------------------------------------------------------- signals
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1])
+@contextmanager
+def at_start(number, action):
+    """What a program that is started meanwhile does on a signal, until it says otherwise."""
+    before = signal.signal(number, action)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1, signal.SIGINT, signal.SIGHUP])
 @pytest.mark.slow
 def test_signal_finishes_the_point_and_restart_goes_on(tmp_path, number):
     case = cases.several_points(tmp_path, omega=[0.8, 1.1])
     whole = run(case, out="whole")
-    said, folder = stopped(case, 10, number=number)
+    with at_start(number, signal.SIG_DFL):
+        said, folder = stopped(case, 10, number=number)
     name = signal.Signals(number).name
     assert f"noted {name}" in said and f"stopped by {name} at" in said and "--restart goes on" in said
     first = run(case, "--dry-run", "--restart", out="out").out
@@ -69,6 +81,19 @@ def test_signal_finishes_the_point_and_restart_goes_on(tmp_path, number):
     np.testing.assert_array_equal(done.points["coefficients"][:count], before["coefficients"])
     assert done.summary["parts"] == 2 and done.summary["end"] == "arrived"
     assert done.summary["newton_iterations"] == whole.summary["newton_iterations"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_signal_that_was_ignored_stays_so(tmp_path, number):
+    """As behind nohup, or in the background of a script."""
+    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=3000, **SMALL)
+    command, _ = line(case, out="out")
+    with at_start(number, signal.SIG_IGN):
+        watched = Watched(command)
+    with watched:
+        watched.wait_for_point(10)
+        watched.process.send_signal(number)
+        assert watched.process.wait(SECONDS) == 0 and "noted" not in watched.said
 
 
 def of_rank(which):

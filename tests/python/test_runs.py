@@ -456,8 +456,7 @@ def without_dataset(path):
         del file["Fx"]
 
 
-DAMAGE = {"empty": cut(0), "half": cut(0.5), "last bytes": cut(0.99), "text": lambda path: path.write_text("not HDF5\n" * 100),
-          "dataset missing": without_dataset}
+DAMAGE = {"empty": cut(0), "half": cut(0.5), "last bytes": cut(0.99), "dataset missing": without_dataset}
 
 
 @pytest.mark.parametrize("name, ranks", [(name, None) for name in DAMAGE] + [("half", 2)])
@@ -654,6 +653,22 @@ def test_contact_parameters_from_the_model(tmp_path, name, ranks):
         np.testing.assert_array_equal(found[key], np.full((4, 2), 0.25) if key == "friction" else values)
 
 
+@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("omega", [[1.0, 1.0], [1.0, 1.5]])
+def test_resonance_that_nothing_damps_is_told(tmp_path, omega, ranks):
+    """The first of two modes, alone at 1 rad/s: the motion there is what rounding makes of it."""
+    structure = cases.Structure(K=np.diag([1.0, 4, 9, 16, 25]), M=np.eye(5), contact_dofs=np.array([[2, 3, 4]]),
+                                force=np.array([1.0, 0, 0, 0, 0]), preload=np.array([0, 0, 0, 0, 1.0]))
+    keys = dict(modes=2, stiffness=0.0, fourier=[0, 1], normal_stiffness=1.0, tangential_stiffness=1.0, friction=0.3, gap=0.0,
+                initial=0.0, harmonics=1, omega=omega)
+    done = run(cases.full(tmp_path, "without damping", structure, {}, **keys), status=3, out="out", ranks=ranks)
+    assert done.err.count("dovetail:") == 1 and "rad/s an eigenfrequency is excited and nothing damps it" in done.err
+    assert done.summary["end"] == "failed" and not list(done.folder.glob("results.h5*"))
+    if omega == [1.0, 1.0]:  # F / (xi omega k)
+        done = run(cases.full(tmp_path, "damped", structure, {"stiffness": 1e-9}, **keys), out="damped", ranks=ranks)
+        np.testing.assert_allclose(np.hypot(*done.points["coefficients"][0, 0, 1:3]), 1e9, rtol=1e-6)
+
+
 # ------------------------------------------------------------------------------------------------------------- command
 @pytest.mark.parametrize("arguments, words", [
     ([], ["no command", "dovetail run"]),
@@ -662,6 +677,12 @@ def test_contact_parameters_from_the_model(tmp_path, name, ranks):
     (["reduce"], ["wants a case file"]),
     (["run", "nowhere.toml"], ["nowhere.toml", "no such case file"]),
     (["run", "case.toml", "--dry"], ["--dry is not an option", "--dry-run"]),
+    (["run", "case.toml", "-restart"], ["-restart: ", "write --restart"]),
+    (["run", "case.toml", "-out", "there"], ["-out: ", "write --out"]),
+    (["run", "case.toml", "-o", "there"], ["-o: ", "write --out"]),
+    (["run", "case.toml", "-hb_ksp_type", "gmres", "-dry_run"], ["-dry_run: ", "write --dry-run"]),
+    (["run", "case.toml", "--out", ""], ["--out \"\"", "name of a folder"]),
+    (["-version"], ["-version: ", "write --version"]),
     (["run", "case.toml", "--out"], ["--out wants a folder"]),
     (["run", "case.toml", "second.toml"], ["second.toml"]),
 ])
@@ -703,6 +724,19 @@ def test_petsc_options_act(tmp_path):
     hindered, plain = run(case, "-hb_snes_max_it", 1, out="hindered"), run(case, out="plain")
     assert "Newton does not converge from rest" in hindered.out and "Newton does not converge" not in plain.out
     close(hindered.points["coefficients"], plain.points["coefficients"], 1e-6)
+
+
+def test_options_that_lie_in_the_folder_are_told_and_not_obeyed(tmp_path):
+    case = cases.dof5(tmp_path, **POINT)
+    (tmp_path / ".petscrc").write_text("-hb_snes_max_it 1\n-hb_snes_monitor\n")
+    for ranks in RANKS:
+        command, _ = line(case, ranks=ranks, out="out")
+        done = subprocess.run(command, cwd=tmp_path, env=SURROUNDINGS, capture_output=True, text=True, timeout=SECONDS)
+        assert done.returncode == 0 and "SNES Function norm" not in done.stdout
+        assert done.stderr == "dovetail: note: options in .petscrc are not read; -options_file .petscrc reads them\n"
+    done = subprocess.run([*line(case, out="out")[0], "-options_file", ".petscrc"], cwd=tmp_path, env=SURROUNDINGS, capture_output=True,
+                          text=True, timeout=SECONDS)
+    assert "SNES Function norm" in done.stdout
 
 
 @pytest.mark.parametrize("option", ["--dry-run", "--out"])

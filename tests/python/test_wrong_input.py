@@ -109,6 +109,10 @@ CASES = [
     ("modes = 2", "modes = 2.0", ["reduction.modes = 2.0", "write 2"]),
     ("modes = 2", "modes = -2", ["reduction.modes = -2", "at least 0"]),
     ("modes = 2", "mode = 2", ["reduction.mode = 2", "did you mean modes"]),
+    ("gap = -3.5", "stiffness = 1.0", ["contact.stiffness = 1.0",
+                                       "did you mean normal_stiffness in [contact] or tangential_stiffness in [contact]?"]),
+    ("max_iterations = 50", "tolerance = 1e-6", ["did you mean step_tolerance in [newton] or residual_tolerance in [newton]?"]),
+    ("initial = 1e-5", "gap = 1e-5", ["did you mean gap in [contact]? allowed in [preload]: initial"]),
     ("[damping]", "[dampnig]", ["[dampnig]", "did you mean [damping]"]),
     ("[damping]", "[solver]", ["[solver]", "[harmonic_balance]"]),
     ("stiffness = 0.05", "stiffness = -0.05", ["damping.stiffness = -0.05", "negative"]),
@@ -141,6 +145,8 @@ CASES = [
     ("kind = \"none\"", "modal = 1.0\nkind = \"none\"", ["scaling.modal = 1.0", "manual"]),
     ("omega = [0.9, 1.3]", "omega = [0, 1.3]", ["continuation.omega = [0, 1.3]", "greater than 0"]),
     ("omega = [0.9, 1.3]", "omega = 1.3", ["continuation.omega = 1.3", "[from, to]"]),
+    ("omega = [0.9, 1.3]", "omega = [1.1, 1.1000000000000003]", ["continuation.omega = [1.1, 1.1000000000000003]", "same number twice"]),
+    ("omega = [0.9, 1.3]", "omega = [1.1, 1.0999999999999]", ["continuation.omega = [1.1, 1.0999999999999]", "last digits"]),
     ("omega = [0.9, 1.3]", "at = [1.4]\nomega = [0.9, 1.3]", ["continuation.at = 1.4", "outside"]),
     ("omega = [0.9, 1.3]", "at = [1.2, 1.1]\nomega = [0.9, 1.3]", ["continuation.at = 1.1", "order"]),
     ("omega = [0.9, 1.3]", "start = \"no.h5\"\nomega = [0.9, 1.3]", ["continuation.start = \"no.h5\"", "no file"]),
@@ -183,6 +189,7 @@ MODELS = {
     "contact_dofs_in_pairs": (dict(dofs=[(2, 3)]), ["/contact/dofs"]),
     "force_too_short": (dict(force=np.ones(4)), ["/force", "4", "5"]),
     "nan_in_force": (dict(force=[1, np.nan, 0, 0, 0]), ["/force", "nan"]),
+    "force_of_zeros": (dict(force=np.zeros(5)), ["/force: all values are 0", "nothing would move"]),
     "nan_in_K": (dict(K=NAN), ["/K", "nan"]),
     "negative_stiffness": (dict(contact__normal_stiffness=[-1.0]), ["/contact/normal_stiffness", "-1"]),
 }
@@ -238,6 +245,29 @@ def test_model_file(folder, name):
     expect(run(folder), ["model.h5", *words])
 
 
+def test_force_that_was_never_written(folder):
+    with h5py.File(folder / "model.h5", "r+") as file:
+        del file["force"]
+        file.create_dataset("force", (5,), float)
+    expect(run(folder), ["model.h5: /force: all values are 0"])
+
+
+def test_reduction_needs_no_load(folder):
+    write_model(folder / "model.h5", force=np.zeros(5))
+    done = subprocess.run([BINARY, "reduce", folder / "case.toml"], capture_output=True, text=True, timeout=SECONDS, env=SURROUNDINGS)
+    assert done.returncode == 0, done.stderr
+
+
+def test_reduced_model_without_load(folder):
+    run(folder, status=0)
+    (folder / "out/results.h5").unlink()
+    with h5py.File(folder / "out/reduced.h5", "r+") as file:
+        file["Fa"][...] = file["Fx"][...] = 0
+    (folder / "case.toml").write_text(CASE.replace("model = \"model.h5\"", "reduced = \"out/reduced.h5\"").replace("modes = 2\n", ""))
+    for ranks in (None, 2):
+        expect(run(folder, ranks=ranks), ["reduced.h5: /Fa and /Fx: all values are 0"])
+
+
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])
 def test_model_file_cut_short(folder, share):
     whole = (folder / "model.h5").read_bytes()
@@ -248,6 +278,21 @@ def test_model_file_cut_short(folder, share):
 def test_more_modes_than_the_model_has(folder):
     (folder / "case.toml").write_text(CASE.replace("modes = 2", "modes = 50"))
     expect(run(folder), ["reduction.modes = 50", "model.h5"])
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_nothing_that_could_move(folder, ranks):
+    write_model(folder / "model.h5", dofs=np.zeros((0, 3)))
+    (folder / "case.toml").write_text(CASE.replace("modes = 2", "modes = 0"))
+    expect(run(folder, ranks=ranks), ["case.toml:4: reduction.modes = 0", "model.h5 has no contact points", "at least 1"])
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.parametrize("solver", ["modal", "assembled"])
+def test_contact_dof_without_mass(folder, ranks, solver):
+    write_model(folder / "model.h5", M=np.diag([1.0, 1, 1, 0, 1]))
+    (folder / "case.toml").write_text(CASE.replace("samples = 64\n", f"samples = 64\nsolver = \"{solver}\"\n"))
+    expect(run(folder, ranks=ranks), ["model.h5: the reduced mass matrix", "not positive definite", "contact dof needs mass"])
 
 
 def test_out_below_a_file(folder):
@@ -270,6 +315,7 @@ PARALLEL = {
     "nan_on_one_rank": (lambda folder: write_model(folder / "model.h5", K=NAN), "/K"),
     "unsymmetric": (lambda folder: write_model(folder / "model.h5", K=SKEW), "symmetric"),
     "contact_dof": (lambda folder: write_model(folder / "model.h5", dofs=[(2, 3, 9)]), "/contact/dofs"),
+    "force_of_zeros": (lambda folder: write_model(folder / "model.h5", force=np.zeros(5)), "/force"),
 }
 
 

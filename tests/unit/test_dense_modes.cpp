@@ -88,17 +88,12 @@ TEST(DenseModes, solve_the_pencil) {
   }
 }
 
-TEST(DenseModes, negative_mass_is_refused) {
+TEST(DenseModes, negative_mass_has_none) {
   const Layout dofs = layout();
   for (const Solver solver : {dense_modes_on_one_rank, dense_modes_on_all_ranks}) {
     Rows rows = own_rows(dofs);
     for (PetscInt d = 0; d < dofs.own_dofs(); ++d)
       if (dofs.number(d) == modes + 100) rows.M[d * dofs.dofs() + modes + 100] = -1;
-    try {
-      solver(dofs, rows.K, rows.M);
-      FAIL() << "accepted";
-    } catch (const ComputeError &error) {
-      EXPECT_NE(std::string(error.what()).find("not positive definite"), std::string::npos);
-    }
+    EXPECT_TRUE(solver(dofs, rows.K, rows.M).empty());
   }
 }

@@ -80,6 +80,33 @@ TEST(Preload, a_body_held_by_its_joint_alone) { // K_xx = 0
   EXPECT_NEAR(model.standstill[0].x[2], 0.3 + 2.0 / 30, 1e-14);
 }
 
+// A second point that is farther from closing than anything moves: the first one is pressed all the same.
+TEST(Preload, an_open_point_however_far_is_no_measure_of_the_forces) {
+  ReducedModel model;
+  model.comm = PETSC_COMM_WORLD;
+  model.points = 2;
+  model.own_points = own_share(model.comm, 2), model.own_modes = own_share(model.comm, 0);
+  const std::vector<ContactPoint> both = {joint(Law::coulomb, 1e9, {5, 5}, 0.5, 0),
+                                          joint(Law::coulomb, 1e9, {5, 5}, 0.5, 1e8)};
+  std::vector<ContactPoint> contact;
+  for (PetscInt p = model.own_points.begin; p < model.own_points.end; ++p) {
+    contact.push_back(both[p]);
+    for (int d = 0; d < 3; ++d) {
+      model.r.push_back(d == 2 ? -2 : 0), model.fx.push_back(0);
+      for (int j = 0; j < 6; ++j) model.kxx.push_back(j == 3 * p + d ? 10 : 0), model.mxx.push_back(j == 3 * p + d);
+    }
+  }
+  const PetscInt first = model.own_points.begin;
+  const std::vector<double> initial(3 * contact.size());
+  std::string note;
+  const PreloadedModel loaded = contact_preload(std::move(model), std::move(contact), initial, note);
+  for (std::size_t p = 0; p < loaded.standstill.size(); ++p) {
+    const bool pressed = first + static_cast<PetscInt>(p) == 0;
+    EXPECT_NEAR(loaded.standstill[p].force[2], pressed ? 2 * 1e9 / (1e9 + 10) : 0, 1e-9);
+    EXPECT_NEAR(loaded.standstill[p].x[2], pressed ? 2 / (1e9 + 10) : 0.2, 1e-9);
+  }
+}
+
 TEST(Preload, says_so_when_nothing_holds_the_body) { // pulled away from the joint
   std::string note;
   EXPECT_THROW(one_point({0, 0, 0}, {0, 0, 2}, joint(Law::coulomb, 30, {5, 4}, 0.5, 0), note), ComputeError);

@@ -8,6 +8,8 @@ import importlib
 import os
 from contextlib import contextmanager
 
+import h5py
+
 FORMATS = {
     "calculix": "job.inp with job.sti, job.mas, job.dof beside it",
     "abaqus": "job.inp with job_STIF1.mtx, job_MASS1.mtx beside it",
@@ -30,6 +32,25 @@ def naming(files):
         raise ValueError(f"{', '.join(map(str, files))}: {error}") from None
 
 
+def _refuse_foreign(output):
+    """A file that is there is replaced if it is a model or a reduced file, or what a killed import left of one."""
+    from ..info import format_of
+
+    def what(path, unfinished):
+        if os.path.islink(path):
+            return "a symbolic link"
+        if not os.path.exists(path) or unfinished and (h5py.is_hdf5(path) or not os.path.getsize(path)):
+            return None
+        try:
+            return None if format_of(path) in ("dovetail-model", "dovetail-reduced") else "a results file"
+        except ValueError:
+            return "no file that dovetail wrote, or damaged"
+
+    for path in (str(output), f"{output}.part"):
+        if found := what(path, path.endswith(".part")):
+            raise ValueError(f"{path}: is {found}, and the import would replace it; move it away, or give another name behind -o")
+
+
 def convert(kind, files, output, setup=None):
     """Files of another program to a model file, or with csv a reduced file.
 
@@ -48,6 +69,7 @@ def convert(kind, files, output, setup=None):
     str
         What was taken and written, in words.
     """
+    _refuse_foreign(output)
     module = importlib.import_module(f".{kind}", __name__)
     if hasattr(module, "convert"):
         if setup is not None:

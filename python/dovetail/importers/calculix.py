@@ -9,6 +9,8 @@ from . import inp, triplets
 from .deck_structure import build
 
 SOLID = ("tetra", "hexahedron", "wedge")
+REFUSED = {"CONTACT PAIR": "CalculiX puts contact springs of its own into the stiffness, beside those of the joint; delete the pair "
+                           "and run again: surfaces that touch are named with [[joint]] in the set-up file"}
 NEEDED = (".inp", ".sti", ".mas", ".dof")
 
 
@@ -33,7 +35,7 @@ def read(files, *, units="SI"):
         When a file is missing, damaged, or does not go with the others.
     """
     paths = _find(files)
-    deck = inp.read(paths[".inp"])
+    deck = inp.read(paths[".inp"], REFUSED)
     thin = sorted(name for name in deck.cells if not name.startswith(SOLID))
     if thin:
         raise ValueError(f"{deck.path}: wanted solid elements only, found {', '.join(thin)}: CalculiX makes solids of shells and beams, on "

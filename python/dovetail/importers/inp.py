@@ -48,8 +48,8 @@ class Deck:
         return np.where(self.labels[place] == labels, place, -1)
 
 
-def read(path):
-    """The Deck in an input file.
+def read(path, refused=None):
+    """The Deck in an input file; `refused`, keyword to reason, are not read beside those that no program's deck may have.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def read(path):
     """
     blocks = read_blocks(path)
     for block in blocks:
-        if block.keyword in REFUSED:
-            raise block.error(REFUSED[block.keyword])
+        if reason := REFUSED.get(block.keyword) or (refused or {}).get(block.keyword):
+            raise block.error(reason)
     deck = Deck(str(path))
     _nodes(deck, blocks, _shift(blocks))
     elements = _elements(deck, blocks)

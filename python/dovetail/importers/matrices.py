@@ -58,7 +58,7 @@ def convert(files, output):
 
 def collect(files):
     """Every value given, by name: (value, where it stands, whether the file says that it is symmetric)."""
-    given = {}
+    given, whole_files = {}, []
 
     def add(name, value):
         if name in given:
@@ -68,6 +68,7 @@ def collect(files):
     for word in map(str, files):
         name, equals, rest = word.partition("=")
         if not equals:
+            whole_files.append(word)
             for key, value in _variables(word).items():
                 add(key, (value, f"{word}, variable {key}", False))
         elif name not in NAMES:
@@ -77,6 +78,8 @@ def collect(files):
             add(name, (rest, word, False))
         else:
             add(name, read_file(rest, name))
+    for path in whole_files:
+        _refuse_misnamed(path, given)
     return given
 
 
@@ -157,6 +160,29 @@ def _variables(path):
         with hdf5_read.opened(path) as file:
             return {name: _v73(file, name, f"{path}, variable {name}") for name in NAMES if name in file}
     return apart(lambda: _loaded(path), path)
+
+
+def _refuse_misnamed(path, given):
+    """Loads under the names that the equations give them would be taken as zero."""
+    if h5py.is_hdf5(path):
+        with hdf5_read.opened(path) as file:
+            names = list(file)
+    else:
+        names = apart(lambda: _names(path), path)
+    for load, letter in zip(LOADS, "FP"):
+        other = next((name for name in names if name.lower() in (load, letter.lower()) and name != load), None)
+        if other and load not in given:
+            raise ValueError(f"{path}: the variable {other} is not read; rename it {load} ({letter} of the equations), or, if it is "
+                             "something else, leave it out")
+
+
+def _names(path):
+    try:
+        return [name for name, _, _ in scipy.io.whosmat(path)]
+    except Exception as error:  # as in _loaded
+        if isinstance(error, OSError) and error.filename is not None:
+            raise
+        raise ValueError(f"{path}: not a readable MATLAB file: {error}") from None
 
 
 def _loaded(path):

@@ -32,6 +32,7 @@ KEYS = {
               "name"},
 }
 BETWEEN_ONLY = {"tolerance"}
+DEEPEST = 32  # brackets within brackets, as in a case file
 
 
 def apply(structure, path):
@@ -91,6 +92,10 @@ def _read(path):
             content = tomllib.load(stream)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: {error}") from None
+    except RecursionError:
+        content = None
+    if content is None or _deeper(content, DEEPEST):
+        raise ValueError(f"{path}: more than {DEEPEST} brackets within brackets, or parts of a dotted key; a joint needs 3 at most")
     units = content.pop("units", None)
     if not isinstance(units, (str, type(None))):
         raise ValueError(f'{path}: units must be text such as "t, mm, s, N", found {units!r}')
@@ -108,6 +113,15 @@ def _read(path):
     if not any(kind == "joint" for kind, _, _ in entries):
         raise ValueError(f"{path}: wanted at least one [[joint]], found {', '.join(content) or 'nothing'}")
     return entries, units
+
+
+def _deeper(value, depth):
+    """Whether lists and tables are nested deeper; by level, because each level of a recursion takes room on the stack."""
+    level = [value]
+    for _ in range(depth + 1):
+        level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)
+                 if isinstance(inner, (dict, list))]
+    return bool(level)
 
 
 def _nearest(word, known):

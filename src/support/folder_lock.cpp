@@ -1,0 +1,82 @@
+#include "support/folder_lock.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr const char *mine = "process "; // how such a file begins
+
+std::string about_me() {
+  char host[256] = "", when[64] = "";
+  gethostname(host, sizeof host - 1);
+  const std::time_t now = std::time(nullptr);
+  std::strftime(when, sizeof when, "%Y-%m-%d %H:%M:%S", std::localtime(&now));
+  return mine + std::to_string(getpid()) + " on " + host + ", since " + when;
+}
+
+std::string holder(int descriptor) {
+  char text[512];
+  const ssize_t length = pread(descriptor, text, sizeof text, 0);
+  return length > 0 ? std::string(text, static_cast<std::size_t>(length)) : "a process that has not said its name yet";
+}
+
+// False where the file was removed between opening and locking it: by a run that ended just then.
+bool is_still(int descriptor, const std::filesystem::path &file) {
+  struct stat opened {
+  }, named{};
+  return fstat(descriptor, &opened) == 0 && stat(file.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
+
+} // namespace
+
+FolderLock::FolderLock(const std::filesystem::path &folder, const std::string &remedy)
+    : file_(folder / "dovetail.lock") {
+  for (;;) {
+    descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (descriptor_ < 0)
+      throw InputError(file_.string() + ": cannot be opened: " + std::strerror(errno) + "; " + remedy);
+    int failed;
+    do failed = flock(descriptor_, LOCK_EX | LOCK_NB);
+    while (failed && errno == EINTR);
+    if (failed && errno == EWOULDBLOCK) {
+      const std::string who = holder(descriptor_);
+      close(descriptor_);
+      throw InputError(folder.string() + ": another run is writing there (" + who + "); wait for its end, or " +
+                       remedy);
+    }
+    if (failed) { // file systems over a network may have none
+      note_ = "note: " + folder.string() +
+              ": nothing guards this folder against a second run, as its file system has "
+              "no locks (" +
+              std::strerror(errno) + ")";
+      break;
+    }
+    if (is_still(descriptor_, file_)) break;
+    close(descriptor_);
+  }
+  if (struct stat now{}; fstat(descriptor_, &now) == 0 && now.st_size > 0 && holder(descriptor_).rfind(mine, 0) != 0) {
+    close(descriptor_);
+    throw InputError(file_.string() + ": was not written by dovetail, and the run would replace it; move it away");
+  }
+  const std::string text = about_me();
+  [[maybe_unused]] const bool told = ftruncate(descriptor_, 0) == 0 && // a lock holds without a name, too
+                                     pwrite(descriptor_, text.data(), text.size(), 0) >= 0;
+}
+
+FolderLock::~FolderLock() {
+  unlink(file_.c_str());
+  close(descriptor_);
+}
+
+} // namespace dovetail

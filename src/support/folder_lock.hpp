@@ -1,0 +1,27 @@
+#pragma once
+// One run at a time in a folder.
+#include <filesystem>
+#include <string>
+
+namespace dovetail {
+
+/// Holds a folder while it lives: by a lock of the operating system on a file in it, which a process loses however it
+/// ends. The file says who holds it, and goes with the lock; a killed process leaves it behind, unlocked.
+class FolderLock {
+public:
+  /// Throws InputError if another process holds the folder, with what it says of itself and `remedy`.
+  FolderLock(const std::filesystem::path &folder, const std::string &remedy);
+  ~FolderLock();
+  FolderLock(const FolderLock &) = delete;
+  FolderLock &operator=(const FolderLock &) = delete;
+
+  /// What to tell the user: that the file system has no locks, or nothing.
+  const std::string &note() const { return note_; }
+
+private:
+  std::filesystem::path file_;
+  int descriptor_ = -1;
+  std::string note_;
+};
+
+} // namespace dovetail
