@@ -13,6 +13,9 @@ namespace dovetail {
 ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
                            const Voice &voice, std::optional<ReductionFigures> &figures);
 
+/// The reduced model that the case names. Collective. InputError, also where no load of the case pushes anywhere.
+ReducedModel given_reduced_model(MPI_Comm comm, const Case &study);
+
 /// In words, what the reduction of the case's model will take. Reads the model and analyses its K_ee. Collective.
 /// InputError; ComputeError if it cannot fit.
 std::string forecast_reduction(MPI_Comm comm, const Case &study);

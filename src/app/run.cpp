@@ -36,9 +36,12 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
       if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
+      check_patterns(study, header.forces, study.model);
       checked.sizes = forecast(header, study);
     } else {
-      checked.sizes = forecast(read_reduced_header(study.reduced), study);
+      const ReducedHeader header = read_reduced_header(study.reduced);
+      check_patterns(study, header.loads, study.reduced);
+      checked.sizes = forecast(header, study);
     }
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));
     settle_stability(study, modes + 3 * points);
@@ -64,7 +67,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   if (study.reduced.empty())
     reduction = forecast_reduction(comm, study);
   else
-    read_reduced(comm, study.reduced);
+    given_reduced_model(comm, study);
   if (!voice.speaks()) return;
   describe(std::cout, study, checked.contact);
   describe(std::cout, checked.sizes);

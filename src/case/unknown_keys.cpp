@@ -29,13 +29,17 @@ struct Name {
 };
 
 Name split(const std::string &dotted) {
-  const auto dot = dotted.find('.');
+  const auto dot = dotted.rfind('.');
   return dot == std::string::npos ? Name{"", dotted} : Name{dotted.substr(0, dot), dotted.substr(dot + 1)};
 }
 
+std::string heading(const std::string &section) { // of a list of tables, if it has a dot
+  return section.find('.') == std::string::npos ? "[" + section + "]" : "[[" + section + "]]";
+}
+
 std::string spelled(const Name &name) {
-  if (name.key.empty()) return "[" + name.section + "]";
-  return name.key + (name.section.empty() ? " above the first section" : " in [" + name.section + "]");
+  if (name.key.empty()) return heading(name.section);
+  return name.key + (name.section.empty() ? " above the first section" : " in " + heading(name.section));
 }
 
 /// The allowed name most like `word`; a namesake in `section` comes before equals elsewhere. Empty: none is
@@ -81,11 +85,17 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
   };
   const auto unknown_key = [&](const Entry &entry, const toml::value &value, const Name &name) {
     const std::string alike = suggestion(name.key, name.section, names);
-    const std::string place = name.section.empty() ? "above the first section" : "in [" + name.section + "]";
+    const std::string place = name.section.empty() ? "above the first section" : "in " + heading(name.section);
     complain(
         value,
         "unknown key " + (name.section.empty() ? "" : name.section + ".") + name.key + " = " + entry.source() + ": " +
             (alike.empty() ? "allowed " + place + ": " + listed(name.section, names) : "did you mean " + alike + "?"));
+  };
+
+  const auto unknown_in_list = [&](const toml::value &item, const std::string &list) {
+    if (!item.is_table()) return;
+    for (const auto &[key, inner] : item.as_table())
+      if (!known.count(list + "." + key)) unknown_key(Entry(file_, key, &inner), inner, {list, key});
   };
 
   for (const auto &[word, value] : root_.as_table()) {
@@ -94,7 +104,10 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
         complain(value, word + " is a section: write [" + word + "] on a line of its own, once");
       else
         for (const auto &[key, inner] : value.as_table())
-          if (!known.count(word + "." + key)) unknown_key(Entry(file_, key, &inner), inner, {word, key});
+          if (!known.count(word + "." + key))
+            unknown_key(Entry(file_, key, &inner), inner, {word, key});
+          else if (inner.is_array())
+            for (const auto &item : inner.as_array()) unknown_in_list(item, word + "." + key);
     } else if (value.is_table() && !known.count(word)) {
       const std::string alike = suggestion(word, "", sections);
       std::string all;

@@ -24,7 +24,7 @@ DenseModel one_mass(double press, double along, double across, double damping) {
   DenseModel model;
   model.points = 1;
   model.K = {40, 0, 0, 0, 40, 0, 0, 0, 40}, model.M = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  model.force = {along, 0, across}, model.fourier = {0, 0, 1}, model.damping = damping;
+  model.loads = {{{along, 0, across}, {0, 0, 1}}}, model.damping = damping;
   model.contact = {{Law::coulomb, 120, {30, 30}, {0.3, 0.3}, 0}};
   model.standstill = {{{0, 0, press / 120}, {0, 0, press}, {0, 0}}};
   return model;
@@ -84,7 +84,7 @@ TEST(OrbitCurve, motions_come_back_by_small_steps) {
       EXPECT_LT(std::hypot(w[0][0] - slider[0], w[0][1] - slider[1]), 2e-4 * largest(begin)) << at->omega(*at->here());
     }
     EXPECT_GT(seen[1], 0) << "nothing opens";
-    if (model.force[0] == 0)
+    if (model.loads[0].vector[0] == 0)
       EXPECT_GT(falling, 10); // unstable ones, too
     else
       EXPECT_GT(seen[0], 0) << "nothing slips";
