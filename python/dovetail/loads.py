@@ -41,10 +41,10 @@ def with_phase(values, phase, name):
     if not np.isfinite(phase):
         raise ValueError(f"phase must be a finite number [rad], found {phase}")
     values = np.asarray(values) * np.exp(-1j * phase) if phase else np.asarray(values)
-    parts = {name: (values.real.astype(float), FORTH)}
-    if np.iscomplexobj(values) and np.any(values.imag):
-        parts[name + LATER] = (-values.imag, LATE)
-    return parts
+    parts = {name: (values.real.astype(float), FORTH), name + LATER: (-values.imag.astype(float), LATE)}
+    rounding = 4 * np.finfo(float).eps * np.abs(values).max(initial=0)  # of a phase of 90 degrees
+    there = {part: load for part, load in parts.items() if np.abs(load[0]).max(initial=0) > rounding}
+    return there or {name: parts[name]}
 
 
 def of_moment(points, moment, said):
