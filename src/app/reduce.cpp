@@ -91,8 +91,9 @@ void refuse_no_force(const Case &study, const std::vector<std::string> &patterns
                    " has no force other than zero, nothing would move; write forces there, or name another pattern");
 }
 
-FullModel full_model(MPI_Comm comm, const Case &study) {
+FullModel full_model(MPI_Comm comm, const Case &study, bool need_force = true) {
   FullModel model = read_full_model(comm, study.model);
+  if (!need_force) return model;
   std::vector<std::string> names;
   std::vector<double> largest;
   for (const ForcePattern &pattern : model.forces) {
@@ -121,9 +122,9 @@ ReducedModel given_reduced_model(MPI_Comm comm, const Case &study) {
 }
 
 ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
-                           const Voice &voice, std::optional<ReductionFigures> &figures) {
+                           const Voice &voice, std::optional<ReductionFigures> &figures, bool need_force) {
   if (!study.reduced.empty()) return stages.run("1 model", [&] { return given_reduced_model(comm, study); });
-  FullModel model = stages.run("1 model", [&] { return full_model(comm, study); });
+  FullModel model = stages.run("1 model", [&] { return full_model(comm, study, need_force); });
   refuse_too_many_modes(study, model);
   const Motion motion = agreed_motion(comm, study, model);
   Source source{model.file,        model.hash,      model.units, study.modes,       kind_of(study),

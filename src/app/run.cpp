@@ -85,7 +85,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
       study.modes_by_tolerance && !earlier && !reduce_only
           ? reduced_to_tolerance(comm, study, checked.sizes.dofs - 3 * checked.sizes.points, own_file, checked.contact,
                                  checked.initial, stages, voice, figures)
-          : reduced_model(comm, study, own_file, stages, voice, figures);
+          : reduced_model(comm, study, own_file, stages, voice, figures, !reduce_only);
   const ReductionFigures *reduction = figures ? &*figures : nullptr;
   if (reduce_only) {
     write_summary(comm, study.directory, nullptr, stages, reduction);

@@ -246,6 +246,13 @@ def test_model_file(folder, name):
     expect(run(folder), ["model.h5", *words])
 
 
+def test_a_reduction_needs_no_force(folder):
+    write_model(folder / "model.h5", force=np.zeros(5))
+    done = subprocess.run([BINARY, "reduce", folder / "case.toml"], capture_output=True, text=True, timeout=SECONDS, env=SURROUNDINGS)
+    assert done.returncode == 0, done.stderr
+    expect(run(folder, "--dry-run"), ["no force other than zero"])
+
+
 LOADS = "[[excitation.load]]\npattern = \"%s\"\nfourier = [0, 1]\n"
 
 

@@ -126,7 +126,7 @@ def _matrix(key, pairs, values, path):
 
 def _loads(deck, path, notes):
     """Entry of every line of the load file, and of its imaginary ones."""
-    in_deck = [load.where for load in deck.loads if path is None]
+    in_deck = [load.where for load in [*deck.loads, *deck.late_loads] if path is None]
     if in_deck:
         notes.append(f"NOT taken: *CLOAD ({in_deck[0]}), because there is no _LOAD1.mtx" + STEP)
     if path is None:
