@@ -70,7 +70,7 @@ def _model(file):
     entries = [dataset(file, f"{name}/data", (None,)).size for name in ("K", "M")]
     lines = [("units", words(file, "units", "not given")), ("degrees of freedom", f"{n} ({n - 3 * points} elastic)"),
              ("contact points", points), ("entries of K, M", f"{entries[0]}, {entries[1]}")]
-    for name in ("force", "preload"):
+    for name in ("force", *(f"forces/{name}" for name in members(file, "forces")), "preload"):
         if name in file:
             values = numbers(file, name)
             lines.append((name, f"{np.count_nonzero(values)} entries, largest {np.abs(values).max(initial=0):g}"))

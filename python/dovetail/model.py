@@ -15,7 +15,8 @@ import scipy.sparse as sp
 
 from . import hdf5_parts, model_mesh
 from .hdf5_parts import Part
-from .hdf5_read import numbers, opened, whole, words
+from .hdf5_read import members, numbers, opened, whole, words
+from .loads import excitation, need_name
 from .parameters import CONTACT_WIDTH, contact_parameters
 from .sparse_rows import even_range, fault, is_petsc, rows_of
 
@@ -31,6 +32,9 @@ class Model:
         Zero-based indices of t1, t2, n of each contact point; positive n closes the gap.
     force, preload : (n,) array or petsc4py Vec, optional
         F, the amplitude of the excitation, and P, the static load [N]. Default zero.
+    forces : dict, optional
+        Further load patterns by name, (n,) arrays or petsc4py Vecs [N], each with its own course in the case file. With these and
+        without `force` there is no pattern "force".
     contact : dict, optional
         Any of `normal_stiffness`, `gap` (a number or one per point) and `tangential_stiffness`, `friction` (a number,
         [t1, t2], or one such pair per point). The case file can override them.
@@ -54,7 +58,7 @@ class Model:
     """
 
     def __init__(self, K, M, contact_dofs, force=None, preload=None, contact=None, mesh=None, joint=None, units="SI",
-                 comm=None):
+                 comm=None, forces=None):
         if comm is None:
             comm = K.getComm().tompi4py() if is_petsc(K) else hdf5_parts.default_comm()
         self.K, self.M, self.units, self.comm = K, M, str(units), comm
@@ -67,8 +71,10 @@ class Model:
         if self._rows["M"].n != self.n:
             raise ValueError(f"K and M must have the same size, found {self.n} and {self._rows['M'].n}")
         self.contact_dofs = _contact_dofs(contact_dofs, self.n)
-        self.force = self._load(force, "force")
+        self.forces = {name: self._load(load, name) for name, load in load_patterns(forces).items()}
+        self.force = None if force is None and self.forces else self._load(force, "force")
         self.preload = self._load(preload, "preload")
+        self.courses = {}  # of patterns, [a0, a1, b1, ...]; Structure knows them
         self.contact = contact_parameters(contact or {}, len(self.contact_dofs))
         self.mesh = model_mesh.checked_mesh(mesh, self.n) if mesh else None
         self.joint = model_mesh.checked_joint(joint, len(self.contact_dofs)) if joint else None
@@ -84,7 +90,7 @@ class Model:
         Fe, Pe : (n_e,), optional;  Fc, Pc : (3 N_x,), optional
             Parts of F and P [N], default zero.
         **options
-            `contact`, `mesh`, `joint`, `units`, `comm` of Model.
+            `contact`, `mesh`, `joint`, `units`, `comm`, `forces` of Model.
         """
         n_e, n_c = np.shape(Kec)
         wanted = {"Kee": (Kee, (n_e, n_e)), "Kcc": (Kcc, (n_c, n_c)), "Mee": (Mee, (n_e, n_e)), "Mec": (Mec, (n_e, n_c)),
@@ -101,19 +107,29 @@ class Model:
         contact_dofs = n_e + np.arange(n_c).reshape(-1, 3)
         return cls(K, M, contact_dofs, _stack(Fe, Fc, n_e, n_c, "F"), _stack(Pe, Pc, n_e, n_c, "P"), **options)
 
-    def with_loads(self, force=None, preload=None):
-        """The same model with another F or P, where given; K and M are shared with this one."""
+    def with_loads(self, force=None, preload=None, forces=None):
+        """The same model with another F or P or other patterns, where given; K and M are shared with this one."""
         result = copy.copy(self)
+        if forces is not None:
+            result.forces = {name: self._load(load, name) for name, load in load_patterns(forces).items()}
         result.force = self.force if force is None else self._load(force, "force")
         result.preload = self.preload if preload is None else self._load(preload, "preload")
         return result
+
+    def excitation(self):
+        """The [[excitation.load]] entries of a case file in which every pattern has the course it was given, else a cosine."""
+        names = [*([] if self.force is None else ["force"]), *self.forces]
+        return excitation({name: self.courses.get(name, [0, 1]) for name in names})
 
     def write(self, path):
         """Write the model file of docs/reference/files.md. Collective: every rank writes the rows it holds."""
         parts = []
         for name, rows in self._rows.items():
             parts += _sparse_parts(name, rows, self.comm)
-        for name, load in (("force", self.force), ("preload", self.preload)):
+        loads = {"force": self.force, "preload": self.preload} | {f"forces/{name}": load for name, load in self.forces.items()}
+        for name, load in loads.items():
+            if load is None:
+                continue
             start, stop = load.getOwnershipRange() if is_petsc(load) else even_range(self.n, self.comm)
             values = load.getArray(readonly=True) if is_petsc(load) else load[start:stop]
             parts.append(Part(name, (self.n,), start, np.real(values).astype(np.float64)))
@@ -140,6 +156,7 @@ class Model:
             contact = {name: numbers(file, f"contact/{name}") for name in CONTACT_WIDTH if f"contact/{name}" in file}
             mesh, joint = model_mesh.read_mesh(file), model_mesh.read_joint(file)
             loads = {name: numbers(file, name) for name in ("force", "preload") if name in file}
+            loads["forces"] = {name: numbers(file, f"forces/{name}") for name in members(file, "forces")} if "forces" in file else None
             return cls(read_sparse(file, "K"), read_sparse(file, "M"), numbers(file, "contact/dofs", (None, 3), "i"), **loads,
                        contact=contact, mesh=mesh, joint=joint, units=words(file, "units", "SI"), comm=hdf5_parts.Alone())
 
@@ -159,6 +176,16 @@ class Model:
         """The part of an array known whole on every rank that this rank writes."""
         start, stop = even_range(len(values), self.comm)
         return Part(name, values.shape, start, values[start:stop])
+
+
+def load_patterns(forces):
+    """`forces` as a dict, its names checked: they are those of datasets."""
+    forces = dict(forces or {})
+    for name in forces:
+        need_name(name)
+        if name == "force":
+            raise ValueError('"force" is the name of the pattern `force`; give it there, or take another name')
+    return forces
 
 
 def _sparse_parts(name, rows, comm):

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from . import cells as cell_kinds
 from . import hdf5_parts
+from .loaded import Loaded, is_zero, said_of
 from .model import Model
 from .parameters import CONTACT_WIDTH
 from .relative import change_of
@@ -21,7 +22,7 @@ from .sparse_rows import is_petsc
 from .surface import Surface
 
 
-class Structure:
+class Structure(Loaded):
     """K and M of a structure, the place and direction of every dof, and named parts of the mesh.
 
     Parameters
@@ -77,6 +78,7 @@ class Structure:
             if rows.size and not 0 <= rows.min() <= rows.max() < count:
                 raise ValueError(f"{name} must name nodes 0 to {count - 1}, found {rows.min()} to {rows.max()}")
         self.force, self.preload = self._load(force, "force"), self._load(preload, "preload")
+        self.forces, self.courses = {}, {}  # further load patterns, and the series [a0, a1, b1, ...] of all that were added
 
     def surface(self, name):
         """The surface of that name, or the outer cell faces all of whose nodes are in the node set of that name.
@@ -124,7 +126,7 @@ class Structure:
             held += [3, 4, 5]
         removed = np.isin(self.dof_node, self._nodes(where)) & np.isin(self.dof_direction, held) & (self.dof_node >= 0)
         if not removed.any():
-            raise ValueError(f"nothing to clamp: the nodes of {_said(where)} have no dofs in {directions} (any more)")
+            raise ValueError(f"nothing to clamp: the nodes of {said_of(where)} have no dofs in {directions} (any more)")
         kept = np.flatnonzero(~removed)
         result = copy.copy(self)
         result.n = len(kept)
@@ -139,18 +141,8 @@ class Structure:
         else:
             result.K, result.M = (sp.csr_matrix(matrix)[kept][:, kept] for matrix in (self.K, self.M))
         result.force, result.preload = (self._kept(load, kept, result) for load in (self.force, self.preload))
+        result.forces = {name: self._kept(load, kept, result) for name, load in self.forces.items()}
         return result
-
-    def with_force(self, where, vector):
-        """With more excitation F: `vector` (3,) [N] in all, in equal shares on the nodes of a set (as in `clamped`).
-
-        A share on a clamped dof goes into the support.
-        """
-        return self._with_load("force", where, vector)
-
-    def with_preload(self, where, vector):
-        """With more static load P; as `with_force`."""
-        return self._with_load("preload", where, vector)
 
     def join(self, joints, *, motion_sets=True):
         """The model with the contact points of all joints, in their order: K' = T^T K T, M' = T^T M T, loads T^T f. Collective.
@@ -172,9 +164,13 @@ class Structure:
                 "sets": self.node_sets if motion_sets else {},
                 "changed": {"dof": change.dof, "begin": change.rows.indptr, "column": change.rows.indices, "value": change.rows.data}}
         stacked = {key: np.concatenate([getattr(joint, key) for joint in joints]) for key in ("position", "axes", "area")}
-        return Model(change.apply(self.K), change.apply(self.M), np.concatenate([joint.contact_dofs for joint in joints]),
-                     change.apply_load(self.force, self.K), change.apply_load(self.preload, self.K), _contact(joints), mesh,
-                     joint={**stacked, "joint": number, "names": [joint.name for joint in joints]}, units=self.units, comm=self.comm)
+        force, forces = change.apply_load(self.force, self.K), {name: change.apply_load(load, self.K) for name, load in self.forces.items()}
+        model = Model(change.apply(self.K), change.apply(self.M), np.concatenate([joint.contact_dofs for joint in joints]),
+                      None if forces and is_zero(self.force) else force, change.apply_load(self.preload, self.K), _contact(joints), mesh,
+                      joint={**stacked, "joint": number, "names": [joint.name for joint in joints]}, units=self.units, comm=self.comm,
+                      forces=forces)
+        model.courses = self.courses
+        return model
 
     def _need_ours(self, joint):
         """The dofs of a joint must be ours: it may have been made before clamping, which renumbers."""
@@ -187,29 +183,6 @@ class Structure:
         if not fits:
             raise ValueError(f"joint {joint.name!r} was not made from the surfaces of this structure; clamp first, then take surfaces and "
                              "make joints, for clamping renumbers the degrees of freedom")
-
-    def _with_load(self, name, where, vector):
-        vector = np.asarray(vector, dtype=np.float64)
-        if vector.shape != (3,) or not np.all(np.isfinite(vector)):
-            raise ValueError(f"{name} must be a vector of three finite numbers [N], found {vector.tolist()}")
-        rows = np.unique(self._nodes(where))
-        if not rows.size:
-            raise ValueError(f"no node to put the {name} on: {_said(where)} is empty")
-        dofs = self.dofs_of(rows)
-        share = np.broadcast_to(vector / len(rows), dofs.shape)
-        used = (dofs >= 0) & (share != 0)
-        if vector.any() and not used.any():
-            raise ValueError(f"no node of {_said(where)} can take the {name} {vector.tolist()}: none has a free dof in its direction")
-        result, load = copy.copy(self), getattr(self, name)
-        load = load.copy()
-        if is_petsc(load):
-            begin, end = load.getOwnershipRange()
-            used &= (dofs >= begin) & (dofs < end)
-            load.setArray(load.getArray() + np.bincount(dofs[used] - begin, weights=share[used], minlength=end - begin))
-        else:
-            load += np.bincount(dofs[used], weights=share[used], minlength=self.n)
-        setattr(result, name, load)
-        return result
 
     def _load(self, load, name):
         """As a Vec distributed like K when K is a PETSc matrix, else as an array (n,)."""
@@ -277,13 +250,6 @@ def _contact(joints):
             raise ValueError(f"joint {without[0]!r} has no {key}, other joints have; give it for all, or for none and in the case file")
         contact[key] = np.concatenate([joint.contact[key] for joint in joints])
     return contact
-
-
-def _said(where):
-    if isinstance(where, str):
-        return repr(where)
-    where = list(where)
-    return ", ".join(map(repr, where)) if where and isinstance(where[0], str) else f"the {len(where)} rows given"
 
 
 def _size(nodes):

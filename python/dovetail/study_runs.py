@@ -134,7 +134,11 @@ def toml(content):
 
 
 def value_text(value):
-    """A value in TOML; words, numbers, truth values and lists of them are written as in JSON."""
+    """A value in TOML; words, numbers and truth values are written as in JSON, tables within brackets, as in excitation.load."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(value_text, value))}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key} = {value_text(inner)}' for key, inner in value.items())}}}"
     return json.dumps(value, ensure_ascii=False)
 
 

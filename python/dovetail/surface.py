@@ -60,8 +60,8 @@ class Surface:
             np.add.at(areas, rows, face_kinds.node_areas(self.points[rows]))
         return areas
 
-    def normals(self):
-        """Outward unit normals (m, 3) at the nodes: those of the faces around, weighted by area."""
+    def area_vectors(self):
+        """Tributary areas (m, 3) [m^2] along the outward normals of the faces around each node."""
         self._need_faces("a normal")
         total = np.zeros((len(self.points), 3))
         for rows in self.faces:
@@ -69,6 +69,11 @@ class Surface:
             areas = face_kinds.node_areas(X)
             for i, xi in enumerate(face_kinds.NODES[k]):
                 np.add.at(total, rows[:, i], areas[:, [i]] * face_kinds.normals(X, np.tile(xi, (len(X), 1))))
+        return total
+
+    def normals(self):
+        """Outward unit normals (m, 3) at the nodes: those of the faces around, weighted by area."""
+        total = self.area_vectors()
         length = np.linalg.norm(total, axis=1)
         bad = np.flatnonzero(length <= 0)
         if bad.size:

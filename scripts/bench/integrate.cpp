@@ -83,7 +83,7 @@ HarmonicSystem harmonic_system(const Case &study) {
                                              initial_preload(study, points), note);
   const Scales scales = choose_scales(study, preloaded);
   return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
-                        study.fourier);
+                        study.loads);
 }
 
 void print_numbers(const char *name, const std::vector<double> &values, int width) {

@@ -46,11 +46,7 @@ int harmonics_for(const ErrorEstimate &error, int H, int least, double wanted) {
 } // namespace
 
 int Follower::least_harmonics() const { // those of the load
-  const std::vector<double> &f = system_->fourier();
-  int highest = 1;
-  for (std::size_t i = 0; i < f.size(); ++i)
-    if (f[i] != 0) highest = std::max(highest, static_cast<int>(i + 1) / 2);
-  return highest;
+  return std::max(1, highest_harmonic(system_->loads()));
 }
 
 // Where contacts are stiff, twice the harmonics may cost ten times as much as the point: what estimates take is kept to

@@ -94,7 +94,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   HarmonicSystem system = stages.run("4 scaling", [&] {
     const Scales scales = earlier ? earlier->scales : choose_scales(study, preloaded);
     return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
-                          study.fourier, study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
+                          study.loads, study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   const Scales &scales = system.scales();
   const double w0 = scales.frequency, amplitude_unit = watched_scale(study, system.layout(), scales);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "support/error.hpp"
 #include "support/hash.hpp"
 #include "support/hdf5.hpp"
 
@@ -94,19 +95,62 @@ void keep_for_results(MPI_Comm comm, const std::filesystem::path &file) {
   });
 }
 
+// `largest` force of each pattern of a file, under the same number as its name.
+void refuse_no_force(const Case &study, const std::vector<std::string> &patterns, const std::vector<double> &largest,
+                     const std::filesystem::path &file) {
+  std::string names;
+  for (const LoadCourse &load : study.loads) {
+    const auto found = std::find(patterns.begin(), patterns.end(), load.pattern);
+    if (found == patterns.end()) continue; // of a file that has changed since it was checked
+    const bool moves = std::any_of(load.fourier.begin(), load.fourier.end(), [](double value) { return value != 0; });
+    if (moves && largest[found - patterns.begin()] > 0) return;
+    names += (names.empty() ? "\"" : ", \"") + load.pattern + '"';
+  }
+  throw InputError(study.loads[0].where + ": of " + file.string() + " the load pattern " + names +
+                   " has no force other than zero, nothing would move; write forces there, or name another pattern");
+}
+
+FullModel full_model(MPI_Comm comm, const Case &study, bool need_force = true) {
+  FullModel model = read_full_model(comm, study.model);
+  if (!need_force) return model;
+  std::vector<std::string> names;
+  std::vector<double> largest;
+  for (const ForcePattern &pattern : model.forces) {
+    PetscReal norm;
+    check(VecNorm(pattern.values, NORM_INFINITY, &norm), "looking at the loads");
+    names.push_back(pattern.name), largest.push_back(norm);
+  }
+  refuse_no_force(study, names, largest, model.file);
+  return model;
+}
+
 } // namespace
 
 std::filesystem::path old_reduced(const std::filesystem::path &file) { return file.parent_path() / "reduced.old.h5"; }
 
+ReducedModel given_reduced_model(MPI_Comm comm, const Case &study) {
+  ReducedModel model = read_reduced(comm, study.reduced);
+  std::vector<std::string> names;
+  std::vector<double> largest;
+  for (const LoadPattern &pattern : model.loads) {
+    names.push_back(pattern.name), largest.push_back(0);
+    for (const auto *values : {&pattern.fa, &pattern.fx})
+      for (const double value : *values) largest.back() = std::max(largest.back(), std::abs(value));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm);
+  refuse_no_force(study, names, largest, study.reduced);
+  return model;
+}
+
 ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
-                           const Voice &voice, std::optional<ReductionFigures> &figures) {
+                           const Voice &voice, std::optional<ReductionFigures> &figures, bool need_force) {
   if (!study.reduced.empty()) {
-    ReducedModel given = stages.run("1 model", [&] { return read_reduced(comm, study.reduced); });
+    ReducedModel given = stages.run("1 model", [&] { return given_reduced_model(comm, study); });
     if (!given.as_written)
       voice.say("note: " + study.reduced.string() + ": its numbers are not those that dovetail wrote (fingerprint)");
     return given;
   }
-  FullModel model = stages.run("1 model", [&] { return read_full_model(comm, study.model); });
+  FullModel model = stages.run("1 model", [&] { return full_model(comm, study, need_force); });
   refuse_too_many_modes(study, model);
   const Motion motion = agreed_motion(comm, study, model);
   Source source{model.file,        model.hash,      model.units, study.modes,       kind_of(study),
@@ -163,7 +207,7 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
 }
 
 std::string forecast_reduction(MPI_Comm comm, const Case &study) {
-  FullModel model = read_full_model(comm, study.model);
+  FullModel model = full_model(comm, study);
   refuse_too_many_modes(study, model);
   const Motion motion = agreed_motion(comm, study, model);
   const Prepared prepared = prepare(study, std::move(model), motion);

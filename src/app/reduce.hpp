@@ -9,9 +9,13 @@
 namespace dovetail {
 
 /// The reduced model, from the file the case names, from `file` if that still fits the case, or computed and written
-/// there; `figures` are set in the last case. Collective. InputError, ComputeError.
+/// there; `figures` are set in the last case. Collective. InputError, where a force is needed also if no load of the
+/// case pushes anywhere; ComputeError.
 ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
-                           const Voice &voice, std::optional<ReductionFigures> &figures);
+                           const Voice &voice, std::optional<ReductionFigures> &figures, bool need_force = true);
+
+/// The reduced model that the case names. Collective. InputError, also where no load of the case pushes anywhere.
+ReducedModel given_reduced_model(MPI_Comm comm, const Case &study);
 
 /// Where the reduced file goes that results in its folder were computed from, when another takes its place.
 std::filesystem::path old_reduced(const std::filesystem::path &file);

@@ -41,9 +41,12 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
       if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
+      check_patterns(study, header.forces, study.model);
       checked.sizes = forecast(header, study);
     } else {
-      checked.sizes = forecast(read_reduced_header(study.reduced), study);
+      const ReducedHeader header = read_reduced_header(study.reduced);
+      check_patterns(study, header.loads, study.reduced);
+      checked.sizes = forecast(header, study);
     }
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));
     if (modes + points == 0)
@@ -57,10 +60,8 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     checked.contact = contact_points(study.contact, from_model, points);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
-    if (!request.reduce_only && !study.reduced.empty()) refuse_zero_load_of_reduced(study.reduced);
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
-  if (!request.reduce_only && checked.study.reduced.empty()) refuse_zero_load(comm, checked.study.model);
   return checked;
 }
 
@@ -88,7 +89,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   if (study.reduced.empty())
     reduction = forecast_reduction(comm, study);
   else
-    read_reduced(comm, study.reduced);
+    given_reduced_model(comm, study);
   if (!voice.speaks()) return;
   describe(std::cout, study, checked.contact);
   describe(std::cout, checked.sizes);
@@ -106,7 +107,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
       study.modes_by_tolerance && !earlier && !reduce_only
           ? reduced_to_tolerance(comm, study, checked.sizes.dofs - 3 * checked.sizes.points, own_file, checked.contact,
                                  checked.initial, stages, voice, figures)
-          : reduced_model(comm, study, own_file, stages, voice, figures);
+          : reduced_model(comm, study, own_file, stages, voice, figures, !reduce_only);
   const ReductionFigures *reduction = figures ? &*figures : nullptr;
   if (reduce_only) {
     const bool alone = !std::filesystem::exists(results_of(study)); // else the summary is of those

@@ -38,6 +38,16 @@ struct ContactSettings {
   std::string file; ///< where a missing one is to be added, for messages
 };
 
+/// Name of the load pattern in the dataset /force of a model.
+constexpr const char *force_pattern = "force";
+
+/// One pattern of forces and its course over the period: [excitation] fourier, or an entry of [[excitation.load]].
+struct LoadCourse {
+  std::string pattern = force_pattern;
+  std::vector<double> fourier = {0, 1}; ///< f(t) as [a0, a1, b1, ...], padded with zeros to 2H+1
+  std::string where;                    ///< what names the pattern, with its place, for messages
+};
+
 /// Whose motion is to be recovered later: [output] motion.
 struct MotionWish {
   bool given = false, all = false; ///< not given: all while that is little
@@ -72,7 +82,7 @@ struct Case {
   bool check_modes = false;                  ///< count the modes below the last one
   double memory = 0;                         ///< what the reduction may take on one machine [GiB]; 0: all that is free
   double damping = 0;                        ///< xi [s]
-  std::vector<double> fourier = {0, 1};      ///< f(t) as [a0, a1, b1, ...], padded with zeros to 2H+1
+  std::vector<LoadCourse> loads = {{}};      ///< each of another pattern
   ContactSettings contact;                   ///< as written here; a model file may supply the rest
   std::vector<double> preload_initial = {0}; ///< x_p0: one number, or 3 N_x [m]
   std::string preload_initial_where;         ///< place in the file, for messages about its length
@@ -120,6 +130,9 @@ Case read_case(const std::filesystem::path &file, const std::filesystem::path &o
 /// The settings in force for each of `n` contact points: case file first, else what the model file gave.
 /// Throws InputError naming the place when a length is wrong or a parameter is missing.
 std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model, int n);
+
+/// Throws InputError where a load of the case is none of `patterns`, which are those of `file`.
+void check_patterns(const Case &study, const std::vector<std::string> &patterns, const std::filesystem::path &file);
 
 /// Checks x_p0 against the number of contact points and returns 3 N_x values [m].
 std::vector<double> initial_preload(const Case &study, int n);

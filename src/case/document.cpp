@@ -112,6 +112,20 @@ std::vector<Entry> Entry::items() const {
   return result;
 }
 
+std::vector<Entry> Entry::tables(const std::string &wanted) const {
+  std::vector<Entry> result;
+  if (is_list())
+    for (const auto &item : value_->as_array())
+      if (item.is_table()) result.emplace_back(file_, name_, &item);
+  if (result.empty() || result.size() != value_->as_array().size()) throw InputError(where() + ": write " + wanted);
+  return result;
+}
+
+Entry Entry::operator[](const std::string &key) const {
+  const auto found = value_->as_table().find(key);
+  return {file_, name_ + "." + key, found == value_->as_table().end() ? nullptr : &found->second};
+}
+
 std::vector<double> Entry::numbers() const {
   std::vector<double> result;
   for (const auto &item : items()) result.push_back(item.number());

@@ -31,6 +31,9 @@ public:
   bool is_list() const { return value_->is_array(); }
   bool is_words() const { return value_->is_string(); }
   std::vector<Entry> items() const; ///< of a list; they call themselves "entry 3 of KEY"
+  /// Of a list of tables; else a refusal that says to write `wanted`.
+  std::vector<Entry> tables(const std::string &wanted) const;
+  Entry operator[](const std::string &key) const; ///< of a table; "KEY.name"
 
 private:
   std::string file_, name_;

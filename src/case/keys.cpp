@@ -18,6 +18,13 @@ std::string fourier_text(std::vector<double> values) {
   return numbers_text(values);
 }
 
+std::string loads_text(const std::vector<LoadCourse> &loads) {
+  std::string result;
+  for (const LoadCourse &load : loads)
+    result += (result.empty() ? "" : ", ") + load.pattern + " " + fourier_text(load.fourier);
+  return result;
+}
+
 std::string spread_text(const std::vector<double> &values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return number_text(*low) + (*low == *high ? "" : " .. " + number_text(*high));
@@ -66,7 +73,11 @@ const std::vector<Key> &keys() {
                         : c.memory > 0  ? number_text(c.memory)
                                         : "what is free"; }},
       {"damping.stiffness", "s", [](C c) { return number_text(c.damping); }},
-      {"excitation.fourier", "-", [](C c) { return fourier_text(c.fourier); }},
+      {"excitation.fourier", "-",
+       [](C c) { return c.given.count("excitation.load") ? std::string() : fourier_text(c.loads[0].fourier); }},
+      {"excitation.load", "-", [](C c) { return c.given.count("excitation.load") ? loads_text(c.loads) : ""; }},
+      {"excitation.load.pattern", "", nullptr},
+      {"excitation.load.fourier", "-", nullptr},
       {"contact.law", "", nullptr},
       {"contact.normal_stiffness", "N/m", nullptr},
       {"contact.tangential_stiffness", "N/m", nullptr},

@@ -13,7 +13,8 @@ struct Key {
   std::string (*text)(const Case &study); ///< the value in force, empty where the key has no meaning for this case
 };
 
-/// Those of [contact] have no text: they depend on the model too.
+/// Those of [contact] have no text, they depend on the model too; nor have those of lists of tables,
+/// "section.list.name".
 const std::vector<Key> &keys();
 
 } // namespace dovetail

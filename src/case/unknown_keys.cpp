@@ -29,13 +29,17 @@ struct Name {
 };
 
 Name split(const std::string &dotted) {
-  const auto dot = dotted.find('.');
+  const auto dot = dotted.rfind('.');
   return dot == std::string::npos ? Name{"", dotted} : Name{dotted.substr(0, dot), dotted.substr(dot + 1)};
 }
 
+std::string heading(const std::string &section) { // of a list of tables, if it has a dot
+  return section.find('.') == std::string::npos ? "[" + section + "]" : "[[" + section + "]]";
+}
+
 std::string spelled(const Name &name) {
-  if (name.key.empty()) return "[" + name.section + "]";
-  return name.key + (name.section.empty() ? " above the first section" : " in [" + name.section + "]");
+  if (name.key.empty()) return heading(name.section);
+  return name.key + (name.section.empty() ? " above the first section" : " in " + heading(name.section));
 }
 
 /// Words between underscores: "stiffness" is one of "normal_stiffness".
@@ -98,12 +102,18 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
   };
   const auto unknown_key = [&](const Entry &entry, const toml::value &value, const Name &name) {
     const auto alike = suggestions(name.key, name.section, names);
-    const std::string place = name.section.empty() ? "above the first section" : "in [" + name.section + "]";
+    const std::string place = name.section.empty() ? "above the first section" : "in " + heading(name.section);
     const std::string all = "allowed " + place + ": " + listed(name.section, names);
     const bool elsewhere = !alike.empty() && alike.front().section != name.section;
     complain(value, "unknown key " + (name.section.empty() ? "" : name.section + ".") + name.key + " = " +
                         entry.source() + ": " +
                         (alike.empty() ? all : "did you mean " + in_words(alike) + "?" + (elsewhere ? " " + all : "")));
+  };
+
+  const auto unknown_in_list = [&](const toml::value &item, const std::string &list) {
+    if (!item.is_table()) return;
+    for (const auto &[key, inner] : item.as_table())
+      if (!known.count(list + "." + key)) unknown_key(Entry(file_, key, &inner), inner, {list, key});
   };
 
   for (const auto &[word, value] : root_.as_table()) {
@@ -112,7 +122,10 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
         complain(value, word + " is a section: write [" + word + "] on a line of its own, once");
       else
         for (const auto &[key, inner] : value.as_table())
-          if (!known.count(word + "." + key)) unknown_key(Entry(file_, key, &inner), inner, {word, key});
+          if (!known.count(word + "." + key))
+            unknown_key(Entry(file_, key, &inner), inner, {word, key});
+          else if (inner.is_array())
+            for (const auto &item : inner.as_array()) unknown_in_list(item, word + "." + key);
     } else if (value.is_table() && !known.count(word)) {
       const std::string alike = in_words(suggestions(word, "", sections));
       std::string all;

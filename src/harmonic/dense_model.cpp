@@ -38,11 +38,14 @@ DenseModel dense_model(const HarmonicSystem &system) {
     const std::size_t at = place[c.row] * n + place[c.column];
     dense.K[at] += c.k, dense.M[at] += c.m;
   }
-  dense.force = scaled.model.reduced.fa;
-  const std::vector<double> fx = all_of(layout.comm, scaled.model.reduced.fx);
-  dense.force.insert(dense.force.end(), fx.begin(), fx.end());
+  for (const LoadCase &load : system.loads()) {
+    const auto contact = load.vector.begin() + layout.own_modes.size();
+    LoadCase all{all_of(layout.comm, std::vector<double>(load.vector.begin(), contact)), load.fourier};
+    const std::vector<double> fx = all_of(layout.comm, std::vector<double>(contact, load.vector.end()));
+    all.vector.insert(all.vector.end(), fx.begin(), fx.end());
+    dense.loads.push_back(std::move(all));
+  }
   dense.file = scaled.model.reduced.file;
-  dense.fourier = system.fourier();
   dense.damping = scaled.damping;
   dense.contact = all_of(layout.comm, scaled.model.contact);
   dense.standstill = all_of(layout.comm, scaled.model.standstill);

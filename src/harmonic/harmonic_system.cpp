@@ -37,22 +37,36 @@ ScaledModel with_softer_contacts(ScaledModel scaled, double stiffness) {
 
 } // namespace
 
-HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier,
+HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, const std::vector<LoadCourse> &loads,
                                LinearForm form)
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
-      form_(form), fourier_(std::move(fourier)), loose_(scaled_.model.reduced, layout_),
+      form_(form), loose_(scaled_.model.reduced, layout_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(linear_part(scaled_.model.reduced, scaled_.model.contact, layout_, form)) {
-  fourier_.resize(layout_.width, 0.0);
+  const ReducedModel &reduced = scaled_.model.reduced;
+  for (const LoadCourse &load : loads) {
+    const std::size_t number = reduced.load(load.pattern);
+    const LoadPattern &pattern = reduced.loads[number];
+    const auto modal = pattern.fa.begin() + layout_.own_modes.begin;
+    loads_.push_back({{modal, modal + layout_.own_modes.size()}, load.fourier});
+    loads_.back().vector.insert(loads_.back().vector.end(), pattern.fx.begin(), pattern.fx.end());
+    if (!reduced.left_out.loads.empty()) left_out_loads_.push_back({reduced.left_out.loads[number], load.fourier});
+  }
+  fit_courses();
 }
 
 HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness)
     : scaled_(with_softer_contacts(like.scaled_, stiffness)), layout_(scaled_.model.reduced, harmonics),
-      harmonics_(harmonics), samples_(samples), form_(like.form_), fourier_(like.fourier_), loose_(like.loose_),
-      parameter_(like.parameter_->clone()),
+      harmonics_(harmonics), samples_(samples), form_(like.form_), loads_(like.loads_),
+      left_out_loads_(like.left_out_loads_), loose_(like.loose_), parameter_(like.parameter_->clone()),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(like.linear_->like(layout_)) {
-  fourier_.resize(layout_.width, 0.0);
+  fit_courses();
+}
+
+void HarmonicSystem::fit_courses() {
+  for (auto *loads : {&loads_, &left_out_loads_})
+    for (LoadCase &load : *loads) load.fourier.resize(layout_.width, 0.0);
 }
 
 std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like, int harmonics, int samples) {
@@ -114,12 +128,6 @@ void HarmonicSystem::evaluate_contact(const double *q) {
   contact_.assign(contact, contact + count);
 }
 
-double HarmonicSystem::load(PetscInt dof) const {
-  const ReducedModel &model = scaled_.model.reduced;
-  const PetscInt contact = dof - layout_.own_modes.size();
-  return contact < 0 ? model.fa[layout_.own_modes.begin + dof] : model.fx[contact];
-}
-
 void HarmonicSystem::residual(Vec y, Vec f) {
   const int n = layout_.width;
   const double *q;
@@ -131,13 +139,12 @@ void HarmonicSystem::residual(Vec y, Vec f) {
   check(VecGetArray(f, &out), "evaluating the residual");
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
     const PetscInt at = d * n;
-    const double force = factor * load(d);
-    out[at] = u[at] - force * fourier_[0];
+    out[at] = u[at] - force_coefficient(loads_, d, 0, factor);
     for (int k = 1; k <= harmonics_; ++k) {
       const PetscInt c = at + cosine(k), s = at + sine(k);
       const double inertia = k * omega * k * omega, damping = k * omega * scaled_.damping;
-      out[c] = u[c] - inertia * v[c] + damping * u[s] - force * fourier_[cosine(k)];
-      out[s] = u[s] - inertia * v[s] - damping * u[c] - force * fourier_[sine(k)];
+      out[c] = u[c] - inertia * v[c] + damping * u[s] - force_coefficient(loads_, d, cosine(k), factor);
+      out[s] = u[s] - inertia * v[s] - damping * u[c] - force_coefficient(loads_, d, sine(k), factor);
     }
   }
   evaluate_contact(q);

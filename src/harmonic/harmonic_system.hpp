@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "harmonic/linear_part.hpp"
+#include "harmonic/load_case.hpp"
 #include "harmonic/loose_body.hpp"
 #include "harmonic/response_parameter.hpp"
 #include "scaling/scaled_model.hpp"
@@ -13,8 +14,9 @@ enum class LinearForm { assembled, modal }; ///< see linear_part.hpp
 
 class HarmonicSystem {
 public:
-  /// `samples`: per period of the contact laws, or `exactly`; `fourier`: f(t) as (2H+1) coefficients. Collective.
-  HarmonicSystem(ScaledModel model, int harmonics, int samples, std::vector<double> fourier,
+  /// `samples`: per period of the contact laws, or `exactly`; `loads`: patterns of the model that work, with f(t).
+  /// Collective.
+  HarmonicSystem(ScaledModel model, int harmonics, int samples, const std::vector<LoadCourse> &loads,
                  LinearForm form = LinearForm::assembled);
 
   /// The same equations with other harmonics or samples, and k_n times `stiffness`. Collective.
@@ -30,9 +32,10 @@ public:
   const Scales &scales() const { return scaled_.scales; }
   int harmonics() const { return harmonics_; }
   int samples() const { return samples_; }
-  const ScaledModel &scaled() const { return scaled_; }                    ///< without the matrices
-  std::vector<Coupling> couplings() const { return linear_->couplings(); } ///< the matrices; this rank's share
-  const std::vector<double> &fourier() const { return fourier_; }          ///< f(t), (2H+1)
+  const ScaledModel &scaled() const { return scaled_; }                           ///< without the matrices
+  std::vector<Coupling> couplings() const { return linear_->couplings(); }        ///< the matrices; this rank's share
+  const std::vector<LoadCase> &loads() const { return loads_; }                   ///< by own dof
+  const std::vector<LoadCase> &left_out_loads() const { return left_out_loads_; } ///< by mode of LeftOut
 
   UniqueVec unknowns() const; ///< y = [X; parameter], zero
   double omega(Vec y) const;  ///< last unknown, on every rank. Collective.
@@ -59,7 +62,6 @@ public:
   /// K q and M q of the motion evaluated last, (own coefficients).
   const std::vector<double> &stiffness_force() const { return stiffness_force_; }
   const std::vector<double> &inertia_force() const { return inertia_force_; }
-  double load(PetscInt own_dof) const; ///< of the pattern, at an own dof
 
   /// What the own contact points did over the period at the motion evaluated last, in scaled units.
   const std::vector<Activity> &activity() const { return forces_.activity(); }
@@ -68,13 +70,14 @@ private:
   void evaluate_contact(const double *q); // unless done at this motion
   void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, likewise
   bool hold_adrift();
+  void fit_courses(); // to the harmonics
   double shared_omega(const double *own) const;
 
   ScaledModel scaled_;
   Layout layout_;
   int harmonics_, samples_;
   LinearForm form_;
-  std::vector<double> fourier_;
+  std::vector<LoadCase> loads_, left_out_loads_;
   LooseBody loose_;
   bool adrift_ = false;
   std::unique_ptr<ResponseParameter> parameter_ = std::make_unique<FrequencyParameter>();

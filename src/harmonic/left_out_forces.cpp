@@ -38,8 +38,8 @@ double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual) {
                    d = k * omega * xi * left.squares[j], a = left.squares[j] - w2;
       const double stiffness = std::abs(a) < least ? std::copysign(least, a) : a, size = stiffness * stiffness + d * d;
       double &c = z[j * n + cosine(k)], &s = z[j * n + sine(k)];
-      const double fc = left.load[j] * system.fourier()[cosine(k)] + w2 * c,
-                   fs = left.load[j] * system.fourier()[sine(k)] + w2 * s;
+      const double fc = force_coefficient(system.left_out_loads(), j, cosine(k)) + w2 * c,
+                   fs = force_coefficient(system.left_out_loads(), j, sine(k)) + w2 * s;
       c = (stiffness * fc - d * fs) / size, s = (stiffness * fs + d * fc) / size;
       squares += c * c + s * s;
     }

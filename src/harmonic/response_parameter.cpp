@@ -19,7 +19,7 @@ void FrequencyParameter::derivative(const HarmonicSystem &system, const Setting 
 void LoadParameter::derivative(const HarmonicSystem &system, const Setting &, std::vector<double> &column) const {
   const int n = system.layout().width;
   for (PetscInt i = 0; i < system.layout().own_coefficients(); ++i)
-    column[i] = -system.load(i / n) * system.fourier()[i % n];
+    column[i] = -force_coefficient(system.loads(), i / n, i % n);
 }
 
 } // namespace dovetail

@@ -11,13 +11,19 @@
 
 namespace dovetail {
 
+struct ForcePattern {
+  std::string name; ///< "force" of the dataset /force, else of its dataset in the group /forces
+  UniqueVec values; ///< (n,)
+};
+
 struct FullModel {
   MPI_Comm comm = MPI_COMM_NULL;
   std::filesystem::path file;
   std::string units = "SI";                          ///< a label, passed on to the results
   PetscInt dofs = 0;                                 ///< n
   UniqueMat K, M;                                    ///< (n, n) AIJ, symmetric [N/m], [kg]
-  UniqueVec force, preload;                          ///< (n,) F and P [N]
+  std::vector<ForcePattern> forces;                  ///< F_j [N], each with a name
+  UniqueVec preload;                                 ///< (n,) P [N]
   std::vector<std::array<PetscInt, 3>> contact_dofs; ///< (N_x): t1, t2, n of each contact point; on every rank
   ContactSettings contact;                           ///< what the model file says of the contact law
   std::uint64_t hash = 0; ///< of everything the reduction depends on; the same on any number of ranks
@@ -27,6 +33,7 @@ struct ModelHeader {
   PetscInt dofs = 0, points = 0;
   double nonzeros = 0; ///< stored entries of K
   ContactSettings contact;
+  std::vector<std::string> forces; ///< names of the patterns
 };
 
 /// The dofs, ascending, whose motion gives that of the sets and nodes wished for; `all` is left to the caller. Each
@@ -35,9 +42,6 @@ std::vector<PetscInt> motion_dofs(const std::filesystem::path &file, const Motio
 
 /// Sizes and contact parameters only, for checks and forecasts. Each rank on its own.
 ModelHeader read_model_header(const std::filesystem::path &file);
-
-/// Throws InputError if the load is made of zeros: forgotten, or a dataset that was made and never written. Collective.
-void refuse_zero_load(MPI_Comm comm, const std::filesystem::path &path);
 
 /// Reads and checks a model file (docs/reference/files.md, "Model file"); each rank reads its own rows. Collective.
 /// InputError.

@@ -22,6 +22,32 @@ std::uint64_t entry_hash(std::uint64_t kind, std::uint64_t i, std::uint64_t j, d
   return mix(mix(mix(kind * 0x9e3779b97f4a7c15u + i) + j) + bits);
 }
 
+// 0 for "force", so that models with this one pattern keep their number.
+std::uint64_t name_hash(const std::string &name) {
+  std::uint64_t hash = 0;
+  if (name != force_pattern)
+    for (const unsigned char c : name) hash = mix(hash + c + 1);
+  return hash;
+}
+
+std::string place_of_pattern(const std::string &name) { return name == force_pattern ? "/force" : "/forces/" + name; }
+
+std::vector<std::string> pattern_names(const h5::Reader &file) {
+  std::vector<std::string> names;
+  if (file.has("/force")) names.emplace_back(force_pattern);
+  if (file.has("/forces"))
+    for (const std::string &name : file.members("/forces")) {
+      if (name == force_pattern)
+        throw InputError(file.place("/forces/force") +
+                         ": \"force\" is the name of the dataset /force; take another name");
+      names.push_back(name);
+    }
+  if (names.empty())
+    throw InputError(file.place("/force") + ": missing; one force per dof is wanted there, or in datasets of a group "
+                                            "/forces, one per load pattern");
+  return names;
+}
+
 struct Rows { // this rank's rows of a symmetric matrix, from the file's columns
   std::vector<PetscInt> begin, column;
   std::vector<double> value;
@@ -251,27 +277,16 @@ ModelHeader read_model_header(const std::filesystem::path &path) {
   header.nonzeros = static_cast<double>(entries[0]);
   header.points = static_cast<PetscInt>(read_contact_dofs(file, header.dofs).size());
   header.contact = read_contact(file);
+  header.forces = pattern_names(file);
   return header;
-}
-
-void refuse_zero_load(MPI_Comm comm, const std::filesystem::path &path) {
-  int some = 0;
-  on_all_ranks(comm, [&] {
-    const h5::Reader file(path);
-    const PetscInt n = matrix_size(file, "/K");
-    for (const double value : read_vector(file, "/force", n, own_share(comm, n))) some = some || value != 0;
-  });
-  MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_LOR, comm);
-  if (!some)
-    throw InputError(path.string() + ": /force: all values are 0, so nothing would move; write the amplitude of the "
-                                     "load there [N]");
 }
 
 FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
   FullModel model;
   model.comm = comm;
   model.file = path;
-  std::vector<double> force, preload;
+  std::vector<std::vector<double>> forces;
+  std::vector<double> preload;
   Range own;
   on_all_ranks(comm, [&] {
     const h5::Reader file(path);
@@ -284,7 +299,10 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
     own = own_share(comm, model.dofs);
     model.contact_dofs = read_contact_dofs(file, model.dofs);
     model.contact = read_contact(file);
-    force = read_vector(file, "/force", model.dofs, own);
+    for (const std::string &name : pattern_names(file)) {
+      model.forces.push_back({name, {}});
+      forces.push_back(read_vector(file, place_of_pattern(name), model.dofs, own));
+    }
     preload = read_vector(file, "/preload", model.dofs, own);
   });
   const auto matrix = [&](const std::string &name, std::uint64_t kind, bool drop_zeros) {
@@ -298,12 +316,15 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
   model.K = matrix("/K", 1, false); // a node's dofs keep the same columns: see the partition
   model.M = matrix("/M", 2, true);  // of solid elements two thirds of it are zeros
   check_mass(model.M, own, path.string() + ": /M");
-  for (PetscInt i = 0; i < own.size(); ++i)
-    model.hash += entry_hash(3, own.begin + i, 0, force[i]) + entry_hash(4, own.begin + i, 0, preload[i]);
+  for (PetscInt i = 0; i < own.size(); ++i) model.hash += entry_hash(4, own.begin + i, 0, preload[i]);
+  for (std::size_t j = 0; j < forces.size(); ++j) {
+    const std::uint64_t name = name_hash(model.forces[j].name);
+    for (PetscInt i = 0; i < own.size(); ++i) model.hash += entry_hash(3, own.begin + i, name, forces[j][i]);
+  }
   MPI_Allreduce(MPI_IN_PLACE, &model.hash, 1, MPI_UINT64_T, MPI_SUM, comm);
   for (std::size_t p = 0; p < model.contact_dofs.size(); ++p)
     for (int d = 0; d < 3; ++d) model.hash += entry_hash(5, 3 * p + d, model.contact_dofs[p][d], 0);
-  model.force = distribute(comm, model.dofs, own, force);
+  for (std::size_t j = 0; j < forces.size(); ++j) model.forces[j].values = distribute(comm, model.dofs, own, forces[j]);
   model.preload = distribute(comm, model.dofs, own, preload);
   return model;
 }

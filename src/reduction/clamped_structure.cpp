@@ -59,13 +59,18 @@ ClampedStructure clamp(FullModel &&full) {
   parts.own.end = parts.own.begin + own;
 
   const UniqueIS e = list(comm, elastic), c = list(comm, contact);
-  parts.force_e = values_at(parts.full.force, e), parts.force_c = values_at(parts.full.force, c);
+  parts.force_e = Tall(own, static_cast<PetscInt>(parts.full.forces.size()));
+  for (PetscInt j = 0; j < parts.force_e.columns; ++j) {
+    const UniqueVec force = std::move(parts.full.forces[j].values);
+    const std::vector<double> elastic_part = values_at(force, e);
+    std::copy(elastic_part.begin(), elastic_part.end(), parts.force_e.column(j));
+    parts.force_c.push_back(values_at(force, c));
+  }
   parts.preload_e = values_at(parts.full.preload, e), parts.preload_c = values_at(parts.full.preload, c);
   parts.K = split(parts.full.K, e, c);
   parts.full.K = UniqueMat();
   parts.M = split(parts.full.M, e, c);
   parts.full.M = UniqueMat();
-  parts.full.force = UniqueVec();
   parts.full.preload = UniqueVec();
   if (parts.elastic > 0) parts.solver = std::make_unique<ClampedSolver>(parts.K.ee, parts.full.file.string());
   return parts;

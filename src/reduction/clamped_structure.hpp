@@ -5,6 +5,7 @@
 
 #include "model/full_model.hpp"
 #include "reduction/clamped_solver.hpp"
+#include "reduction/tall.hpp"
 #include "support/partition.hpp"
 
 namespace dovetail {
@@ -20,8 +21,10 @@ struct ClampedStructure {
   Range own;                      ///< this rank's elastic rows
   std::vector<long> elastic_dofs; ///< (own) their numbers in the full model
   Blocks K, M;
-  std::vector<double> force_e, force_c, preload_e, preload_c; ///< own parts of F and P [N]
-  std::unique_ptr<ClampedSolver> solver;                      ///< K_ee analysed, not factored; none if n_e = 0
+  Tall force_e;                             ///< own parts of the F_j, a column each [N]
+  std::vector<std::vector<double>> force_c; ///< likewise, of contact dofs
+  std::vector<double> preload_e, preload_c; ///< own parts of P [N]
+  std::unique_ptr<ClampedSolver> solver;    ///< K_ee analysed, not factored; none if n_e = 0
 };
 
 /// Splits the model, elastic dofs by METIS, contact points in even shares, and analyses K_ee. Collective.

@@ -160,8 +160,9 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
   model.kxx = dense_rows(parts.K.cc);
   model.mxx = dense_rows(parts.M.cc);
   model.mxa.resize(static_cast<std::size_t>(own_nc) * modes);
-  model.fa.resize(modes);
-  model.fx = parts.force_c;
+  model.loads.clear();
+  for (std::size_t j = 0; j < parts.force_c.size(); ++j)
+    model.loads.push_back({parts.full.forces[j].name, std::vector<double>(modes), parts.force_c[j]});
   model.r = parts.preload_c;
   for (double &value : model.r) value = -value;
   if (parts.elastic == 0) return out; // every dof in contact: nothing to condense
@@ -187,10 +188,10 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       kept.push_back(i), recovery.elastic_dofs.push_back(parts.elastic_dofs[i]), recovery.xe0.push_back(xe0.values[i]);
   recovery.psi.resize(kept.size() * nc);
 
-  Tall force(own_rows, 1);
-  force.values = parts.force_e;
-  Tall probes(own_rows, std::min(nc + 1, lanczos_block));
-  if (probes.columns > 0) std::copy(force.values.begin(), force.values.end(), probes.column(0));
+  const Tall &force = parts.force_e, of_loads = load_probes(comm, force);
+  const PetscInt loads = force.columns;
+  Tall probes(own_rows, std::min(nc + of_loads.columns, lanczos_block));
+  std::copy(of_loads.values.begin(), of_loads.values.end(), probes.values.begin());
   const UniqueMat sides = on_host(parts.K.ce);
   Tall psi(own_rows, plan.keep_psi ? nc : std::min(plan.block, nc));
   for (PetscInt first = 0; first < nc; first += plan.block) {
@@ -204,13 +205,14 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       add_block(model.mxx, nc, first, 1, multiply(parts.M.ce, psi, at, count)); // M_cc + M_ce Psi + ...
       Tall carried = multiply(parts.M.ee, psi, at, count);                      // M_ee Psi + M_ec
       add_columns(parts.M.ec, first, carried);
-      mix_probes(carried, first, nc, probes);
+      mix_probes(carried, first, nc, of_loads.columns, probes);
       const auto coupling = gram(comm, phi, 0, modes, carried, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
-      const auto loaded = gram(comm, psi, at, count, force, 0, 1);        // F_x = Psi^T F_e + F_c, eq (18)
+      const auto loaded = gram(comm, psi, at, count, force, 0, loads);    // F_x = Psi^T F_e + F_c, eq (18)
       for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j) {
         std::copy_n(coupling.data() + static_cast<std::size_t>(j - first) * modes, modes,
                     model.mxa.data() + static_cast<std::size_t>(j - first_own) * modes);
-        model.fx[j - first_own] += loaded[j - first];
+        for (PetscInt load = 0; load < loads; ++load)
+          model.loads[load].fx[j - first_own] += loaded[load * count + j - first];
       }
       if (plan.keep_psi) add_upper(comm, model.points, psi, carried, first, model.mxx); // ... + Psi^T (M_ee Psi + M_ec)
       return carried;
@@ -233,7 +235,9 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       model.left_out = left_out(parts, found, probes);
     });
   model.kaa = found.squares;
-  model.fa = gram(comm, phi, 0, modes, force, 0, 1); // eq (17)
+  const auto modal = gram(comm, phi, 0, modes, force, 0, loads); // eq (17)
+  for (PetscInt load = 0; load < loads; ++load)
+    model.loads[load].fa.assign(modal.begin() + load * modes, modal.begin() + (load + 1) * modes);
   recovery.phi.resize(kept.size() * modes);
   keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
   mirror_upper(comm, model.points, model.kxx);

@@ -62,6 +62,11 @@ void independent(MPI_Comm comm, Mat A, const std::vector<double> &before, Tall &
   S.drop_columns_from(left);
 }
 
+// In (-1, 1], the same on any number of ranks.
+double noise(PetscInt row, PetscInt column) {
+  return 1 - 2 * double(mix((static_cast<std::uint64_t>(row) + 1) * 64 + column) >> 11) * 0x1p-53;
+}
+
 Tall part(const Tall &S, PetscInt first, PetscInt count) {
   Tall out(S.rows, count);
   std::copy(S.column(first), S.column(first + count), out.column(0));
@@ -70,15 +75,31 @@ Tall part(const Tall &S, PetscInt first, PetscInt count) {
 
 } // namespace
 
-void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, Tall &probes) {
+Tall load_probes(MPI_Comm comm, const Tall &forces) {
+  const PetscInt loads = forces.columns, n = std::min(loads, lanczos_block / 2);
+  Tall probes(forces.rows, n);
+  if (n == loads) {
+    probes.values = forces.values;
+    return probes;
+  }
+  std::vector<double> squares(loads, 0.0), less(static_cast<std::size_t>(loads) * n, 0.0);
+  for (PetscInt j = 0; j < loads; ++j)
+    for (PetscInt i = 0; i < forces.rows; ++i) squares[j] += forces.column(j)[i] * forces.column(j)[i];
+  MPI_Allreduce(MPI_IN_PLACE, squares.data(), loads, MPI_DOUBLE, MPI_SUM, comm);
+  for (PetscInt column = 0; column < n; ++column) // each of the same weight, whatever its size
+    for (PetscInt j = 0; j < loads; ++j)
+      if (squares[j] > 0) less[column * loads + j] = noise(j, column) / std::sqrt(squares[j]);
+  subtract_product(forces, loads, less, probes);
+  return probes;
+}
+
+void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, PetscInt given, Tall &probes) {
   const PetscInt count = carried.columns, n = probes.columns;
   std::vector<double> less(static_cast<std::size_t>(count) * n, 0.0);
-  for (PetscInt j = 1; j < n; ++j)
-    for (PetscInt i = 0; i < count; ++i) {
-      const auto dof = static_cast<std::uint64_t>(first + i);
+  for (PetscInt j = given; j < n; ++j)
+    for (PetscInt i = 0; i < count; ++i)
       less[j * count + i] =
-          contact_dofs < n ? (first + i == j - 1 ? -1 : 0) : 1 - 2 * double(mix((dof + 1) * 64 + j) >> 11) * 0x1p-53;
-    }
+          contact_dofs <= n - given ? (first + i == j - given ? -1 : 0) : noise(first + i, j - given + 1);
   subtract_product(carried, count, less, probes);
 }
 
@@ -153,9 +174,9 @@ LeftOut left_out(const ClampedStructure &parts, const ElasticModes &kept, const 
   LeftOut out;
   if (left == 0) return out;
   out.squares = rest.squares;
-  Tall force(S.rows, 1);
-  force.values = parts.force_e;
-  out.load = gram(comm, rest.shapes, 0, left, force, 0, 1);
+  const auto loads = gram(comm, rest.shapes, 0, left, parts.force_e, 0, parts.force_e.columns);
+  for (PetscInt j = 0; j < parts.force_e.columns; ++j)
+    out.loads.emplace_back(loads.begin() + j * left, loads.begin() + (j + 1) * left);
   out.coupling = carried_by(parts, rest.shapes);
   if (m > 0) out.with_modes = gram(comm, rest.shapes, 0, left, multiply(parts.M.ee, kept.shapes), 0, m);
   return out;

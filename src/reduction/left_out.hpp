@@ -7,10 +7,13 @@
 
 namespace dovetail {
 
+/// The load patterns, a column each, or, where these are more than half a block, as many mixtures of them.
+Tall load_probes(MPI_Comm comm, const Tall &forces);
+
 /// Adds to `probes` (own elastic rows, at most lanczos_block columns) the share of a block of constraint modes:
-/// `carried`, columns [first, ...) of B = M_ee Psi + M_ec. Column 0 is the caller's; the others are mixtures of all
-/// columns of B.
-void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, Tall &probes);
+/// `carried`, columns [first, ...) of B = M_ee Psi + M_ec. The first `given` columns are the caller's; the others are
+/// mixtures of all columns of B.
+void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, PetscInt given, Tall &probes);
 
 /// Modes that S holds beyond those that are kept, by the Rayleigh-Ritz method on S less its part in them: all of what
 /// is left if that is no more than S. Orthogonal to the kept ones as K_ee weighs, so that how those answer statically

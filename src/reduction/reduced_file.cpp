@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <set>
 
 #include "reduction/reduced_model.hpp"
 #include "support/error.hpp"
@@ -34,6 +35,42 @@ std::vector<double> transposed(const std::vector<double> &A, hsize_t m, hsize_t 
   return out;
 }
 
+// (columns,) of one load pattern, as it always was, (L, columns) of several; this rank writes [first, first + count).
+void write_by_pattern(h5::Writer &file, const std::string &name, const std::vector<std::vector<double>> &values,
+                      hsize_t columns, hsize_t first, hsize_t count) {
+  std::vector<double> flat;
+  for (const auto &of_one : values) flat.insert(flat.end(), of_one.begin(), of_one.begin() + count);
+  if (const hsize_t loads = values.size(); loads > 1)
+    file.slab(name, {loads, columns}, {0, first}, {loads, count}, flat.data());
+  else
+    file.rows(name, {columns}, first, count, flat.data());
+}
+
+// Columns [first, first + count) of such a dataset, of each of the `loads` patterns.
+std::vector<std::vector<double>> read_by_pattern(const h5::Reader &file, const std::string &name, hsize_t loads,
+                                                 hsize_t first, hsize_t count) {
+  const bool rows = file.extent(name).size() == 2;
+  const std::vector<double> flat =
+      rows ? file.doubles(name, {0, first}, {loads, count}) : file.doubles(name, {first}, {count});
+  std::vector<std::vector<double>> values;
+  for (hsize_t j = 0; j < loads; ++j) values.emplace_back(flat.begin() + j * count, flat.begin() + (j + 1) * count);
+  return values;
+}
+
+// Of the load patterns, as many as /Fa has rows.
+std::vector<std::string> names_of_patterns(const h5::Reader &file) {
+  const Extent fa = file.extent("/Fa");
+  const hsize_t loads = fa.size() == 2 ? fa[0] : 1;
+  std::vector<std::string> names = file.words_attribute("force_names");
+  if (names.empty() && loads == 1) names = {force_pattern};
+  if (names.size() != loads)
+    throw InputError(file.place("/") + ": attribute force_names has " + std::to_string(names.size()) +
+                     " names where /Fa has " + std::to_string(loads) + " load patterns; a name for each is wanted");
+  if (std::set<std::string>(names.begin(), names.end()).size() != loads)
+    throw InputError(file.place("/") + ": attribute force_names has one name twice; another for each is wanted");
+  return names;
+}
+
 } // namespace
 
 std::string mass_not_positive(const std::filesystem::path &file) {
@@ -57,15 +94,31 @@ std::string fingerprint_of(const ReducedModel &model) {
   MPI_Comm_rank(model.comm, &rank);
   const std::uint64_t row = 3 * model.own_points.begin, contact = model.contact_dofs();
   const LeftOut &left = model.left_out;
-  for (const auto *values : {&model.kaa, &model.fa, &left.squares, &left.load, &left.with_modes})
-    take(rank == 0 ? *values : std::vector<double>(), 0);
-  take(model.fx, row), take(model.r, row);
+  const auto take_once = [&](const std::vector<double> &values) { // of what is on every rank
+    take(rank == 0 ? values : std::vector<double>(), 0);
+  };
+  take_once(model.kaa), take_once(left.squares), take_once(left.with_modes);
+  for (const auto &load : left.loads) take_once(load);
+  for (const LoadPattern &load : model.loads) {
+    take_once(load.fa);
+    take(load.fx, row);
+  }
+  take(model.r, row);
   take(model.kxx, row * contact), take(model.mxx, row * contact);
   take(model.mxa, row * model.modes), take(left.coupling, row * left.squares.size());
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, model.comm);
   char text[24];
   std::snprintf(text, sizeof text, "%016" PRIx64, sum);
   return text;
+}
+
+std::size_t ReducedModel::load(const std::string &name) const {
+  std::string names;
+  for (std::size_t j = 0; j < loads.size(); ++j) {
+    if (loads[j].name == name) return j;
+    names += (j > 0 ? ", \"" : "\"") + loads[j].name + '"';
+  }
+  throw InputError("load pattern \"" + name + "\": the reduced model has only " + names);
 }
 
 void write_reduced(const std::filesystem::path &path, const Source &source, const Reduction &reduction) {
@@ -90,16 +143,21 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     MPI_Comm_rank(model.comm, &rank);
     const hsize_t all = rank == 0 ? na : 0;
     file.rows("/Kaa", {na}, 0, all, model.kaa.data());
-    file.rows("/Fa", {na}, 0, all, model.fa.data());
+    std::vector<std::string> names;
+    std::vector<std::vector<double>> fa, fx;
+    for (const LoadPattern &load : model.loads)
+      names.push_back(load.name), fa.push_back(load.fa), fx.push_back(load.fx);
+    if (names != std::vector<std::string>{force_pattern}) file.attribute("force_names", names);
+    write_by_pattern(file, "/Fa", fa, na, 0, all);
     file.rows("/Kxx", {nc, nc}, first, rows, model.kxx.data());
     file.rows("/Mxx", {nc, nc}, first, rows, model.mxx.data());
-    file.rows("/Fx", {nc}, first, rows, model.fx.data());
+    write_by_pattern(file, "/Fx", fx, nc, first, rows);
     file.rows("/R", {nc}, first, rows, model.r.data());
     file.slab("/Max", {na, nc}, {0, first}, {na, rows}, transposed(model.mxa, rows, na).data());
     if (const LeftOut &left = model.left_out; !left.squares.empty()) {
       const hsize_t r = left.squares.size();
       file.rows("/left_out/Kaa", {r}, 0, rank == 0 ? r : 0, left.squares.data());
-      file.rows("/left_out/Fa", {r}, 0, rank == 0 ? r : 0, left.load.data());
+      write_by_pattern(file, "/left_out/Fa", left.loads, r, 0, rank == 0 ? r : 0);
       file.slab("/left_out/Max", {r, nc}, {0, first}, {r, rows}, transposed(left.coupling, rows, r).data());
       if (na > 0) file.rows("/left_out/Maa", {na, r}, 0, all, left.with_modes.data());
     }
@@ -149,10 +207,17 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
   const std::string modes = "(" + std::to_string(na) + "", contact = std::to_string(nc) + ")";
   want("/Max", {na, nc}, "(N_a, 3 N_x) = " + modes + ", " + contact);
   want("/Mxx", {nc, nc}, "(3 N_x, 3 N_x) = (" + std::to_string(nc) + ", " + contact);
-  want("/Fa", {na}, "(N_a,) = " + modes + ",)");
-  want("/Fx", {nc}, "(3 N_x,) = (" + std::to_string(nc) + ",)");
+  const std::vector<std::string> loads = names_of_patterns(file);
+  if (file.extent("/Fa").size() == 2) {
+    const std::string patterns = "(" + std::to_string(loads.size()) + ", ";
+    want("/Fa", {loads.size(), na}, "(patterns, N_a) = " + patterns + std::to_string(na) + ")");
+    want("/Fx", {loads.size(), nc}, "(patterns, 3 N_x) = " + patterns + contact);
+  } else {
+    want("/Fa", {na}, "(N_a,) = " + modes + ",)");
+    want("/Fx", {nc}, "(3 N_x,) = (" + std::to_string(nc) + ",)");
+  }
   want("/R", {nc}, "(3 N_x,) = (" + std::to_string(nc) + ",)");
-  return {static_cast<PetscInt>(na), static_cast<PetscInt>(nc / 3)};
+  return {static_cast<PetscInt>(na), static_cast<PetscInt>(nc / 3), loads};
 }
 
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
@@ -175,12 +240,15 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
       return values;
     };
     model.kaa = finite("/Kaa", file.doubles("/Kaa"));
-    model.fa = finite("/Fa", file.doubles("/Fa"));
+    model.loads.clear();
+    const auto fa = read_by_pattern(file, "/Fa", header.loads.size(), 0, na),
+               fx = read_by_pattern(file, "/Fx", header.loads.size(), first, rows);
+    for (std::size_t j = 0; j < fa.size(); ++j)
+      model.loads.push_back({header.loads[j], finite("/Fa", fa[j]), finite("/Fx", fx[j])});
     for (const double square : model.kaa)
       if (!(square > 0))
         throw InputError(file.place("/Kaa") + ": " + std::to_string(square) +
                          "; squared frequencies above 0 are wanted");
-    model.fx = finite("/Fx", file.doubles("/Fx", {first}, {rows}));
     model.r = finite("/R", file.doubles("/R", {first}, {rows}));
     for (const auto &[name, own] : {std::pair{"/Kxx", &model.kxx}, std::pair{"/Mxx", &model.mxx}}) {
       *own = finite(name, file.doubles(name, {first, 0}, {rows, nc}));
@@ -197,10 +265,14 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
     if (!file.has("/left_out/Kaa")) return;
     LeftOut &left = model.left_out;
     left.squares = finite("/left_out/Kaa", file.doubles("/left_out/Kaa"));
-    left.load = finite("/left_out/Fa", file.doubles("/left_out/Fa"));
-    const hsize_t r = left.squares.size();
-    if (left.load.size() != r || file.extent("/left_out/Max") != Extent{r, nc})
-      throw InputError(file.place("/left_out") + ": shapes (r,), (r,) and (r, 3 N_x) are wanted of Kaa, Fa and Max");
+    const hsize_t r = left.squares.size(), loads = header.loads.size();
+    const Extent left_fa = file.extent("/left_out/Fa");
+    if ((left_fa != Extent{loads, r} && (loads > 1 || left_fa != Extent{r})) ||
+        file.extent("/left_out/Max") != Extent{r, nc})
+      throw InputError(file.place("/left_out") + ": shapes (r,), (r,) and (r, 3 N_x) are wanted of Kaa, Fa and Max; "
+                                                 "of several load patterns, (patterns, r) of Fa");
+    for (auto &load : read_by_pattern(file, "/left_out/Fa", loads, 0, r))
+      left.loads.push_back(finite("/left_out/Fa", std::move(load)));
     for (const double square : left.squares)
       if (!(square > 0)) throw InputError(file.place("/left_out/Kaa") + ": squared frequencies above 0 are wanted");
     if (na > 0) {
@@ -216,15 +288,6 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
     model.as_written = written.empty() || written == model.fingerprint;
   });
   return model;
-}
-
-void refuse_zero_load_of_reduced(const std::filesystem::path &path) {
-  const h5::Reader file(path);
-  for (const char *name : {"/Fa", "/Fx"})
-    for (const double value : file.doubles(name))
-      if (value != 0) return;
-  throw InputError(path.string() + ": /Fa and /Fx: all values are 0, so nothing would move; write the amplitude of the "
-                                   "load there");
 }
 
 void check_replaceable(const std::filesystem::path &path) {

@@ -14,10 +14,17 @@ namespace dovetail {
 /// Modes beyond the N_a lowest, as good as a few right-hand sides tell: what is left out of the model, for estimates of
 /// what that does. Nothing in it if that is not known, or if nothing is left out.
 struct LeftOut {
-  std::vector<double> squares;    ///< (r) squares of their frequencies, ascending [rad^2/s^2]; on every rank
-  std::vector<double> load;       ///< (r) like F_a; on every rank
-  std::vector<double> coupling;   ///< (3 own, r) row-major, like M_xa
-  std::vector<double> with_modes; ///< (N_a, r) row-major: their mass in common with the N_a; on every rank
+  std::vector<double> squares;            ///< (r) squares of their frequencies, ascending [rad^2/s^2]; on every rank
+  std::vector<std::vector<double>> loads; ///< (L, r) like F_a of each load pattern; on every rank
+  std::vector<double> coupling;           ///< (3 own, r) row-major, like M_xa
+  std::vector<double> with_modes;         ///< (N_a, r) row-major: their mass in common with the N_a; on every rank
+};
+
+/// F_a,j and F_x,j of one load pattern, eqs (17) and (18).
+struct LoadPattern {
+  std::string name = force_pattern;
+  std::vector<double> fa; ///< (N_a); on every rank
+  std::vector<double> fx; ///< (3 own)
 };
 
 struct ReducedModel {
@@ -31,13 +38,15 @@ struct ReducedModel {
   Range own_modes, own_points; ///< this rank's share
 
   std::vector<double> kaa; ///< (N_a) squares of the fixed-interface frequencies [rad^2/s^2]; on every rank
-  std::vector<double> fa;  ///< (N_a) F_a; on every rank
   // Own rows, row-major, in the order t1, t2, n of each own point:
   std::vector<double> mxa; ///< (3 own, N_a) M_xa = M_ax^T
   std::vector<double> mxx; ///< (3 own, 3 N_x)
   std::vector<double> kxx; ///< (3 own, 3 N_x)
-  std::vector<double> fx;  ///< (3 own) F_x
   std::vector<double> r;   ///< (3 own) R of eq (2)
+
+  std::vector<LoadPattern> loads = {{}}; ///< (L)
+  /// Number of the pattern of that name. InputError if there is none.
+  std::size_t load(const std::string &name) const;
 
   LeftOut left_out;
   std::filesystem::path stuck_file; ///< where the modes of the stuck structure may be kept; empty: nowhere
@@ -105,14 +114,12 @@ void write_reduced(const std::filesystem::path &file, const Source &source, cons
 /// Reads a reduced file; each rank its own rows. Collective. InputError.
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &file);
 
-/// Number of modes and contact points in a reduced file. Each rank on its own. InputError.
+/// What a reduced file holds of modes, contact points and load patterns. Each rank on its own. InputError.
 struct ReducedHeader {
   PetscInt modes = 0, points = 0;
+  std::vector<std::string> loads; ///< names of the patterns
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
-
-/// Throws InputError if the load is made of zeros. Each rank on its own.
-void refuse_zero_load_of_reduced(const std::filesystem::path &file);
 
 /// Throws InputError if `file` exists and Dovetail did not make it: it will not be overwritten. Each rank on its own.
 void check_replaceable(const std::filesystem::path &file);

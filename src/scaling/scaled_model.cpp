@@ -5,16 +5,45 @@
 
 namespace dovetail {
 
+namespace {
+
+// Of the loads of a case, by dof, the largest force, each as it works beside the one with the largest course.
+struct LargestLoads {
+  std::vector<double> modal, contact; // (N_a), (3 own)
+};
+
+LargestLoads largest_loads(const Case &study, const ReducedModel &model) {
+  std::vector<double> courses;
+  for (const LoadCourse &load : study.loads) {
+    double squares = 0;
+    for (const double value : load.fourier) squares += value * value;
+    courses.push_back(std::sqrt(squares));
+  }
+  const double most = *std::max_element(courses.begin(), courses.end());
+  LargestLoads out{std::vector<double>(model.modes, 0.0), std::vector<double>(model.own_contact_dofs(), 0.0)};
+  const auto take = [](std::vector<double> &largest, const std::vector<double> &values, double weight) {
+    for (std::size_t i = 0; i < values.size(); ++i) largest[i] = std::max(largest[i], weight * std::abs(values[i]));
+  };
+  for (std::size_t j = 0; j < courses.size(); ++j) {
+    const LoadPattern &pattern = model.loads[model.load(study.loads[j].pattern)];
+    take(out.modal, pattern.fa, courses[j] / most), take(out.contact, pattern.fx, courses[j] / most);
+  }
+  return out;
+}
+
+} // namespace
+
 Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   if (study.scaling == ScalingKind::none) return {};
   if (study.scaling == ScalingKind::manual) return {study.scale_frequency, study.scale_modal, study.scale_contact};
   const ReducedModel &model = preloaded.reduced;
+  const LargestLoads loads = largest_loads(study, model);
   // Per own contact dof: the force at work, and the displacement at which friction gives way under the preload.
   double force = 0, slip_limit = 0, stiffness = 0, mass = 0;
   for (std::size_t i = 0; i < model.r.size(); ++i) {
     const ContactPoint &point = preloaded.contact[i / 3];
     const std::size_t diagonal = i * model.contact_dofs() + 3 * model.own_points.begin + i;
-    force = std::max(force, std::abs(model.fx[i]));
+    force = std::max(force, loads.contact[i]);
     mass = std::max(mass, model.mxx[diagonal]);
     stiffness = std::max({stiffness, std::abs(model.kxx[diagonal]), point.kn});
     if (!has_friction(point.law)) continue;
@@ -28,9 +57,9 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   MPI_Allreduce(MPI_IN_PLACE, largest, 4, MPI_DOUBLE, MPI_MAX, model.comm);
   Scales scales;
   scales.frequency = model.modes > 0 ? std::sqrt(model.kaa[0]) : study.omega_from;
-  double modal_force = model.modes > 0 ? std::abs(model.fa[0]) : 0;
-  for (const double fa : model.fa) // a first mode that the load hardly moves is no measure
-    if (modal_force < 1e-6 * std::abs(fa)) modal_force = std::abs(fa);
+  double modal_force = model.modes > 0 ? loads.modal[0] : 0;
+  for (const double fa : loads.modal) // a first mode that the load hardly moves is no measure
+    if (modal_force < 1e-6 * fa) modal_force = fa;
   const double w2 = scales.frequency * scales.frequency;
   scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
   // The motion at which x weighs like a. A joint that never slips has a slip limit far beyond it, one that is hardly
@@ -55,11 +84,10 @@ ScaledModel scaled(PreloadedModel model, double damping, const Scales &scales) {
   multiply(reduced.mxa, b / a);
   multiply(reduced.mxx, b / a * (b / a));
   multiply(reduced.kxx, stiffness);
-  multiply(reduced.fa, 1 / (a * w0 * w0));
-  multiply(reduced.fx, force);
+  for (LoadPattern &load : reduced.loads) multiply(load.fa, 1 / (a * w0 * w0)), multiply(load.fx, force);
   multiply(reduced.r, force);
   multiply(reduced.left_out.squares, 1 / (w0 * w0));
-  multiply(reduced.left_out.load, 1 / (a * w0 * w0));
+  for (auto &load : reduced.left_out.loads) multiply(load, 1 / (a * w0 * w0));
   multiply(reduced.left_out.coupling, b / a);
   for (std::size_t p = 0; p < model.contact.size(); ++p) {
     ContactPoint &point = model.contact[p];

@@ -141,6 +141,48 @@ std::string Reader::text_attribute(const std::string &name) const {
   return text.substr(0, text.find('\0'));
 }
 
+std::vector<std::string> Reader::words_attribute(const std::string &name) const {
+  if (H5Aexists(file_, name.c_str()) <= 0) return {};
+  Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+  Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  const hssize_t count = H5Sget_simple_extent_npoints(space);
+  if (H5Tget_class(type) != H5T_STRING || count < 1)
+    throw InputError(place("/") + ": attribute " + name + " must be a list of texts");
+  std::vector<std::string> words;
+  if (H5Tis_variable_str(type) > 0) {
+    std::vector<char *> texts(count, nullptr);
+    if (H5Aread(attribute, type, texts.data()) < 0)
+      throw InputError(place("/") + ": attribute " + name + " cannot be read");
+    for (char *text : texts) {
+      words.emplace_back(text ? text : "");
+      H5free_memory(text);
+    }
+    return words;
+  }
+  const std::size_t length = H5Tget_size(type);
+  std::string texts(length * count, '\0');
+  if (H5Aread(attribute, type, texts.data()) < 0)
+    throw InputError(place("/") + ": attribute " + name + " cannot be read");
+  for (hssize_t i = 0; i < count; ++i) {
+    const std::string text = texts.substr(i * length, length);
+    words.push_back(text.substr(0, text.find('\0')));
+  }
+  return words;
+}
+
+std::vector<std::string> Reader::members(const std::string &group) const {
+  std::vector<std::string> names;
+  Id opened(H5Gopen2(file_, group.c_str(), H5P_DEFAULT), H5Gclose);
+  if (opened < 0) throw InputError(place(group) + ": a dataset was found where a group is wanted");
+  const auto take = [](hid_t, const char *name, const H5L_info_t *, void *list) -> herr_t {
+    static_cast<std::vector<std::string> *>(list)->emplace_back(name);
+    return 0;
+  };
+  if (H5Literate(opened, H5_INDEX_NAME, H5_ITER_INC, nullptr, take, &names) < 0)
+    throw InputError(place(group) + ": cannot be read: the file is truncated or damaged");
+  return names;
+}
+
 long Reader::integer_attribute(const std::string &name, long otherwise, const std::string &object) const {
   if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return otherwise;
   Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
@@ -179,6 +221,18 @@ void Writer::attribute(const std::string &name, const std::string &text, const s
 
 void Writer::attribute(const std::string &name, long number, const std::string &object) {
   set_attribute(name, object, H5T_NATIVE_LONG, &number);
+}
+
+void Writer::attribute(const std::string &name, const std::vector<std::string> &words) {
+  std::vector<const char *> texts;
+  for (const std::string &word : words) texts.push_back(word.c_str());
+  const hsize_t count = texts.size();
+  Id type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  Id attribute(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  if (attribute < 0 || H5Awrite(attribute, type, texts.data()) < 0)
+    throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
 }
 
 void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,

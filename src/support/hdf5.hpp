@@ -44,7 +44,9 @@ public:
   /// Whole dataset, or the slab of `count` from `offset` along each axis, in row-major order.
   std::vector<double> doubles(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
   std::vector<long> integers(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
-  std::string text_attribute(const std::string &name) const; ///< of the root group, "" if absent
+  std::vector<std::string> members(const std::string &group) const; ///< names in a group, in order of the alphabet
+  std::string text_attribute(const std::string &name) const;        ///< of the root group, "" if absent
+  std::vector<std::string> words_attribute(const std::string &name) const; ///< a list of texts, or one; empty if absent
   /// Of the root group unless another object is named; `otherwise` if absent.
   long integer_attribute(const std::string &name, long otherwise, const std::string &object = "/") const;
   /// The message's beginning: "file.h5: /dataset".
@@ -71,6 +73,7 @@ public:
   /// Of the root group, or of another object; one that is there already gets a new value.
   void attribute(const std::string &name, const std::string &text, const std::string &object = "/");
   void attribute(const std::string &name, long number, const std::string &object = "/");
+  void attribute(const std::string &name, const std::vector<std::string> &words); ///< of the root group, a new one
   /// This rank's slab [offset, offset + count) of a dataset of `extent`, row-major; groups on the way are
   /// made. The next call may give another slab of the same dataset.
   /// Collective when the file is; a rank with nothing to write gives a zero in `count`.

@@ -26,8 +26,11 @@ Flow::Flow(const DenseModel &model, double omega, double tolerance)
   work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // all points closed
   for (const ContactPoint &point : model.contact)
     if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
-  for (int h = 1; sine(h) < static_cast<int>(model.fourier.size()); ++h)
-    if (model.fourier[cosine(h)] != 0 || model.fourier[sine(h)] != 0) driven_.push_back(h);
+  for (const LoadCase &load : modes_.loads) {
+    driven_.emplace_back(), courses_.emplace_back();
+    for (int h = 1; sine(h) < static_cast<int>(load.fourier.size()); ++h)
+      if (load.fourier[cosine(h)] != 0 || load.fourier[sine(h)] != 0) driven_.back().push_back(h);
+  }
 }
 
 void Flow::set_omega(double omega) {
@@ -40,11 +43,14 @@ void Flow::set_omega(double omega) {
       for (int d = 0; d < 3; ++d) mobility[d] += std::pow(modes_.contact[i * m + 3 * point + d], 2);
     touches_.emplace_back(model_.contact[point], model_.standstill[point], mobility, 1 / omega);
   }
-  double most = 0;
-  for (const double a : model_.fourier) most += std::abs(a);
   size_ = reach_ = 0;
-  for (int i = 0; i < n; ++i)
-    size_ = std::max(size_, most * std::abs(modes_.force[i]) / std::max(modes_.w2[i], omega * omega));
+  std::vector<double> most(n, 0.0); // force at any time, at most
+  for (const LoadCase &load : modes_.loads) {
+    double sum = 0;
+    for (const double a : load.fourier) sum += std::abs(a);
+    for (int i = 0; i < n; ++i) most[i] += sum * std::abs(load.vector[i]);
+  }
+  for (int i = 0; i < n; ++i) size_ = std::max(size_, most[i] / std::max(modes_.w2[i], omega * omega));
 }
 
 double Flow::contact_rate() const {
@@ -129,16 +135,20 @@ void Flow::expand(const State &state, double time) {
   lay_out(state);
   std::copy(state.eta.begin(), state.eta.end(), term(0));
   std::copy(state.rate.begin(), state.rate.end(), term(1));
-  Series force{}; // f(t)
-  force[0] = model_.fourier.empty() ? 0 : model_.fourier[0] / 2;
-  for (const int h : driven_) {
-    const double a = model_.fourier[cosine(h)], b = model_.fourier[sine(h)];
-    const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
-    double now = a * c + b * s, quarter_on = b * c - a * s; // derivatives: in turn, with alternating signs
-    for (int k = 0; k <= p; ++k) {
-      force[k] += now;
-      const double next = w / (k + 1) * quarter_on;
-      quarter_on = -w / (k + 1) * now, now = next;
+  for (std::size_t load = 0; load < courses_.size(); ++load) {
+    const std::vector<double> &fourier = modes_.loads[load].fourier;
+    Series &force = courses_[load];
+    force = {};
+    force[0] = fourier.empty() ? 0 : fourier[0] / 2;
+    for (const int h : driven_[load]) {
+      const double a = fourier[cosine(h)], b = fourier[sine(h)];
+      const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
+      double now = a * c + b * s, quarter_on = b * c - a * s; // derivatives: in turn, with alternating signs
+      for (int k = 0; k <= p; ++k) {
+        force[k] += now;
+        const double next = w / (k + 1) * quarter_on;
+        quarter_on = -w / (k + 1) * now, now = next;
+      }
     }
   }
   for (int k = 0; k <= p; ++k) {
@@ -159,8 +169,12 @@ void Flow::expand(const State &state, double time) {
     const double *now = term(k), *then = term(k + 1), share = 1.0 / ((k + 1) * (k + 2)),
                  damping = model_.damping * (k + 1);
     double *out = term(k + 2);
-    for (int i = 0; i < n; ++i)
-      out[i] = share * (modes_.force[i] * force[k] - pull_[i] - modes_.w2[i] * (now[i] + damping * then[i]));
+    std::fill_n(out, n, -0.0); // see force_coefficient
+    for (std::size_t load = 0; load < courses_.size(); ++load) {
+      const double *vector = modes_.loads[load].vector.data(), course = courses_[load][k];
+      for (int i = 0; i < n; ++i) out[i] += vector[i] * course;
+    }
+    for (int i = 0; i < n; ++i) out[i] = share * (out[i] - pull_[i] - modes_.w2[i] * (now[i] + damping * then[i]));
   }
 }
 

@@ -73,7 +73,8 @@ private:
   const DenseModel &model_;
   FreeModes modes_;
   std::vector<Touch> touches_;
-  std::vector<int> driven_; // harmonics that the load has, few of all where these are many
+  std::vector<std::vector<int>> driven_; // harmonics that each load has, few of all where these are many
+  std::vector<Series> courses_;          // f(t) of each load over the step
   double omega_, tolerance_;
   double size_ = 0, reach_ = 0; // largest |eta| so far, or what the force alone would make; in displacements
   double work_of_step_;

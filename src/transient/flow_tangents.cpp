@@ -62,19 +62,20 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
   const auto terms = [&](int k) { return &tangent_terms_[static_cast<std::size_t>(k) * block]; };
   std::copy_n(tangents.eta.values.begin(), block, terms(0));
   std::copy_n(tangents.rate.values.begin(), block, terms(1));
-  Series slope{}; // of f(t) by omega, for the numbers' last
-  for (const int h : driven_) {
-    const double a = model_.fourier[cosine(h)], b = model_.fourier[sine(h)];
-    const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
-    double now = h * (b * c - a * s), quarter_on = -h * (a * c + b * s); // of df / d(h omega t), as in expand
-    double before = 0;
-    for (int k = 0; k <= p; ++k) {
-      slope[k] += tangents.turning * (time * now + before); // times t
-      before = now;
-      const double next = w / (k + 1) * quarter_on;
-      quarter_on = -w / (k + 1) * now, now = next;
+  std::vector<Series> slopes(modes_.loads.size(), Series{}); // of f(t) by omega, for the numbers' last
+  for (std::size_t load = 0; load < slopes.size(); ++load)
+    for (const int h : driven_[load]) {
+      const double a = modes_.loads[load].fourier[cosine(h)], b = modes_.loads[load].fourier[sine(h)];
+      const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
+      double now = h * (b * c - a * s), quarter_on = -h * (a * c + b * s); // of df / d(h omega t), as in expand
+      double before = 0;
+      for (int k = 0; k <= p; ++k) {
+        slopes[load][k] += tangents.turning * (time * now + before); // times t
+        before = now;
+        const double next = w / (k + 1) * quarter_on;
+        quarter_on = -w / (k + 1) * now, now = next;
+      }
     }
-  }
   std::vector<double> x(3 * width), g(static_cast<std::size_t>(closed) * width);
   for (int k = 0; k <= p; ++k) {
     for (int point = 0, c = 0; point < model_.points; ++point) {
@@ -89,7 +90,9 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
     const double share = 1.0 / ((k + 1) * (k + 2));
     next_term({n, width, closed, tall, modes_.w2.data(), pulls_.data()}, share, model_.damping * (k + 1), terms(k),
               terms(k + 1), g.data(), terms(k + 2));
-    for (int i = 0; i < n; ++i) terms(k + 2)[i * width + last] += share * modes_.force[i] * slope[k];
+    for (std::size_t load = 0; load < slopes.size(); ++load)
+      for (int i = 0; i < n; ++i)
+        terms(k + 2)[i * width + last] += share * modes_.loads[load].vector[i] * slopes[load][k];
   }
 }
 

@@ -28,10 +28,11 @@ FreeModes free_modes(const DenseModel &model) {
   const double *shapes = out.shapes.data();         // column-major: mode after mode
   out.contact.resize(static_cast<std::size_t>(n) * m);
   out.momentum.resize(out.shapes.size());
-  out.force.resize(n);
+  for (const LoadCase &load : model.loads) out.loads.push_back({std::vector<double>(n), load.fourier});
   for (int i = 0; i < n; ++i) {
     const double *shape = shapes + static_cast<std::size_t>(i) * n;
-    for (int j = 0; j < n; ++j) out.force[i] += shape[j] * model.force[j];
+    for (std::size_t load = 0; load < out.loads.size(); ++load)
+      for (int j = 0; j < n; ++j) out.loads[load].vector[i] += shape[j] * model.loads[load].vector[j];
     std::copy_n(shape + model.modes, m, &out.contact[static_cast<std::size_t>(i) * m]);
     combine(n, n, shape, model.M.data(), &out.momentum[static_cast<std::size_t>(i) * n]);
   }

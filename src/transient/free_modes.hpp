@@ -5,13 +5,13 @@
 namespace dovetail {
 
 /// q = shapes eta, shapes^T M shapes = 1, shapes^T K shapes = diag(w2), all of them kept: nothing is approximated.
-///   eta'' + xi w2 eta' + w2 eta = force f(t) - contact g
+///   eta'' + xi w2 eta' + w2 eta = sum of the loads - contact g
 struct FreeModes {
   int count = 0;                ///< n
   std::vector<double> w2;       ///< (n) squares of the frequencies; 0 for a body held by its joint alone
   std::vector<double> shapes;   ///< (n modes, n dofs): q = sum of eta_i times row i
   std::vector<double> contact;  ///< (n modes, 3 points): the same, contact dofs only
-  std::vector<double> force;    ///< (n)
+  std::vector<LoadCase> loads;  ///< by mode
   std::vector<double> momentum; ///< (n modes, n dofs) shapes^T M: eta = momentum q
 };
 

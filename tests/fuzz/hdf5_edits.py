@@ -28,6 +28,7 @@ def model(file):
         for key, values in parts.items():
             file[name][key] = values
     file["force"], file["preload"] = [1.0, 1, 0, 0, 0], [1.0, 0.1, 0.1, 0.1, 0.1]
+    file["forces/lift"] = [0.0, 1, 0, 0, 1]
     file["contact/dofs"] = np.array([[2, 3, 4]])
     file["contact/normal_stiffness"], file["contact/gap"] = [1.0], [-3.5]
     file["contact/tangential_stiffness"], file["contact/friction"] = [[1.0, 2.0]], [[0.5, 0.5]]
@@ -45,6 +46,7 @@ def reduced(file):
     """Two modes, one contact point, recovery of the two elastic dofs."""
     file.attrs["format"], file.attrs["version"], file.attrs["source"] = "dovetail-reduced", 1, "0123 with 2 modes"
     file.attrs["units"], file.attrs["model"], file.attrs["modes_counted"] = "SI", "model.h5", 1
+    file.attrs["force_names"] = ["force"]
     file["Kaa"], file["Fa"], file["Max"] = [1.0, 4.0], [1.0, 0.5], np.full((2, 3), 0.1)
     file["Kxx"], file["Mxx"], file["Fx"], file["R"] = K[2:, 2:], np.eye(3), np.ones(3), np.ones(3)
     file["recovery/contact_dofs"], file["recovery/elastic_dofs"] = [[2, 3, 4]], [0, 1]

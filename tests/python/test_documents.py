@@ -21,6 +21,7 @@ FOLLOWED = [ROOT / "README.md", *(page for page in PAGES if page.parent in (DOCS
 RUN = [page for page in FOLLOWED if any(block.is_run for block in blocks(page))]
 KEYS = dict(re.findall(r'\{"([a-z_.]+)", "([^"]*)",', (ROOT / "src/case/keys.cpp").read_text()))
 SETUP_KEYS = {"units", "clamp.set", "clamp.directions", "force.set", "force.vector", "preload.set", "preload.vector",
+              "force.pattern", "force.phase", "pressure.value", "pressure.fourier", "base.direction", "gravity.vector",
               *(f"joint.{key}" for key in "between ground normal_stiffness tangential_stiffness friction gap t1 at normal tolerance "
                 "name".split())}
 

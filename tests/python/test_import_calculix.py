@@ -133,6 +133,17 @@ def test_concentrated_forces_bend_it_as_in_calculix(tmp_path):
     assert any("total (0, -1, 4); 1 forces on held directions" in note for note in structure.notes)
 
 
+def test_imaginary_forces_are_a_pattern_of_their_own(tmp_path):
+    """Re(F exp(i omega t)): an imaginary part goes with -sin(omega t)."""
+    path = run_ccx(tmp_path, "bar", deck(inside="*CLOAD\n265, 3, 2\n"))
+    path.write_text(path.read_text().replace("*CLOAD\n265, 3, 2\n", "*CLOAD\n265, 3, 2\n*CLOAD, LOAD CASE=2\n265, 2, 5\n265, 3, 1\n", 1))
+    structure = calculix.read([path])
+    tip = structure.dofs_of(np.searchsorted(structure.labels, 265))
+    np.testing.assert_array_equal(structure.force[tip], [0, 0, 2])
+    np.testing.assert_array_equal(structure.forces["force_sin"][tip], [0, -5, -1])
+    assert structure.courses["force_sin"] == [0, 0, 1]
+
+
 def test_other_loads_are_said_to_be_left_out(tmp_path):
     before = "*STEP\n*STATIC\n*CLOAD\n265, 3, 1\n*DLOAD\nBODY, P2, 3.0\n*END STEP\n*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE"
     text = deck().replace("*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE", before, 1)

@@ -65,6 +65,72 @@ def test_the_same_model_as_by_hand(tmp_path):
     assert len(ours.notes) == 1 and "joint middle: 4 contact points" in ours.notes[0]
 
 
+def loose_cubes():
+    """The same without the springs to the ground at both ends of the chain."""
+    held = two_cubes()
+    held.K = held.K - sp.diags(np.asarray(held.K.sum(axis=1)).ravel())
+    return held
+
+
+LOADS = """
+[[base]]
+direction = [0, 0, 1]
+[[clamp]]
+set = "FOOT"
+[[gravity]]
+vector = [0, 0, -10]
+[[force]]
+set = "TOP"
+vector = [1, 0, 0]
+pattern = "shaker"
+phase = 0.5
+[[moment]]
+set = "top"
+vector = [0, 0, 2]
+pattern = "twist"
+[[pressure]]
+set = "LID"
+value = 3
+fourier = [1, 0, 1]
+[[joint]]
+between = ["over", "LID"]
+"""
+
+
+def test_loads_as_by_hand(tmp_path):
+    """Base motion and weight come first, wherever they stand: they are those of the whole structure."""
+    ours = setup_file.apply(loose_cubes(), written(tmp_path, LOADS))
+    structure = loose_cubes().with_base_acceleration([0, 0, 1]).with_gravity([0, 0, -10]).clamped("Foot")
+    structure = structure.with_force("top", [1, 0, 0], name="shaker", phase=0.5).with_moment("top", [0, 0, 2], name="twist")
+    structure = structure.with_pressure("lid", 3, fourier=[1, 0, 1])
+    theirs = structure.join([Joint.between(structure.surface("OVER"), structure.surface("lid"))])
+    assert ours.force is None and set(ours.forces) == {"base", "shaker", "shaker_sin", "twist", "pressure"}
+    for name, load in theirs.forces.items():
+        assert load.any()
+        np.testing.assert_array_equal(ours.forces[name], load)
+    np.testing.assert_array_equal(ours.preload, theirs.preload)
+    assert 'pattern = "shaker_sin"\nfourier = [0, 0, 1]' in ours.notes[-1]
+
+
+@pytest.mark.parametrize("old, new, message", [
+    ("phase = 0.5", 'phase = "late"', r"\[\[force\]\] number 1: phase must be a finite number \[rad\], found 'late'"),
+    ("value = 3", "value = [1]", r"\[\[pressure\]\] number 1: value must be a finite number, found \[1\]"),
+    ("fourier = [1, 0, 1]", "fourier = 3", r"\[\[pressure\]\] number 1: fourier must be a list of finite numbers"),
+    ('pattern = "twist"', "pattern = 3", r"\[\[moment\]\] number 1: pattern must be the name of a load pattern, found 3"),
+    ("direction = [0, 0, 1]", "direction = [0, 1]", r"\[\[base\]\] number 1: direction must be three finite numbers"),
+    ("phase", "phas", r"\[\[force\]\] number 1: unknown key 'phas'; did you mean 'phase'?"),
+])
+def test_wrong_loads_are_refused(tmp_path, old, new, message):
+    path = written(tmp_path, LOADS.replace(old, new))
+    with pytest.raises(ValueError, match=message):
+        setup_file.apply(loose_cubes(), path)
+
+
+def test_base_that_does_not_hold_alone(tmp_path):
+    with pytest.raises(ValueError, match=r"\[\[base\]\] number 1: .*K r is 1 where"):
+        setup_file.apply(two_cubes(), written(tmp_path, LOADS))
+
+
 def test_ground_and_chosen_points(tmp_path):
     text = '[[joint]]\nground = "Foot"\nnormal_stiffness = 2.0\n'
     text += '[[joint]]\nbetween = ["OVER", "Under"]\nat = "corner"\nnormal_stiffness = 2.0\n'

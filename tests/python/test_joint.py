@@ -315,7 +315,9 @@ if sys.argv[3] == "petsc":
         return PETSc.Mat().createAIJ(whole.shape, csr=(part.indptr, part.indices, part.data), comm=comm)
     plain = Structure(distributed(plain.K), distributed(plain.M), plain.nodes, plain.dof_node, plain.dof_direction, cells=plain.cells,
                       node_sets=plain.node_sets)
-structure = plain.clamped("bottom").with_force("top", [1, 2, 3]).with_preload("over", [0, -1, 5])
+structure = plain.with_base_acceleration([1, 0, 0]).with_gravity([0, 0, -1])
+structure = structure.clamped("bottom").with_force("top", [1, 2, 3]).with_preload("over", [0, -1, 5])
+structure = structure.with_force("over", [0, 1, 2], name="late", phase=1.0)
 joint = Joint.between(structure.surface("upper"), structure.surface("lower"), normal_stiffness=1.0, friction=0.1)
 structure.join(joint).write(sys.argv[1])
 """
@@ -341,6 +343,9 @@ def test_distributed_matrices_give_the_same_model(tmp_path, over):
             assert difference < 1e-14 * abs(getattr(models[0], name)).max()
         for name in ("force", "preload"):
             np.testing.assert_allclose(getattr(model, name), getattr(models[0], name), atol=1e-14)
+        assert list(model.forces) == list(models[0].forces) == ["base", "late", "late_sin"]
+        for name, load in models[0].forces.items():
+            np.testing.assert_allclose(model.forces[name], load, atol=1e-14)
         np.testing.assert_array_equal(model.contact_dofs, models[0].contact_dofs)
         for key in ("dof", "begin", "column", "value"):
             np.testing.assert_array_equal(model.mesh["changed"][key], models[0].mesh["changed"][key])

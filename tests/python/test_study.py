@@ -174,7 +174,8 @@ def test_cases_survive_being_written():
         content = tomllib.loads((ROOT / path).read_text())
         assert tomllib.loads(toml(content)) == content
     odd = {"title": 'Träger "A"\\B 🙂', "contact": {"tangential_stiffness": [[1.0, 2e-30]], "law": ["cone"]},
-           "continuation": {"adaptive": True}}
+           "continuation": {"adaptive": True},
+           "excitation": {"load": [{"pattern": "up = {", "fourier": [0, 1]}, {"pattern": "down", "fourier": [0.5]}]}}
     assert tomllib.loads(toml(odd)) == odd
 
 

@@ -187,9 +187,16 @@ MODELS = {
     "contact_dof_negative": (dict(dofs=[(2, 3, -1)]), ["/contact/dofs", "-1"]),
     "contact_dof_repeated": (dict(dofs=[(2, 3, 3)]), ["/contact/dofs", "3", "repeated"]),
     "contact_dofs_in_pairs": (dict(dofs=[(2, 3)]), ["/contact/dofs"]),
+    "neither_force_nor_forces": (dict(without=["force"]), ["/force: missing", "group /forces"]),
+    "force_is_zero": (dict(force=np.zeros(5)), ["load pattern \"force\" has no force other than zero", "excitation.fourier = "]),
+    "pattern_of_another_name": (dict(without=["force"], forces__lift=np.ones(5)), ["excitation.fourier", "\"force\"", "\"lift\""]),
+    "pattern_too_short": (dict(forces__lift=np.ones(4)), ["/forces/lift", "4", "5"]),
+    "pattern_not_finite": (dict(forces__lift=[1, 0, np.inf, 0, 0]), ["/forces/lift", "inf", "2"]),
+    "pattern_in_a_group": (dict(forces__wind__lift=np.ones(5)), ["/forces/wind", "a dataset is wanted"]),
+    "patterns_no_group": (dict(forces=np.ones(5)), ["/forces", "a group is wanted"]),
+    "force_twice": (dict(forces__force=np.ones(5)), ["/forces/force", "another name"]),
     "force_too_short": (dict(force=np.ones(4)), ["/force", "4", "5"]),
     "nan_in_force": (dict(force=[1, np.nan, 0, 0, 0]), ["/force", "nan"]),
-    "force_of_zeros": (dict(force=np.zeros(5)), ["/force: all values are 0", "nothing would move"]),
     "nan_in_K": (dict(K=NAN), ["/K", "nan"]),
     "negative_stiffness": (dict(contact__normal_stiffness=[-1.0]), ["/contact/normal_stiffness", "-1"]),
 }
@@ -249,23 +256,39 @@ def test_force_that_was_never_written(folder):
     with h5py.File(folder / "model.h5", "r+") as file:
         del file["force"]
         file.create_dataset("force", (5,), float)
-    expect(run(folder), ["model.h5: /force: all values are 0"])
+    expect(run(folder), ["model.h5", "has no force other than zero"])
 
 
-def test_reduction_needs_no_load(folder):
+def test_a_reduction_needs_no_force(folder):
     write_model(folder / "model.h5", force=np.zeros(5))
     done = subprocess.run([BINARY, "reduce", folder / "case.toml"], capture_output=True, text=True, timeout=SECONDS, env=SURROUNDINGS)
     assert done.returncode == 0, done.stderr
+    expect(run(folder, "--dry-run"), ["no force other than zero"])
 
 
-def test_reduced_model_without_load(folder):
+LOADS = "[[excitation.load]]\npattern = \"%s\"\nfourier = [0, 1]\n"
+
+
+def test_loads_of_a_reduced_file(folder):
+    """Names that are not there, names for other patterns than there are, and patterns without any force."""
+    write_model(folder / "model.h5", forces__lift=np.ones(5), forces__rest=np.zeros(5))
+    (folder / "case.toml").write_text(CASE)
     run(folder, status=0)
+    (folder / "case.toml").rename(folder / "first.toml")
     (folder / "out/results.h5").unlink()
-    with h5py.File(folder / "out/reduced.h5", "r+") as file:
-        file["Fa"][...] = file["Fx"][...] = 0
-    (folder / "case.toml").write_text(CASE.replace("model = \"model.h5\"", "reduced = \"out/reduced.h5\"").replace("modes = 2\n", ""))
-    for ranks in (None, 2):
-        expect(run(folder, ranks=ranks), ["reduced.h5: /Fa and /Fx: all values are 0"])
+    text = CASE.replace('model = "model.h5"', 'reduced = "out/reduced.h5"').replace("[reduction]\nmodes = 2\n", "")
+    text = text.replace('directory = "out"', 'directory = "next"')
+    begin = text.index("[excitation]")
+    text = text[:begin] + text[text.index("[contact]"):]
+    (folder / "case.toml").write_text(text + LOADS % "lift" + LOADS % "drag")
+    expect(run(folder), ["case.toml:", "excitation.load.pattern = \"drag\"", "reduced.h5", "it has \"force\", \"lift\", \"rest\""])
+    (folder / "case.toml").write_text(text + LOADS % "rest")
+    expect(run(folder), ["case.toml:", "\"rest\" has no force other than zero", "nothing would move"])
+    (folder / "case.toml").write_text(text + LOADS % "lift")
+    for names, words in ((["a", "b"], ["force_names has 2 names", "3 load patterns"]), (["a", "b", "a"], ["one name twice"])):
+        with h5py.File(folder / "out/reduced.h5", "a") as file:
+            file.attrs["force_names"] = names
+        expect(run(folder), ["reduced.h5", *words])
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9])

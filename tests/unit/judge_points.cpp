@@ -42,7 +42,7 @@ void judge_points(const std::filesystem::path &file, const std::filesystem::path
   const auto shape = reader.extent("/points/coefficients");
   const std::vector<double> omega = reader.doubles("/points/omega");
   const HarmonicSystem system(scaled(std::move(preloaded), study.damping, scales), static_cast<int>(shape[2]) / 2,
-                              exactly, study.fourier);
+                              exactly, study.loads);
   StabilityTest test(dense_model(system));
   for (hsize_t i = 0; i < shape[0]; ++i) {
     std::vector<double> q = reader.doubles("/points/coefficients", {i, 0, 0}, {1, shape[1], shape[2]});

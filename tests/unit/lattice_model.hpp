@@ -53,12 +53,14 @@ inline FullModel lattice_model(MPI_Comm comm, int length, int width, int points)
     check(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY), "lattice");
     check(MatSetOption(A, MAT_SYMMETRIC, PETSC_TRUE), "lattice");
   }
-  check(MatCreateVecs(model.K, model.force.out(), model.preload.out()), "lattice");
+  model.forces.push_back({force_pattern, {}});
+  const auto &force = model.forces[0].values;
+  check(MatCreateVecs(model.K, model.forces[0].values.out(), model.preload.out()), "lattice");
   for (PetscInt i = own.begin; i < own.end; ++i) {
-    check(VecSetValue(model.force, i, std::sin(0.3 * i), INSERT_VALUES), "lattice");
+    check(VecSetValue(force, i, std::sin(0.3 * i), INSERT_VALUES), "lattice");
     check(VecSetValue(model.preload, i, std::cos(0.7 * i), INSERT_VALUES), "lattice");
   }
-  for (Vec v : {Vec(model.force), Vec(model.preload)})
+  for (Vec v : {Vec(force), Vec(model.preload)})
     check(VecAssemblyBegin(v), "lattice"), check(VecAssemblyEnd(v), "lattice");
   for (int p = 0; p < points; ++p) {
     const int first = 3 * (number(length - 1, 0, 0) + p);

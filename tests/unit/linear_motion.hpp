@@ -20,7 +20,7 @@ inline DenseModel dense_scene(std::vector<ContactPoint> contact, double k, doubl
       model.K.push_back((i == j ? k : 0) + coupled * k * (wave(i, j) + wave(j, i)));
       model.M.push_back((i == j ? m : 0) + coupled * m * 0.3 * (wave(i, j + 9) + wave(j, i + 9)));
     }
-  model.force.assign(n, 0.0), model.fourier = {0, 1, 0};
+  model.loads = {{std::vector<double>(n, 0.0), {0, 1, 0}}};
   model.damping = damping;
   model.contact = std::move(contact);
   for (const ContactPoint &point : model.contact)
@@ -33,7 +33,7 @@ inline DenseModel with_modes(const DenseModel &model, const std::vector<double> 
   DenseModel out = model;
   out.modes = static_cast<int>(squares.size());
   const int n = out.dofs(), old = model.dofs();
-  out.K.assign(n * n, 0), out.M.assign(n * n, 0), out.force.assign(n, 0);
+  out.K.assign(n * n, 0), out.M.assign(n * n, 0), out.loads[0].vector.assign(n, 0);
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       const int r = i - out.modes, c = j - out.modes;
@@ -49,8 +49,9 @@ inline DenseModel with_modes(const DenseModel &model, const std::vector<double> 
 
 /// A force on every dof, with two harmonics and a mean.
 inline void shake(DenseModel &model, double force) {
-  model.fourier = {0.1, 1, 0.3, -0.2, 0.4};
-  for (std::size_t i = 0; i < model.force.size(); ++i) model.force[i] = force * wave(static_cast<int>(i), 5);
+  model.loads[0].fourier = {0.1, 1, 0.3, -0.2, 0.4};
+  std::vector<double> &vector = model.loads[0].vector;
+  for (std::size_t i = 0; i < vector.size(); ++i) vector[i] = force * wave(static_cast<int>(i), 5);
 }
 
 /// Largest distance from a value of `some` to the nearest of `all`.

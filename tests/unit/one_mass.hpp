@@ -20,12 +20,12 @@ inline HarmonicSystem one_mass(std::array<double, 3> springs, std::array<double,
   std::vector<double> initial;
   if (model.own_points.size() == 1) {
     model.kxx = {springs[0], 0, 0, 0, springs[1], 0, 0, 0, springs[2]}, model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    model.r = {steady.begin(), steady.end()}, model.fx = {moving.begin(), moving.end()};
+    model.r = {steady.begin(), steady.end()}, model.loads[0].fx = {moving.begin(), moving.end()};
     contact = {point}, initial = {0, 0, 0};
   }
   std::string note;
   return HarmonicSystem(scaled(contact_preload(std::move(model), std::move(contact), initial, note), damping, {}),
-                        harmonics, exactly, std::move(fourier));
+                        harmonics, exactly, {{force_pattern, std::move(fourier), ""}});
 }
 
 } // namespace dovetail::testing

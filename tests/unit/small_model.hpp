@@ -9,6 +9,9 @@ namespace dovetail::testing {
 
 inline double wave(int i, int j) { return std::sin(1.0 + 3.7 * i + 2.3 * j); } // numbers without structure
 
+/// The pattern /force alone, with that course.
+inline std::vector<LoadCourse> course(std::vector<double> fourier) { return {{force_pattern, std::move(fourier), ""}}; }
+
 /// N_a = 2, N_x = 3; K_xx and M_xx well conditioned.
 inline ReducedModel small_reduced(MPI_Comm comm) {
   ReducedModel model;
@@ -17,7 +20,7 @@ inline ReducedModel small_reduced(MPI_Comm comm) {
   model.own_modes = own_share(comm, model.modes);
   model.own_points = own_share(comm, model.points);
   model.kaa = {1.0, 4.0};
-  model.fa = {1.0, -0.4};
+  model.loads[0].fa = {1.0, -0.4};
   const int nc = 9;
   for (int i = 3 * model.own_points.begin; i < 3 * model.own_points.end; ++i) {
     for (int j = 0; j < 2; ++j) model.mxa.push_back(0.2 * wave(i, j));
@@ -25,7 +28,7 @@ inline ReducedModel small_reduced(MPI_Comm comm) {
       model.kxx.push_back((i == j ? 6.0 : 0.0) + 0.3 * (wave(i, j) + wave(j, i)));
       model.mxx.push_back((i == j ? 1.0 : 0.0) + 0.03 * (wave(i, j + 9) + wave(j, i + 9)));
     }
-    model.fx.push_back(0.5 * wave(i, 40));
+    model.loads[0].fx.push_back(0.5 * wave(i, 40));
     model.r.push_back(i % 3 == 2 ? -2.0 : 0.3 * wave(i, 50)); // presses the joint together
   }
   return model;

@@ -86,12 +86,12 @@ inline void small_steps(const DenseModel &model, double omega, int periods, int 
     return g;
   };
   const auto rate = [&](double t, const Numbers &at) {
-    double f = model.fourier[0] / 2;
-    for (int k = 1; sine(k) < static_cast<int>(model.fourier.size()); ++k)
-      f += model.fourier[cosine(k)] * std::cos(k * omega * t) + model.fourier[sine(k)] * std::sin(k * omega * t);
     Numbers load(n), out(2 * n);
     for (int i = 0; i < n; ++i) {
-      load[i] = model.force[i] * f;
+      load[i] = force_coefficient(model.loads, i, 0) / 2;
+      for (int k = 1; k <= highest_harmonic(model.loads); ++k)
+        load[i] += force_coefficient(model.loads, i, cosine(k)) * std::cos(k * omega * t) +
+                   force_coefficient(model.loads, i, sine(k)) * std::sin(k * omega * t);
       for (int j = 0; j < n; ++j) load[i] -= model.K[i * n + j] * (at[j] + model.damping * at[n + j]);
     }
     for (int p = 0; p < model.points; ++p) {

@@ -114,7 +114,7 @@ TEST_F(CaseFile, EveryValueArrives) {
   EXPECT_TRUE(study.reduced.empty());
   EXPECT_EQ(study.modes, 2);
   EXPECT_EQ(study.damping, 0.05);
-  EXPECT_EQ(study.fourier, (std::vector<double>{0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(study.loads[0].fourier, (std::vector<double>{0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(study.contact.normal_stiffness.value().values, std::vector<double>{1});
   EXPECT_FALSE(study.contact.normal_stiffness.value().pairs);
   EXPECT_EQ(study.contact.tangential_stiffness.value().values, (std::vector<double>{1, 2}));
@@ -158,9 +158,11 @@ TEST_F(CaseFile, ShortestFileTakesDefaults) {
 TEST_F(CaseFile, GoodVariants) {
   EXPECT_EQ(read({{19, "samples = \"exact\""}}).samples, 0);
   EXPECT_EQ(read({{19, "samples = 11"}}).samples, 11);
-  EXPECT_EQ(read({{9, "fourier = [0.5]"}}).fourier.front(), 0.5);
-  EXPECT_EQ(read({{9, "fourier = [0, 0, 1, 0, 0]"}, {18, "harmonics = 1"}}).fourier, (std::vector<double>{0, 0, 1}));
-  EXPECT_EQ(read({{9, "fourier = [0, 1, 0, 2]"}, {18, "harmonics = 2"}}).fourier, (std::vector<double>{0, 1, 0, 2, 0}));
+  EXPECT_EQ(read({{9, "fourier = [0.5]"}}).loads[0].fourier.front(), 0.5);
+  EXPECT_EQ(read({{9, "fourier = [0, 0, 1, 0, 0]"}, {18, "harmonics = 1"}}).loads[0].fourier,
+            (std::vector<double>{0, 0, 1}));
+  EXPECT_EQ(read({{9, "fourier = [0, 1, 0, 2]"}, {18, "harmonics = 2"}}).loads[0].fourier,
+            (std::vector<double>{0, 1, 0, 2, 0}));
   EXPECT_EQ(read({{5, "modes = 0"}}).modes, 0);
   EXPECT_EQ(read({{27, "omega = [1, 1]"}, {31, "at = [1.0]"}}).omega_to, 1);
   EXPECT_EQ(read({{27, "omega = [1.3, 0.9]"}, {31, "at = [1.1,\n 1.0]"}}).at.back(), 1.0);
@@ -297,6 +299,60 @@ TEST_F(CaseFile, Excitation) {
   refused(9, "fourier = []", {"nothing would move"});
   refused({{9, "fourier = [0, 0, 1, 0, 0, 2]"}, {18, "harmonics = 2"}}, 9,
           {"the force has harmonic 3", "harmonic_balance.harmonics = 2", "at least 3"});
+}
+
+TEST_F(CaseFile, SeveralLoads) {
+  const std::string lift = "[[excitation.load]]\npattern = \"lift\"\nfourier = [0, 1]";
+  const auto with = [&](const std::string &more) { // from line 9 on: lift is on 9 to 11, more begins on line 12
+    return Changes{{8, ""}, {9, lift + "\n" + more}};
+  };
+  const auto load = [](const std::string &pattern, const std::string &fourier) {
+    return "[[excitation.load]]\npattern = \"" + pattern + "\"\nfourier = " + fourier;
+  };
+  const Case study = read(with(load("force", "[0, 0, 0.3, 0, 1]")));
+  ASSERT_EQ(study.loads.size(), 2u);
+  EXPECT_EQ(study.loads[0].pattern, "lift");
+  EXPECT_EQ(study.loads[1].pattern, "force");
+  EXPECT_EQ(study.loads[0].fourier, (std::vector<double>{0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(study.loads[1].fourier, (std::vector<double>{0, 0, 0.3, 0, 1, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(read({{9, "load = [{pattern = \"a b\", fourier = [1]}]"}}).loads[0].pattern, "a b");
+  EXPECT_EQ(read(with(load("still", "[0]"))).loads[1].fourier.size(), 11u); // one of them may rest
+
+  refused(with("[excitation]\nfourier = [0, 1]"), 12, {"excitation", "already exists"}); // in words of the parser
+  refused({{9, "fourier = [0, 1]\nload = [{pattern = \"lift\", fourier = [1]}]"}}, 10,
+          {"excitation.load: excitation.fourier is given as well, in line 9", "keep one of the two"});
+  refused({{8, ""}, {9, "[excitation.load]\npattern = \"lift\"\nfourier = [0, 1]"}}, 9,
+          {"excitation.load: write [[excitation.load]], in double brackets"});
+  refused({{9, "load = \"lift\""}}, 9, {"write [[excitation.load]], in double brackets"});
+  refused({{9, "load = []"}}, 9, {"write [[excitation.load]], in double brackets"});
+  refused(with(load("lift", "[0, 0, 1]")), 13,
+          {"excitation.load.pattern = \"lift\"", "has its course in line 10 already", "add the coefficients"});
+  refused(with("[[excitation.load]]\nfourier = [0, 1]"), 12,
+          {"excitation.load.pattern is missing", "pattern = \"force\""});
+  refused(with("[[excitation.load]]\npattern = \"drag\""), 12, {"excitation.load.fourier is missing", "[0, 1]"});
+  refused(with(load("drag", "1")), 14, {"excitation.load.fourier = 1", "list in brackets"});
+  refused(with(load("drag", "[0, \"x\"]")), 14, {"entry 2 of excitation.load.fourier = \"x\"", "must be a number"});
+  refused(with("[[excitation.load]]\npattern = 3\nfourier = [1]"), 13,
+          {"excitation.load.pattern = 3", "text in quotes"});
+  refused(with(load("drag", "[0, 1]\nfuorier = [1]")), 15,
+          {"unknown key excitation.load.fuorier = [1]", "did you mean fourier in [[excitation.load]]?"});
+  refused(with(load("drag", "[0, 1]\nphase = 90")), 15,
+          {"unknown key excitation.load.phase = 90", "allowed in [[excitation.load]]: pattern, fourier"});
+  refused(with(load("drag", "[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7]")), 14,
+          {"excitation.load.fourier", "the force has harmonic 6", "harmonic_balance.harmonics = 5", "at least 6"});
+  refused({{8, ""}, {9, load("drag", "[0, 0]")}}, 9,
+          {"excitation.load: all coefficients are zero", "nothing would move"});
+  const auto without_pattern = [&](const Changes &changes, const std::vector<std::string> &patterns) {
+    return message_of([&] { check_patterns(read(changes), patterns, "model.h5"); });
+  };
+  expect_words(
+      without_pattern(with(load("drag", "[1]")), {"lift", "moment"}),
+      {":13: excitation.load.pattern = \"drag\": no such load pattern in model.h5; it has \"lift\", \"moment\""});
+  expect_words(
+      without_pattern({}, {"lift", "moment"}),
+      {":9: excitation.fourier = [0, 0, 1]: is the course of the load pattern \"force\", which model.h5 has not",
+       "[[excitation.load]] with one of \"lift\", \"moment\""});
+  EXPECT_EQ(without_pattern(with(load("drag", "[1]")), {"drag", "force", "lift"}), "nothing was wrong");
 }
 
 TEST_F(CaseFile, Sweep) {

@@ -14,7 +14,7 @@ namespace {
 constexpr NewtonSettings tight{1e-10, 1e-11, 30};
 
 HarmonicSystem small_system(double load = 1) {
-  return HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, {0, load});
+  return HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, course({0, load}));
 }
 
 UniqueVec unit_omega(const HarmonicSystem &system) {
@@ -84,7 +84,7 @@ TEST(Corrector, gives_up_in_a_circle) {
   int circles = 0;
   for (int i = 0; i < 40 && circles == 0; ++i) {
     const double load = std::pow(10, 0.05 * i), omega = 0.9;
-    HarmonicSystem system(scaled(stiff, 0.05, {}), 3, 64, {0, load});
+    HarmonicSystem system(scaled(stiff, 0.05, {}), 3, 64, course({0, load}));
     ForcedResponse problem(system);
     Corrector corrector(problem, tight);
     const UniqueVec e = unit_omega(system);

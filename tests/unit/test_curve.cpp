@@ -13,7 +13,7 @@ constexpr NewtonSettings tight{1e-11, 1e-12, 30};
 
 // Contacts that stick: a smooth curve.
 struct Scene {
-  HarmonicSystem system{scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, {0, 1e-3}};
+  HarmonicSystem system{scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, course({0, 1e-3})};
   SolveCounts counts;
   ResponseCurve curve{system, tight, 0.5, true, counts};
 
@@ -74,7 +74,7 @@ TEST(Curve, tells_what_lies_between_the_ends_of_a_step) {
 
 // What is tried in passing gets a part of the settings' iterations, and no line search after that.
 TEST(Curve, impatient_solves_are_short) {
-  HarmonicSystem system(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, {0, 20});
+  HarmonicSystem system(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, course({0, 20}));
   SolveCounts counts;
   ResponseCurve curve(system, {1e-10, 1e-11, 2}, 0.5, true, counts); // contacts that slip take more than two iterations
   CurvePoint s = curve.point();

@@ -18,7 +18,8 @@ HarmonicSystem small_system(double scale = 1, int samples = 64, const std::vecto
   for (std::size_t p = 0; !laws.empty() && p < model.contact.size(); ++p)
     model.contact[p].law = laws[model.reduced.own_points.begin + p];
   const Scales scales{scale, 0.7 * scale, 1.3 / scale};
-  return HarmonicSystem(scaled(std::move(model), 0.05, scale == 1 ? Scales{} : scales), harmonics, samples, fourier);
+  return HarmonicSystem(scaled(std::move(model), 0.05, scale == 1 ? Scales{} : scales), harmonics, samples,
+                        course(fourier));
 }
 
 // A motion of the given size, the same on any number of ranks; `seed` picks another.
@@ -127,7 +128,7 @@ TEST(HarmonicSystem, linear_part_is_eq_11) { // row by row against the formulas,
   PreloadedModel open{model, small_contact(model), std::vector<Standstill>(model.own_points.size())};
   for (ContactPoint &point : open.contact) point.gap = 1e6;
   const double xi = 0.05, omega = 0.9;
-  HarmonicSystem system(scaled(std::move(open), xi, {}), harmonics, 16, fourier);
+  HarmonicSystem system(scaled(std::move(open), xi, {}), harmonics, 16, course(fourier));
   const Layout &layout = system.layout();
   const int n = layout.width;
   // One modal and one contact unknown of harmonic 2 moves; every row's answer is known.
@@ -144,14 +145,14 @@ TEST(HarmonicSystem, linear_part_is_eq_11) { // row by row against the formulas,
     for (PetscInt i = 0; i < model.own_contact_dofs(); ++i) {
       const double *at = own + (layout.own_modes.size() + i) * n;
       const double k = modal ? 0 : model.kxx[i * 9 + 4], m = modal ? model.mxa[i * 2 + 1] : model.mxx[i * 9 + 4];
-      EXPECT_NEAR(at[sine(2)], k - z * z * m - model.fx[i] * 0.2, 1e-13);
+      EXPECT_NEAR(at[sine(2)], k - z * z * m - model.loads[0].fx[i] * 0.2, 1e-13);
       EXPECT_NEAR(at[cosine(2)], z * xi * k, 1e-13);
-      EXPECT_NEAR(at[0], -model.fx[i] * 0.2, 1e-13);
-      EXPECT_NEAR(at[cosine(1)], -model.fx[i], 1e-13);
+      EXPECT_NEAR(at[0], -model.loads[0].fx[i] * 0.2, 1e-13);
+      EXPECT_NEAR(at[cosine(1)], -model.loads[0].fx[i], 1e-13);
     }
     for (PetscInt j = 0; j < layout.own_modes.size(); ++j) {
       const PetscInt mode = layout.own_modes.begin + j;
-      const double k = modal && mode == 1 ? 4 : 0, load = model.fa[mode] * 0.2;
+      const double k = modal && mode == 1 ? 4 : 0, load = model.loads[0].fa[mode] * 0.2;
       if (modal) {
         EXPECT_NEAR(own[j * n + sine(2)], k - z * z * (mode == 1) - load, 1e-13);
         EXPECT_NEAR(own[j * n + cosine(2)], z * xi * k, 1e-13);

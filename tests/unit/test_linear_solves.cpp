@@ -57,7 +57,8 @@ Solve solved(double size, double stiffness, bool by_energy, double asked = 0.5) 
     point.kn *= stiffness;
     for (double &kt : point.kt) kt *= stiffness;
   }
-  const HarmonicSystem few(scaled(std::move(preloaded), 0.05, {}), 3, exactly, {0.2, 1.0, 0.3}, LinearForm::modal);
+  const HarmonicSystem few(scaled(std::move(preloaded), 0.05, {}), 3, exactly, course({0.2, 1.0, 0.3}),
+                           LinearForm::modal);
   HarmonicSystem system(few, 20, exactly);
   const DenseModel model = dense_model(system);
   const UniqueVec y = vector_of(system, size, 3, omega), border = vector_of(system, 1, 7, 0.2);

@@ -20,6 +20,8 @@ DenseModel shaken(Law law, double mu, double force, double press) {
       dense_scene({{law, 30, {8, 12}, {mu, other}, 0.1}, {law, 20, {6, 6}, {mu, mu}, -0.2}}, 4, 1, 0.02, 0.05),
       {1.5, 12});
   shake(model, force);
+  model.loads.push_back(model.loads[0]); // the same force in two patterns
+  for (std::size_t i = 0; i < model.loads[0].vector.size(); ++i) model.loads[i % 2].vector[i] = 0;
   for (std::size_t p = 0; p < model.contact.size(); ++p)
     model.standstill[p] = standstill(model.contact[p], {0, 0, model.contact[p].gap + press});
   return model;

@@ -42,7 +42,7 @@ PreloadedModel one_point(std::array<double, 3> stiffness, std::array<double, 3> 
   std::vector<double> initial;
   if (model.own_points.size() == 1) {
     model.r.assign(r.begin(), r.end());
-    model.fx = {0, 0, 0}, model.kxx.assign(9, 0.0), model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    model.loads[0].fx = {0, 0, 0}, model.kxx.assign(9, 0.0), model.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     for (int d = 0; d < 3; ++d) model.kxx[4 * d] = stiffness[d];
     contact = {point}, initial = {0, 0, 0};
   }
@@ -197,7 +197,7 @@ TEST(StaticForce, touching_without_force_counts_as_closed) {
 TEST(ScaledPreload, of_a_joint_without_friction) {
   std::string note;
   PreloadedModel model = one_point({10, 10, 10}, {0, 0, -2}, joint(Law::unilateral, 30, {}, 0, 0), note);
-  for (double &f : model.reduced.fx) f = 4;
+  for (double &f : model.reduced.loads[0].fx) f = 4;
   Case study;
   study.omega_from = 2;
   const Scales scales = choose_scales(study, model);

@@ -44,7 +44,7 @@ struct Dense {
         check(MatRestoreRow(A, i, &count, &columns, &values), "test");
       }
     }
-    for (const auto &[v, out] : {std::pair{Vec(model.force), &F}, std::pair{Vec(model.preload), &P}}) {
+    for (const auto &[v, out] : {std::pair{Vec(model.forces[0].values), &F}, std::pair{Vec(model.preload), &P}}) {
       const double *values;
       check(VecGetArrayRead(v, &values), "test");
       out->assign(values, values + n);
@@ -133,7 +133,7 @@ TEST_P(ByLapack, ContactMatricesAndLoads) {
   }
   expect_rows(model.kxx, model.own_points, kxx, nc, 1e-12);
   expect_rows(model.mxx, model.own_points, wanted_mass(dense, psi), nc, 1e-12);
-  expect_rows(model.fx, model.own_points, fx, 1, 1e-12);
+  expect_rows(model.loads[0].fx, model.own_points, fx, 1, 1e-12);
   expect_rows(model.r, model.own_points, r, 1, 1e-12);
   EXPECT_LT(found.backward_error, 1e-14);
   for (std::size_t i = 0; i < found.recovery.elastic_dofs.size(); ++i) { // rows kept, wherever the partition put them
@@ -204,7 +204,7 @@ TEST(Reduction, ModesEqualThoseOfSlepc) {
 ReducedModel small_reduced(PetscInt kept, int count, const MemoryPlan &plan, ModeKind kind = ModeKind::eigen,
                            double load = 1) {
   ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 6, 3, count));
-  for (double &value : parts.force_e) value *= load;
+  for (double &value : parts.force_e.values) value *= load;
   ReductionSettings settings{kind, kept < 0 ? parts.elastic + kept : kept, false,
                              std::vector<char>(parts.elastic_dofs.size(), 0)};
   Stages stages;
@@ -221,7 +221,7 @@ TEST(Reduction, ModesLeftOutAreTheRestWhereFewAreLeft) {
     for (int j = 0; j < 5; ++j) {
       const int mode = most.modes + j;
       EXPECT_NEAR(left.squares[j] / all.kaa[mode], 1, 1e-8);
-      EXPECT_NEAR(std::abs(left.load[j]), std::abs(all.fa[mode]), 1e-7 * largest(all.fa));
+      EXPECT_NEAR(std::abs(left.loads[0][j]), std::abs(all.loads[0].fa[mode]), 1e-7 * largest(all.loads[0].fa));
       for (PetscInt i = 0; i < most.own_contact_dofs(); ++i)
         ASSERT_NEAR(std::abs(left.coupling[5 * i + j]), std::abs(all.mxa[i * all.modes + mode]),
                     1e-7 * largest(all.mxa));
@@ -251,8 +251,8 @@ TEST(Reduction, ModesLeftOutYieldLikeAllThatAreLeft) {
       const LeftOut &left = few.left_out;
       ASSERT_LE(left.squares.size(), 16u);
       for (const double s : {0.0, 1e3, 1e5}) {
-        const double found = yielding(few, 0, left.squares, left.load, left.coupling, s);
-        EXPECT_NEAR(found / yielding(all, kept, all.kaa, all.fa, all.mxa, s), 1, tolerance)
+        const double found = yielding(few, 0, left.squares, left.loads[0], left.coupling, s);
+        EXPECT_NEAR(found / yielding(all, kept, all.kaa, all.loads[0].fa, all.mxa, s), 1, tolerance)
             << kept << " modes kept, s = " << s;
       }
     }
@@ -267,11 +267,11 @@ TEST(Reduction, ResidualsYieldForAllThatIsLeftOut) { // with as many probes as c
     ASSERT_EQ(few.modes, kept);
     for (PetscInt j = 0; j < kept - 16; ++j) EXPECT_NEAR(few.kaa[j] / plain.kaa[j], 1, 1e-12);
     for (const double s : {0.0, 1e3, 1e5}) {
-      const double wanted = yielding(all, 0, all.kaa, all.fa, all.mxa, s);
-      EXPECT_NEAR(yielding(few, 0, few.kaa, few.fa, few.mxa, s) / wanted, 1, 1e-8);
-      EXPECT_GT(std::abs(yielding(plain, 0, plain.kaa, plain.fa, plain.mxa, s) / wanted - 1), 1e-4);
+      const double wanted = yielding(all, 0, all.kaa, all.loads[0].fa, all.mxa, s);
+      EXPECT_NEAR(yielding(few, 0, few.kaa, few.loads[0].fa, few.mxa, s) / wanted, 1, 1e-8);
+      EXPECT_GT(std::abs(yielding(plain, 0, plain.kaa, plain.loads[0].fa, plain.mxa, s) / wanted - 1), 1e-4);
       const LeftOut &left = few.left_out; // of what these lead to: nothing yields by itself
-      EXPECT_NEAR(yielding(few, 0, left.squares, left.load, left.coupling, s) / wanted, 0, 1e-8);
+      EXPECT_NEAR(yielding(few, 0, left.squares, left.loads[0], left.coupling, s) / wanted, 0, 1e-8);
     }
     EXPECT_GT(largest(few.left_out.with_modes), 1e-3); // but it has mass in common
   }
@@ -284,8 +284,8 @@ TEST(Reduction, ResidualsWithoutLoadOrRoom) {
   for (PetscInt j = 0; j < 25; ++j) EXPECT_NEAR(unloaded.kaa[j] / plain.kaa[j], 1, 1e-12); // a residual fewer
   EXPECT_GT(std::abs(loaded.kaa[24] / plain.kaa[24] - 1), 1e-3);
   const ReducedModel all = small_reduced(147, 5, roomy(), ModeKind::eigen, 0);
-  EXPECT_NEAR(yielding(unloaded, 0, unloaded.kaa, unloaded.fa, unloaded.mxa, 1) /
-                  yielding(all, 0, all.kaa, all.fa, all.mxa, 1),
+  EXPECT_NEAR(yielding(unloaded, 0, unloaded.kaa, unloaded.loads[0].fa, unloaded.mxa, 1) /
+                  yielding(all, 0, all.kaa, all.loads[0].fa, all.mxa, 1),
               1, 1e-8);
   for (const PetscInt kept : {0, 1}) { // no room for any
     const ReducedModel few = small_reduced(kept, 5, roomy(), ModeKind::residual),

@@ -12,7 +12,7 @@ namespace {
 
 // A straight line: everything at rest, Omega alone changes.
 struct Line {
-  HarmonicSystem system{scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 2, 64, {0, 1e-3}};
+  HarmonicSystem system{scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 2, 64, course({0, 1e-3})};
   ForcedResponse problem{system};
   RetraceMonitor trail{1};
   UniqueVec y = system.unknowns(), t = system.unknowns();

@@ -120,7 +120,7 @@ HarmonicSystem small_system(Law law, double damping = 0.05) {
     c.law = law;
     if (law == Law::cone) c.mu[1] = c.mu[0];
   }
-  return HarmonicSystem(scaled(std::move(model), damping, {}), harmonics, exactly, {0, 1, 0});
+  return HarmonicSystem(scaled(std::move(model), damping, {}), harmonics, exactly, course({0, 1, 0}));
 }
 
 } // namespace

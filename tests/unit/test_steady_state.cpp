@@ -29,7 +29,8 @@ DenseModel scene(const std::vector<Law> &laws, double stiffer = 1, double dampin
   std::string note;
   const Numbers zero(reduced.own_contact_dofs(), 0.0);
   PreloadedModel model = contact_preload(std::move(reduced), std::move(contact), zero, note);
-  const HarmonicSystem system(scaled(std::move(model), damping, {}), 3, exactly, {0.2, 2.0, 0.6, 0.0, 0.4, 0.1, 0.0});
+  const HarmonicSystem system(scaled(std::move(model), damping, {}), 3, exactly,
+                              course({0.2, 2.0, 0.6, 0.0, 0.4, 0.1, 0.0}));
   return dense_model(system);
 }
 
@@ -51,7 +52,7 @@ DenseModel single_mass(double damping = 0.01) {
   DenseModel model;
   model.points = 1;
   model.K = {40, 0, 0, 0, 40, 0, 0, 0, 40}, model.M = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  model.force = {0, 0, 100}, model.fourier = {0, 0, 1}, model.damping = damping;
+  model.loads = {{{0, 0, 100}, {0, 0, 1}}}, model.damping = damping;
   model.contact = {{Law::coulomb, 120, {30, 30}, {0.3, 0.3}, 0}};
   model.standstill = {{{0, 0, 5}, {0, 0, 600}, {0, 0}}};
   return model;
@@ -62,13 +63,14 @@ Numbers response(const DenseModel &model, double omega, const Numbers &springs, 
   using Complex = std::complex<double>;
   const int n = model.dofs(), width = coefficient_count(harmonics);
   Numbers out(n * width);
-  for (int k = 0; sine(k) < static_cast<int>(model.fourier.size()); ++k) {
+  for (int k = 0; k <= highest_harmonic(model.loads); ++k) {
     std::vector<Complex> A(n * n), b(n);
     for (int i = 0; i < n * n; ++i)
       A[i] = model.K[i] * Complex(1, k * omega * model.damping) - std::pow(k * omega, 2) * model.M[i];
     for (int c = 0; c < 3 * model.points; ++c) A[(model.modes + c) * (n + 1)] += springs[c];
     for (int i = 0; i < n; ++i)
-      b[i] = model.force[i] * Complex(model.fourier[cosine(k)], k > 0 ? -model.fourier[sine(k)] : 0);
+      b[i] = Complex(force_coefficient(model.loads, i, cosine(k)),
+                     k > 0 ? -force_coefficient(model.loads, i, sine(k)) : 0);
     b = solve(A, b);
     for (int i = 0; i < n; ++i) {
       out[i * width + cosine(k)] = b[i].real();
@@ -162,7 +164,7 @@ TEST(SteadyState, bilateral_joint_and_a_body_held_by_it_alone) {
     model.M[7 * d] = d < 3 ? 1 : 2;
     model.K[7 * d] = 3, model.K[6 * d + (d + 3) % 6] = -3;
   }
-  model.force = {1, 0.5, -0.3, 0, 0.2, 0.4}, model.fourier = {0.3, 1, 0, 0.2, 0.1}, model.damping = 0.03;
+  model.loads = {{{1, 0.5, -0.3, 0, 0.2, 0.4}, {0.3, 1, 0, 0.2, 0.1}}}, model.damping = 0.03;
   for (const Law law : {Law::bilateral, Law::coulomb, Law::cone}) {
     const double mu = 50;
     model.contact = {{law, 2, {1, 1.5}, {mu, mu}, -9}, {law, 5, {0.7, 2}, {mu, mu}, -9}};
@@ -172,9 +174,9 @@ TEST(SteadyState, bilateral_joint_and_a_body_held_by_it_alone) {
       for (const double k : {point.kt[0], point.kt[1]}) springs.push_back(law == Law::bilateral ? 0 : k);
     springs.insert(springs.begin() + 2, 2), springs.insert(springs.begin() + 5, 5);
     if (law == Law::bilateral) // nothing holds it tangentially
-      for (const int d : {0, 1, 3, 4}) model.force[d] = 0;
+      for (const int d : {0, 1, 3, 4}) model.loads[0].vector[d] = 0;
     else
-      model.force = {1, 0.5, -0.3, 0, 0.2, 0.4};
+      model.loads[0].vector = {1, 0.5, -0.3, 0, 0.2, 0.4};
     Numbers expected = springs;
     for (double &k : expected) k = k == 0 ? 1 : k; // there is no motion there
     const SteadyState steady = steady_state(model, 1.3, {}, {3, 400, 1e-7});
@@ -187,7 +189,6 @@ TEST(SteadyState, hard_impacts_keep_the_energy) {
   DenseModel model; // nothing is lost: no damping, no friction
   model.points = 1;
   model.K = model.M = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  model.force = {0, 0, 0};
   const double kn = 1e6, gap = 0.5;
   model.contact = {{Law::unilateral, kn, {}, {}, gap}};
   model.standstill = {{}};
@@ -214,7 +215,7 @@ struct Weak {
 std::vector<Weak> weakly_damped() {
   std::vector<Weak> out{{scene(friction, 1, 2e-3), 0.8},
                         {scene({Law::cone, Law::coulomb, Law::unilateral}, 1, 2e-3), 1.1}};
-  for (double &f : out[0].model.fourier) f *= 0.3;
+  for (double &f : out[0].model.loads[0].fourier) f *= 0.3;
   return out;
 }
 
@@ -283,7 +284,7 @@ TEST(SteadyState, motions_that_chaos_passes_are_found) {
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   if (size > 1) return; // nothing is shared out, and it takes seconds
   DenseModel model = scene({Law::coulomb, Law::unilateral, Law::coulomb}, 1, 1e-3);
-  for (double &f : model.fourier) f *= 4;
+  for (double &f : model.loads[0].fourier) f *= 4;
   for (ContactPoint &point : model.contact) point.kn = 1e4;
   int found = 0;
   for (int i = 0; i < 14; ++i) {
@@ -343,7 +344,7 @@ TEST(SteadyState, amplitude_is_that_of_the_course_in_time) {
 TEST(SteadyState, always_ends) {
   DenseModel model = single_mass();
   std::fill(model.K.begin(), model.K.end(), 0.0); // a body that a constant force pulls off its joint
-  model.fourier = {-20, 0, 1};
+  model.loads[0].fourier = {-20, 0, 1};
   EXPECT_FALSE(steady_state(model, 9, {}, {3, 300, 1e-6}).settled);
 
   model = single_mass();

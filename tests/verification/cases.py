@@ -34,7 +34,7 @@ class Structure:
     K: np.ndarray
     M: np.ndarray
     contact_dofs: np.ndarray
-    force: np.ndarray
+    force: np.ndarray  # (n,), or (patterns, n)
     preload: np.ndarray
 
     def static_state(self, xp):
@@ -58,7 +58,7 @@ class Case:
     @property
     def contact(self):
         keys = ("normal_stiffness", "tangential_stiffness", "friction", "gap")
-        return reference.Contact.uniform(len(self.reduced.fx) // 3, *(self.settings[key] for key in keys),
+        return reference.Contact.uniform(len(self.reduced.r) // 3, *(self.settings[key] for key in keys),
                                          law=self.settings.get("law", "coulomb"))
 
     @property
@@ -68,14 +68,15 @@ class Case:
     def system(self, harmonics=None, samples=None):
         """The reference's equations, by default with the harmonics and samples of the case."""
         s = self.settings
-        return reference.HarmonicBalance(self.reduced, self.contact, self.preload, s["stiffness"], s["fourier"],
+        courses = list(s["loads"].values()) if "loads" in s else s["fourier"]
+        return reference.HarmonicBalance(self.reduced, self.contact, self.preload, s["stiffness"], courses,
                                          harmonics or s["harmonics"], samples or s["samples"])
 
 
-def dof5(folder, **overrides):
+def dof5(folder, force=(1.0, 1, 0, 0, 0), **overrides):
     """The five-degree-of-freedom example with one contact point, as its authors deliver it."""
     structure = Structure(K=20 * np.eye(5) - 10 * np.eye(5, k=1) - 10 * np.eye(5, k=-1), M=np.eye(5),
-                          contact_dofs=np.array([[2, 3, 4]]), force=np.array([1.0, 1, 0, 0, 0]),
+                          contact_dofs=np.array([[2, 3, 4]]), force=np.array(force),
                           preload=np.array([1, 0.1, 0.1, 0.1, 0.1]))
     structure.K[0, 0] = 10
     return full(folder, "five degrees of freedom", structure, overrides, modes=2, stiffness=0.05, fourier=[0, 0, 1, 0, 0],
@@ -115,9 +116,9 @@ def random_structure(elastic=12, points=4, seed=7):
     return Structure((K + K.T) / 2, mixing @ mixing, dofs, rng.normal(size=n), preload)
 
 
-def several_points(folder, elastic=12, **overrides):
+def several_points(folder, elastic=12, structure=None, **overrides):
     """Four contact points with different parameters, of which some slip and some lift off near the first resonance."""
-    return full(folder, "random structure", random_structure(elastic), overrides, modes=5, stiffness=0.02,
+    return full(folder, "random structure", structure or random_structure(elastic), overrides, modes=5, stiffness=0.02,
                 fourier=[0.2, 1, 0.5, 0, 0.3], normal_stiffness=[3.0, 4.0, 5.0, 6.0],
                 tangential_stiffness=[[1.0, 2.0], [2.0, 1.0], [1.5, 1.5], [3.0, 2.0]],
                 friction=[[0.3, 0.4], [0.2, 0.3], [0.5, 0.6], [0.4, 0.2]], gap=[-0.1, 0.0, -0.2, 0.1], initial=0.0,
@@ -139,8 +140,10 @@ def always_stuck(folder, **overrides):
 
 
 def full(folder, title, structure, overrides, **settings):
-    """A case that starts from a full model."""
-    Model(structure.K, structure.M, structure.contact_dofs, structure.force, structure.preload).write(Path(folder) / "model.h5")
+    """A case that starts from a full model. `loads`: names of the patterns of `structure.force`, with their courses."""
+    loads = overrides.get("loads", settings.get("loads"))
+    force = {"force": structure.force} if loads is None else {"forces": dict(zip(loads, structure.force, strict=True))}
+    Model(structure.K, structure.M, structure.contact_dofs, preload=structure.preload, **force).write(Path(folder) / "model.h5")
     modes = overrides.get("modes", settings["modes"])
     reduced = None if modes is None else reference.craig_bampton(structure.K, structure.M, structure.contact_dofs,
                                                                  structure.force, structure.preload, modes)
@@ -151,12 +154,17 @@ def write(folder, title, model, structure, reduced, overrides, **settings):
     """Write case.toml: `settings` with `overrides`; None leaves a key out."""
     settings.update(overrides)
     settings = {key: value for key, value in settings.items() if value is not None}
+    loads = settings.get("loads", {})
     sections = {}
     for key, value in settings.items():
+        if key == "loads" or loads and key == "fourier":
+            continue
         sections.setdefault(SECTION_OF[key], []).append(f"{key} = {json.dumps(value)}")
     lines = [f'title = "{title}"', f'{Path(model).stem} = "{model}"']
     for name, entries in sections.items():
         lines += ["", f"[{name}]", *entries]
+    for name, course in loads.items():
+        lines += ["", "[[excitation.load]]", f'pattern = "{name}"', f"fourier = {json.dumps(course)}"]
     path = Path(folder) / "case.toml"
     path.write_text("\n".join(lines) + "\n")
     return Case(path, structure, reduced, settings)

@@ -39,7 +39,7 @@ def run(case, ranks=1):
     assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
     with h5py.File(directory / "results.h5", "r") as file:
         assert file.attrs["ranks"] == ranks, "the ranks did not work together"
-        points = case.reduced.fx.size // 3
+        points = case.reduced.r.size // 3
         preload = reference.Preload(file["preload/xp"][()].reshape(points, 3), file["preload/g"][()].reshape(points, 3),
                                     file["preload/w"][()].reshape(points, 2))
         return Run(case, file["points/omega"][()], file["points/coefficients"][()], preload, directory)

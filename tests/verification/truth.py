@@ -26,7 +26,7 @@ class Orbit:
 
 
 class PiecewiseLinear:
-    """M u'' + C u' + K u + g(u) = force f(t) + static, with the contact law in continuous time.
+    """M u'' + C u' + K u + g(u) = excitation + static, with the contact law in continuous time.
 
     The state z holds u, v, the feet of the sliders w (t1, t2 of each point), and the excitation 1, cos, sin, cos 2, ...,
     so that each set of contact states has its own constant A in z' = A z.
@@ -35,10 +35,10 @@ class PiecewiseLinear:
     def __init__(self, M, C, K, contact_dofs, contact, force, fourier, static, omega):
         self.inverse, self.C, self.K = np.linalg.inv(M), C, K
         self.dofs, self.contact = np.asarray(contact_dofs), contact
-        self.force, self.static, self.fourier, self.omega = force, static, np.asarray(fourier, float), omega
+        self.static, self.excitation, self.omega = static, excitation(force, fourier), omega
         self.n, self.points = len(K), len(self.dofs)
         self.waves = 2 * self.n + 2 * self.points  # where 1, cos, sin, ... begin
-        self.size = self.waves + 1 + 2 * (len(fourier) // 2)
+        self.size = self.waves + self.excitation.shape[1]
         self.series_of = {}
 
     def row(self, *terms):
@@ -88,8 +88,8 @@ class PiecewiseLinear:
             n, A = self.n, np.zeros((self.size, self.size))
             acceleration = np.zeros((n, self.size))
             acceleration[:, :n], acceleration[:, n:2 * n] = -self.K, -self.C
-            acceleration[:, self.waves] = self.static + self.force * self.fourier[0] / 2
-            acceleration[:, self.waves + 1:] = np.outer(self.force, self.fourier[1:])
+            acceleration[:, self.waves] = self.static + self.excitation[:, 0] / 2
+            acceleration[:, self.waves + 1:] = self.excitation[:, 1:]
             for point in range(self.points):
                 if states[point, 0] != OPEN:
                     acceleration[self.dofs[point, 2]] -= self.normal(point)
@@ -97,7 +97,7 @@ class PiecewiseLinear:
                         acceleration[self.dofs[point, t]] -= self.friction(point, t, states[point, t])
             A[:n, n:2 * n] = np.eye(n)
             A[n:2 * n] = self.inverse @ acceleration
-            for k in range(1, len(self.fourier) // 2 + 1):
+            for k in range(1, self.excitation.shape[1] // 2 + 1):
                 c, s = self.waves + 2 * k - 1, self.waves + 2 * k
                 A[c, s], A[s, c] = -k * self.omega, k * self.omega
             powers = [np.linalg.matrix_power(A, k) / factorial(k) for k in range(ORDER + 1)]
@@ -138,6 +138,15 @@ class PiecewiseLinear:
         raise RuntimeError("more than 100 contact events in one step")
 
 
+def excitation(force, fourier):
+    """Coefficients (n, 2H+1) of force f(t), or of the sum over several patterns (L, n), each with its own series."""
+    courses = [fourier] if np.ndim(fourier[0]) == 0 else fourier
+    total = np.zeros((np.shape(force)[-1], 1 + 2 * max(len(course) // 2 for course in courses)))
+    for pattern, course in zip(np.atleast_2d(force), courses, strict=True):
+        total[:, :len(course)] += np.outer(pattern, course)
+    return total
+
+
 def crossing(coefficients, end):
     """First instant in [0, end] at which a polynomial, negative at `end`, becomes negative."""
     def value(s):
@@ -155,6 +164,7 @@ def steady_state(M, xi, K, contact_dofs, contact, force, fourier, static, omega,
     """Steady state of the full model (1), reached from rest at `start` with the sliders' feet at `feet`.
 
     M, K : (n, n); xi [s]; contact_dofs (N_x, 3); force, static, start (n,); feet (N_x, 2); omega [rad/s].
+    Several load patterns: force (L, n), and one series for each in fourier.
     Where a slider never slips, the mean it settles to depends on the start: then compare with means removed.
     """
     system = PiecewiseLinear(M, xi * K, K, contact_dofs, contact, force, fourier, static, omega)
@@ -180,12 +190,13 @@ def steady_state(M, xi, K, contact_dofs, contact, force, fourier, static, omega,
 
 
 def linear_response(K, M, xi, force, fourier, omega, springs):
-    """Coefficients (n, len(fourier)) of the steady state of M q'' + xi K q' + (K + diag(springs)) q = force f(t)."""
-    q = np.zeros((len(K), len(fourier)))
-    q[:, 0] = np.linalg.solve(K + np.diag(springs), force * fourier[0])
-    for k in range(1, len(fourier) // 2 + 1):
+    """Coefficients (n, 2H+1) of the steady state of M q'' + xi K q' + (K + diag(springs)) q = `excitation`."""
+    E = excitation(force, fourier)
+    q = np.zeros(E.shape)
+    q[:, 0] = np.linalg.solve(K + np.diag(springs), E[:, 0])
+    for k in range(1, E.shape[1] // 2 + 1):
         stiffness = K * (1 + 1j * k * omega * xi) + np.diag(springs) - (k * omega) ** 2 * M
-        z = np.linalg.solve(stiffness, force * (fourier[2 * k - 1] - 1j * fourier[2 * k]))
+        z = np.linalg.solve(stiffness, E[:, 2 * k - 1] - 1j * E[:, 2 * k])
         q[:, 2 * k - 1], q[:, 2 * k] = z.real, -z.imag
     return q
 

@@ -54,9 +54,9 @@ def read(files, *, units="SI"):
     held[dof_node[stuck], direction[stuck]] = True
     K, M = K[free][:, free], M[free][:, free]
     notes = []
-    loads = _loads(deck, paths.get("LOAD"), notes)
+    loads, late = _loads(deck, paths.get("LOAD"), notes)
     return build(deck, K, M, dof_node[free], direction[free], held, loads, sources=(str(paths["STIF"]), str(paths["MASS"])), units=units,
-                 notes=notes)
+                 notes=notes, late=late)
 
 
 def _find(files):
@@ -125,25 +125,22 @@ def _matrix(key, pairs, values, path):
 
 
 def _loads(deck, path, notes):
-    """Entry of every line of the load file."""
-    in_deck = [load.where for load in deck.loads if path is None]
+    """Entry of every line of the load file, and of its imaginary ones."""
+    in_deck = [load.where for load in [*deck.loads, *deck.late_loads] if path is None]
     if in_deck:
         notes.append(f"NOT taken: *CLOAD ({in_deck[0]}), because there is no _LOAD1.mtx" + STEP)
     if path is None:
-        return []
+        return [], []
     if deck.other_loads:
         notes.append(f"loads come from {path} alone, which holds {', '.join(deck.other_loads)} too if they act in the matrix step")
         deck.other_loads = []
-    entries, cases = [], 0
+    entries, late, cases = [], [], 0
     for block in read_blocks(path):
         if block.keyword != "CLOAD":
             raise block.error("wanted *CLOAD with lines node, direction, force")
         table = block.table(3)
-        if "IMAGINARY" in block.parameters:
-            if table[:, 2].any():
-                raise block.error("an imaginary load is not read; give the excitation's phase in the case file")
-            continue
-        cases += 1
+        imaginary = "IMAGINARY" in block.parameters
+        cases += not imaginary
         if cases > 1:
             raise block.error("several load cases are not read; leave one in the matrix step")
         rows = deck.rows_of(table[:, 0].astype(np.int64))
@@ -151,5 +148,6 @@ def _loads(deck, path, notes):
             if row < 0 and value:
                 raise block.error(f"node {node:g} is not in the mesh", k)
             if value:
-                entries.append(Entry(np.array([row]), int(direction), int(direction), value, deck.matrix_step, block.where(k)))
-    return entries
+                entry = Entry(np.array([row]), int(direction), int(direction), value, deck.matrix_step, block.where(k))
+                (late if imaginary else entries).append(entry)
+    return entries, late

@@ -55,12 +55,12 @@ def read(files, *, units="SI"):
     known = dof_node >= 0
     held[dof_node[known], direction[known] - 1] = False  # a condition that another step lifted
     notes = []
-    loads = [load for load in deck.loads if load.step == deck.matrix_step]
-    others = [load.where for load in deck.loads if load.step != deck.matrix_step]
+    loads, late = ([load for load in all_loads if load.step == deck.matrix_step] for all_loads in (deck.loads, deck.late_loads))
+    others = [load.where for load in [*deck.loads, *deck.late_loads] if load.step != deck.matrix_step]
     if others:
         notes.append(f"NOT taken: *CLOAD of other steps than the one that writes the matrices ({others[0]})")
     return build(deck, K, M, dof_node, direction - 1, held, loads, sources=(str(paths[".sti"]), str(paths[".mas"])), units=units,
-                 notes=notes)
+                 notes=notes, late=late)
 
 
 def _find(files):

@@ -5,12 +5,13 @@ For every program: the deck may be an input file, an archive or bulk data.
 
 import numpy as np
 
+from ..loads import LATE, LATER
 from ..structure import Structure
 
 RIGID = 1e-3  # a stiffness row resists rigid motion when its force is above this share of the forces that should cancel
 
 
-def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, notes):
+def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, notes, late=()):
     """Check mesh against matrices and say what was taken.
 
     Parameters
@@ -22,8 +23,8 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
         As in dovetail.Structure; -1 for unknowns of nodes that are not in the deck.
     held : (n_nodes, 6) bool
         Directions that boundary conditions took out of the matrices.
-    loads : list of inp_sets.Entry
-        Forces to take.
+    loads, late : list of inp_sets.Entry
+        Forces to take: real and imaginary parts of F, the excitation being Re(F exp(i omega t)).
     sources : (str, str)
         Names of the files of stiffness and mass, for messages.
     units : str
@@ -62,11 +63,14 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
     if deck.shapeless:
         notes.append(f"elements {', '.join(deck.shapeless)} are in the matrices, but not in the mesh")
     node_sets, surfaces = _without_tied(deck, tied, notes)
-    force = _force(deck, loads, number, held, K.shape[0], notes)
+    force = _force(deck, loads, number, held, K.shape[0], notes, "the amplitude F of the excitation")
     if deck.other_loads:
         notes.append(f"NOT taken: {', '.join(deck.other_loads)}; give such loads with [[force]] or [[preload]] in the set-up file")
     structure = Structure(K, M, deck.nodes, dof_node, dof_direction, labels=deck.labels, cells=deck.cells, node_sets=node_sets,
                           surfaces=surfaces, force=force, units=units)
+    if late:
+        imaginary = _force(deck, late, number, held, K.shape[0], notes, "imaginary part of F, in the load pattern \"force_sin\"")
+        structure.forces["force" + LATER], structure.courses["force" + LATER] = -imaginary, LATE
     structure.notes = notes
     return structure
 
@@ -136,7 +140,7 @@ def _without_tied(deck, tied, notes):
     return kept_sets, kept_surfaces
 
 
-def _force(deck, loads, number, held, n, notes):
+def _force(deck, loads, number, held, n, notes, meaning):
     force, lost = np.zeros(n), 0
     for load in loads:
         if not 1 <= load.first <= 6:
@@ -150,7 +154,7 @@ def _force(deck, loads, number, held, n, notes):
         lost += int((dofs < 0).sum())
     if loads:
         total = [sum(load.value * (number[load.rows, axis] >= 0).sum() for load in loads if load.first == axis + 1) for axis in range(3)]
-        notes.append(f"force from {len(loads)} lines of *CLOAD, as the amplitude F of the excitation: total "
+        notes.append(f"force from {len(loads)} lines of *CLOAD, as {meaning}: total "
                      f"({', '.join(f'{value:.6g}' for value in total)})"
                      + (f"; {lost} forces on held directions are left out" if lost else ""))
     return force

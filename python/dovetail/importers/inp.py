@@ -24,6 +24,7 @@ class Deck:
 
     labels (n,) sorted node numbers; nodes (n, 3); cells, node_sets and surfaces as in dovetail.Structure; loads and holds: lists
     of inp_sets.Entry from *CLOAD and *BOUNDARY; matrix_step: number of the step that writes the matrices, or of the last one;
+    late_loads: imaginary ones, of *CLOAD, LOAD CASE=2;
     other_loads: where loads stand that are not concentrated forces; shapeless: element types that have no cell here.
     """
 
@@ -34,6 +35,7 @@ class Deck:
     node_sets: dict = field(default_factory=dict)
     surfaces: dict = field(default_factory=dict)
     loads: list = field(default_factory=list)
+    late_loads: list = field(default_factory=list)
     holds: list = field(default_factory=list)
     matrix_step: int = 0
     other_loads: list = field(default_factory=list)
@@ -80,7 +82,8 @@ def read(path, refused=None):
         elif block.keyword == "SURFACE":
             surface(deck, block, node_sets, element_sets, elements)
         elif block.keyword in ("CLOAD", "BOUNDARY"):
-            (deck.loads if block.keyword == "CLOAD" else deck.holds).extend(entries(deck, block, node_sets, step))
+            loads = deck.late_loads if block.parameters.get("LOAD CASE") == "2" else deck.loads
+            (loads if block.keyword == "CLOAD" else deck.holds).extend(entries(deck, block, node_sets, step))
         elif block.keyword in OTHER_LOADS and block.lines:
             deck.other_loads.append(f"*{block.keyword} ({block.where()})")
     deck.matrix_step = written or step

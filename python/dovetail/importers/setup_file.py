@@ -26,8 +26,12 @@ from ..joint import Joint
 
 KEYS = {
     "clamp": {"set", "directions"},
-    "force": {"set", "vector"},
+    "force": {"set", "vector", "pattern", "phase"},
+    "moment": {"set", "vector", "pattern", "phase"},
+    "pressure": {"set", "value", "fourier", "pattern"},
+    "base": {"direction", "pattern"},
     "preload": {"set", "vector"},
+    "gravity": {"vector"},
     "joint": {"between", "ground", "normal_stiffness", "tangential_stiffness", "friction", "gap", "tolerance", "t1", "at", "normal",
               "name"},
 }
@@ -59,13 +63,13 @@ def apply(structure, path):
     structure = copy.copy(structure)
     structure.units = structure.units if units is None else units
     joints = []
-    for kind, number, table in entries:
+    whole = [entry for entry in entries if entry[0] in ("base", "gravity")]  # inertia of all masses, also beside what is clamped
+    for kind, number, table in whole + [entry for entry in entries if entry not in whole]:
         with _named(f"{path}, [[{kind}]] number {number}"):
             if kind == "clamp":
                 structure = structure.clamped(_set(structure, _text(table, "set")), _directions(table))
-            elif kind in ("force", "preload"):
-                add = structure.with_force if kind == "force" else structure.with_preload
-                structure = add(_set(structure, _text(table, "set")), _vector(table))
+            elif kind != "joint":
+                structure = _loaded(structure, kind, table)
     for kind, number, table in entries:  # after all clamps, which renumber the degrees of freedom
         if kind == "joint":
             with _named(f"{path}, [[joint]] number {number}"):
@@ -73,6 +77,8 @@ def apply(structure, path):
     with _named(path):
         model = structure.join(joints)
     model.notes = [joint.report(structure.units) for joint in joints]
+    if model.forces:
+        model.notes.append("load patterns, as they stand in a case file:\n" + model.excitation().rstrip())
     return model
 
 
@@ -130,6 +136,30 @@ def _nearest(word, known):
     return f"did you mean {spelled[close[0]]!r}?" if close else f"known are {', '.join(sorted(known)) or 'none'}"
 
 
+def _loaded(structure, kind, table):
+    """The structure with the load of an entry."""
+    named = {} if "pattern" not in table else {"name": _text(table, "pattern", "the name of a load pattern")}
+    if kind == "gravity":
+        return structure.with_gravity(_vector(table))
+    if kind == "base":
+        return structure.with_base_acceleration(_vector(table, "direction"), **named)
+    where = _set(structure, _text(table, "set"))
+    if kind == "preload":
+        return structure.with_preload(where, _vector(table))
+    if kind == "pressure":
+        value, fourier = table.get("value"), table.get("fourier")
+        if not _numeric(value) or isinstance(value, list):
+            raise ValueError(f"value must be a finite number, found {value!r}")
+        if fourier is not None and (not isinstance(fourier, list) or not _numeric(fourier) or isinstance(fourier[0], list)):
+            raise ValueError(f"fourier must be a list of finite numbers [a0, a1, b1, ...], found {fourier!r}")
+        return structure.with_pressure(where, value, fourier=fourier, **named)
+    phase = table.get("phase", 0.0)
+    if not _numeric(phase) or isinstance(phase, list):
+        raise ValueError(f"phase must be a finite number [rad], found {phase!r}")
+    add = structure.with_force if kind == "force" else structure.with_moment
+    return add(where, _vector(table), phase=phase, **named)
+
+
 def _joint(structure, table):
     sides = [key for key in ("between", "ground") if key in table]
     if len(sides) != 1:
@@ -184,8 +214,8 @@ def _directions(table):
     return value
 
 
-def _vector(table):
-    value = table.get("vector")
+def _vector(table, key="vector"):
+    value = table.get(key)
     if not isinstance(value, list) or len(value) != 3 or not all(_numeric(v) and not isinstance(v, list) for v in value):
-        raise ValueError(f"vector must be three finite numbers, found {value!r}")
+        raise ValueError(f"{key} must be three finite numbers, found {value!r}")
     return value

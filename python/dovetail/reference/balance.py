@@ -12,19 +12,26 @@ from .newton import newton
 class HarmonicBalance:
     """The equations (11) in real form. Unknowns q : (N_a + 3 N_x, 2H+1), modal ones first, measured from preload.
 
-    xi : stiffness-proportional damping [s]; fourier : coefficients [a0, a1, b1, ...] of f(t); N : samples per period.
+    xi : stiffness-proportional damping [s]; fourier : coefficients [a0, a1, b1, ...] of f(t), or, with several load
+    patterns, one such series for each; N : samples per period.
     """
 
     def __init__(self, reduced, contact, preload, xi, fourier, H, N):
-        if len(fourier) > 2 * H + 1:
-            raise ValueError(f"the excitation has {len(fourier)} coefficients, {H} harmonics carry {2 * H + 1}")
+        patterns = np.atleast_2d(np.concatenate([reduced.fa, reduced.fx], axis=-1))
+        courses = [fourier] if np.ndim(fourier[0]) == 0 else fourier
+        if len(courses) != len(patterns):
+            raise ValueError(f"{len(courses)} courses for {len(patterns)} load patterns; one for each is wanted")
+        longest = max(map(len, courses))
+        if longest > 2 * H + 1:
+            raise ValueError(f"the excitation has {longest} coefficients, {H} harmonics carry {2 * H + 1}")
         self.contact, self.preload, self.xi, self.H, self.N = contact, preload, xi, H, N
         self.modes = len(reduced.kaa)
         self.K = scipy.linalg.block_diag(np.diag(reduced.kaa), reduced.kxx)
         self.M = np.block([[np.eye(self.modes), reduced.max], [reduced.max.T, reduced.mxx]])
         self.shape = (len(self.K), 2 * H + 1)
         self.excitation = np.zeros(self.shape)
-        self.excitation[:, :len(fourier)] = np.outer(np.r_[reduced.fa, reduced.fx], fourier)
+        for pattern, course in zip(patterns, courses):
+            self.excitation[:, :len(course)] += np.outer(pattern, course)
 
     def contact_part(self, q):
         """Coefficients (N_x, 3, 2H+1) of the contact displacements in q."""

@@ -11,7 +11,10 @@ from .newton import newton
 
 @dataclass(frozen=True)
 class Reduced:
-    """Craig-Bampton model: kaa, fa (N_a,); max (N_a, n_c); mxx, kxx (n_c, n_c); fx, r (n_c,); n_c = 3 N_x."""
+    """Craig-Bampton model: kaa, fa (N_a,); max (N_a, n_c); mxx, kxx (n_c, n_c); fx, r (n_c,); n_c = 3 N_x.
+
+    With several load patterns fa is (L, N_a) and fx (L, n_c).
+    """
 
     kaa: np.ndarray
     max: np.ndarray
@@ -53,17 +56,19 @@ def craig_bampton(K, M, contact_dofs, force, preload, modes):
     """Reduce a full model (1) to its contact dofs and `modes` fixed-interface modes: (2), (5), (15)-(18).
 
     K, M : (n, n) sparse or dense; contact_dofs : (N_x, 3) indices of t1, t2, n; force, preload : (n,) [N].
+    force : (L, n) with several load patterns.
     """
     squares, phi, psi = bases(K, M, contact_dofs, modes)
     e, c, K, M = split(K, M, contact_dofs)
+    force = np.asarray(force, float)
     Kee, Kec, Kcc = K[np.ix_(e, e)], K[np.ix_(e, c)], K[np.ix_(c, c)]
     Mee, Mec, Mcc = M[np.ix_(e, e)], M[np.ix_(e, c)], M[np.ix_(c, c)]
     return Reduced(kaa=squares,
                    max=phi.T @ (Mee @ psi + Mec),
                    mxx=psi.T @ Mee @ psi + psi.T @ Mec + Mec.T @ psi + Mcc,
                    kxx=Kcc + Kec.T @ psi,
-                   fa=phi.T @ force[e],
-                   fx=psi.T @ force[e] + force[c],
+                   fa=force[..., e] @ phi,
+                   fx=force[..., e] @ psi + force[..., c],
                    r=Kec.T @ np.linalg.solve(Kee, preload[e]) - preload[c])
 
 
