@@ -65,7 +65,7 @@ const std::vector<Key> &keys() {
        [](C c) { return c.model.empty() ? ""
                         : c.memory > 0  ? number_text(c.memory)
                                         : "what is free"; }},
-      {"damping.stiffness", "s", [](C c) { return number_text(c.damping); }},
+      {"damping.stiffness", "s", [](C c) { return number_text(c.damping.stiffness); }},
       {"excitation.fourier", "-", [](C c) { return fourier_text(c.fourier); }},
       {"contact.law", "", nullptr},
       {"contact.normal_stiffness", "N/m", nullptr},

@@ -288,8 +288,8 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_model(document, study);
   read_motion(document, study);
   if (const Entry damping = document["damping.stiffness"]) {
-    study.damping = damping.number();
-    if (study.damping < 0) damping.refuse("must not be negative");
+    study.damping.stiffness = damping.number();
+    if (study.damping.stiffness < 0) damping.refuse("must not be negative");
   }
   study.contact = read_contact_settings(document);
   study.contact.file = file.string();

@@ -60,6 +60,7 @@ public:
   const std::vector<double> &stiffness_force() const { return stiffness_force_; }
   const std::vector<double> &inertia_force() const { return inertia_force_; }
   double load(PetscInt own_dof) const; ///< of the pattern, at an own dof
+  DynamicStiffness structure(double omega) const { return DynamicStiffness(scaled_.damping, omega); } ///< its D_k
 
   /// What the own contact points did over the period at the motion evaluated last, in scaled units.
   const std::vector<Activity> &activity() const { return forces_.activity(); }

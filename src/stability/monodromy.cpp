@@ -49,7 +49,7 @@ void Monodromy::assemble(const Answer *answers) {
   for (int j = 0; j < n; ++j) {
     rate_(j, n + j) = speed_;
     rate_(n + j, j) = -stiffness_[j] * scale;
-    rate_(n + j, n + j) = -damping_ * stiffness_[j] / omega_;
+    rate_(n + j, n + j) = -damping_.viscous(stiffness_[j], 1) / omega_;
   }
   const auto add = [&](int row, int column, double k) { // force k x_column on contact dof `row`
     const double *a = shape_.column(row), *b = shape_.column(column);

@@ -30,7 +30,7 @@ private:
   Dense unfelt(const ContactHistory &history, bool held_too) const;
 
   int n_, points_;
-  double damping_;
+  Damping damping_;
   std::vector<ContactPoint> contact_;
   std::vector<double> stiffness_; // (n) of the modes of K and M without contact
   Dense shape_;                   // (n, 3 points): x = shape^T q, q in these modes

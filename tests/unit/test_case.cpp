@@ -113,7 +113,7 @@ TEST_F(CaseFile, EveryValueArrives) {
   EXPECT_EQ(study.model, folder / "model.h5");
   EXPECT_TRUE(study.reduced.empty());
   EXPECT_EQ(study.modes, 2);
-  EXPECT_EQ(study.damping, 0.05);
+  EXPECT_EQ(study.damping.stiffness, 0.05);
   EXPECT_EQ(study.fourier, (std::vector<double>{0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(study.contact.normal_stiffness.value().values, std::vector<double>{1});
   EXPECT_FALSE(study.contact.normal_stiffness.value().pairs);
@@ -143,7 +143,7 @@ TEST_F(CaseFile, ShortestFileTakesDefaults) {
                                      "harmonic_balance.harmonics = 10\ncontinuation.omega = [5, 2]"),
                                {});
   EXPECT_EQ(study.reduced, folder / "reduced.h5");
-  EXPECT_EQ(study.damping, 0);
+  EXPECT_EQ(study.damping.stiffness, 0);
   EXPECT_EQ(study.samples, 0); // exact
   EXPECT_EQ(study.contact.law.values, std::vector<Law>{Law::coulomb});
   EXPECT_EQ(study.preload_initial, std::vector<double>{0});

@@ -95,7 +95,7 @@ TEST(Monodromy, of_points_that_stick_slip_and_open) {
     State out{};
     std::vector<double> force(n);
     for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) force[i] -= model.K[i * n + j] * (s[j] + model.damping * s[n + j]);
+      for (int j = 0; j < n; ++j) force[i] -= model.K[i * n + j] * (s[j] + model.damping.stiffness * s[n + j]);
     for (int d = 0; d < n; ++d) {
       const ContactPoint &point = model.contact[d / 3];
       const double x = s[d], normal = s[d / 3 * 3 + 2];

@@ -65,7 +65,7 @@ Numbers response(const DenseModel &model, double omega, const Numbers &springs, 
   for (int k = 0; sine(k) < static_cast<int>(model.fourier.size()); ++k) {
     std::vector<Complex> A(n * n), b(n);
     for (int i = 0; i < n * n; ++i)
-      A[i] = model.K[i] * Complex(1, k * omega * model.damping) - std::pow(k * omega, 2) * model.M[i];
+      A[i] = model.K[i] * Complex(1, k * omega * model.damping.stiffness) - std::pow(k * omega, 2) * model.M[i];
     for (int c = 0; c < 3 * model.points; ++c) A[(model.modes + c) * (n + 1)] += springs[c];
     for (int i = 0; i < n; ++i)
       b[i] = model.force[i] * Complex(model.fourier[cosine(k)], k > 0 ? -model.fourier[sine(k)] : 0);
