@@ -162,7 +162,7 @@ std::vector<double> Follower::aims(Way way, double from, double most) const {
 // far ahead as `most`, of the sweep.
 bool Follower::leap(Way way, double from, double most) {
   const bool integrate = integrates(way), small = system_->layout().dofs() <= most_integrated;
-  if (!may(strategy_of(way))) return false;
+  if (!may(strategy_of(way)) || (integrate && !system_->scaled().damping.acts_in_time())) return false;
   int &count = integrate ? summary_.counts.integrations : summary_.counts.leaps;
   if (count >= (integrate ? most_integrations : most_leaps) || (way != Way::newton && !small)) return false;
   if ((way == Way::integration || way == Way::anew) && !(integration_left() > 0)) return false;

@@ -66,6 +66,8 @@ const std::vector<Key> &keys() {
                         : c.memory > 0  ? number_text(c.memory)
                                         : "what is free"; }},
       {"damping.stiffness", "s", [](C c) { return number_text(c.damping.stiffness); }},
+      {"damping.mass", "1/s", [](C c) { return number_text(c.damping.mass); }},
+      {"damping.structural", "-", [](C c) { return number_text(c.damping.structural); }},
       {"excitation.fourier", "-", [](C c) { return fourier_text(c.fourier); }},
       {"contact.law", "", nullptr},
       {"contact.normal_stiffness", "N/m", nullptr},

@@ -3,6 +3,14 @@
 #include "harmonic/harmonic_system.hpp"
 
 namespace dovetail {
+namespace {
+
+// Coefficient i, at that place of its row, of a motion times the imaginary unit.
+double across(const std::vector<double> &of, PetscInt i, int place) {
+  return place == 0 ? 0 : place % 2 ? of[i + 1] : -of[i - 1];
+}
+
+} // namespace
 
 void FrequencyParameter::derivative(const HarmonicSystem &system, const Setting &now,
                                     std::vector<double> &column) const {
@@ -11,13 +19,8 @@ void FrequencyParameter::derivative(const HarmonicSystem &system, const Setting 
   const int n = system.layout().width;
   for (PetscInt i = 0; i < system.layout().own_coefficients(); ++i) { // eq (13)
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
-    const double stiff = place == 0  ? 0
-                         : place % 2 ? u[i + 1]
-                                     : -u[i - 1],
-                 heavy = place == 0  ? 0
-                         : place % 2 ? v[i + 1]
-                                     : -v[i - 1];
-    column[i] = -structure.inertia_slope(k) * v[i] + structure.loss_slope(k) * stiff + structure.drag_slope(k) * heavy;
+    column[i] = -structure.inertia_slope(k) * v[i] + structure.loss_slope(k) * across(u, i, place) +
+                structure.drag_slope(k) * across(v, i, place);
   }
 }
 

@@ -62,6 +62,11 @@ public:
       if (about.may_change_branch) set_.reset(static_cast<std::size_t>(about.which));
   }
 
+  /// Without those that integrate in time.
+  void keep_harmonic_balance() {
+    for (const Strategy which : {Strategy::integration, Strategy::in_time}) set_.reset(static_cast<std::size_t>(which));
+  }
+
   static std::optional<Strategy> named(const std::string &name) {
     for (const StrategyAbout &about : all_strategies)
       if (name == about.name) return about.which;

@@ -92,7 +92,10 @@ inline void small_steps(const DenseModel &model, double omega, int periods, int 
     Numbers load(n), out(2 * n);
     for (int i = 0; i < n; ++i) {
       load[i] = model.force[i] * f;
-      for (int j = 0; j < n; ++j) load[i] -= model.K[i * n + j] * (at[j] + model.damping.stiffness * at[n + j]);
+      for (int j = 0; j < n; ++j) {
+        const double k = model.K[i * n + j];
+        load[i] -= k * at[j] + model.damping.viscous(k, model.M[i * n + j]) * at[n + j];
+      }
     }
     for (int p = 0; p < model.points; ++p) {
       const std::array<double, 3> g = law(p, &at[model.modes + 3 * p], next_w[p]);

@@ -275,6 +275,8 @@ TEST_F(CaseFile, NumbersMustBeFinite) {
 
 TEST_F(CaseFile, NumbersOutOfRange) {
   refused(7, "stiffness = -0.1", {"damping.stiffness = -0.1", "must not be negative"});
+  refused(7, "mass = -0.1", {"damping.mass = -0.1", "must not be negative"});
+  refused(7, "structural = -0.1", {"damping.structural = -0.1", "must not be negative"});
   refused(18, "harmonics = 0", {"harmonic_balance.harmonics = 0", "at least 1"});
   refused(18, "harmonics = 2000000000", {"harmonic_balance.harmonics = 2000000000", "at most"});
   refused(18, "harmonics = 99999999999999999999", {"at most"});
@@ -352,6 +354,20 @@ TEST_F(CaseFile, StabilityIsForSmallModels) {
   refused({{33, "[stability]\nenabled = \"yes\"\n[output]"}}, 34, {"stability.enabled = \"yes\"", "true or false"});
 }
 
+TEST_F(CaseFile, HystereticDampingHasNoMotionInTime) {
+  Case study = read({{7, "structural = 0.02"}});
+  settle_stability(study, 3); // a small model
+  EXPECT_FALSE(study.stability.value());
+  EXPECT_FALSE(study.strategies.has(Strategy::integration) || study.strategies.has(Strategy::in_time));
+  EXPECT_TRUE(study.strategies.has(Strategy::jump) && study.strategies.has(Strategy::load));
+  EXPECT_FALSE(read({{7, "structural = 0.02"}, {33, "[stability]\nenabled = false\n[output]"}}).stability.value());
+  refused({{7, "structural = 0.02"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
+          {"stability.enabled = true", "damping.structural = 0.02", "case.toml:7", "write false"});
+  study = read({{7, "mass = 0.02"}});
+  settle_stability(study, 3);
+  EXPECT_TRUE(study.stability.value() && study.strategies.has(Strategy::integration));
+}
+
 TEST_F(CaseFile, RestartKnowsAnotherProblem) {
   const auto points = [](const Case &study) { return contact_points(study.contact, {}, 2); };
   const auto problem = [&](Case study) {
@@ -365,6 +381,8 @@ TEST_F(CaseFile, RestartKnowsAnotherProblem) {
   EXPECT_TRUE(same({{27, "omega = [0.9, 1.5]"}, {30, "max_points = 9"}, {23, "max_iterations = 7"}, {34, ""}}));
   EXPECT_TRUE(same({{30, "stop_after_peaks = 1\nstop_at_amplitude = 2"}, {31, ""}, {32, ""}}));
   const Changes others = {{7, "stiffness = 0.06"},
+                          {7, "stiffness = 0.05\nmass = 0.01"},
+                          {7, "stiffness = 0.05\nstructural = 0.01"},
                           {9, "fourier = [0, 0, 2]"},
                           {11, "normal_stiffness = 1.1"},
                           {13, "friction = 0.3"},
@@ -570,6 +588,8 @@ TEST_F(CaseFile, DescriptionNamesValueUnitAndOrigin) {
   };
   expect_words(line_of("title"), {"test", "given"});
   expect_words(line_of("damping.stiffness"), {"0.05", "[s]", "given"});
+  expect_words(line_of("damping.mass"), {" 0 ", "[1/s]", "default"});
+  expect_words(line_of("damping.structural"), {" 0 ", "[-]", "default"});
   expect_words(line_of("excitation.fourier"), {"[0, 0, 1] "});
   expect_words(line_of("contact.normal_stiffness"), {" 1 ", "[N/m]", "given"});
   expect_words(line_of("contact.tangential_stiffness"), {"1 .. 4", "[N/m]", "given"});
