@@ -25,7 +25,7 @@ def steady_harmonic(system, static, omega, steps, accuracy, watched):
     static : (n,) force that holds the preload state; watched : (n,) weights
     The march ends when what is left to come, by the rate at which that harmonic settles, is below `accuracy` of it.
     """
-    K, M, C, contact, preload = system.K, system.M, system.xi * system.K, system.contact, system.preload
+    K, M, C, contact, preload = system.K, system.M, system.C, system.contact, system.preload
     modes, force = system.modes, system.excitation[:, 1]
     h = 2 * np.pi / omega / steps
     inverse = np.linalg.inv(K + 2 / h * C + 4 / h**2 * M)

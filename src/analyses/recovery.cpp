@@ -93,7 +93,9 @@ double Follower::integration_left() const {
 }
 
 bool Follower::integrate_at(double omega, double share) {
-  if (system_->layout().dofs() > most_integrated || !(integration_left() > 0)) return false;
+  if (system_->layout().dofs() > most_integrated || !system_->scaled().damping.acts_in_time() ||
+      !(integration_left() > 0))
+    return false;
   IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(omega))};
   settings.periods = most_periods;
   settings.work = std::min(settings.work, share * integration_left());

@@ -77,6 +77,13 @@ std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const 
   return lock;
 }
 
+// What hysteretic damping leaves out, or nothing.
+std::string in_words(const Damping &damping) {
+  return damping.acts_in_time() ? ""
+                                : "damping.structural: stability is not judged, and nothing is integrated in time; "
+                                  "hysteretic damping has no motion in time";
+}
+
 std::string in_words(const SavedRun &earlier) {
   return "restart: goes on at " + number_text(earlier.branch.y.back() * earlier.scales.frequency) + " rad/s after " +
          std::to_string(earlier.branch.counts.points) + " points";
@@ -94,6 +101,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   describe(std::cout, study, checked.contact);
   describe(std::cout, checked.sizes);
   if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
+  if (const std::string note = in_words(study.damping); !note.empty()) std::cout << note << "\n";
   if (checked.earlier) std::cout << in_words(*checked.earlier) << "\n";
 }
 
@@ -185,6 +193,7 @@ void run_case(MPI_Comm comm, const Request &request) {
             (study.title.empty() ? "" : ": " + study.title));
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
   if (checked.earlier) voice.say(in_words(*checked.earlier));
+  voice.say(in_words(study.damping));
   Stages stages;
   try {
     work(comm, checked, request.reduce_only, stages, voice);

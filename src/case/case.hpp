@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "case/damping.hpp"
 #include "contact/contact_point.hpp"
 #include "recovery/strategies.hpp"
 
@@ -76,12 +77,12 @@ struct Case {
   std::filesystem::path model;   ///< full model, empty when `reduced` is given
   std::filesystem::path reduced; ///< reduced model used as it stands, or empty
 
-  int modes = 0;                             ///< N_a (only with `model`)
-  bool residuals = false;                    ///< some of the modes made for the loads, not eigenmodes
-  bool modes_by_tolerance = false;           ///< N_a is not given: as many as `tolerance` wants
-  bool check_modes = false;                  ///< count the modes below the last one
-  double memory = 0;                         ///< what the reduction may take on one machine [GiB]; 0: all that is free
-  double damping = 0;                        ///< xi [s]
+  int modes = 0;                   ///< N_a (only with `model`)
+  bool residuals = false;          ///< some of the modes made for the loads, not eigenmodes
+  bool modes_by_tolerance = false; ///< N_a is not given: as many as `tolerance` wants
+  bool check_modes = false;        ///< count the modes below the last one
+  double memory = 0;               ///< what the reduction may take on one machine [GiB]; 0: all that is free
+  Damping damping;
   std::vector<LoadCourse> loads = {{}};      ///< each of another pattern
   ContactSettings contact;                   ///< as written here; a model file may supply the rest
   std::vector<double> preload_initial = {0}; ///< x_p0: one number, or 3 N_x [m]

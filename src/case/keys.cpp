@@ -72,7 +72,9 @@ const std::vector<Key> &keys() {
        [](C c) { return c.model.empty() ? ""
                         : c.memory > 0  ? number_text(c.memory)
                                         : "what is free"; }},
-      {"damping.stiffness", "s", [](C c) { return number_text(c.damping); }},
+      {"damping.stiffness", "s", [](C c) { return number_text(c.damping.stiffness); }},
+      {"damping.mass", "1/s", [](C c) { return number_text(c.damping.mass); }},
+      {"damping.structural", "-", [](C c) { return number_text(c.damping.structural); }},
       {"excitation.fourier", "-",
        [](C c) { return c.given.count("excitation.load") ? std::string() : fourier_text(c.loads[0].fourier); }},
       {"excitation.load", "-", [](C c) { return c.given.count("excitation.load") ? loads_text(c.loads) : ""; }},

@@ -248,6 +248,27 @@ void read_scaling(const Document &document, Case &study) {
   }
 }
 
+void read_damping(const Document &document, Damping &damping) {
+  for (const auto &[key, value] :
+       {std::pair("damping.stiffness", &damping.stiffness), std::pair("damping.mass", &damping.mass),
+        std::pair("damping.structural", &damping.structural)})
+    if (const Entry entry = document[key]) {
+      *value = entry.number();
+      if (*value < 0) entry.refuse("must not be negative");
+    }
+}
+
+// Hysteretic damping is an equation of each harmonic, with none of a motion in time behind it.
+void leave_out_motions_in_time(const Document &document, Case &study) {
+  if (study.damping.acts_in_time()) return;
+  if (study.stability.value_or(false))
+    document["stability.enabled"].refuse(
+        "stability is judged by motions in time, which damping.structural = " + number_text(study.damping.structural) +
+        " (" + document["damping.structural"].place() +
+        ") does not have; write false, or damping.stiffness = structural / omega at the resonance in its place");
+  study.stability = false;
+}
+
 void read_continuation(const Document &document, Case &study) {
   const Entry omega = document["continuation.omega"], adaptive = document["continuation.adaptive"];
   if (!omega) document.missing("continuation.omega", "omega = [from, to] in rad/s");
@@ -337,10 +358,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_output(document, out, study);
   read_model(document, study);
   read_motion(document, study);
-  if (const Entry damping = document["damping.stiffness"]) {
-    study.damping = damping.number();
-    if (study.damping < 0) damping.refuse("must not be negative");
-  }
+  read_damping(document, study.damping);
   study.contact = read_contact_settings(document);
   study.contact.file = file.string();
   read_harmonic_balance(document, study);
@@ -353,6 +371,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_continuation(document, study);
   read_stops(document, study);
   read_recovery(document, study);
+  leave_out_motions_in_time(document, study);
   return study;
 }
 

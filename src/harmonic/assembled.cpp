@@ -22,8 +22,8 @@ void fill_once(Mat A, std::vector<PetscInt> rows, std::vector<PetscInt> columns,
 
 } // namespace
 
-Assembled::Assembled(std::vector<Coupling> couplings, const Layout &layout)
-    : layout_(layout), couplings_(std::move(couplings)) {
+Assembled::Assembled(std::vector<Coupling> couplings, const Layout &layout, bool damps_mass)
+    : layout_(layout), damps_mass_(damps_mass), couplings_(std::move(couplings)) {
   std::vector<PetscInt> k_rows, k_columns, rows, columns;
   std::vector<double> k_values, values;
   for (const Coupling &c : couplings_) {
@@ -41,7 +41,7 @@ Assembled::Assembled(std::vector<Coupling> couplings, const Layout &layout)
 }
 
 std::unique_ptr<LinearPart> Assembled::like(const Layout &layout) const {
-  return std::make_unique<Assembled>(couplings_, layout);
+  return std::make_unique<Assembled>(couplings_, layout, damps_mass_);
 }
 
 void Assembled::multiply(const double *q, double *stiffness_force, double *inertia_force) {
@@ -62,7 +62,7 @@ UniqueMat Assembled::matrix(const ContactForces &contact) const {
     if (c.stiff) add(i, j);
     for (int k = 1; k <= harmonics; ++k) {
       add(i + cosine(k), j + cosine(k)), add(i + sine(k), j + sine(k));
-      if (c.stiff) add(i + cosine(k), j + sine(k)), add(i + sine(k), j + cosine(k));
+      if (c.stiff || damps_mass_) add(i + cosine(k), j + sine(k)), add(i + sine(k), j + cosine(k));
     }
   }
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
@@ -90,10 +90,10 @@ void Assembled::fill(Mat J, const JacobianParts &parts) {
   for (const Coupling &c : couplings_) {
     if (c.stiff) values_.push_back(c.k);
     for (int k = 1; k <= harmonics; ++k) {
-      const double dynamic = c.k - k * parts.omega * k * parts.omega * c.m,
-                   damping = k * parts.omega * parts.damping * c.k;
-      values_.push_back(dynamic), values_.push_back(dynamic);
-      if (c.stiff) values_.push_back(damping), values_.push_back(-damping);
+      const double in_phase = parts.structure.in_phase(k, c.k, c.m),
+                   quadrature = parts.structure.quadrature(k, c.k, c.m);
+      values_.push_back(in_phase), values_.push_back(in_phase);
+      if (c.stiff || damps_mass_) values_.push_back(quadrature), values_.push_back(-quadrature);
     }
   }
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {

@@ -7,8 +7,8 @@ namespace dovetail {
 
 class Assembled : public LinearPart {
 public:
-  /// `couplings`: this rank's. Collective.
-  Assembled(std::vector<Coupling> couplings, const Layout &layout);
+  /// `couplings`: this rank's. `damps_mass`: see DynamicStiffness. Collective.
+  Assembled(std::vector<Coupling> couplings, const Layout &layout, bool damps_mass);
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
@@ -22,6 +22,7 @@ public:
 
 private:
   Layout layout_;
+  bool damps_mass_; // the pattern of Q is that of M
   std::vector<Coupling> couplings_;
   UniqueMat stiffness_, mass_;                         // (dofs, dofs) AIJ
   UniqueMat stiffness_kron_, mass_kron_;               // the same acting on all 2H+1 coefficients at once

@@ -67,9 +67,9 @@ void CoarseSpace::choose(double omega) {
       }
 }
 
-void CoarseSpace::factor(const ModalOperator &contacts, double omega, double damping) {
+void CoarseSpace::factor(const ModalOperator &contacts, const DynamicStiffness &structure) {
   const Timed timed(Work::factors);
-  choose(omega);
+  choose(structure.omega());
   const std::size_t c = count_, w = layout_.width, size = c * w, block = w * w;
   std::vector<float> blocks = contacts.among(at_contacts_, count_), matrix(size * size);
   MPI_Allreduce(MPI_IN_PLACE, blocks.data(), static_cast<int>(blocks.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
@@ -79,18 +79,19 @@ void CoarseSpace::factor(const ModalOperator &contacts, double omega, double dam
       for (std::size_t b = 0; b < w; ++b) std::copy_n(&blocks[(i * c + k) * block + b * w], w, at + b * size);
       at[0] += static_cast<float>(stiff_[i * c + k]);
       for (int h = 1; h <= layout_.width / 2; ++h) {
-        const auto own = static_cast<float>(stiff_[i * c + k] - h * omega * h * omega * heavy_[i * c + k]),
-                   other = static_cast<float>(h * omega * damping * stiff_[i * c + k]);
+        const double stiff = stiff_[i * c + k], heavy = heavy_[i * c + k];
+        const auto own = static_cast<float>(structure.in_phase(h, stiff, heavy)),
+                   other = static_cast<float>(structure.quadrature(h, stiff, heavy));
         at[cosine(h) * size + cosine(h)] += own, at[sine(h) * size + sine(h)] += own;
         at[sine(h) * size + cosine(h)] += other, at[cosine(h) * size + sine(h)] -= other;
       }
     }
   jacobian_.factor(std::move(matrix));
-  factor_diagonal(omega, damping);
+  factor_diagonal(structure);
 }
 
 // Its determinant is not negative: that of the mean is of a stiffness, those of harmonics are of complex matrices.
-void CoarseSpace::factor_diagonal(double omega, double damping) {
+void CoarseSpace::factor_diagonal(const DynamicStiffness &structure) {
   const std::size_t c = count_;
   diagonal_.resize(layout_.width / 2 + 1);
   bool regular = true;
@@ -99,8 +100,9 @@ void CoarseSpace::factor_diagonal(double omega, double damping) {
     std::vector<float> matrix(size * size);
     for (std::size_t i = 0; i < c; ++i)
       for (std::size_t k = 0; k < c; ++k) {
-        const auto own = static_cast<float>(stiff_[i * c + k] - h * omega * h * omega * heavy_[i * c + k]),
-                   other = static_cast<float>(h * omega * damping * damped_[i * c + k]);
+        const double heavy = heavy_[i * c + k];
+        const auto own = static_cast<float>(structure.in_phase(h, stiff_[i * c + k], heavy)),
+                   other = static_cast<float>(structure.quadrature(h, damped_[i * c + k], heavy));
         matrix[k * size + i] = own;
         if (h == 0) continue;
         matrix[(c + k) * size + c + i] = own, matrix[(c + k) * size + i] = other, matrix[k * size + c + i] = -other;

@@ -16,7 +16,7 @@ public:
 
   bool used() const { return most_ > 0; }
   /// Of the Jacobian that `contacts` has taken. Collective.
-  void factor(const ModalOperator &contacts, double omega, double damping);
+  void factor(const ModalOperator &contacts, const DynamicStiffness &structure);
   void forget() { sign_ = 0; }
   PetscInt size() const { return sign_ == 0 ? 0 : count_ * layout_.width; } ///< unknowns; 0: nothing is factored
   /// g (size) = this rank's part of B^T times v (own modal unknowns).
@@ -29,7 +29,7 @@ public:
 
 private:
   void choose(double omega);
-  void factor_diagonal(double omega, double damping);
+  void factor_diagonal(const DynamicStiffness &structure);
 
   const StuckBasis &basis_;
   Layout layout_;

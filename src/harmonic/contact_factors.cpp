@@ -71,7 +71,7 @@ void ContactFactors::gather_deltas(const JacobianParts &parts) {
     if (row == column && parts.held) to[0] += parts.held[3 * p + row];
     for (int i = 0; i < w && spring != 0; ++i) {
       to[i * w + i] -= spring;
-      const double cross = spring * ((i + 1) / 2) * omega_ * damping_;
+      const double cross = spring * structure_.loss((i + 1) / 2);
       if (i > 0) to[i * w + (i % 2 ? i + 1 : i - 1)] -= i % 2 ? cross : -cross;
     }
     to += size;

@@ -1,6 +1,6 @@
 #pragma once
 // Factors of the bordered Jacobian in the modes of the stuck structure (modal_factors.hpp), where contacts stick for
-// most of the time or few of them move: Delta = dG - K_t (1 + i k Om xi) of the points that do not stick all round.
+// most of the time or few of them move: Delta = dG - kappa_k K_t of the points that do not stick all round.
 // I + F Delta is dense, 2H+1 rows for each direction in which the law of such a point acts, and factored by LAPACK: in
 // double precision, or where it is large in single. Of the points that stick only the damping is not that of the basis;
 // its diagonal in the modes is in D, the rest, small, is not: what is solved with is exact if none sticks, and close

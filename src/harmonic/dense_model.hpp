@@ -5,13 +5,13 @@
 
 namespace dovetail {
 
-/// M q'' + xi K q' + K q + g(q) = sum of the loads, scaled; q from the preload state: modes first, then t1, t2, n of
+/// M q'' + C q' + K q + g(q) = sum of the loads, scaled; q from the preload state: modes first, then t1, t2, n of
 /// each contact point, as in the results. g acts on the contact dofs: g(x + x_p) - g(x_p).
 struct DenseModel {
   int modes = 0, points = 0;
   std::vector<double> K, M;           ///< (n, n), n = modes + 3 points, row-major, symmetric
   std::vector<LoadCase> loads;        ///< by dof
-  double damping = 0;                 ///< xi
+  Damping damping;                    ///< with C
   std::vector<ContactPoint> contact;  ///< (points)
   std::vector<Standstill> standstill; ///< (points)
   std::filesystem::path file;         ///< of the reduced model, for messages

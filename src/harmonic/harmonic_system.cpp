@@ -13,7 +13,7 @@ namespace dovetail {
 namespace {
 
 std::unique_ptr<LinearPart> linear_part(ReducedModel &model, const std::vector<ContactPoint> &contact,
-                                        const Layout &layout, LinearForm form) {
+                                        const Damping &damping, const Layout &layout, LinearForm form) {
   std::unique_ptr<LinearPart> part;
   if (form == LinearForm::modal)
     part = std::make_unique<Modal>(model, contact, layout);
@@ -25,7 +25,7 @@ std::unique_ptr<LinearPart> linear_part(ReducedModel &model, const std::vector<C
               const std::size_t at = i, nc = model.contact_dofs();
               return ContactRow{model.mxa.data() + at * model.modes, &model.mxx[at * nc], &model.kxx[at * nc]};
             }),
-        layout);
+        layout, DynamicStiffness(damping).damps_mass());
   for (auto *rows : {&model.kxx, &model.mxx, &model.mxa}) std::vector<double>().swap(*rows); // the part holds it now
   return part;
 }
@@ -42,7 +42,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
       form_(form), loose_(scaled_.model.reduced, layout_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
-      linear_(linear_part(scaled_.model.reduced, scaled_.model.contact, layout_, form)) {
+      linear_(linear_part(scaled_.model.reduced, scaled_.model.contact, scaled_.damping, layout_, form)) {
   const ReducedModel &reduced = scaled_.model.reduced;
   for (const LoadCourse &load : loads) {
     const std::size_t number = reduced.load(load.pattern);
@@ -134,6 +134,7 @@ void HarmonicSystem::residual(Vec y, Vec f) {
   double *out;
   check(VecGetArrayRead(y, &q), "evaluating the residual");
   const auto [omega, factor] = parameter_->at(shared_omega(q));
+  const DynamicStiffness of_structure = structure(omega);
   products(q);
   const std::vector<double> &u = stiffness_force_, &v = inertia_force_;
   check(VecGetArray(f, &out), "evaluating the residual");
@@ -142,9 +143,9 @@ void HarmonicSystem::residual(Vec y, Vec f) {
     out[at] = u[at] - force_coefficient(loads_, d, 0, factor);
     for (int k = 1; k <= harmonics_; ++k) {
       const PetscInt c = at + cosine(k), s = at + sine(k);
-      const double inertia = k * omega * k * omega, damping = k * omega * scaled_.damping;
-      out[c] = u[c] - inertia * v[c] + damping * u[s] - force_coefficient(loads_, d, cosine(k), factor);
-      out[s] = u[s] - inertia * v[s] - damping * u[c] - force_coefficient(loads_, d, sine(k), factor);
+      const double inertia = of_structure.inertia(k), loss = of_structure.loss(k), drag = of_structure.drag(k);
+      out[c] = u[c] - inertia * v[c] + loss * u[s] + drag * v[s] - force_coefficient(loads_, d, cosine(k), factor);
+      out[s] = u[s] - inertia * v[s] - loss * u[c] - drag * v[c] - force_coefficient(loads_, d, sine(k), factor);
     }
   }
   evaluate_contact(q);
@@ -164,7 +165,7 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   parameter_->derivative(*this, now, column_);
   adrift_ = loose_.motions() > 0 && hold_adrift();
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
-  linear_->fill(J, {now.omega, scaled_.damping, forces_, adrift_ ? held_.data() : nullptr, column_.data(), last});
+  linear_->fill(J, {structure(now.omega), forces_, adrift_ ? held_.data() : nullptr, column_.data(), last});
   check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
 }
 

@@ -62,6 +62,7 @@ public:
   /// K q and M q of the motion evaluated last, (own coefficients).
   const std::vector<double> &stiffness_force() const { return stiffness_force_; }
   const std::vector<double> &inertia_force() const { return inertia_force_; }
+  DynamicStiffness structure(double omega) const { return DynamicStiffness(scaled_.damping, omega); } ///< its D_k
 
   /// What the own contact points did over the period at the motion evaluated last, in scaled units.
   const std::vector<Activity> &activity() const { return forces_.activity(); }

@@ -22,7 +22,7 @@ double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual) {
   const auto mass = [&](PetscInt d) { // (r) that an own dof has in common with them
     return d < modes ? &left.with_modes[(layout.own_modes.begin + d) * r] : &left.coupling[(d - modes) * r];
   };
-  const double omega = system.omega(y), xi = system.scaled().damping;
+  const DynamicStiffness structure = system.structure(system.omega(y));
   std::vector<double> z(r * n, 0.0); // M_lx x + M_la a, then the modes' motion: (r, 2H+1)
   const double *q;
   double *out, squares = 0;
@@ -34,22 +34,24 @@ double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual) {
   MPI_Allreduce(MPI_IN_PLACE, z.data(), static_cast<int>(z.size()), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (PetscInt j = 0; j < r; ++j) // eq (11) of each mode by itself, driven by the load and by moving contacts
     for (int k = 1; k <= system.harmonics(); ++k) {
-      const double w2 = k * omega * k * omega, least = least_resistance * left.squares[j],
-                   d = k * omega * xi * left.squares[j], a = left.squares[j] - w2;
+      const double w2 = structure.inertia(k), drag = structure.drag(k), least = least_resistance * left.squares[j],
+                   d = structure.quadrature(k, left.squares[j], 1), a = structure.in_phase(k, left.squares[j], 1);
       const double stiffness = std::abs(a) < least ? std::copysign(least, a) : a, size = stiffness * stiffness + d * d;
       double &c = z[j * n + cosine(k)], &s = z[j * n + sine(k)];
-      const double fc = force_coefficient(system.left_out_loads(), j, cosine(k)) + w2 * c,
-                   fs = force_coefficient(system.left_out_loads(), j, sine(k)) + w2 * s;
+      const double fc = force_coefficient(system.left_out_loads(), j, cosine(k)) + w2 * c - drag * s,
+                   fs = force_coefficient(system.left_out_loads(), j, sine(k)) + w2 * s + drag * c;
       c = (stiffness * fc - d * fs) / size, s = (stiffness * fs + d * fc) / size;
       squares += c * c + s * s;
     }
   check(VecSet(residual, 0), doing);
   check(VecGetArray(residual, &out), doing);
-  for (PetscInt d = 0; d < layout.own_dofs(); ++d) // -(k Omega)^2 times the mass in common times their motion
+  for (PetscInt d = 0; d < layout.own_dofs(); ++d) // -mu_k times the mass in common times their motion
     for (PetscInt j = 0; j < r; ++j)
-      for (PetscInt c = 1; c < n; ++c) {
-        const double k = (c + 1) / 2 * omega;
-        out[d * n + c] -= k * k * mass(d)[j] * z[j * n + c];
+      for (int k = 1; k <= system.harmonics(); ++k) {
+        const double w2 = structure.inertia(k), drag = structure.drag(k), c = z[j * n + cosine(k)],
+                     s = z[j * n + sine(k)];
+        out[d * n + cosine(k)] -= mass(d)[j] * (w2 * c - drag * s);
+        out[d * n + sine(k)] -= mass(d)[j] * (w2 * s + drag * c);
       }
   check(VecRestoreArray(residual, &out), doing);
   return std::sqrt(squares);

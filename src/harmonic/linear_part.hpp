@@ -9,6 +9,7 @@
 
 #include "contact/contact_forces.hpp"
 #include "harmonic/layout.hpp"
+#include "scaling/dynamic_stiffness.hpp"
 #include "support/handle.hpp"
 #include "support/linear_effort.hpp"
 
@@ -33,7 +34,7 @@ std::vector<Coupling> list_couplings(const Layout &layout, const std::vector<dou
 
 /// What a Jacobian at some motion consists of, besides K and M. Arrays are of the own rows.
 struct JacobianParts {
-  double omega, damping;        ///< scaled
+  DynamicStiffness structure;   ///< scaled
   const ContactForces &contact; ///< evaluated at that motion
   const double *held;           ///< (own contact dofs) added to the derivative of the mean forces, or none
   const double *column;         ///< (own coefficients) derivative by the last unknown

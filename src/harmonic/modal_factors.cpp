@@ -73,8 +73,8 @@ void ModalFactors::weigh() {
   own_.resize(n_ * (harmonics + 1)), other_.resize(own_.size());
   for (std::size_t j = 0, at = 0; j < n_; ++j)
     for (int k = 0; k <= harmonics; ++k, ++at) {
-      const double lambda = basis_.lambda[j], a = lambda - k * omega_ * k * omega_,
-                   b = k * omega_ * damping_ * std::max(0.0, lambda + damped[j]),
+      const double lambda = basis_.lambda[j], a = structure_.in_phase(k, lambda, 1),
+                   b = structure_.quadrature(k, std::max(0.0, lambda + damped[j]), 1),
                    square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
       own_[at] = a / square, other_[at] = b / square;
     }
@@ -94,7 +94,7 @@ void ModalFactors::flexibility(int k, double *in_phase, double *out_of_phase) {
 
 bool ModalFactors::factor(const JacobianParts &parts, bool precisely) {
   const Timed timed(Work::factors);
-  omega_ = parts.omega, damping_ = parts.damping;
+  structure_ = parts.structure;
   gather_rows();
   weigh();
   sign_ = decompose(parts, precisely);

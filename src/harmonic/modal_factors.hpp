@@ -71,7 +71,7 @@ protected:
   std::vector<int> moving_;          // own contact dofs that Delta has rows of
   std::vector<PetscInt> all_moving_; // those of all ranks, by number
   std::vector<PetscInt> factored_;   // those that were factored, from here on `rows`
-  double omega_ = 0, damping_ = 0;
+  DynamicStiffness structure_;
   std::vector<double> motion_, force_; // (rows, 2H+1)
 
 private:

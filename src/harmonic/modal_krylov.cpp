@@ -43,9 +43,9 @@ void ModalKrylov::begin(bool for_one) {
 }
 
 void ModalKrylov::take(const JacobianParts &parts) {
-  omega_ = parts.omega, damping_ = parts.damping;
+  structure_ = parts.structure;
   corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
-  operator_.take(parts.contact, parts.held, omega_ * damping_);
+  operator_.take(parts.contact, parts.held, structure_);
   prepare_border(parts);
   if (coarse_state_ == Coarse::none)
     factor_coarse();
@@ -122,7 +122,7 @@ template <class Work> void ModalKrylov::pairs(Work &&work) {
   for (PetscInt i = 0; i < own_.size(); ++i) {
     const double lambda = basis_.lambda[own_.begin + i], damped = basis_.damped[own_.begin + i];
     for (int k = 0; k <= layout_.width / 2; ++k) {
-      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * damped;
+      const double a = structure_.in_phase(k, lambda, 1), b = structure_.quadrature(k, damped, 1);
       const double square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
       work(i * layout_.width + (k == 0 ? 0 : cosine(k)), k, a / square, b / square);
     }
@@ -139,7 +139,7 @@ void ModalKrylov::prepare_border(const JacobianParts &parts) {
 }
 
 void ModalKrylov::factor_coarse() {
-  if (coarse_.used()) coarse_.factor(operator_, omega_, damping_);
+  if (coarse_.used()) coarse_.factor(operator_, structure_);
   coarse_state_ = Coarse::fresh;
 }
 
@@ -150,7 +150,7 @@ void ModalKrylov::prepare_weights() {
   for (PetscInt i = 0; i < own_.size(); ++i)
     for (int j = 0; j < layout_.width; ++j) {
       const int k = (j + 1) / 2;
-      roots_[i * layout_.width + j] = std::sqrt(basis_.lambda[own_.begin + i] + k * omega_ * k * omega_);
+      roots_[i * layout_.width + j] = std::sqrt(basis_.lambda[own_.begin + i] + structure_.inertia(k));
       weights_[i * layout_.width + j] = 1 / roots_[i * layout_.width + j];
     }
 }
@@ -202,7 +202,7 @@ void ModalKrylov::apply(Vec y, Vec out) {
     double *result = to + i * layout_.width;
     result[0] += lambda * row[0];
     for (int k = 1; k <= layout_.width / 2; ++k) {
-      const double a = lambda - k * omega_ * k * omega_, b = k * omega_ * damping_ * lambda;
+      const double a = structure_.in_phase(k, lambda, 1), b = structure_.quadrature(k, lambda, 1);
       result[cosine(k)] += a * row[cosine(k)] + b * row[sine(k)];
       result[sine(k)] += a * row[sine(k)] - b * row[cosine(k)];
     }

@@ -59,8 +59,9 @@ private:
   ModalOperator operator_;
   CoarseSpace coarse_;
   enum class Coarse { none, stale, fresh, idle };
-  Coarse coarse_state_ = Coarse::none;          // factored of no Jacobian yet, an earlier one, this one; not at all
-  double omega_ = 0, damping_ = 0, corner_ = 0; // corner: last entry of the border, on the last rank
+  Coarse coarse_state_ = Coarse::none; // factored of no Jacobian yet, an earlier one, this one; not at all
+  DynamicStiffness structure_;
+  double corner_ = 0;                                 // last entry of the border, on the last rank
   std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
   std::vector<double> among_;                         // the coarse space's unknowns, and one more
   double schur_ = 1;

@@ -40,11 +40,11 @@ ModalOperator::ModalOperator(const StuckBasis &basis, const Layout &layout)
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
 }
 
-void ModalOperator::take(const ContactForces &contact, const double *held, double damping) {
+void ModalOperator::take(const ContactForces &contact, const double *held, const DynamicStiffness &structure) {
   const Timed timed(Work::contact);
   const int n = layout_.width;
   const std::size_t size = static_cast<std::size_t>(n) * padded_;
-  for (int i = 1; i < n; ++i) cross_[i] = static_cast<Real>((i % 2 ? 1 : -1) * ((i + 1) / 2) * damping);
+  for (int i = 1; i < n; ++i) cross_[i] = static_cast<Real>((i % 2 ? 1 : -1) * structure.loss((i + 1) / 2));
   std::size_t count = 0;
   for (int p = 0; p < contact.size(); ++p) {
     Point &point = points_[p];
@@ -125,7 +125,7 @@ void ModalOperator::from_modes(const double *y, double *q) {
     for (int j = 0; j < layout_.width; ++j) q[d * layout_.width + j] = motion_[d * padded_ + j];
 }
 
-// force_ = { dG - K_t (1 + i k Om xi) } motion_ of a few points.
+// force_ = { dG - kappa_k K_t } motion_ of a few points.
 void ModalOperator::contact_forces(PetscInt first, PetscInt count) {
   std::fill_n(force_.data(), 3 * count * padded_, Real{});
   for (PetscInt p = 0; p < count; ++p) {

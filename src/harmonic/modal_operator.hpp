@@ -1,6 +1,6 @@
 #pragma once
 // The derivative of the residual in the modes of the stuck structure (docs/theory/stuck-modes.md),
-//     J_k y = [lambda (1 + i k Om xi) - k^2 Om^2] y + Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y:
+//     J_k y = [kappa_k lambda - mu_k] y + Phi_c^T { dG - kappa_k K_t } Phi_c y:
 // its second part. In single precision: what is solved with it is a correction. Modal unknowns are dealt out to the
 // ranks in order. Rows of Phi_c whose points stick all through the period could be left out if damping were taken to be
 // diagonal in the modes; Newton's method then converges linearly: inputs/two_solids took eight times as many points.
@@ -8,6 +8,7 @@
 
 #include "contact/contact_forces.hpp"
 #include "harmonic/stuck_basis.hpp"
+#include "scaling/dynamic_stiffness.hpp"
 
 namespace dovetail {
 
@@ -18,14 +19,14 @@ public:
   /// `basis` must outlive this.
   ModalOperator(const StuckBasis &basis, const Layout &layout);
 
-  /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts; xi Om = `damping`.
-  void take(const ContactForces &contact, const double *held, double damping);
+  /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts.
+  void take(const ContactForces &contact, const double *held, const DynamicStiffness &structure);
 
   /// out (own modal unknowns) = Phi^T r, of r (own coefficients). Collective.
   void to_modes(const double *r, double *out);
   /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
   void from_modes(const double *y, double *q);
-  /// out (own modal unknowns) = Phi_c^T { dG - K_t (1 + i k Om xi) } Phi_c y; and y's last, which the last rank holds,
+  /// out (own modal unknowns) = Phi_c^T { dG - kappa_k K_t } Phi_c y; and y's last, which the last rank holds,
   /// made known to all, and `sum` made the sum over all ranks, on the last. Collective.
   void apply(const double *y, double *out, double &last, double &sum);
 
@@ -52,7 +53,7 @@ private:
   int padded_;
   std::vector<int> counts_, starts_; // of the ranks' modal unknowns, padded; the last one has one more
   std::vector<Point> points_;
-  std::vector<Real> cross_;         // k Om xi per coefficient, with the sign that the other of its pair enters with
+  std::vector<Real> cross_;         // Im kappa_k per coefficient, with the sign that the other of its pair enters with
   Aligned<Real> blocks_;            // (width, padded) each: columns, one after the other
   std::vector<double> written_;     // of one point, as the contact law gives them
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more

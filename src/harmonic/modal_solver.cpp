@@ -50,7 +50,7 @@ ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, std::shared_pt
 
 void ModalSolver::fill(const JacobianParts &parts, LinearPart &linear) {
   contact_ = &parts.contact, linear_ = &linear;
-  omega_ = parts.omega, damping_ = parts.damping;
+  structure_ = parts.structure;
   held_.clear();
   if (parts.held) held_.assign(parts.held, parts.held + 3 * layout_.own_points.size());
   column_.assign(parts.column, parts.column + layout_.own_coefficients());
@@ -71,9 +71,12 @@ void ModalSolver::multiply(Vec x, Vec y) {
   double sums[] = {std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0), 0};
   for (PetscInt i = 0; i < count; ++i) {
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
-    const double cross = place == 0 ? 0 : place % 2 ? stiff_[i + 1] : -stiff_[i - 1];
-    const double inertia = k * omega_ * k * omega_ * heavy_[i];
-    out[i] = stiff_[i] - inertia + k * omega_ * damping_ * cross + column_[i] * last;
+    const auto across = [&](const std::vector<double> &of) {
+      return place == 0 ? 0 : place % 2 ? of[i + 1] : -of[i - 1];
+    };
+    const double inertia = structure_.inertia(k) * heavy_[i];
+    out[i] = stiff_[i] - inertia + structure_.loss(k) * across(stiff_) + structure_.drag(k) * across(heavy_) +
+             column_[i] * last;
     if (i >= contact) out[i] += force_[i - contact];
     if (i >= contact && place == 0 && !held_.empty()) out[i] += held_[(i - contact) / n] * in[i];
     sums[1] += stiff_[i] * stiff_[i] + inertia * inertia;
@@ -91,7 +94,7 @@ void ModalSolver::set_up(KSP ksp, Mat J) {
 }
 
 JacobianParts ModalSolver::parts() const {
-  return {omega_, damping_, *contact_, held_.empty() ? nullptr : held_.data(), column_.data(), border_.data()};
+  return {structure_, *contact_, held_.empty() ? nullptr : held_.data(), column_.data(), border_.data()};
 }
 
 bool ModalSolver::may_factor() const { return chosen_->size() < most_factored_; }

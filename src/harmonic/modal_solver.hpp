@@ -68,7 +68,7 @@ private:
   bool stale_ = true;                       // not chosen yet
   const ContactForces *contact_ = nullptr;
   LinearPart *linear_ = nullptr;
-  double omega_ = 0, damping_ = 0;
+  DynamicStiffness structure_;
   std::vector<double> held_, column_, border_; // (own contact dofs), (own coefficients), (own unknowns)
   std::vector<double> stiff_, heavy_, force_;  // (own coefficients)
   UniqueMat matrix_;

@@ -73,7 +73,7 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   return scales;
 }
 
-ScaledModel scaled(PreloadedModel model, double damping, const Scales &scales) {
+ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &scales) {
   const double w0 = scales.frequency, a = scales.modal, b = scales.contact;
   const double stiffness = std::pow(b / (a * w0), 2), force = b / (a * a * w0 * w0);
   const auto multiply = [](std::vector<double> &values, double factor) {
@@ -97,7 +97,7 @@ ScaledModel scaled(PreloadedModel model, double damping, const Scales &scales) {
     for (int d = 0; d < 2; ++d) point.kt[d] *= stiffness, at_rest.w[d] /= b;
     for (int d = 0; d < 3; ++d) at_rest.x[d] /= b, at_rest.force[d] *= force;
   }
-  return {std::move(model), damping * w0, scales};
+  return {std::move(model), {damping.stiffness * w0, damping.mass / w0, damping.structural}, scales};
 }
 
 } // namespace dovetail

@@ -2,6 +2,7 @@
 // Physical <-> dimensionless (docs/theory/equations.md, section 7): Om = w0 Om', a = alpha a', x = beta x'.
 #include "case/case.hpp"
 #include "preload/contact_preload.hpp"
+#include "scaling/dynamic_stiffness.hpp"
 
 namespace dovetail {
 
@@ -15,7 +16,7 @@ struct Scales {
 /// section 7.
 struct ScaledModel {
   PreloadedModel model;
-  double damping = 0; ///< xi w0 [-]
+  Damping damping; ///< b w0, a / w0, eta [-]
   Scales scales;
 };
 
@@ -23,6 +24,6 @@ struct ScaledModel {
 Scales choose_scales(const Case &study, const PreloadedModel &model);
 
 /// The model in dimensionless numbers; no communication.
-ScaledModel scaled(PreloadedModel model, double damping, const Scales &scales);
+ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &scales);
 
 } // namespace dovetail

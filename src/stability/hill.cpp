@@ -71,7 +71,7 @@ void Hill::rate_times(const double *p, double *out) const {
   for (int r = 0; r < n; ++r)
     for (int c = 0; c < n; ++c) {
       const std::size_t at = static_cast<std::size_t>(r) * n + c;
-      const double damping = model_.damping * model_.K[at], mass = 2 * omega_ * model_.M[at];
+      const double damping = model_.damping.viscous(model_.K[at], model_.M[at]), mass = 2 * omega_ * model_.M[at];
       const double *from = p + c * w;
       double *to = out + r * w;
       for (int i = 0; damping != 0 && i < w; ++i) to[i] += damping * from[i];
@@ -87,9 +87,9 @@ void Hill::rate_times(const double *p, double *out) const {
 // a number, since all of its parts turn cosine and sine like complex numbers; real for the mean, i = 0.
 Complex Hill::dynamic(double lambda, int i, int r, int c) const {
   const std::size_t at = static_cast<std::size_t>(r) * model_.dofs() + c;
-  const double k = model_.K[at], m = model_.M[at], turn = wave_number(waves_, i) * omega_;
-  return {k - turn * turn * m + lambda * (model_.damping * k + lambda * m),
-          turn * (model_.damping * k + 2 * lambda * m)};
+  const double k = model_.K[at], m = model_.M[at], viscous = model_.damping.viscous(k, m),
+               turn = wave_number(waves_, i) * omega_;
+  return {k - turn * turn * m + lambda * (viscous + lambda * m), turn * (viscous + 2 * lambda * m)};
 }
 
 // Modes are coupled with one another by nothing: they are eliminated wave by wave, and the contact dofs are left.

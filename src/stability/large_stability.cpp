@@ -24,7 +24,10 @@ Growth by_hill(const HarmonicSystem &system, Waves waves, double omega, const st
 } // namespace
 
 LargeStabilityTest::LargeStabilityTest(const HarmonicSystem &system)
-    : system_(system), own_(own_points(system)), reading_(own_, system.harmonics()) {}
+    : system_(system), own_(own_points(system)), reading_(own_, system.harmonics()) {
+  if (!system.scaled().damping.acts_in_time())
+    throw ComputeError("stability: hysteretic damping has no motion in time");
+}
 
 Stability LargeStabilityTest::judge(Vec y) {
   const Layout &layout = system_.layout();

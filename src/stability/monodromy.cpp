@@ -11,6 +11,7 @@ namespace dovetail {
 Monodromy::Monodromy(const DenseModel &model)
     : n_(model.dofs()), points_(model.points), damping_(model.damping), contact_(model.contact),
       shape_(model.dofs(), 3 * model.points) {
+  if (!damping_.acts_in_time()) throw ComputeError("stability: hysteretic damping has no motion in time");
   Dense modes(n_, n_), mass(n_, n_);
   modes.values = model.K, mass.values = model.M;
   stiffness_ = symmetric_modes(modes, mass);
@@ -48,7 +49,7 @@ void Monodromy::assemble(const Answer *answers) {
   for (int j = 0; j < n; ++j) {
     rate_(j, n + j) = speed_;
     rate_(n + j, j) = -stiffness_[j] * scale;
-    rate_(n + j, n + j) = -damping_ * stiffness_[j] / omega_;
+    rate_(n + j, n + j) = -damping_.viscous(stiffness_[j], 1) / omega_;
   }
   const auto add = [&](int row, int column, double k) { // force k x_column on contact dof `row`
     const double *a = shape_.column(row), *b = shape_.column(column);

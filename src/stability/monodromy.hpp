@@ -10,7 +10,7 @@ namespace dovetail {
 
 class Monodromy {
 public:
-  /// InputError if M is not positive definite.
+  /// InputError if M is not positive definite. ComputeError if damping is hysteretic.
   explicit Monodromy(const DenseModel &model);
 
   /// Eigenvalues of the map over one period; the largest are those of changes that matter. Sliders that never move are
@@ -30,7 +30,7 @@ private:
   Dense unfelt(const ContactHistory &history, bool held_too) const;
 
   int n_, points_;
-  double damping_;
+  Damping damping_;
   std::vector<ContactPoint> contact_;
   std::vector<double> stiffness_; // (n) of the modes of K and M without contact
   Dense shape_;                   // (n, 3 points): x = shape^T q, q in these modes

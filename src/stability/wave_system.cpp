@@ -55,7 +55,7 @@ WaveSystem::WaveSystem(const HarmonicSystem &system, Waves waves, double omega, 
 
 void WaveSystem::assemble(const std::vector<double> &blocks) {
   const Layout &layout = system_.layout();
-  const double xi = system_.scaled().damping, s = shift * omega_;
+  const double s = shift * omega_;
   const int w = width_;
   std::vector<PetscInt> rows, columns;
   std::vector<double> values;
@@ -64,11 +64,12 @@ void WaveSystem::assemble(const std::vector<double> &blocks) {
   };
   for (const Coupling &c : system_.couplings()) {
     const PetscInt i = c.row * w, j = c.column * w;
+    const double viscous = system_.scaled().damping.viscous(c.k, c.m);
     for (int a = 0; a < w; ++a) {
       const double turn = wave_number(waves_, a) * omega_;
-      add(i + a, j + a, c.k * (1 + s * xi) + (s * s - turn * turn) * c.m);
+      add(i + a, j + a, c.k + s * viscous + (s * s - turn * turn) * c.m);
       if (!is_sine(waves_, a)) continue;
-      const double cross = turn * (xi * c.k + 2 * s * c.m);
+      const double cross = turn * (viscous + 2 * s * c.m);
       add(i + a - 1, j + a, cross), add(i + a, j + a - 1, -cross);
     }
   }
@@ -86,7 +87,8 @@ void WaveSystem::assemble(const std::vector<double> &blocks) {
 // has the eigenvalues 1 / t of (p, r) -> (-Q^-1 (Omega D p + Omega^2 M (2 shift p + r)), p).
 void WaveSystem::apply(const double *x, double *y) {
   const double *p = x, *r = x + own_;
-  const double xi = system_.scaled().damping, squared = omega_ * omega_;
+  const Damping &damping = system_.scaled().damping;
+  const double squared = omega_ * omega_;
   const double *stiff, *heavy;
   double *right;
   check(VecPlaceArray(p_, p), doing);
@@ -103,7 +105,8 @@ void WaveSystem::apply(const double *x, double *y) {
     const int a = static_cast<int>(i % width_);
     const double turn = 2 * squared * wave_number(waves_, a); // M d/dtheta p: cosines of sines, sines of cosines
     const double across = wave_number(waves_, a) == 0 ? 0 : is_sine(waves_, a) ? -heavy[i - 1] : heavy[i + 1];
-    right[i] = -omega_ * xi * stiff[i] - turn * across - squared * (2 * shift * heavy[i] + right[i]);
+    right[i] =
+        -omega_ * damping.viscous(stiff[i], heavy[i]) - turn * across - squared * (2 * shift * heavy[i] + right[i]);
   }
   check(VecRestoreArray(right_, &right), doing);
   check(VecRestoreArrayRead(heavy_, &heavy), doing);

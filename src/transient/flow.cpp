@@ -167,14 +167,15 @@ void Flow::expand(const State &state, double time) {
     combine(static_cast<int>(g - g_.data()), static_cast<int>(pull_.size()), g_.data(), pulls_.data(), pull_.data());
     for (int i = 0; i < n && k == 0; ++i) pull_[i] -= rest_pull_[i];
     const double *now = term(k), *then = term(k + 1), share = 1.0 / ((k + 1) * (k + 2)),
-                 damping = model_.damping * (k + 1);
+                 by_stiffness = model_.damping.stiffness * (k + 1), by_mass = model_.damping.mass * (k + 1);
     double *out = term(k + 2);
     std::fill_n(out, n, -0.0); // see force_coefficient
     for (std::size_t load = 0; load < courses_.size(); ++load) {
       const double *vector = modes_.loads[load].vector.data(), course = courses_[load][k];
       for (int i = 0; i < n; ++i) out[i] += vector[i] * course;
     }
-    for (int i = 0; i < n; ++i) out[i] = share * (out[i] - pull_[i] - modes_.w2[i] * (now[i] + damping * then[i]));
+    for (int i = 0; i < n; ++i)
+      out[i] = share * (out[i] - pull_[i] - modes_.w2[i] * (now[i] + by_stiffness * then[i]) - by_mass * then[i]);
   }
 }
 

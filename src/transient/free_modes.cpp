@@ -8,7 +8,9 @@
 #include "transient/weighted_sum.hpp"
 
 namespace dovetail {
+
 FreeModes free_modes(const DenseModel &model) {
+  if (!model.damping.acts_in_time()) throw ComputeError("time integration: hysteretic damping has no motion in time");
   const int n = model.dofs(), m = 3 * model.points;
   FreeModes out;
   out.count = n;

@@ -1,11 +1,11 @@
 #pragma once
-// The structure without its contacts in its own modes, in which K, M and with them the damping xi K are diagonal.
+// The structure without its contacts in its own modes, in which K, M and with them C = b K + a M are diagonal.
 #include "harmonic/dense_model.hpp"
 
 namespace dovetail {
 
 /// q = shapes eta, shapes^T M shapes = 1, shapes^T K shapes = diag(w2), all of them kept: nothing is approximated.
-///   eta'' + xi w2 eta' + w2 eta = sum of the loads - contact g
+///   eta'' + (b w2 + a) eta' + w2 eta = sum of the loads - contact g
 struct FreeModes {
   int count = 0;                ///< n
   std::vector<double> w2;       ///< (n) squares of the frequencies; 0 for a body held by its joint alone
@@ -15,7 +15,7 @@ struct FreeModes {
   std::vector<double> momentum; ///< (n modes, n dofs) shapes^T M: eta = momentum q
 };
 
-/// InputError if the mass matrix is not positive definite.
+/// InputError if the mass matrix is not positive definite. ComputeError if damping is hysteretic.
 FreeModes free_modes(const DenseModel &model);
 
 } // namespace dovetail

@@ -26,13 +26,14 @@ DOVETAIL_WIDE void combine(int rows, int columns, const double *weights, const d
   }
 }
 
-DOVETAIL_WIDE void next_term(const NextTerm &of, double share, double damping, const double *now, const double *then,
-                             const double *table, double *out) {
+DOVETAIL_WIDE void next_term(const NextTerm &of, double share, double by_stiffness, double by_mass, const double *now,
+                             const double *then, const double *table, double *out) {
   for (int i = 0; i < of.rows; ++i) {
     const double *a = now + static_cast<std::size_t>(i) * of.columns, *b = then + (a - now);
     double *to = out + (a - now);
     for (int j = 0; j + lane_count <= of.columns; j += lane_count) {
-      Lanes sum = of.w2[i] * (load<Lanes>(a + j) + damping * load<Lanes>(b + j));
+      const Lanes then = load<Lanes>(b + j);
+      Lanes sum = of.w2[i] * (load<Lanes>(a + j) + by_stiffness * then) + by_mass * then;
       for (int c = 0; c < of.pulled; ++c)
         sum += of.weights[static_cast<std::size_t>(c) * of.stride + i] *
                load<Lanes>(table + static_cast<std::size_t>(c) * of.columns + j);

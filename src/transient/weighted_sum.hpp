@@ -7,14 +7,14 @@ namespace dovetail {
 /// multiple of eight.
 void combine(int rows, int columns, const double *weights, const double *table, double *out);
 
-/// Row i of out (rows, columns) = -share times: w2[i] (now + damping then), rows (rows, columns), and the sum over
-/// `pulled` of weights (pulled, stride)[., i] times table (pulled, columns).
+/// Row i of out (rows, columns) = -share times: w2[i] (now + by_stiffness then) + by_mass then, of rows, and the sum
+/// over `pulled` of weights (pulled, stride)[., i] times table (pulled, columns).
 struct NextTerm {
   int rows, columns, pulled, stride;
   const double *w2, *weights;
 };
-void next_term(const NextTerm &of, double share, double damping, const double *now, const double *then,
-               const double *table, double *out);
+void next_term(const NextTerm &of, double share, double by_stiffness, double by_mass, const double *now,
+               const double *then, const double *table, double *out);
 
 /// y (count) += a x.
 void add_scaled(int count, double a, const double *x, double *y);

@@ -153,6 +153,14 @@ def test_other_loads_are_said_to_be_left_out(tmp_path):
     assert any(re.search(r"NOT taken: \*DLOAD .*bar.inp, line \d+", note) for note in structure.notes)
 
 
+def test_damping_is_said_to_be_left_out(tmp_path):
+    text = deck().replace("*DENSITY", "*DAMPING, ALPHA=2.5, BETA=1e-6\n*DENSITY", 1)
+    structure = calculix.read([run_ccx(tmp_path, "bar", text)])
+    note, = (note for note in structure.notes if "DAMPING" in note)
+    assert re.search(r"NOT taken: \*DAMPING, ALPHA=2.5, BETA=1e-6 \(.*bar.inp, line \d+\)", note)
+    assert "damping.mass is ALPHA, damping.stiffness BETA" in note
+
+
 def test_displacements_given_at_supports_are_said_to_be_left_out(tmp_path):
     text = deck().replace("LEFT, 1, 3\n", "LEFT, 1, 2\nLEFT, 3, 3, 0.001\n", 1)
     structure = calculix.read([run_ccx(tmp_path, "bar", text)])

@@ -11,7 +11,8 @@
 namespace dovetail::testing {
 
 /// n dofs, all of them of contact points: K, M full if `coupled`, else multiples of 1.
-inline DenseModel dense_scene(std::vector<ContactPoint> contact, double k, double m, double damping, double coupled) {
+inline DenseModel dense_scene(std::vector<ContactPoint> contact, double k, double m, const Damping &damping,
+                              double coupled) {
   DenseModel model;
   model.points = static_cast<int>(contact.size());
   const int n = model.dofs();

@@ -92,7 +92,10 @@ inline void small_steps(const DenseModel &model, double omega, int periods, int 
       for (int k = 1; k <= highest_harmonic(model.loads); ++k)
         load[i] += force_coefficient(model.loads, i, cosine(k)) * std::cos(k * omega * t) +
                    force_coefficient(model.loads, i, sine(k)) * std::sin(k * omega * t);
-      for (int j = 0; j < n; ++j) load[i] -= model.K[i * n + j] * (at[j] + model.damping * at[n + j]);
+      for (int j = 0; j < n; ++j) {
+        const double k = model.K[i * n + j];
+        load[i] -= k * at[j] + model.damping.viscous(k, model.M[i * n + j]) * at[n + j];
+      }
     }
     for (int p = 0; p < model.points; ++p) {
       const std::array<double, 3> g = law(p, &at[model.modes + 3 * p], next_w[p]);

@@ -113,7 +113,7 @@ TEST_F(CaseFile, EveryValueArrives) {
   EXPECT_EQ(study.model, folder / "model.h5");
   EXPECT_TRUE(study.reduced.empty());
   EXPECT_EQ(study.modes, 2);
-  EXPECT_EQ(study.damping, 0.05);
+  EXPECT_EQ(study.damping.stiffness, 0.05);
   EXPECT_EQ(study.loads[0].fourier, (std::vector<double>{0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(study.contact.normal_stiffness.value().values, std::vector<double>{1});
   EXPECT_FALSE(study.contact.normal_stiffness.value().pairs);
@@ -143,7 +143,7 @@ TEST_F(CaseFile, ShortestFileTakesDefaults) {
                                      "harmonic_balance.harmonics = 10\ncontinuation.omega = [5, 2]"),
                                {});
   EXPECT_EQ(study.reduced, folder / "reduced.h5");
-  EXPECT_EQ(study.damping, 0);
+  EXPECT_EQ(study.damping.stiffness, 0);
   EXPECT_EQ(study.samples, 0); // exact
   EXPECT_EQ(study.contact.law.values, std::vector<Law>{Law::coulomb});
   EXPECT_EQ(study.preload_initial, std::vector<double>{0});
@@ -277,6 +277,8 @@ TEST_F(CaseFile, NumbersMustBeFinite) {
 
 TEST_F(CaseFile, NumbersOutOfRange) {
   refused(7, "stiffness = -0.1", {"damping.stiffness = -0.1", "must not be negative"});
+  refused(7, "mass = -0.1", {"damping.mass = -0.1", "must not be negative"});
+  refused(7, "structural = -0.1", {"damping.structural = -0.1", "must not be negative"});
   refused(18, "harmonics = 0", {"harmonic_balance.harmonics = 0", "at least 1"});
   refused(18, "harmonics = 2000000000", {"harmonic_balance.harmonics = 2000000000", "at most"});
   refused(18, "harmonics = 99999999999999999999", {"at most"});
@@ -408,6 +410,18 @@ TEST_F(CaseFile, StabilityIsForSmallModels) {
   refused({{33, "[stability]\nenabled = \"yes\"\n[output]"}}, 34, {"stability.enabled = \"yes\"", "true or false"});
 }
 
+TEST_F(CaseFile, HystereticDampingHasNoMotionInTime) {
+  Case study = read({{7, "structural = 0.02"}});
+  settle_stability(study, 3); // a small model
+  EXPECT_FALSE(study.stability.value());
+  EXPECT_FALSE(read({{7, "structural = 0.02"}, {33, "[stability]\nenabled = false\n[output]"}}).stability.value());
+  refused({{7, "structural = 0.02"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
+          {"stability.enabled = true", "damping.structural = 0.02", "case.toml:7", "write false"});
+  study = read({{7, "mass = 0.02"}});
+  settle_stability(study, 3);
+  EXPECT_TRUE(study.stability.value());
+}
+
 TEST_F(CaseFile, RestartKnowsAnotherProblem) {
   const auto points = [](const Case &study) { return contact_points(study.contact, {}, 2); };
   const auto problem = [&](Case study) {
@@ -421,6 +435,8 @@ TEST_F(CaseFile, RestartKnowsAnotherProblem) {
   EXPECT_TRUE(same({{27, "omega = [0.9, 1.5]"}, {30, "max_points = 9"}, {23, "max_iterations = 7"}, {34, ""}}));
   EXPECT_TRUE(same({{30, "stop_after_peaks = 1\nstop_at_amplitude = 2"}, {31, ""}, {32, ""}}));
   const Changes others = {{7, "stiffness = 0.06"},
+                          {7, "stiffness = 0.05\nmass = 0.01"},
+                          {7, "stiffness = 0.05\nstructural = 0.01"},
                           {9, "fourier = [0, 0, 2]"},
                           {11, "normal_stiffness = 1.1"},
                           {13, "friction = 0.3"},
@@ -626,6 +642,8 @@ TEST_F(CaseFile, DescriptionNamesValueUnitAndOrigin) {
   };
   expect_words(line_of("title"), {"test", "given"});
   expect_words(line_of("damping.stiffness"), {"0.05", "[s]", "given"});
+  expect_words(line_of("damping.mass"), {" 0 ", "[1/s]", "default"});
+  expect_words(line_of("damping.structural"), {" 0 ", "[-]", "default"});
   expect_words(line_of("excitation.fourier"), {"[0, 0, 1] "});
   expect_words(line_of("contact.normal_stiffness"), {" 1 ", "[N/m]", "given"});
   expect_words(line_of("contact.tangential_stiffness"), {"1 .. 4", "[N/m]", "given"});

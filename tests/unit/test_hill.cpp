@@ -103,7 +103,7 @@ public:
       : model_(with_modes(
             dense_scene(
                 {{law, 5, {3, 4}, {0.4, 0.3}, 0}, {law, 4, {2, 2}, {0.5, 0.4}, -0.1}, {law, 6, {3, 3}, {0.2, 0.2}, 0}},
-                2, 1, 0.05, 0.05),
+                2, 1, {0.04, 0.02}, 0.05),
             {1.3, 4})),
         hill_(model_), harmonics_(harmonics), reading_(model_, harmonics) {
     std::mt19937 random(seed);

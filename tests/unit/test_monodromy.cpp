@@ -49,13 +49,13 @@ TEST(Exponential, of_an_oscillator) {
 
 // A mass that is in contact for part of the period: the bilinear oscillator, in closed form.
 TEST(Monodromy, of_a_mass_and_a_stop) {
-  const double k = 2, m = 0.5, xi = 0.03, omega = 1.7;
+  const double k = 2, m = 0.5, xi = 0.03, a = 0.04, omega = 1.7;
   ContactPoint stop{Law::unilateral, 9};
-  Monodromy monodromy(dense_scene({stop}, k, m, xi, 0));
+  Monodromy monodromy(dense_scene({stop}, k, m, {xi, a}, 0));
   ContactHistory h = history(1, {0, 1.1, 4.0, 2 * M_PI});
   h.answers[3 + 2] = Answer::spring;
-  const auto free = [&](double angle) { return oscillator(k / m, xi * k / m, angle / omega); };
-  const auto closed = [&](double angle) { return oscillator((k + stop.kn) / m, xi * k / m, angle / omega); };
+  const auto free = [&](double angle) { return oscillator(k / m, xi * k / m + a, angle / omega); };
+  const auto closed = [&](double angle) { return oscillator((k + stop.kn) / m, xi * k / m + a, angle / omega); };
   std::vector<Complex> expected = eigenvalues_of(product(free(2 * M_PI - 4), product(closed(2.9), free(1.1))));
   for (const Complex tangential : eigenvalues_of(free(2 * M_PI))) expected.push_back(tangential);
   const std::vector<Complex> found = monodromy.multipliers(h, omega);
@@ -95,7 +95,7 @@ TEST(Monodromy, of_points_that_stick_slip_and_open) {
     State out{};
     std::vector<double> force(n);
     for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) force[i] -= model.K[i * n + j] * (s[j] + model.damping * s[n + j]);
+      for (int j = 0; j < n; ++j) force[i] -= model.K[i * n + j] * (s[j] + model.damping.stiffness * s[n + j]);
     for (int d = 0; d < n; ++d) {
       const ContactPoint &point = model.contact[d / 3];
       const double x = s[d], normal = s[d / 3 * 3 + 2];

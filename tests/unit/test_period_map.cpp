@@ -17,7 +17,7 @@ namespace {
 DenseModel shaken(Law law, double mu, double force, double press) {
   const double other = law == Law::coulomb ? 0 : mu; // along t2
   DenseModel model = with_modes(
-      dense_scene({{law, 30, {8, 12}, {mu, other}, 0.1}, {law, 20, {6, 6}, {mu, mu}, -0.2}}, 4, 1, 0.02, 0.05),
+      dense_scene({{law, 30, {8, 12}, {mu, other}, 0.1}, {law, 20, {6, 6}, {mu, mu}, -0.2}}, 4, 1, {0.02, 0.03}, 0.05),
       {1.5, 12});
   shake(model, force);
   model.loads.push_back(model.loads[0]); // the same force in two patterns

@@ -17,7 +17,7 @@ using namespace dovetail::testing;
 namespace {
 
 // The three points of small_model.hpp under some laws, shaken hard enough to slip and to open.
-DenseModel scene(const std::vector<Law> &laws, double stiffer = 1, double damping = 0.05) {
+DenseModel scene(const std::vector<Law> &laws, double stiffer = 1, const Damping &damping = 0.05) {
   ReducedModel reduced = small_reduced(PETSC_COMM_WORLD);
   std::vector<ContactPoint> contact = small_contact(reduced);
   for (std::size_t p = 0; p < contact.size(); ++p) {
@@ -37,8 +37,8 @@ DenseModel scene(const std::vector<Law> &laws, double stiffer = 1, double dampin
 const std::vector<Law> friction(3, Law::coulomb);
 
 // Springs in place of the joint: closed and stuck for ever, or open.
-DenseModel linear(bool closed) {
-  DenseModel model = scene(friction);
+DenseModel linear(bool closed, const Damping &damping = 0.05) {
+  DenseModel model = scene(friction, 1, damping);
   for (int p = 0; p < model.points; ++p) {
     ContactPoint &point = model.contact[p];
     point.gap = closed ? -1e4 : 1e4, point.mu = {1e3, 1e3};
@@ -66,7 +66,8 @@ Numbers response(const DenseModel &model, double omega, const Numbers &springs, 
   for (int k = 0; k <= highest_harmonic(model.loads); ++k) {
     std::vector<Complex> A(n * n), b(n);
     for (int i = 0; i < n * n; ++i)
-      A[i] = model.K[i] * Complex(1, k * omega * model.damping) - std::pow(k * omega, 2) * model.M[i];
+      A[i] = Complex(model.K[i], k * omega * model.damping.viscous(model.K[i], model.M[i])) -
+             std::pow(k * omega, 2) * model.M[i];
     for (int c = 0; c < 3 * model.points; ++c) A[(model.modes + c) * (n + 1)] += springs[c];
     for (int i = 0; i < n; ++i)
       b[i] = Complex(force_coefficient(model.loads, i, cosine(k)),
@@ -89,12 +90,14 @@ Numbers place(const Flow &flow, const Flow::State &state) {
 } // namespace
 
 TEST(SteadyState, every_law_against_small_steps) {
-  const std::vector<std::vector<Law>> cases = {friction,
-                                               {Law::cone, Law::cone, Law::cone},
-                                               {Law::unilateral, Law::unilateral, Law::unilateral},
-                                               {Law::bilateral, Law::coulomb, Law::cone}};
-  for (const std::vector<Law> &laws : cases) {
-    const DenseModel model = scene(laws);
+  const std::vector<std::pair<std::vector<Law>, Damping>> cases = {
+      {friction, 0.05},
+      {friction, {0.02, 0.07}},
+      {{Law::cone, Law::cone, Law::cone}, 0.05},
+      {{Law::unilateral, Law::unilateral, Law::unilateral}, 0.05},
+      {{Law::bilateral, Law::coulomb, Law::cone}, 0.05}};
+  for (const auto &[laws, damping] : cases) {
+    const DenseModel model = scene(laws, 1, damping);
     const double omega = 0.8;
     Flow flow(model, omega);
     Flow::State state = flow.rest();
@@ -143,8 +146,8 @@ TEST(SteadyState, error_follows_the_tolerance_with_order_20) {
 }
 
 TEST(SteadyState, linear_closed_forms) {
-  for (const bool closed : {true, false}) {
-    const DenseModel model = linear(closed);
+  for (const auto &[closed, damping] : {std::pair{true, Damping(0.05)}, {false, 0.05}, {true, {0.02, 0.07}}}) {
+    const DenseModel model = linear(closed, damping);
     Numbers springs;
     for (const ContactPoint &point : model.contact)
       for (const double k : {point.kt[0], point.kt[1], point.kn}) springs.push_back(closed ? k : 0);

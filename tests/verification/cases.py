@@ -14,7 +14,7 @@ import numpy as np
 from dovetail import Model, reference
 
 SECTION_OF = {
-    "modes": "reduction", "stiffness": "damping", "fourier": "excitation",
+    "modes": "reduction", "stiffness": "damping", "mass": "damping", "structural": "damping", "fourier": "excitation",
     "normal_stiffness": "contact", "tangential_stiffness": "contact", "friction": "contact", "gap": "contact",
     "law": "contact",
     "initial": "preload", "harmonics": "harmonic_balance", "samples": "harmonic_balance",
@@ -69,7 +69,8 @@ class Case:
         """The reference's equations, by default with the harmonics and samples of the case."""
         s = self.settings
         courses = list(s["loads"].values()) if "loads" in s else s["fourier"]
-        return reference.HarmonicBalance(self.reduced, self.contact, self.preload, s["stiffness"], courses,
+        damping = reference.Damping(s["stiffness"], s.get("mass", 0.0), s.get("structural", 0.0))
+        return reference.HarmonicBalance(self.reduced, self.contact, self.preload, damping, courses,
                                          harmonics or s["harmonics"], samples or s["samples"])
 
 

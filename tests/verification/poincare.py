@@ -24,7 +24,7 @@ class Orbit:
         self.modes, self.n, self.steps, self.omega = system.modes, len(system.K), steps, omega
         dofs = self.modes + np.arange(3 * contact.points).reshape(-1, 3)
         force, static = np.r_[reduced.fa, reduced.fx], np.r_[np.zeros(self.modes), -reduced.r]
-        self.system = truth.PiecewiseLinear(system.M, system.xi * system.K, system.K, dofs, contact, force,
+        self.system = truth.PiecewiseLinear(system.M, system.C, system.K, dofs, contact, force,
                                             case.settings["fourier"], static, omega)
         k = np.arange(1, q.shape[1] // 2 + 1)
         z, feet = np.zeros(self.system.size), 2 * self.n

@@ -50,7 +50,7 @@ def test_energy_is_balanced(branch):
         q, f = branch.q[i], system.excitation
         a, b = q[:, 1::2], q[:, 2::2]
         supplied = np.pi * np.sum(k * (f[:, 1::2] * b - f[:, 2::2] * a))
-        damped = np.pi * branch.omega[i] * system.xi * np.sum(k ** 2 * (a * (system.K @ a) + b * (system.K @ b)))
+        damped = np.pi * branch.omega[i] * np.sum(k ** 2 * (a * (system.C @ a) + b * (system.C @ b)))
         rubbed = results.contact_activity(i).dissipation
         assert np.all(rubbed > -1e-9 * supplied)
         assert supplied == pytest.approx(damped + rubbed.sum(), rel=1e-7)

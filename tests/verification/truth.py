@@ -159,15 +159,16 @@ def crossing(coefficients, end):
     return brentq(value, grid[first - 1], grid[first], xtol=1e-16, rtol=1e-14)
 
 
-def steady_state(M, xi, K, contact_dofs, contact, force, fourier, static, omega, start, feet, steps=512, tolerance=1e-10,
+def steady_state(M, damping, K, contact_dofs, contact, force, fourier, static, omega, start, feet, steps=512, tolerance=1e-10,
                  periods=1000):
     """Steady state of the full model (1), reached from rest at `start` with the sliders' feet at `feet`.
 
-    M, K : (n, n); xi [s]; contact_dofs (N_x, 3); force, static, start (n,); feet (N_x, 2); omega [rad/s].
+    M, K : (n, n); damping : C (n, n), or xi [s] of xi K; contact_dofs (N_x, 3); force, static, start (n,); feet (N_x, 2); omega [rad/s].
     Several load patterns: force (L, n), and one series for each in fourier.
     Where a slider never slips, the mean it settles to depends on the start: then compare with means removed.
     """
-    system = PiecewiseLinear(M, xi * K, K, contact_dofs, contact, force, fourier, static, omega)
+    C = damping * K if np.isscalar(damping) else damping
+    system = PiecewiseLinear(M, C, K, contact_dofs, contact, force, fourier, static, omega)
     n = system.n
     z = np.zeros(system.size)
     z[:n], z[2 * n:system.waves] = start, np.ravel(feet)
@@ -189,13 +190,17 @@ def steady_state(M, xi, K, contact_dofs, contact, force, fourier, static, omega,
     raise RuntimeError(f"no steady state after {periods} periods: the last change was {change:g}")
 
 
-def linear_response(K, M, xi, force, fourier, omega, springs):
-    """Coefficients (n, 2H+1) of the steady state of M q'' + xi K q' + (K + diag(springs)) q = `excitation`."""
+def linear_response(K, M, damping, force, fourier, omega, springs, loss=0.0):
+    """Coefficients (n, 2H+1) of the steady state of M q'' + C q' + (K + i loss + diag(springs)) q = `excitation`.
+
+    damping : C (n, n), or xi [s] of C = xi K; loss : (n, n), hysteretic, in all harmonics but the mean.
+    """
     E = excitation(force, fourier)
+    C = damping * K if np.isscalar(damping) else damping
     q = np.zeros(E.shape)
     q[:, 0] = np.linalg.solve(K + np.diag(springs), E[:, 0])
     for k in range(1, E.shape[1] // 2 + 1):
-        stiffness = K * (1 + 1j * k * omega * xi) + np.diag(springs) - (k * omega) ** 2 * M
+        stiffness = K + 1j * (k * omega * C + loss) + np.diag(springs) - (k * omega) ** 2 * M
         z = np.linalg.solve(stiffness, E[:, 2 * k - 1] - 1j * E[:, 2 * k])
         q[:, 2 * k - 1], q[:, 2 * k] = z.real, -z.imag
     return q

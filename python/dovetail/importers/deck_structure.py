@@ -66,6 +66,9 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
     force = _force(deck, loads, number, held, K.shape[0], notes, "the amplitude F of the excitation")
     if deck.other_loads:
         notes.append(f"NOT taken: {', '.join(deck.other_loads)}; give such loads with [[force]] or [[preload]] in the set-up file")
+    if deck.damping:
+        notes.append(f"NOT taken: {'; '.join(deck.damping)}. In the case file, for the whole model: damping.mass is ALPHA, "
+                     "damping.stiffness BETA, damping.structural the structural factor")
     structure = Structure(K, M, deck.nodes, dof_node, dof_direction, labels=deck.labels, cells=deck.cells, node_sets=node_sets,
                           surfaces=surfaces, force=force, units=units)
     if late:

@@ -10,10 +10,10 @@ Numbers in parentheses are equations of the theory page; units are those of the 
     omega, q = system.continuation(0.9, 1.3, 0.05)
 """
 
-from .balance import HarmonicBalance
+from .balance import Damping, HarmonicBalance
 from .contact import LAWS, OPEN, STICK, Contact, analysis, contact_coefficients, contact_jacobian, law, synthesis
 from .original import Original
 from .reduction import Preload, Reduced, bases, contact_preload, craig_bampton, split, static_law
 
-__all__ = ["HarmonicBalance", "LAWS", "OPEN", "STICK", "Contact", "analysis", "contact_coefficients", "contact_jacobian", "law",
+__all__ = ["Damping", "HarmonicBalance", "LAWS", "OPEN", "STICK", "Contact", "analysis", "contact_coefficients", "contact_jacobian", "law",
            "synthesis", "Original", "Preload", "Reduced", "bases", "contact_preload", "craig_bampton", "split", "static_law"]

@@ -1,5 +1,6 @@
 """Harmonic balance and continuation."""
 
+from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
@@ -9,14 +10,31 @@ from .contact import contact_coefficients, contact_jacobian
 from .newton import newton
 
 
+@dataclass(frozen=True)
+class Damping:
+    """stiffness b [s] and mass a [1/s] of b K + a M; structural eta, hysteretic, of K in all harmonics but the mean.
+
+    matrix : (n, n) in the order of the unknowns, another viscous damping matrix, or 0 for none.
+    """
+
+    stiffness: float = 0.0
+    mass: float = 0.0
+    structural: float = 0.0
+    matrix: np.ndarray | float = 0.0
+
+    def viscous(self, K, M):
+        """C [N s/m]."""
+        return self.stiffness * K + self.mass * M + self.matrix
+
+
 class HarmonicBalance:
     """The equations (11) in real form. Unknowns q : (N_a + 3 N_x, 2H+1), modal ones first, measured from preload.
 
-    xi : stiffness-proportional damping [s]; fourier : coefficients [a0, a1, b1, ...] of f(t), or, with several load
+    damping : a `Damping`, or a number, its stiffness [s]; fourier : coefficients [a0, a1, b1, ...] of f(t), or, with several load
     patterns, one such series for each; N : samples per period.
     """
 
-    def __init__(self, reduced, contact, preload, xi, fourier, H, N):
+    def __init__(self, reduced, contact, preload, damping, fourier, H, N):
         patterns = np.atleast_2d(np.concatenate([reduced.fa, reduced.fx], axis=-1))
         courses = [fourier] if np.ndim(fourier[0]) == 0 else fourier
         if len(courses) != len(patterns):
@@ -24,10 +42,12 @@ class HarmonicBalance:
         longest = max(map(len, courses))
         if longest > 2 * H + 1:
             raise ValueError(f"the excitation has {longest} coefficients, {H} harmonics carry {2 * H + 1}")
-        self.contact, self.preload, self.xi, self.H, self.N = contact, preload, xi, H, N
+        self.contact, self.preload, self.H, self.N = contact, preload, H, N
+        self.damping = damping if isinstance(damping, Damping) else Damping(damping)
         self.modes = len(reduced.kaa)
         self.K = scipy.linalg.block_diag(np.diag(reduced.kaa), reduced.kxx)
         self.M = np.block([[np.eye(self.modes), reduced.max], [reduced.max.T, reduced.mxx]])
+        self.C = self.damping.viscous(self.K, self.M)
         self.shape = (len(self.K), 2 * H + 1)
         self.excitation = np.zeros(self.shape)
         for pattern, course in zip(patterns, courses):
@@ -50,8 +70,9 @@ class HarmonicBalance:
         return matrix.reshape(n * size, n * size)
 
     def dynamic_stiffness(self, omega):
-        """D_k = K - k^2 omega^2 M + i k omega xi K for all harmonics."""
-        return self.harmonic_blocks(lambda k: self.K - (k * omega) ** 2 * self.M, lambda k: k * omega * self.xi * self.K)
+        """D_k = K - k^2 omega^2 M + i (k omega C + eta K) for all harmonics k > 0; K for the mean."""
+        return self.harmonic_blocks(lambda k: self.K - (k * omega) ** 2 * self.M,
+                                    lambda k: k * omega * self.C + self.damping.structural * self.K)
 
     def residual(self, q, omega):
         """Left-hand side of (11) [N], in the shape of q."""
@@ -72,7 +93,7 @@ class HarmonicBalance:
 
     def omega_derivative(self, q, omega):
         """Derivative of the residual with respect to omega (13), in the shape of q."""
-        slope = self.harmonic_blocks(lambda k: -2 * k ** 2 * omega * self.M, lambda k: k * self.xi * self.K)
+        slope = self.harmonic_blocks(lambda k: -2 * k ** 2 * omega * self.M, lambda k: k * self.C)
         return (slope @ q.ravel()).reshape(self.shape)
 
     def solve(self, omega, q0=None):

@@ -1,0 +1,22 @@
+#pragma once
+// Damping of the structure as the case file gives it; contacts have their friction.
+
+namespace dovetail {
+
+/// Viscous C = stiffness K + mass M, and hysteretic i structural K in every harmonic but the mean.
+struct Damping {
+  // A number alone is what damping.stiffness gives.
+  Damping(double by_stiffness = 0, double by_mass = 0, double loss = 0)
+      : stiffness(by_stiffness), mass(by_mass), structural(loss) {}
+
+  double stiffness;  ///< b [s]
+  double mass;       ///< a [1/s]
+  double structural; ///< eta [-]
+
+  /// An entry of C.
+  double viscous(double k, double m) const { return stiffness * k + mass * m; }
+  /// A motion in time, and with it a period's map, belongs to these equations: hysteretic damping has none.
+  bool acts_in_time() const { return structural == 0; }
+};
+
+} // namespace dovetail

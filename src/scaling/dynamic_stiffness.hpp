@@ -1,0 +1,37 @@
+#pragma once
+// The structure in one harmonic, with all proportional kinds of damping (docs/theory/equations.md, formula (A)):
+//     D_k = kappa_k K - mu_k M,    kappa_k = 1 + i (k Om b + eta),    mu_k = k^2 Om^2 - i k Om a,
+// eta but in the mean. D_k = P + i Q stands for [P Q; -Q P] on cosine and sine.
+#include "case/damping.hpp"
+
+namespace dovetail {
+
+class DynamicStiffness {
+public:
+  /// Both scaled.
+  explicit DynamicStiffness(const Damping &damping = {}, double omega = 0) : damping_(damping), omega_(omega) {}
+
+  const Damping &damping() const { return damping_; }
+  double omega() const { return omega_; }
+  /// M is in Q.
+  bool damps_mass() const { return damping_.mass != 0; }
+
+  double inertia(int k) const { return k * omega_ * k * omega_; }                                       ///< Re mu_k
+  double loss(int k) const { return k * omega_ * damping_.stiffness + eta(k); }                         ///< Im kappa_k
+  double drag(int k) const { return k * omega_ * damping_.mass; }                                       ///< -Im mu_k
+  double in_phase(int k, double stiffness, double mass) const { return stiffness - inertia(k) * mass; } ///< P
+  double quadrature(int k, double stiffness, double mass) const { return loss(k) * stiffness + drag(k) * mass; } ///< Q
+
+  // Derivatives by Omega.
+  double inertia_slope(int k) const { return 2 * k * k * omega_; }
+  double loss_slope(int k) const { return k * damping_.stiffness; }
+  double drag_slope(int k) const { return k * damping_.mass; }
+
+private:
+  double eta(int k) const { return k > 0 ? damping_.structural : 0; }
+
+  Damping damping_;
+  double omega_;
+};
+
+} // namespace dovetail

@@ -1,0 +1,221 @@
+// Every proportional kind of damping in both forms of the harmonic system, on as many ranks as the test runs with.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <complex>
+
+#include "harmonic/left_out_forces.hpp"
+#include "small_system.hpp"
+#include "stability/large_stability.hpp"
+#include "stability/stability.hpp"
+#include "transient/flow.hpp"
+
+using namespace dovetail;
+using namespace dovetail::testing;
+
+namespace {
+
+const std::vector<Damping> kinds = {{0, 0.06, 0}, {0, 0, 0.05}, {0.05, 0.03, 0.02}};
+
+// |J v - extrapolated central difference of the residual along v| / |J v|
+double directional_error(HarmonicSystem &system, Vec y, Vec v) {
+  UniqueVec f = system.unknowns(), slope = system.unknowns(), at = system.unknowns(), product = system.unknowns();
+  const UniqueVec border = system.unknowns();
+  for (const auto &[h, weight] : {std::pair{2e-5, -1.0 / 3}, {1e-5, 4.0 / 3}})
+    for (const double side : {1.0, -1.0}) {
+      check(VecWAXPY(at, side * h, v, y), "");
+      check(VecSet(f, 0), "");
+      system.residual(at, f);
+      check(VecAXPY(slope, side * weight / (2 * h), f), "");
+    }
+  const UniqueMat J = system.matrix();
+  system.jacobian(y, border, J);
+  check(MatMult(J, v, product), "");
+  return relative_difference(slope, product);
+}
+
+} // namespace
+
+TEST(DynamicStiffness, is_formula_A) {
+  const double K = 3, M = 0.7, omega = 1.3;
+  const Damping damping(0.05, 0.03, 0.02);
+  const DynamicStiffness structure(damping, omega);
+  for (int k = 0; k < 4; ++k) {
+    using Complex = std::complex<double>;
+    const double w = k * omega;
+    const Complex kappa(1, w * damping.stiffness + (k > 0 ? damping.structural : 0)), mu(w * w, -w * damping.mass),
+        D = kappa * K - mu * M;
+    EXPECT_NEAR(structure.in_phase(k, K, M), D.real(), 1e-15);
+    EXPECT_NEAR(structure.quadrature(k, K, M), D.imag(), 1e-15);
+    const DynamicStiffness more(damping, omega + 1e-4), less(damping, omega - 1e-4);
+    EXPECT_NEAR(structure.inertia_slope(k), (more.inertia(k) - less.inertia(k)) / 2e-4, 1e-10);
+    EXPECT_NEAR(structure.loss_slope(k), (more.loss(k) - less.loss(k)) / 2e-4, 1e-10);
+    EXPECT_NEAR(structure.drag_slope(k), (more.drag(k) - less.drag(k)) / 2e-4, 1e-10);
+  }
+}
+
+TEST(Damping, derivatives_are_those_of_differences) { // by the motion and by the frequency
+  for (const Damping &damping : kinds)
+    for (const LinearForm form : {LinearForm::assembled, LinearForm::modal})
+      for (const double size : {0.05, 1.0, 4.0}) { // all stuck; slip; slip and lift-off
+        HarmonicSystem system = small_system(form, exactly, {}, damping);
+        const UniqueVec y = vector_of(system, size, 3, 1.3);
+        for (const UniqueVec &v : {vector_of(system, 1, 5, 0), vector_of(system, 0, 5, 1)})
+          EXPECT_LT(directional_error(system, y, v), 1e-8) << size;
+      }
+}
+
+TEST(Damping, modal_form_is_the_assembled_one) {
+  for (const Damping &damping : kinds)
+    for (const double size : {0.05, 1.0, 4.0}) {
+      HarmonicSystem assembled = small_system(LinearForm::assembled, exactly, {}, damping),
+                     modal = small_system(LinearForm::modal, exactly, {}, damping);
+      const UniqueVec y = vector_of(modal, size, 3, 1.3), v = vector_of(modal, 1, 5, 0.7),
+                      border = vector_of(modal, 1, 7, 0.2);
+      UniqueVec f = modal.unknowns(), g = modal.unknowns();
+      assembled.residual(y, f), modal.residual(y, g);
+      EXPECT_LT(relative_difference(g, f), 1e-14);
+      const UniqueMat A = assembled.matrix(), B = modal.matrix();
+      assembled.jacobian(y, border, A), modal.jacobian(y, border, B);
+      check(MatMult(A, v, f), "");
+      check(MatMult(B, v, g), "");
+      EXPECT_LT(relative_difference(g, f), 1e-13) << size;
+    }
+}
+
+TEST(Damping, the_modal_form_is_solved_with) { // by factors, in the modes, and with few motions corrected
+  for (const auto &[factors, modes] : {std::pair{"4000", "0"}, {"0", "0"}, {"0", "4"}}) {
+    const Option most("-hb_factors_most", factors), lowest("-hb_modal_lowest", modes);
+    for (const double size : {0.05, 1.0, 4.0}) {
+      const auto iterations = [&](const Damping &damping) {
+        HarmonicSystem system = small_system(LinearForm::modal, exactly, {}, damping);
+        const UniqueVec y = vector_of(system, size, 3, 1.3), border = vector_of(system, 1, 7, 0.2),
+                        r = vector_of(system, 1, 9, 0.4);
+        UniqueVec x = system.unknowns(), product = system.unknowns();
+        const UniqueMat J = system.matrix();
+        UniqueKSP ksp;
+        check(KSPCreate(PETSC_COMM_WORLD, ksp.out()), "");
+        system.set_up(ksp, J);
+        system.jacobian(y, border, J);
+        check(KSPSetOperators(ksp, J, J), "");
+        check(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
+        check(KSPSolve(ksp, r, x), "");
+        check(MatMult(J, x, product), "");
+        EXPECT_LT(relative_difference(product, r), 1e-8) << size << " " << factors << " " << modes;
+        return system.take_effort(J, 1).iterations;
+      };
+      const int by_stiffness = iterations(0.05);
+      for (const Damping &damping : kinds)
+        EXPECT_LT(iterations(damping), 1.5 * by_stiffness + 4) << size << " " << factors << " " << modes;
+    }
+  }
+}
+
+TEST(Damping, factors_of_all_points_are_exact) { // so that they tell the determinant's sign
+  for (const Damping &damping : kinds) {
+    HarmonicSystem system = small_system(LinearForm::modal, exactly, {}, damping);
+    const UniqueVec y = vector_of(system, 4, 3, 1.3), border = vector_of(system, 1, 7, 0.2),
+                    r = vector_of(system, 1, 9, 0.4);
+    UniqueVec x = system.unknowns(), product = system.unknowns();
+    const UniqueMat J = system.matrix();
+    UniqueKSP ksp;
+    check(KSPCreate(PETSC_COMM_WORLD, ksp.out()), "");
+    system.set_up(ksp, J);
+    system.jacobian(y, border, J);
+    check(KSPSetOperators(ksp, J, J), "");
+    check(KSPSetTolerances(ksp, 1e-8, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
+    check(KSPSolve(ksp, r, x), "");
+    check(MatMult(J, x, product), "");
+    EXPECT_LT(relative_difference(product, r), 1e-11);
+  }
+}
+
+// A mode kept in one model and left out of the other, in the motion that its own equation gives it.
+TEST(Damping, modes_left_out_are_damped_as_those_kept) {
+  using Complex = std::complex<double>;
+  const double square = 9, load = 0.7, omega = 1.3;
+  const std::vector<double> fourier = {0.2, 1.0, 0.3, 0.1, -0.4, 0, 0};
+  ReducedModel few = small_reduced(PETSC_COMM_WORLD), many = few;
+  many.modes = 3, many.own_modes = own_share(many.comm, 3);
+  many.kaa.push_back(square), many.fa.push_back(load);
+  few.left_out.squares = {square}, few.left_out.load = {load}, few.left_out.with_modes = {0, 0};
+  const auto coupling = [](PetscInt contact_dof) { return 0.3 * wave(static_cast<int>(contact_dof), 70); };
+  many.mxa.clear();
+  for (std::size_t i = 0; i < few.own_contact_dofs(); ++i) {
+    few.left_out.coupling.push_back(coupling(3 * few.own_points.begin + i));
+    for (const double m : {few.mxa[2 * i], few.mxa[2 * i + 1], few.left_out.coupling.back()}) many.mxa.push_back(m);
+  }
+  const auto system_of = [&](ReducedModel model, const Damping &damping) {
+    std::vector<ContactPoint> contact = small_contact(model);
+    const std::vector<double> zero(model.own_contact_dofs(), 0.0);
+    std::string note;
+    return HarmonicSystem(scaled(contact_preload(std::move(model), std::move(contact), zero, note), damping, {}), 3,
+                          exactly, fourier);
+  };
+  for (const Damping &damping : {Damping(0.05), Damping(0, 1.2), Damping(0, 0, 0.3), Damping(0.05, 0.8, 0.2)}) {
+    HarmonicSystem small = system_of(few, damping), large = system_of(many, damping);
+    const int w = small.layout().width;
+    UniqueVec y = vector_of(small, 1, 3, omega), f = small.unknowns(), left = small.unknowns();
+    UniqueVec z = large.unknowns(), g = large.unknowns();
+    std::vector<double> q = all_coefficients(small.layout(), y), mode(w, 0.0);
+    for (int k = 1; k <= 3; ++k) {
+      const double speed = k * omega;
+      const Complex kappa(1, speed * damping.stiffness + damping.structural), mu(speed * speed, -speed * damping.mass);
+      Complex force = load * Complex(fourier[cosine(k)], -fourier[sine(k)]);
+      for (int c = 0; c < 9; ++c)
+        force += mu * coupling(c) * Complex(q[(2 + c) * w + cosine(k)], -q[(2 + c) * w + sine(k)]);
+      const Complex a = force / (kappa * square - mu);
+      mode[cosine(k)] = a.real(), mode[sine(k)] = -a.imag();
+    }
+    q.insert(q.begin() + 2 * w, mode.begin(), mode.end());
+    set_coefficients(large.layout(), q, z);
+    if (large.layout().owns_omega()) check(VecSetValue(z, large.layout().omega_row(), omega, INSERT_VALUES), "");
+    check(VecAssemblyBegin(z), "");
+    check(VecAssemblyEnd(z), "");
+    small.residual(y, f), large.residual(z, g);
+    left_out_forces(small, y, left);
+    const std::vector<double> plain = all_coefficients(small.layout(), f),
+                              more = all_coefficients(small.layout(), left),
+                              whole = all_coefficients(large.layout(), g);
+    double largest = 0;
+    for (int d = 0; d < 12; ++d)
+      for (int i = 1; i < w; ++i) {
+        const int row = d < 2 ? d : d - 1; // in the small model
+        const double expected = d == 2 ? 0 : plain[row * w + i] + more[row * w + i];
+        EXPECT_NEAR(whole[d * w + i], expected, 1e-12);
+        if (d > 2) largest = std::max(largest, std::abs(more[row * w + i]));
+      }
+    EXPECT_GT(largest, 0.01);
+  }
+}
+
+TEST(Damping, is_the_same_in_other_units) { // each row of the scaled system is a fixed multiple of the unscaled one
+  const Scales scales{2, 1.4, 0.65};
+  const Damping damping(0.05, 0.03, 0.02);
+  const auto system = [&](const Scales &by) {
+    return HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), damping, by), 3, exactly, {0.2, 1.0, 0.3});
+  };
+  HarmonicSystem plain = system({}), other = system(scales);
+  const UniqueVec y = vector_of(plain, 1, 3, 1.3), z = vector_of(other, 1, 3, 1.3 / scales.frequency);
+  UniqueVec f = plain.unknowns(), g = other.unknowns();
+  const PetscInt modal = plain.layout().own_modes.size() * plain.layout().width,
+                 all = plain.layout().own_coefficients();
+  double *of_z, *of_g;
+  check(VecGetArray(z, &of_z), "");
+  for (PetscInt i = 0; i < all; ++i) of_z[i] /= i < modal ? scales.modal : scales.contact;
+  check(VecRestoreArray(z, &of_z), "");
+  plain.residual(y, f), other.residual(z, g);
+  check(VecGetArray(g, &of_g), "");
+  const double acceleration = scales.modal * scales.frequency * scales.frequency;
+  for (PetscInt i = 0; i < all; ++i) of_g[i] *= acceleration * (i < modal ? 1 : scales.modal / scales.contact);
+  check(VecRestoreArray(g, &of_g), "");
+  EXPECT_LT(relative_difference(g, f), 1e-13);
+}
+
+TEST(Damping, hysteretic_has_no_motion_in_time) {
+  const HarmonicSystem system = small_system(LinearForm::assembled, exactly, {}, {0, 0, 0.02});
+  const DenseModel model = dense_model(system);
+  EXPECT_THROW(Flow(model, 1.0), ComputeError);
+  EXPECT_THROW(StabilityTest{model}, ComputeError);
+  EXPECT_THROW(LargeStabilityTest{system}, ComputeError);
+}
