@@ -211,8 +211,8 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j) {
         std::copy_n(coupling.data() + static_cast<std::size_t>(j - first) * modes, modes,
                     model.mxa.data() + static_cast<std::size_t>(j - first_own) * modes);
-        for (PetscInt load = 0; load < loads; ++load)
-          model.loads[load].fx[j - first_own] += loaded[load * count + j - first];
+        for (PetscInt pattern = 0; pattern < loads; ++pattern)
+          model.loads[pattern].fx[j - first_own] += loaded[pattern * count + j - first];
       }
       if (plan.keep_psi) add_upper(comm, model.points, psi, carried, first, model.mxx); // ... + Psi^T (M_ee Psi + M_ec)
       return carried;
@@ -236,8 +236,8 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
     });
   model.kaa = found.squares;
   const auto modal = gram(comm, phi, 0, modes, force, 0, loads); // eq (17)
-  for (PetscInt load = 0; load < loads; ++load)
-    model.loads[load].fa.assign(modal.begin() + load * modes, modal.begin() + (load + 1) * modes);
+  for (PetscInt pattern = 0; pattern < loads; ++pattern)
+    model.loads[pattern].fa.assign(modal.begin() + pattern * modes, modal.begin() + (pattern + 1) * modes);
   recovery.phi.resize(kept.size() * modes);
   keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
   mirror_upper(comm, model.points, model.kxx);

@@ -716,7 +716,7 @@ TEST_F(CaseFile, ScreeningPassesOverStringsAndComments) {
 
 TEST_F(CaseFile, FewerLawsThanPointsAreNoMatterOfTheForecast) {
   const Case study = read({{14, "law = [\"coulomb\", \"bilateral\"]"}});
-  EXPECT_GT(forecast(ReducedHeader{2, 3}, study).unknowns, 0);
+  EXPECT_GT(forecast(ReducedHeader{2, 3, {}}, study).unknowns, 0);
   expect_words(message_of([&] { contact_points(study.contact, {}, 3); }), {"case.toml:14", "2 words", "N_x = 3"});
 }
 

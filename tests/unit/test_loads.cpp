@@ -24,13 +24,13 @@ const LoadCourse forth{force_pattern, {0.2, 1.0, 0.3, 0, 0.2}, ""}, across{"acro
 
 PreloadedModel with_two_patterns(PreloadedModel model) {
   ReducedModel &reduced = model.reduced;
-  LoadPattern across{"across", {-0.3, 0.9}, {}};
+  LoadPattern pattern{"across", {-0.3, 0.9}, {}};
   for (int i = 3 * reduced.own_points.begin; i < 3 * reduced.own_points.end; ++i)
-    across.fx.push_back(0.4 * wave(i, 60));
-  reduced.loads.push_back(across);
+    pattern.fx.push_back(0.4 * wave(i, 60));
+  reduced.loads.push_back(pattern);
   LeftOut &left = reduced.left_out;
   left.squares = {9, 25}, left.loads = {{0.3, -0.2}, {0.5, 0.1}}, left.with_modes = {0.1, 0.02, -0.03, 0.05};
-  for (std::size_t i = 0; i < 2 * across.fx.size(); ++i)
+  for (std::size_t i = 0; i < 2 * pattern.fx.size(); ++i)
     left.coupling.push_back(0.1 * wave(static_cast<int>(i) + 6 * reduced.own_points.begin, 70));
   return model;
 }
