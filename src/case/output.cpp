@@ -31,6 +31,7 @@ void prepare_output(const Case &study) {
 
   const fs::path results = study.directory / "results.h5";
   if (!fs::exists(results, error)) return;
+  if (!fs::is_regular_file(results, error)) refuse("results.h5 there", "is not a file");
   if (!std::ofstream(results, std::ios::app)) refuse("results.h5 there", "cannot be overwritten");
 }
 

@@ -47,23 +47,20 @@ bool has_word(const std::string &name, const std::string &word) {
   return ("_" + name + "_").find("_" + word + "_") != std::string::npos;
 }
 
-/// The allowed names most like `word`: those of `section` with that word in them, all of them; else the nearest there;
-/// else the nearest elsewhere, which has another meaning. Empty: none is alike.
+/// The allowed names most like `word`: those of `section` with that word in them, all of them; else the nearest, where
+/// a namesake in `section` comes before equals elsewhere. Empty: none is alike.
 std::vector<Name> suggestions(const std::string &word, const std::string &section, const std::vector<Name> &allowed) {
   std::vector<Name> result;
   for (const auto &name : allowed)
     if (name.section == section && has_word(name.key, word)) result.push_back(name);
   if (!result.empty()) return result;
-  for (const bool here : {true, false}) {
-    size_t best = std::max<size_t>(1, word.size() / 3) + 1; // beyond one change in three letters it is another word
-    for (const auto &name : allowed) {
-      if ((name.section == section) != here) continue;
-      const size_t distance = edit_distance(word, name.key.empty() ? name.section : name.key);
-      if (distance < best) best = distance, result = {name};
-    }
-    if (!result.empty()) return result;
+  size_t best = 2 * std::max<size_t>(1, word.size() / 3) + 2; // beyond one change in three letters it is another word
+  for (const auto &name : allowed) {
+    const size_t away = name.section != section;
+    const size_t distance = 2 * edit_distance(word, name.key.empty() ? name.section : name.key) + away;
+    if (distance < best) best = distance, result = {name};
   }
-  return {};
+  return result;
 }
 
 std::string in_words(const std::vector<Name> &names) {
