@@ -137,8 +137,8 @@ TEST(Damping, modes_left_out_are_damped_as_those_kept) {
   const std::vector<double> fourier = {0.2, 1.0, 0.3, 0.1, -0.4, 0, 0};
   ReducedModel few = small_reduced(PETSC_COMM_WORLD), many = few;
   many.modes = 3, many.own_modes = own_share(many.comm, 3);
-  many.kaa.push_back(square), many.fa.push_back(load);
-  few.left_out.squares = {square}, few.left_out.load = {load}, few.left_out.with_modes = {0, 0};
+  many.kaa.push_back(square), many.loads[0].fa.push_back(load);
+  few.left_out.squares = {square}, few.left_out.loads = {{load}}, few.left_out.with_modes = {0, 0};
   const auto coupling = [](PetscInt contact_dof) { return 0.3 * wave(static_cast<int>(contact_dof), 70); };
   many.mxa.clear();
   for (std::size_t i = 0; i < few.own_contact_dofs(); ++i) {
@@ -150,7 +150,7 @@ TEST(Damping, modes_left_out_are_damped_as_those_kept) {
     const std::vector<double> zero(model.own_contact_dofs(), 0.0);
     std::string note;
     return HarmonicSystem(scaled(contact_preload(std::move(model), std::move(contact), zero, note), damping, {}), 3,
-                          exactly, fourier);
+                          exactly, course(fourier));
   };
   for (const Damping &damping : {Damping(0.05), Damping(0, 1.2), Damping(0, 0, 0.3), Damping(0.05, 0.8, 0.2)}) {
     HarmonicSystem small = system_of(few, damping), large = system_of(many, damping);
@@ -193,7 +193,7 @@ TEST(Damping, is_the_same_in_other_units) { // each row of the scaled system is 
   const Scales scales{2, 1.4, 0.65};
   const Damping damping(0.05, 0.03, 0.02);
   const auto system = [&](const Scales &by) {
-    return HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), damping, by), 3, exactly, {0.2, 1.0, 0.3});
+    return HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), damping, by), 3, exactly, course({0.2, 1.0, 0.3}));
   };
   HarmonicSystem plain = system({}), other = system(scales);
   const UniqueVec y = vector_of(plain, 1, 3, 1.3), z = vector_of(other, 1, 3, 1.3 / scales.frequency);

@@ -92,7 +92,7 @@ TEST(Preload, an_open_point_however_far_is_no_measure_of_the_forces) {
   for (PetscInt p = model.own_points.begin; p < model.own_points.end; ++p) {
     contact.push_back(both[p]);
     for (int d = 0; d < 3; ++d) {
-      model.r.push_back(d == 2 ? -2 : 0), model.fx.push_back(0);
+      model.r.push_back(d == 2 ? -2 : 0), model.loads[0].fx.push_back(0);
       for (int j = 0; j < 6; ++j) model.kxx.push_back(j == 3 * p + d ? 10 : 0), model.mxx.push_back(j == 3 * p + d);
     }
   }
