@@ -42,6 +42,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     }
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));
     settle_stability(study, modes + 3 * points);
+    check_ratios(study, modes + 3 * points);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
@@ -54,9 +55,11 @@ Checked check_input(MPI_Comm comm, const Request &request) {
 
 // What hysteretic damping leaves out, or nothing.
 std::string in_words(const Damping &damping) {
-  return damping.acts_in_time() ? ""
-                                : "damping.structural: stability is not judged, and nothing is integrated in time; "
-                                  "hysteretic damping has no motion in time";
+  return damping.acts_in_time()    ? ""
+         : damping.structural != 0 ? "damping.structural: stability is not judged, and nothing is integrated in time; "
+                                     "hysteretic damping has no "
+                                     "motion in time"
+                                   : "damping.ratios: stability is not judged, and nothing is integrated in time";
 }
 
 std::string in_words(const SavedRun &earlier) {

@@ -18,6 +18,13 @@ std::string fourier_text(std::vector<double> values) {
   return numbers_text(values);
 }
 
+std::string ratios_text(const std::vector<ModeRatio> &ratios) {
+  std::string result;
+  for (const auto &[mode, ratio] : ratios)
+    result += (result.empty() ? "[[" : ", [") + std::to_string(mode) + ", " + number_text(ratio) + "]";
+  return result.empty() ? "none" : result + "]";
+}
+
 std::string spread_text(const std::vector<double> &values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return number_text(*low) + (*low == *high ? "" : " .. " + number_text(*high));
@@ -68,6 +75,8 @@ const std::vector<Key> &keys() {
       {"damping.stiffness", "s", [](C c) { return number_text(c.damping.stiffness); }},
       {"damping.mass", "1/s", [](C c) { return number_text(c.damping.mass); }},
       {"damping.structural", "-", [](C c) { return number_text(c.damping.structural); }},
+      {"damping.ratios", "-", [](C c) { return ratios_text(c.damping.ratios); }},
+      {"damping.of", "", [](C c) { return std::string(c.damping.ratios.empty() ? "" : "stuck"); }},
       {"excitation.fourier", "-", [](C c) { return fourier_text(c.fourier); }},
       {"contact.law", "", nullptr},
       {"contact.normal_stiffness", "N/m", nullptr},

@@ -10,7 +10,7 @@ namespace dovetail {
 
 class Monodromy {
 public:
-  /// ComputeError if M is not positive definite, or damping hysteretic.
+  /// ComputeError if M is not positive definite, or damping not viscous and proportional.
   explicit Monodromy(const DenseModel &model);
 
   /// Eigenvalues of the map over one period; the largest are those of changes that matter. Sliders that never move are

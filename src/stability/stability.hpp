@@ -29,7 +29,7 @@ constexpr bool judged_densely(int dofs) { return dofs <= 64; }
 /// MB.
 class StabilityTest {
 public:
-  /// ComputeError if M is not positive definite, or damping hysteretic.
+  /// ComputeError if M is not positive definite, or damping not viscous and proportional.
   explicit StabilityTest(const DenseModel &model);
   ~StabilityTest();
 

@@ -15,7 +15,7 @@ struct FreeModes {
   std::vector<double> momentum; ///< (n modes, n dofs) shapes^T M: eta = momentum q
 };
 
-/// ComputeError if the mass matrix is not positive definite, or damping hysteretic.
+/// ComputeError if the mass matrix is not positive definite, or damping not viscous and proportional.
 FreeModes free_modes(const DenseModel &model);
 
 } // namespace dovetail
