@@ -53,6 +53,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       throw InputError(study.given.at("reduction.modes") + ": reduction.modes = 0: " + study.model.string() +
                        " has no contact points, so modes are all that can move; write at least 1");
     settle_stability(study, modes + 3 * points);
+    check_ratios(study, modes + 3 * points);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points);
     refuse_foreign_files(study, request.reduce_only);
@@ -79,9 +80,11 @@ std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const 
 
 // What hysteretic damping leaves out, or nothing.
 std::string in_words(const Damping &damping) {
-  return damping.acts_in_time() ? ""
-                                : "damping.structural: stability is not judged, and nothing is integrated in time; "
-                                  "hysteretic damping has no motion in time";
+  return damping.acts_in_time()    ? ""
+         : damping.structural != 0 ? "damping.structural: stability is not judged, and nothing is integrated in time; "
+                                     "hysteretic damping has no "
+                                     "motion in time"
+                                   : "damping.ratios: stability is not judged, and nothing is integrated in time";
 }
 
 std::string in_words(const SavedRun &earlier) {

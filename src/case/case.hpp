@@ -83,6 +83,7 @@ struct Case {
   bool check_modes = false;        ///< count the modes below the last one
   double memory = 0;               ///< what the reduction may take on one machine [GiB]; 0: all that is free
   Damping damping;
+  std::string ratios_where;                  ///< place of damping.ratios in the file, for messages
   std::vector<LoadCourse> loads = {{}};      ///< each of another pattern
   ContactSettings contact;                   ///< as written here; a model file may supply the rest
   std::vector<double> preload_initial = {0}; ///< x_p0: one number, or 3 N_x [m]
@@ -141,6 +142,9 @@ std::vector<double> initial_preload(const Case &study, int n);
 /// Row of the watched unknown among the reduced dofs (modes first, then t1, t2, n of each contact point), or -1 where
 /// none is named. Throws InputError when the model has no such one.
 int watched_dof(const Case &study, int modes, int points);
+
+/// Throws InputError where damping.ratios names a mode that so many reduced dofs do not have.
+void check_ratios(const Case &study, int dofs);
 
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);

@@ -25,6 +25,13 @@ std::string loads_text(const std::vector<LoadCourse> &loads) {
   return result;
 }
 
+std::string ratios_text(const std::vector<ModeRatio> &ratios) {
+  std::string result;
+  for (const auto &[mode, ratio] : ratios)
+    result += (result.empty() ? "[[" : ", [") + std::to_string(mode) + ", " + number_text(ratio) + "]";
+  return result.empty() ? "none" : result + "]";
+}
+
 std::string spread_text(const std::vector<double> &values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return number_text(*low) + (*low == *high ? "" : " .. " + number_text(*high));
@@ -75,6 +82,8 @@ const std::vector<Key> &keys() {
       {"damping.stiffness", "s", [](C c) { return number_text(c.damping.stiffness); }},
       {"damping.mass", "1/s", [](C c) { return number_text(c.damping.mass); }},
       {"damping.structural", "-", [](C c) { return number_text(c.damping.structural); }},
+      {"damping.ratios", "-", [](C c) { return ratios_text(c.damping.ratios); }},
+      {"damping.of", "", [](C c) { return std::string(c.damping.ratios.empty() ? "" : "stuck"); }},
       {"excitation.fourier", "-",
        [](C c) { return c.given.count("excitation.load") ? std::string() : fourier_text(c.loads[0].fourier); }},
       {"excitation.load", "-", [](C c) { return c.given.count("excitation.load") ? loads_text(c.loads) : ""; }},

@@ -41,7 +41,14 @@ Assembled::Assembled(std::vector<Coupling> couplings, const Layout &layout, bool
 }
 
 std::unique_ptr<LinearPart> Assembled::like(const Layout &layout) const {
-  return std::make_unique<Assembled>(couplings_, layout, damps_mass_);
+  auto other = std::make_unique<Assembled>(couplings_, layout, damps_mass_);
+  other->ratios_ = ratios_, other->dampers_ = dampers_;
+  return other;
+}
+
+void Assembled::take(std::shared_ptr<const RatioDamping> ratios) {
+  dampers_ = ratios->entries();
+  ratios_ = std::move(ratios);
 }
 
 void Assembled::multiply(const double *q, double *stiffness_force, double *inertia_force) {
@@ -65,6 +72,9 @@ UniqueMat Assembled::matrix(const ContactForces &contact) const {
       if (c.stiff || damps_mass_) add(i + cosine(k), j + sine(k)), add(i + sine(k), j + cosine(k));
     }
   }
+  for (const RatioDamping::Entry &c : dampers_)
+    for (int k = 1; k <= harmonics; ++k)
+      add(c.row * n + cosine(k), c.column * n + sine(k)), add(c.row * n + sine(k), c.column * n + cosine(k));
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const PetscInt first = layout_.first_dof() * n + layout_.own_point_offset(p);
     for (const BlockPlace block : block_places(contact.points()[p].law))
@@ -96,6 +106,11 @@ void Assembled::fill(Mat J, const JacobianParts &parts) {
       if (c.stiff || damps_mass_) values_.push_back(quadrature), values_.push_back(-quadrature);
     }
   }
+  for (const RatioDamping::Entry &c : dampers_)
+    for (int k = 1; k <= harmonics; ++k) {
+      const double quadrature = parts.structure.turn(k) * c.value;
+      values_.push_back(quadrature), values_.push_back(-quadrature);
+    }
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const auto &places = block_places(parts.contact.points()[p].law);
     const std::size_t at = values_.size(), size = static_cast<std::size_t>(n) * n;

@@ -40,6 +40,7 @@ private:
   std::vector<double> motions_;                // (n, count) by columns
   std::vector<float> at_contacts_;             // (own contact dofs, count) Phi_c B
   std::vector<double> stiff_, heavy_, damped_; // (count, count) B^T Lambda B, B^T B, B^T diag(Phi^T K Phi) B
+  std::vector<double> rates_;                  // likewise, of the ratios given
   RoughFactors jacobian_;                      // unknowns motion by motion
   std::vector<RoughFactors> diagonal_;         // by harmonic: cosines of all motions, then sines
   std::vector<float> rough_, part_;

@@ -6,6 +6,7 @@
 #include "harmonic/assembled.hpp"
 #include "harmonic/dense_model.hpp"
 #include "harmonic/modal.hpp"
+#include "harmonic/ratio_damping.hpp"
 #include "support/error.hpp"
 #include "support/event.hpp"
 
@@ -16,9 +17,9 @@ std::unique_ptr<LinearPart> linear_part(ReducedModel &model, const std::vector<C
                                         const Damping &damping, const Layout &layout, LinearForm form) {
   std::unique_ptr<LinearPart> part;
   if (form == LinearForm::modal)
-    part = std::make_unique<Modal>(model, contact, layout);
-  else
-    part = std::make_unique<Assembled>(
+    part = std::make_unique<Modal>(model, contact, damping, layout);
+  else {
+    auto assembled = std::make_unique<Assembled>(
         list_couplings(
             layout, model.kaa,
             [&](PetscInt i) {
@@ -26,6 +27,12 @@ std::unique_ptr<LinearPart> linear_part(ReducedModel &model, const std::vector<C
               return ContactRow{model.mxa.data() + at * model.modes, &model.mxx[at * nc], &model.kxx[at * nc]};
             }),
         layout, DynamicStiffness(damping).damps_mass());
+    if (!damping.ratios.empty()) {
+      const StuckBasis basis = stuck_basis(model, stuck_springs(contact), layout);
+      assembled->take(std::make_shared<RatioDamping>(*assembled, basis, damping.ratios, layout));
+    }
+    part = std::move(assembled);
+  }
   for (auto *rows : {&model.kxx, &model.mxx, &model.mxa}) std::vector<double>().swap(*rows); // the part holds it now
   return part;
 }
@@ -81,7 +88,7 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
     rows.mxx.insert(rows.mxx.end(), m + modes, m + n);
     rows.kxx.insert(rows.kxx.end(), k + modes, k + n);
   }
-  system->linear_ = std::make_unique<Modal>(rows, like.scaled_.model.contact, system->layout_);
+  system->linear_ = std::make_unique<Modal>(rows, like.scaled_.model.contact, like.scaled_.damping, system->layout_);
   system->form_ = LinearForm::modal;
   return system;
 }
@@ -115,6 +122,8 @@ void HarmonicSystem::products(const double *q) {
   stiffness_force_.resize(count), inertia_force_.resize(count);
   const Timed timed(Work::matrices);
   linear_->multiply(q, stiffness_force_.data(), inertia_force_.data());
+  if (const RatioDamping *ratios = linear_->ratios())
+    damping_force_.resize(count), ratios->multiply(q, layout_.width, damping_force_.data());
   motion_.assign(q, q + count);
 }
 
@@ -148,6 +157,9 @@ void HarmonicSystem::residual(Vec y, Vec f) {
       out[s] = u[s] - inertia * v[s] - loss * u[c] - drag * v[c] - force_coefficient(loads_, d, sine(k), factor);
     }
   }
+  for (std::size_t i = 0; i < damping_force_.size(); ++i)
+    if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
+      out[i] += of_structure.turn(k) * (place % 2 ? damping_force_[i + 1] : -damping_force_[i - 1]);
   evaluate_contact(q);
   for (std::size_t i = 0; i < force_.size(); ++i) out[layout_.own_point_offset(0) + i] += force_[i];
   check(VecRestoreArray(f, &out), "evaluating the residual");

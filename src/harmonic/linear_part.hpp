@@ -41,6 +41,8 @@ struct JacobianParts {
   const double *border;         ///< (own unknowns) last row
 };
 
+class RatioDamping;
+
 class LinearPart {
 public:
   virtual ~LinearPart() = default;
@@ -48,6 +50,8 @@ public:
   virtual std::unique_ptr<LinearPart> like(const Layout &layout) const = 0;
   /// K q and M q, (own coefficients) each, harmonic by harmonic. Collective.
   virtual void multiply(const double *q, double *stiffness_force, double *inertia_force) = 0;
+  /// Damping that is not proportional to K and M, or none.
+  const RatioDamping *ratios() const { return ratios_.get(); }
   /// This rank's share of K and M.
   virtual std::vector<Coupling> couplings() const = 0;
 
@@ -70,6 +74,9 @@ public:
   virtual double take_work(Mat) const { return std::numeric_limits<double>::infinity(); }
   /// What was done with J since last asked; `solves` iterations, where every solve is one.
   virtual LinearEffort take_effort(Mat J, int solves) const = 0;
+
+protected:
+  std::shared_ptr<const RatioDamping> ratios_;
 };
 
 } // namespace dovetail

@@ -1,6 +1,7 @@
 #include "harmonic/modal.hpp"
 
 #include "harmonic/modal_solver.hpp"
+#include "harmonic/ratio_damping.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -40,7 +41,8 @@ ModalSolver &solver_of(Mat J) {
 
 } // namespace
 
-Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Layout &layout)
+Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Damping &damping,
+             const Layout &layout)
     : Modal(
           [&] {
             auto made = std::make_shared<Model>();
@@ -53,17 +55,19 @@ Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact
               std::copy_n(&model.mxx[i * nc], nc, made->mass.row(i) + na);
               std::copy_n(&model.kxx[i * nc], nc, made->stiffness.row(i));
             }
-            std::vector<double> springs;
-            for (const ContactPoint &point : contact)
-              for (const double spring : stuck_springs(point)) springs.push_back(spring);
-            if (layout.dofs() <= most_open)
+            std::vector<double> springs = stuck_springs(contact);
+            if (layout.dofs() <= most_open && damping.ratios.empty()) // in its modes C is not diagonal
               made->open = stuck_basis(model, std::vector<double>(springs.size()), layout);
             made->basis = stuck_basis(model, std::move(springs), layout);
+            for (const ModeRatio &ratio : damping.ratios)
+              made->basis.rates[ratio.mode - 1] = rate_of(made->basis, ratio);
             if (!made->open.lambda.empty() && made->open.lambda.front() < least_held * made->basis.lambda.front())
               made->open = {};
             return made;
           }(),
-          layout) {}
+          layout) {
+  if (!damping.ratios.empty()) ratios_ = std::make_shared<RatioDamping>(*this, model_->basis, damping.ratios, layout);
+}
 
 Modal::Modal(std::shared_ptr<const Model> model, const Layout &layout)
     : model_(std::move(model)), layout_(layout), padded_(padded<double>(layout.width)), counts_(layout.size),
@@ -78,7 +82,9 @@ Modal::Modal(std::shared_ptr<const Model> model, const Layout &layout)
 }
 
 std::unique_ptr<LinearPart> Modal::like(const Layout &layout) const {
-  return std::unique_ptr<LinearPart>(new Modal(model_, layout));
+  auto other = std::unique_ptr<Modal>(new Modal(model_, layout));
+  other->ratios_ = ratios_;
+  return other;
 }
 
 // all_ = coefficients of all dofs.

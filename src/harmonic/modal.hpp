@@ -9,7 +9,8 @@ namespace dovetail {
 class Modal : public LinearPart {
 public:
   /// Collective.
-  Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Layout &layout);
+  Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Damping &damping,
+        const Layout &layout);
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;

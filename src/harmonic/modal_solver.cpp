@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "harmonic/ratio_damping.hpp"
 #include "support/shell.hpp"
 
 namespace dovetail {
@@ -68,6 +69,8 @@ void ModalSolver::multiply(Vec x, Vec y) {
   stiff_.resize(count), heavy_.resize(count), force_.resize(count - contact);
   linear_->multiply(in, stiff_.data(), heavy_.data());
   contact_->multiply(in + contact, force_.data());
+  damped_.clear();
+  if (const RatioDamping *ratios = linear_->ratios()) damped_.resize(count), ratios->multiply(in, n, damped_.data());
   double sums[] = {std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0), 0};
   for (PetscInt i = 0; i < count; ++i) {
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
@@ -77,6 +80,7 @@ void ModalSolver::multiply(Vec x, Vec y) {
     const double inertia = structure_.inertia(k) * heavy_[i];
     out[i] = stiff_[i] - inertia + structure_.loss(k) * across(stiff_) + structure_.drag(k) * across(heavy_) +
              column_[i] * last;
+    if (!damped_.empty()) out[i] += structure_.turn(k) * across(damped_);
     if (i >= contact) out[i] += force_[i - contact];
     if (i >= contact && place == 0 && !held_.empty()) out[i] += held_[(i - contact) / n] * in[i];
     sums[1] += stiff_[i] * stiff_[i] + inertia * inertia;

@@ -1,5 +1,7 @@
 #include "harmonic/stuck_basis.hpp"
 
+#include <cmath>
+
 #include "harmonic/dense_modes.hpp"
 #include "harmonic/joint_shapes.hpp"
 #include "harmonic/kept_modes.hpp"
@@ -46,8 +48,20 @@ StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, c
   }
   MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (std::size_t j = 0; j < n; ++j) basis.damped[j] = std::max(0.0, basis.lambda[j] + basis.damped[j]);
+  basis.rates.assign(n, 0.0);
   basis.shapes = joint_shapes(basis, layout);
   return basis;
+}
+
+std::vector<double> stuck_springs(const std::vector<ContactPoint> &contact) {
+  std::vector<double> springs;
+  for (const ContactPoint &point : contact)
+    for (const double spring : stuck_springs(point)) springs.push_back(spring);
+  return springs;
+}
+
+double rate_of(const StuckBasis &basis, const ModeRatio &ratio) {
+  return 2 * ratio.ratio * std::sqrt(std::max(0.0, basis.lambda[ratio.mode - 1]));
 }
 
 } // namespace dovetail

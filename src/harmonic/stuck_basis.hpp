@@ -3,6 +3,8 @@
 // with K_s = K + K_t, K_t the springs of closed and stuck contacts, and Phi^T M Phi = 1. One basis for every frequency
 // and every harmonic, because K = K_s - K_t differs from K_s on the contact dofs' diagonal only. With no springs they
 // are those of the structure without contacts.
+#include "case/damping.hpp"
+#include "contact/contact_point.hpp"
 #include "harmonic/layout.hpp"
 #include "harmonic/slab.hpp"
 #include "reduction/reduced_model.hpp"
@@ -12,6 +14,7 @@ namespace dovetail {
 struct StuckBasis {
   std::vector<double> lambda;  ///< (n), n = N_a + 3 N_x, ascending; on every rank
   std::vector<double> damped;  ///< (n) diagonal of Phi^T K Phi; on every rank
+  std::vector<double> rates;   ///< (n) diagonal of Phi^T C Phi of the ratios given; on every rank
   std::vector<double> springs; ///< (own contact dofs) K_t
   std::vector<double> shapes;  ///< (n, shapes) by columns, see joint_shapes.hpp; on every rank
   Slab<double> exact;          ///< (own dofs, n) Phi: rows of the own modes, then of the own contact dofs
@@ -22,5 +25,11 @@ struct StuckBasis {
 /// if `model` names a file that holds it. Collective.
 /// InputError: M is not positive definite.
 StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout);
+
+/// Those of all contacts closed and stuck.
+std::vector<double> stuck_springs(const std::vector<ContactPoint> &contact);
+
+/// 2 zeta sqrt(lambda) of a mode.
+double rate_of(const StuckBasis &basis, const ModeRatio &ratio);
 
 } // namespace dovetail

@@ -22,6 +22,8 @@ public:
   double in_phase(int k, double stiffness, double mass) const { return stiffness - inertia(k) * mass; } ///< P
   double quadrature(int k, double stiffness, double mass) const { return loss(k) * stiffness + drag(k) * mass; } ///< Q
 
+  double turn(int k) const { return k * omega_; } ///< of another viscous damping matrix, in Q
+
   // Derivatives by Omega.
   double inertia_slope(int k) const { return 2 * k * k * omega_; }
   double loss_slope(int k) const { return k * damping_.stiffness; }

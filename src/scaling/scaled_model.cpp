@@ -97,7 +97,9 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
     for (int d = 0; d < 2; ++d) point.kt[d] *= stiffness, at_rest.w[d] /= b;
     for (int d = 0; d < 3; ++d) at_rest.x[d] /= b, at_rest.force[d] *= force;
   }
-  return {std::move(model), {damping.stiffness * w0, damping.mass / w0, damping.structural}, scales};
+  Damping dimensionless(damping.stiffness * w0, damping.mass / w0, damping.structural);
+  dimensionless.ratios = damping.ratios;
+  return {std::move(model), std::move(dimensionless), scales};
 }
 
 } // namespace dovetail

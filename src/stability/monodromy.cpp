@@ -11,7 +11,8 @@ namespace dovetail {
 Monodromy::Monodromy(const DenseModel &model)
     : n_(model.dofs()), points_(model.points), damping_(model.damping), contact_(model.contact),
       shape_(model.dofs(), 3 * model.points) {
-  if (!damping_.acts_in_time()) throw ComputeError("stability: hysteretic damping has no motion in time");
+  if (!damping_.acts_in_time())
+    throw ComputeError("stability: not with hysteretic damping, nor with ratios of single modes");
   Dense modes(n_, n_), mass(n_, n_);
   modes.values = model.K, mass.values = model.M;
   stiffness_ = symmetric_modes(modes, mass);

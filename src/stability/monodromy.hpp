@@ -10,7 +10,7 @@ namespace dovetail {
 
 class Monodromy {
 public:
-  /// InputError if M is not positive definite. ComputeError if damping is hysteretic.
+  /// InputError if M is not positive definite. ComputeError if damping is not viscous and proportional.
   explicit Monodromy(const DenseModel &model);
 
   /// Eigenvalues of the map over one period; the largest are those of changes that matter. Sliders that never move are

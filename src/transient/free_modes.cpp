@@ -10,7 +10,8 @@
 namespace dovetail {
 
 FreeModes free_modes(const DenseModel &model) {
-  if (!model.damping.acts_in_time()) throw ComputeError("time integration: hysteretic damping has no motion in time");
+  if (!model.damping.acts_in_time())
+    throw ComputeError("time integration: not with hysteretic damping, nor with ratios of single modes");
   const int n = model.dofs(), m = 3 * model.points;
   FreeModes out;
   out.count = n;

@@ -15,7 +15,7 @@ struct FreeModes {
   std::vector<double> momentum; ///< (n modes, n dofs) shapes^T M: eta = momentum q
 };
 
-/// InputError if the mass matrix is not positive definite. ComputeError if damping is hysteretic.
+/// InputError if the mass matrix is not positive definite. ComputeError if damping is not viscous and proportional.
 FreeModes free_modes(const DenseModel &model);
 
 } // namespace dovetail

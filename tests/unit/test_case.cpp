@@ -417,6 +417,11 @@ TEST_F(CaseFile, HystereticDampingHasNoMotionInTime) {
   EXPECT_FALSE(read({{7, "structural = 0.02"}, {33, "[stability]\nenabled = false\n[output]"}}).stability.value());
   refused({{7, "structural = 0.02"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
           {"stability.enabled = true", "damping.structural = 0.02", "case.toml:7", "write false"});
+  study = read({{7, "ratios = [[2, 0.01]]"}});
+  ASSERT_EQ(study.damping.ratios.size(), 1u);
+  EXPECT_EQ(study.damping.ratios[0].mode, 2);
+  refused({{7, "ratios = [[2, 0.01]]"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
+          {"stability.enabled = true", "damping.ratios", "case.toml:7", "write false"});
   study = read({{7, "mass = 0.02"}});
   settle_stability(study, 3);
   EXPECT_TRUE(study.stability.value());
@@ -437,6 +442,7 @@ TEST_F(CaseFile, RestartKnowsAnotherProblem) {
   const Changes others = {{7, "stiffness = 0.06"},
                           {7, "stiffness = 0.05\nmass = 0.01"},
                           {7, "stiffness = 0.05\nstructural = 0.01"},
+                          {7, "stiffness = 0.05\nratios = [[1, 0.01]]"},
                           {9, "fourier = [0, 0, 2]"},
                           {11, "normal_stiffness = 1.1"},
                           {13, "friction = 0.3"},

@@ -14,7 +14,7 @@ import numpy as np
 from dovetail import Model, reference
 
 SECTION_OF = {
-    "modes": "reduction", "stiffness": "damping", "mass": "damping", "structural": "damping", "fourier": "excitation",
+    "modes": "reduction", "stiffness": "damping", "mass": "damping", "structural": "damping", "ratios": "damping", "fourier": "excitation",
     "normal_stiffness": "contact", "tangential_stiffness": "contact", "friction": "contact", "gap": "contact",
     "law": "contact",
     "initial": "preload", "harmonics": "harmonic_balance", "samples": "harmonic_balance",

@@ -52,6 +52,48 @@ def test_linear_cases_equal_the_full_model(tmp_path, make, closed, kind):
         close(case.system().contact_part(q)[:, :, :5], exact, 1e-8)
 
 
+def stuck_modes(K, M, springs):
+    """Squares of the frequencies [rad^2/s^2] and mass-normalised modes with these springs (n,)."""
+    return scipy.linalg.eigh(K + np.diag(springs), M)
+
+
+@pytest.mark.parametrize("solver", ["modal", "assembled"])
+def test_the_reference_finds_the_same_points_with_ratios(tmp_path, solver):
+    """All of C = M Phi diag(2 zeta sqrt(lambda)) Phi^T M, which is full, where points slip and lift off."""
+    ratios = [[1, 0.02], [3, 0.03], [2, 0.01]]
+    case = cases.several_points(tmp_path, solver=solver, omega=[0.85, 1.2], at=[0.95, 1.05, 1.15], stiffness=0.005, ratios=ratios)
+    points, plain = run(case).points, case.system()
+    springs = np.r_[np.zeros(plain.modes), np.column_stack([case.contact.kt, case.contact.kn]).ravel()]
+    squares, modes = stuck_modes(plain.K, plain.M, springs)
+    rates = np.zeros(len(squares))
+    for mode, ratio in ratios:
+        rates[mode - 1] = 2 * ratio * np.sqrt(squares[mode - 1])
+    damping = reference.Damping(0.005, matrix=plain.M @ modes @ np.diag(rates) @ modes.T @ plain.M)
+    system = reference.HarmonicBalance(case.reduced, case.contact, case.preload, damping, case.settings["fourier"],
+                                       case.settings["harmonics"], case.settings["samples"])
+    assert points["slip"].max() > 0.2 and points["open"].max() > 0.2
+    assert set(points["omega"]) >= {0.85, 0.95, 1.05, 1.15, 1.2}
+    for omega in (0.85, 0.95, 1.05, 1.15, 1.2):
+        for i in np.flatnonzero(points["omega"] == omega):
+            close(points["coefficients"][i], system.solve(omega, points["coefficients"][i]), 1e-7)
+
+
+def test_ratios_of_a_stuck_structure_are_those_of_its_modes(tmp_path):
+    """The sum over the full model's modes, each with the ratio that it was given."""
+    case = cases.always_stuck(tmp_path, fourier=[0, 1], harmonics=1, stiffness=0.0, omega=[0.9, 1.6],
+                              ratios=[[mode, 0.002 * mode] for mode in range(1, 25)])
+    points, s = run(case).points, case.structure
+    springs = np.zeros(len(s.K))
+    springs[s.contact_dofs] = np.column_stack([case.contact.kt, case.contact.kn])
+    squares, modes = stuck_modes(s.K, s.M, springs)
+    ratios = 0.002 * np.arange(1, len(squares) + 1)
+    assert min(abs(np.sqrt(squares) - w).min() for w in points["omega"]) < 0.02  # the sweep meets a resonance
+    for omega, q in zip(points["omega"], points["coefficients"]):
+        z = modes @ (modes.T @ s.force / (squares - omega ** 2 + 2j * ratios * np.sqrt(squares) * omega))
+        exact = np.stack([z.real, -z.imag], axis=-1)[s.contact_dofs]
+        close(case.system().contact_part(q)[:, :, 1:3], exact, 1e-8)
+
+
 @pytest.mark.parametrize("omega, states", [(9.0, {0, 1, 2}), (6.0, {-1, 0, 1})])
 def test_mass_damping_in_time(tmp_path, omega, states):
     """A mass that slips, and lifts off at the higher frequency, 60 harmonics, against integration from event to event."""
@@ -71,6 +113,9 @@ def test_hysteretic_damping_is_not_judged_nor_integrated(tmp_path):
     case = cases.dof5(tmp_path, structural=0.02, stiffness=0.0, max_points=2)
     done = run(case)
     assert "damping.structural: stability is not judged, and nothing is integrated in time" in done.out
+    assert "stable" not in done.points
+    done = run(cases.dof5(tmp_path, ratios=[[1, 0.02]], max_points=2))
+    assert "damping.ratios: stability is not judged, and nothing is integrated in time" in done.out
     assert "stable" not in done.points
     done = run(cases.dof5(tmp_path, structural=0.0, max_points=2))
     assert "stability is not judged" not in done.out and "stable" in done.points
