@@ -418,6 +418,7 @@ TEST_F(CaseFile, HystereticDampingHasNoMotionInTime) {
   refused({{7, "structural = 0.02"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
           {"stability.enabled = true", "damping.structural = 0.02", "case.toml:7", "write false"});
   study = read({{7, "ratios = [[2, 0.01]]"}});
+  EXPECT_FALSE(study.stability.value());
   ASSERT_EQ(study.damping.ratios.size(), 1u);
   EXPECT_EQ(study.damping.ratios[0].mode, 2);
   refused({{7, "ratios = [[2, 0.01]]"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
