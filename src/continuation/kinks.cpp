@@ -29,26 +29,28 @@ constexpr double steps_back[] = {0.8, 0.5};  // of the way to where the tangents
 // is tried as well, and taken unless it is the leg we came by. Far along the leg Newton's method takes many iterations:
 // not where they are dear.
 bool Stepper::round_kink(double step, Extent extent, Outcome &outcome) {
+  if (here_.sign != 0 && try_legs(step, true, extent, outcome)) return true;
+  return extent == Extent::all && step <= step_limits.close_to_kink && try_legs(step, false, extent, outcome);
+}
+
+// Those on the side of the kink that the sign tells, or on the other one; of what looks alike the first only.
+bool Stepper::try_legs(double step, bool by_sign, Extent extent, Outcome &outcome) {
   UniqueVec beyond = curve_->problem.unknowns(), t = curve_->problem.unknowns();
-  for (const bool by_sign : {true, false}) {
-    if (!by_sign && extent == Extent::first) break;
-    if (by_sign ? here_.sign == 0 : step > step_limits.close_to_kink) continue;
-    std::vector<UniqueVec> tried;
-    for (const double ahead : aheads) {
-      int sign;
-      check(VecWAXPY(beyond, ahead * step, here_.t, here_.y), doing);
-      if (!curve_->tangent_at(beyond, here_.t, t, sign)) continue;
-      if ((sign != here_.sign) == by_sign) check(VecScale(t, -1), doing);
-      const auto alike = [&](const UniqueVec &other) { return curve_->norm.product(t, other) > alike_cosine; };
-      if (curve_->norm.product(t, here_.t) > not_turned_cosine || std::any_of(tried.begin(), tried.end(), alike))
-        continue;
-      tried.push_back(curve_->problem.unknowns());
-      check(VecCopy(t, tried.back()), doing);
-      for (const double part : parts) {
-        if (part > 1 && iterations_are_expensive()) break;
-        if ((ahead <= farthest_with_whole_steps || part < 1) && go_round(t, part * step, by_sign, outcome)) return true;
-        if (extent == Extent::first) return false;
-      }
+  std::vector<UniqueVec> tried;
+  const auto alike = [&](const UniqueVec &other) { return curve_->norm.product(t, other) > alike_cosine; };
+  for (const double ahead : aheads) {
+    int sign;
+    check(VecWAXPY(beyond, ahead * step, here_.t, here_.y), doing);
+    if (!curve_->tangent_at(beyond, here_.t, t, sign)) continue;
+    if ((sign != here_.sign) == by_sign) check(VecScale(t, -1), doing);
+    if (curve_->norm.product(t, here_.t) > not_turned_cosine || std::any_of(tried.begin(), tried.end(), alike))
+      continue;
+    tried.push_back(curve_->problem.unknowns());
+    check(VecCopy(t, tried.back()), doing);
+    for (const double part : parts) {
+      if (part > 1 && iterations_are_expensive()) break;
+      if ((ahead <= farthest_with_whole_steps || part < 1) && go_round(t, part * step, by_sign, outcome)) return true;
+      if (extent == Extent::first) return false;
     }
   }
   return false;

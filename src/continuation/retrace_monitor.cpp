@@ -24,23 +24,31 @@ int RetraceMonitor::first_near(int i, int last, double far) const {
   return i;
 }
 
+double RetraceMonitor::Weights::product(const double *a, const double *b) const {
+  double sum = 0;
+  for (int k = 0; k < size; ++k) sum += a[k] * b[k] * unit[k > 0] * unit[k > 0];
+  return sum;
+}
+
+// The way up to each mark that has been added.
+void RetraceMonitor::lengthen_way(const Weights &weights) {
+  if (way_.empty()) way_.push_back(0);
+  for (int i = static_cast<int>(way_.size()); i < count(); ++i) {
+    const double *a = marks_.begin() + 2 * size * (i - 1), *b = a + 2 * size;
+    std::array<double, size> chord;
+    for (int k = 0; k < size; ++k) chord[k] = b[k] - a[k];
+    way_.push_back(way_.back() + std::sqrt(weights.product(chord.data(), chord.data())));
+  }
+}
+
 // Marks lie closer to each other the larger the motion that they are measured by.
 int RetraceMonitor::older(double motion) {
   const int last = count() - 1;
-  const double unit[] = {1 / unit_, motion > 0 ? 1 / motion : 1};
+  const Weights weights{{1 / unit_, motion > 0 ? 1 / motion : 1}};
   const double *here = marks_.begin() + 2 * size * last;
-  const auto weighted = [&](const double *a, const double *b) { // scalar product
-    double sum = 0;
-    for (int k = 0; k < size; ++k) sum += a[k] * b[k] * unit[k > 0] * unit[k > 0];
-    return sum;
-  };
+  const auto weighted = [&](const double *a, const double *b) { return weights.product(a, b); };
   std::array<double, size> chord, to;
-  if (way_.empty()) way_.push_back(0);
-  for (int i = static_cast<int>(way_.size()); i <= last; ++i) {
-    const double *a = marks_.begin() + 2 * size * (i - 1), *b = a + 2 * size;
-    for (int k = 0; k < size; ++k) chord[k] = b[k] - a[k];
-    way_.push_back(way_.back() + std::sqrt(weighted(chord.data(), chord.data())));
-  }
+  lengthen_way(weights);
   for (int i = 0; i + 4 < last; ++i) { // the piece from mark i to the next: a cubic over its chord
     const double *a = marks_.begin() + 2 * size * i, *b = a + 2 * size;
     for (int k = 0; k < size; ++k) chord[k] = b[k] - a[k], to[k] = here[k] - a[k];

@@ -1,5 +1,6 @@
 #pragma once
 // The way behind: by it a curve is known that runs back over itself, or closes.
+#include <array>
 #include <vector>
 
 #include "continuation/problem.hpp"
@@ -34,6 +35,11 @@ public:
 private:
   static constexpr int size = Problem::projections, enough = 6;
   int count() const { return static_cast<int>(marks_.size()) / (2 * size); }
+  struct Weights {
+    std::array<double, 2> unit; // of the parameter, of the motion
+    double product(const double *a, const double *b) const;
+  };
+  void lengthen_way(const Weights &weights);
   int first_near(int i, int last, double far) const;
   int older(double motion); // +1 or -1 if the last mark lies on an older piece run in that sense; else 0
 

@@ -40,42 +40,56 @@ StepMeasure Stepper::measured(double step) {
   return {angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step, allowed_astray()};
 }
 
-Stepper::Outcome Stepper::try_step(double step) {
-  const auto refuse = [&](const std::string &why, bool solved) {
-    refusal_ = why;
-    if (!solved) halvings_ = {};
-    return Outcome::refused;
-  };
+// trial_ becomes the point a step along the curve, if Newton's method finds one.
+bool Stepper::solve_trial(double step) {
   check(VecWAXPY(trial_.y, step, here_.t, here_.y), "predicting");
   check(VecCopy(trial_.y, predicted_), "predicting");
   if (before_ && step == control_.step()) curve_->bend(*before_, here_, step, trial_.y); // else there may be a kink
   branch_point_.reset();
-  if (!curve_->problem.is_admissible(parameter_of(trial_.y)))
-    return refuse("the predicted " + curve_->problem.parameter().name + " is not positive", false);
+  if (!curve_->problem.is_admissible(parameter_of(trial_.y))) {
+    refusal_ = "the predicted " + curve_->problem.parameter().name + " is not positive";
+    return false;
+  }
   const bool hurried = control_.adaptive() && step > step_limits.least_newton_step; // more would be refused
-  if (!curve_->solve_across(here_.t, trial_, {false, hurried ? step_limits.most_newton : 0, step}))
-    return refuse(trial_.newton.why, false);
+  if (curve_->solve_across(here_.t, trial_, {false, hurried ? step_limits.most_newton : 0, step})) return true;
+  refusal_ = trial_.newton.why;
+  return false;
+}
+
+// Whether trial_ and here_ hang together, by all checks in turn.
+bool Stepper::belongs(double step, const StepMeasure &measure, bool kink) {
+  if (measure.refused() && !kink) {
+    refusal_ = measure.why();
+    return false;
+  }
+  if (!kink && curve_->problem.is_smooth() && step > step_limits.close_to_kink &&
+      curve_->off_middle(here_, trial_) > step_limits.most_off_middle) {
+    refusal_ = "the curve does not run smoothly from one end of the step to the other";
+    return false;
+  }
+  if (trial_.sign * here_.sign >= 0) return true;
+  refusal_ = "the curve turns round within one step"; // a hairpin was jumped over, or another branch crosses
+  const bool straight = measure.angle < step_limits.straight && measure.correction < step_limits.straight;
+  if (straight && locator().leads_back(step, measure.correction * step)) {
+    branch_point_ = locator().branch_point(step);
+    return true;
+  }
+  return kink && step <= step_limits.close_to_kink;
+}
+
+Stepper::Outcome Stepper::try_step(double step) {
+  if (!solve_trial(step)) {
+    halvings_ = {};
+    return Outcome::refused;
+  }
   const StepMeasure measure = measured(step);
   const bool kink = halvings_.add(measure);
-  if (!control_.adaptive()) return refine(trial_) ? Outcome::refined : accept_step(here_.t, step);
-  if (measure.refused() && !kink) return refuse(measure.why(), true);
-  if (!kink && curve_->problem.is_smooth() && step > step_limits.close_to_kink &&
-      curve_->off_middle(here_, trial_) > step_limits.most_off_middle)
-    return refuse("the curve does not run smoothly from one end of the step to the other", true);
-  if (trial_.sign * here_.sign < 0) { // a hairpin was jumped over, or another branch crosses within the step
-    refusal_ = "the curve turns round within one step";
-    const bool straight = measure.angle < step_limits.straight && measure.correction < step_limits.straight;
-    if (straight && locator().leads_back(step, measure.correction * step))
-      branch_point_ = locator().branch_point(step);
-    else if (!(kink && step <= step_limits.close_to_kink))
-      return Outcome::refused;
-  }
+  if (control_.adaptive() && !belongs(step, measure, kink)) return Outcome::refused;
   const int newton = trial_.newton.newton;
   if (refine(trial_)) return Outcome::refined;
   const Outcome outcome = accept_step(here_.t, step);
-  if (outcome != Outcome::on) return outcome;
+  if (outcome != Outcome::on || !control_.adaptive()) return outcome;
   if (!kink) curvature_ = measure.angle / step;
-  if (!control_.adaptive()) return outcome;
   control_.after(step, measure.angle, newton);
   limit_step();
   return outcome;

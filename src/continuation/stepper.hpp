@@ -69,12 +69,15 @@ protected:
 
 private:
   Outcome try_step(double step);
+  bool solve_trial(double step);
+  bool belongs(double step, const StepMeasure &measure, bool kink);
   Outcome accept_step(Vec normal, double step, bool at_kink = false);
   StepMeasure measured(double step);
   double allowed_astray() const;
 
   enum class Extent { first, all }; // legs that are tried
   bool round_kink(double step, Extent extent, Outcome &outcome);
+  bool try_legs(double step, bool by_sign, Extent extent, Outcome &outcome);
   bool go_round(Vec t, double step, bool by_sign, Outcome &outcome);
   bool back_to_kink(CurvePoint &kink);
 

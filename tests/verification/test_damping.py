@@ -122,7 +122,7 @@ def test_hysteretic_damping_is_not_judged_nor_integrated(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------------------ the prototype
-FOUND = dict(np.load(Path(__file__).with_name("damping.npz")))
+FOUND = dict(np.load(Path(__file__).parent / "data/damping.npz"))
 
 
 def of_the_prototype():
