@@ -81,10 +81,15 @@ bool Follower::begin_at(double from, double to) {
 }
 
 bool Follower::solve_at(double omega) {
+  const double times = dear() ? impatient_newton : 1;
   check(VecCopy(here_.y, trial_.y), "predicting");
-  if (!curve_->solve_at(omega, trial_, dear() ? impatient_newton : 1)) return false;
-  std::swap(here_, trial_);
-  return true;
+  bool found = curve_->solve_at(omega, trial_, times);
+  if (!found) { // from rest
+    check(VecSet(trial_.y, 0), "predicting");
+    found = curve_->solve_at(omega, trial_, times);
+  }
+  if (found) std::swap(here_, trial_);
+  return found;
 }
 
 // Work that integration may still take: where it has led on it may again.

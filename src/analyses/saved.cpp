@@ -8,9 +8,10 @@ namespace dovetail {
 
 // What needs no layout. Saved and restored by the same list.
 void Follower::archive(Archive &archive) {
+  const double from = settings_.from, to = settings_.to; // the case's, when this is restored; `to` may have moved
   archive.field("from", settings_.from);
-  archive.field("to", settings_.to);
   archive.field("direction", direction_);
+  if (direction_ * (to - from) < 0) settings_.to = from; // begun at the other end
   archive.field("arclength", arclength_);
   archive.field("amplitude", amplitude_.value);
   archive.field("amplitude_slope", amplitude_.slope);

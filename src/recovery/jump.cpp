@@ -1,4 +1,4 @@
-// The solution at a next frequency, by Newton's method from the last point.
+// The solution at a next frequency, by Newton's method from the last point or from rest: beyond a gap, it may be.
 #include "recovery/recovery.hpp"
 
 namespace dovetail {
@@ -11,7 +11,7 @@ class Jump : public RecoveryStrategy {
 
   bool attempt(const Failure &failure, RecoveryContext &context) const override {
     if (context.jumps() >= most_jumps) return false;
-    for (const double value : ahead(context.sweep(), failure.from, {1e-4, 1e-3, 1e-2, 5e-2}))
+    for (const double value : ahead(context.sweep(), failure.from, {1e-4, 1e-3, 1e-2, 5e-2, 0.2, 0.4}))
       if (context.solve_at(value)) {
         context.go_on(failure, false);
         return true;

@@ -39,7 +39,7 @@ public:
   virtual int jumps() const = 0; ///< that were made so far
 
   // Tries. Each returns false where it failed, and then the curve stands where it stood.
-  /// The solution at that value of the parameter, by Newton's method from the last point.
+  /// The solution at that value of the parameter, by Newton's method from the last point, or from rest.
   virtual bool solve_at(double value) = 0;
   /// The same from the steady state that time integration finds. `share`: of the work that is left for it.
   virtual bool integrate_at(double value, double share) = 0;

@@ -20,7 +20,7 @@ struct Strategy {
 /// In the order in which they are tried by default.
 inline constexpr std::array<Strategy, 4> all_strategies{{
     {"fewer_harmonics", false, fewer_harmonics}, // a first point from that with fewer harmonics
-    {"jump", true, jump},                        // the solution at a next frequency, by Newton's method from here
+    {"jump", true, jump},               // the solution at a next frequency, by Newton's method from here or rest
     {"integration", true, integration}, // the steady state there, or at the first frequency, by time integration
     {"elsewhere", false, elsewhere},    // a first point at another frequency of the sweep
 }};

@@ -74,7 +74,7 @@ def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
             time.sleep(0.01 * i)
         points = read_points(folder)
         lengths = [len(values) for values in points.values()]
-        assert len(lengths) == 25 and max(lengths) - min(lengths) <= 1
+        assert len(lengths) == 23 and max(lengths) - min(lengths) <= 1
         left.append((min(lengths), points))
     edit(case, "max_points = 1000000", f"max_points = {max(length for length, _ in left)}")
     whole = run(case, out="whole").points
@@ -123,7 +123,7 @@ def test_results_open_while_the_run_goes_on(tmp_path):
             for look in range(20):
                 try:
                     with h5py.File(folder / "results.h5", "r") as file:
-                        assert len(file["points"]) == 21 and len(file["points/contact"]) == 5 and len(file["events"]) == 4
+                        assert len(file["points"]) == 19 and len(file["points/contact"]) == 5 and len(file["events"]) == 4
                 except OSError as error:
                     assert "truncated" in str(error)
                     refused += 1
@@ -191,33 +191,6 @@ def test_leaps_past_wanted_frequencies_without_solution(tmp_path):
 
 
 @pytest.mark.slow
-def test_goes_on_from_the_other_end(tmp_path):
-    """The gap without solutions takes half of the sweep, and leaps lead no farther than two fifths of it."""
-    case, (ends, begins, last) = walking(tmp_path, omega=[11.6, 14.1], samples="exact")
-    done = run(case, status=3)
-    omega = done.points["omega"]
-    far = int(np.flatnonzero(omega == 14.1)[0])
-    assert omega[:far].max() == pytest.approx(ends, rel=1e-4) and begins < 14.1 < last
-    assert omega[far:].min() == pytest.approx(begins, rel=1e-4)
-    assert "from here on the rest of the sweep, from its other end back to where it was lost" in done.out
-
-
-@pytest.mark.slow
-def test_begun_anew_at_more_frequencies_where_it_is_lost(tmp_path):
-    """What lies between 13.64 and 14.84 rad/s none of the other ways aims at, and at the end of the sweep nothing is."""
-    case, (ends, begins, last) = walking(tmp_path, omega=[9.93, 16.33], samples="exact")
-    done = run(case, status=3)
-    omega = done.points["omega"]
-    there = ends + (5 / 8) ** 2 * (16.33 - ends)
-    assert done.summary["leaps"] == 1 and done.summary["integrations"] == 0
-    leapt = int(np.flatnonzero(omega > ends + 1e-3)[0])
-    assert omega[:leapt].max() == pytest.approx(ends, rel=1e-4) and omega[leapt] == pytest.approx(there, rel=1e-4)
-    assert omega.max() == pytest.approx(last, rel=1e-4)
-    assert f"could not go on beyond {omega.max():.8g} rad/s: " in done.err
-    assert "held by its joint alone" in done.err and "first frequency" not in done.err  # why it was lost, not what failed last
-
-
-@pytest.mark.slow
 def test_gives_up_at_the_first_frequency(tmp_path):
     case, ends = walking(tmp_path, omega=[15, 16])
     done = run(case, status=3)
@@ -232,7 +205,7 @@ def test_begins_between_the_ends_where_they_have_no_solution(tmp_path):
     done = run(case, status=3)
     omega = done.points["omega"]
     assert begin < omega[0] == 12.5 + 0.35 * 3.5 < end and omega[-1] == pytest.approx(end, rel=1e-5)
-    assert "no solution was found at either end of the sweep: begun at this frequency, towards higher ones" in done.out
+    assert "no solution was found at the first frequency: begun at this one" in done.out
 
 
 def test_gives_up_for_tolerances_out_of_reach(tmp_path):

@@ -350,7 +350,7 @@ PARALLEL = {
     "nan_on_one_rank": (lambda folder: write_model(folder / "model.h5", K=NAN), "/K"),
     "unsymmetric": (lambda folder: write_model(folder / "model.h5", K=SKEW), "symmetric"),
     "contact_dof": (lambda folder: write_model(folder / "model.h5", dofs=[(2, 3, 9)]), "/contact/dofs"),
-    "force_of_zeros": (lambda folder: write_model(folder / "model.h5", force=np.zeros(5)), "/force"),
+    "force_of_zeros": (lambda folder: write_model(folder / "model.h5", force=np.zeros(5)), "no force other than zero"),
 }
 
 

@@ -96,7 +96,7 @@ TEST(Recovery, a_user_who_wants_to_stop_ends_it_too) {
   Curve curve;
   curve.stop = true;
   EXPECT_FALSE(recover(Strategies::all(), {Kind::no_step, "", 1.2}, curve));
-  EXPECT_EQ(curve.tried, std::vector<std::string>(4, "solve"));
+  EXPECT_EQ(curve.tried, std::vector<std::string>(6, "solve"));
 }
 
 TEST(Recovery, jumps_are_not_made_for_ever) {
