@@ -21,7 +21,7 @@ import atlas_scenes
 from dovetail import Results
 
 pytestmark = pytest.mark.slow
-SCENES = ["062", "067", "160", "198", "223", "226", "275", "288"]
+SCENES = ["062", "067", "160", "198", "223", "275", "288"]
 SECONDS, POINTS = 6, 600  # of each curve
 AHEAD = ("leap", "integration")
 FRESH = (*AHEAD, "outside", "harmonics")  # events behind which another piece begins
@@ -173,7 +173,7 @@ def test_places_agree_with_a_finer_run(curves):
 
 def test_a_run_in_parts_is_the_same(curves):
     """Stopped right before and after what may happen on the way, at ends of steps."""
-    for kinds in (AHEAD, ("again",), ("harmonics",), ("corner",)):
+    for kinds in (AHEAD, ("harmonics",), ("corner",)):
         name = max(curves, key=lambda name: len(curves[name].events(*kinds)))
         curve = curves[name]
         if len(curve.events(*kinds)) == 0:
@@ -181,11 +181,12 @@ def test_a_run_in_parts_is_the_same(curves):
         stops = sorted({int(p) + 1 for at in curve.events(*kinds).point[:2] for p in curve.ends[curve.ends >= at][:2]})
         most = min(len(curve.results.omega), stops[-1] + 20)
         parts = in_parts(curve.case, [points for points in stops if points < most], most)
-        whole = curve.results
-        np.testing.assert_allclose(parts.omega, whole.omega[:most], rtol=1e-10, err_msg=name)
-        np.testing.assert_allclose(parts.coefficients, whole.coefficients[:most, :, :parts.coefficients.shape[2]], rtol=0,
+        whole, n = curve.results, len(parts.omega)  # one more than `most` where a place lies in a corner
+        assert most <= n <= most + 1
+        np.testing.assert_allclose(parts.omega, whole.omega[:n], rtol=1e-10, err_msg=name)
+        np.testing.assert_allclose(parts.coefficients, whole.coefficients[:n, :, :parts.coefficients.shape[2]], rtol=0,
                                    atol=1e-8 * np.abs(parts.coefficients).max(), err_msg=name)
-        np.testing.assert_array_equal(np.isnan(parts.error), np.isnan(whole.error[:most]), err_msg=name)
+        np.testing.assert_array_equal(np.isnan(parts.error), np.isnan(whole.error[:n]), err_msg=name)
 
 
 def test_harmonics_that_were_added_go_again(curves):
