@@ -32,8 +32,8 @@ DOVETAIL_WIDE void next_term(const NextTerm &of, double share, double by_stiffne
     const double *a = now + static_cast<std::size_t>(i) * of.columns, *b = then + (a - now);
     double *to = out + (a - now);
     for (int j = 0; j + lane_count <= of.columns; j += lane_count) {
-      const Lanes then = load<Lanes>(b + j);
-      Lanes sum = of.w2[i] * (load<Lanes>(a + j) + by_stiffness * then) + by_mass * then;
+      const Lanes rate = load<Lanes>(b + j);
+      Lanes sum = of.w2[i] * (load<Lanes>(a + j) + by_stiffness * rate) + by_mass * rate;
       for (int c = 0; c < of.pulled; ++c)
         sum += of.weights[static_cast<std::size_t>(c) * of.stride + i] *
                load<Lanes>(table + static_cast<std::size_t>(c) * of.columns + j);
