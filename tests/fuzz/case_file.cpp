@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
   if (!fuzz::taken(file, [&] { study = read_case(file, {}); })) return 0;
   for (const int points : {1, 2, 3})
     fuzz::taken(file, [&] {
-      const Forecast sizes = forecast(ReducedHeader{2, points}, study);
+      const Forecast sizes = forecast(ReducedHeader{2, points, {"force"}}, study);
       const auto contact = contact_points(study.contact, {}, points);
       initial_preload(study, points);
       std::ostringstream out;
