@@ -86,13 +86,14 @@ BranchSummary Follower::follow(bool between) {
     if (!ended_ || !lost) continue;
     ended_ = false; // a leap may end the sweep
     const std::string why = summary_.why;
-    if (!leave(why))
+    const bool tried = summary_.end == End::stalled && stands_farthest() && progress_.times_left() == 0;
+    if (tried || !leave(why)) // the same from the same place
       ended_ = true;
     else if (!ended_)
       after_step();
   }
   summary_.omega = here_.parameter;
-  summary_.farthest = farther(here_.parameter) ? here_.parameter : farthest_->parameter;
+  summary_.farthest = stands_farthest() ? here_.parameter : farthest_->parameter;
   return summary_;
 }
 
@@ -156,7 +157,7 @@ Follower::Outcome Follower::after_step() {
 // seconds hold if it is small, is left: the frequencies ahead are what was asked for.
 bool Follower::winds() {
   progress_.stepped(here_.parameter, summary_.counts.newton);
-  if (!settings_.adaptive || settings_.strategies.none() || !farthest_ || farther(here_.parameter)) return false;
+  if (!settings_.adaptive || settings_.strategies.none() || stands_farthest()) return false;
   const double unknowns = static_cast<double>(system_->layout().dofs() * system_->layout().width);
   return progress_.winds(farthest_->parameter, summary_.counts.newton,
                          std::max(dear() ? dear_patience : least_patience, most_wound / unknowns));

@@ -42,6 +42,7 @@ private:
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
   Outcome end(End how, const std::string &why = "");
   bool farther(double omega) const;
+  bool stands_farthest() const { return farther(here_.parameter); }
   void recall_activity();
   double plain_length(Vec t) const;
   void begin_amplitude();

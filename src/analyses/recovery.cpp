@@ -11,12 +11,11 @@
 namespace dovetail {
 namespace {
 
-constexpr double most_change = 0.1;      // by other harmonics, where 1 is the largest motion so far
-constexpr double most_unknowns = 1500;   // of a system whose harmonics are raised
-constexpr int most_integrated = 300;     // dofs
-constexpr int most_periods = 4000;       // little damping takes many
-constexpr double first_skip = 0.01;      // of the sweep, left out when a curve is left again, twice as much each time
-constexpr double impatient_newton = 0.7; // times newton.max_iterations, where iterations are expensive
+constexpr double most_change = 0.1;    // by other harmonics, where 1 is the largest motion so far
+constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
+constexpr int most_integrated = 300;   // dofs
+constexpr int most_periods = 4000;     // little damping takes many
+constexpr double first_skip = 0.01;    // of the sweep, left out when a curve is left again, twice as much each time
 
 std::string ahead_in_words(double part) { // of the sweep
   const long percent = std::lround(100 * part);
@@ -39,7 +38,7 @@ bool Follower::recovers(Failure::Kind kind, const std::string &why, double from)
 
 // The curve is left where it had come farthest, for what lies ahead: the farther, the more often it was left before.
 bool Follower::leave(const std::string &why) {
-  const bool back = farthest_ && !farther(here_.parameter);
+  const bool back = !stands_farthest();
   if (back) std::swap(here_, *farthest_);
   const double left = here_.parameter;
   const int times = progress_.times_left();
@@ -81,12 +80,11 @@ bool Follower::begin_at(double from, double to) {
 }
 
 bool Follower::solve_at(double omega) {
-  const double times = dear() ? impatient_newton : 1;
   check(VecCopy(here_.y, trial_.y), "predicting");
-  bool found = curve_->solve_at(omega, trial_, times);
+  bool found = curve_->solve_at(omega, trial_);
   if (!found) { // from rest
     check(VecSet(trial_.y, 0), "predicting");
-    found = curve_->solve_at(omega, trial_, times);
+    found = curve_->solve_at(omega, trial_);
   }
   if (found) std::swap(here_, trial_);
   return found;
@@ -151,8 +149,10 @@ bool Follower::solve_by_simpler(double omega) {
     q = all_coefficients(simpler.layout(), s.y);
   }
   how_ = "fewer harmonics";
-  set_coefficients(system_->layout(), q, here_.y);
-  return curve_->solve_at(omega, here_);
+  set_coefficients(system_->layout(), q, trial_.y);
+  const bool found = curve_->solve_at(omega, trial_);
+  if (found) std::swap(here_, trial_);
+  return found;
 }
 
 // By the rule that H Omega should reach twice the frequency of the closed contact; as far as size allows.

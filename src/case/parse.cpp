@@ -7,8 +7,10 @@
 
 #include "case/case.hpp"
 #include "case/contact_settings.hpp"
+#include "case/damping_settings.hpp"
 #include "case/document.hpp"
 #include "case/keys.hpp"
+#include "case/load_settings.hpp"
 #include "case/number_text.hpp"
 #include "support/error.hpp"
 
@@ -159,65 +161,6 @@ void read_harmonic_balance(const Document &document, Case &study) {
                      std::to_string(study.harmonics) + "+1 = " + std::to_string(least));
 }
 
-std::vector<double> without_last_zeros(std::vector<double> values) {
-  while (!values.empty() && values.back() == 0) values.pop_back();
-  return values;
-}
-
-// Courses of the loads, and the entries that name them.
-std::vector<Entry> read_loads(const Document &document, Case &study) {
-  const Entry fourier = document["excitation.fourier"], loads = document["excitation.load"];
-  if (!fourier && !loads)
-    document.missing("excitation.fourier", "fourier = [0, 1] for a cosine, [0, 0, 1] for a sine,");
-  if (fourier && loads)
-    throw InputError(loads.where() + ": excitation.fourier is given as well, in line " +
-                     std::to_string(fourier.line()) + "; keep one of the two");
-  if (fourier) {
-    study.loads = {{force_pattern, without_last_zeros(fourier.numbers()), fourier.where() + " = " + fourier.source()}};
-    if (study.loads[0].fourier.empty())
-      fourier.refuse("nothing would move; write [0, 1] for a cosine, [0, 0, 1] for a sine");
-    return {fourier};
-  }
-  std::vector<Entry> series;
-  std::map<std::string, size_t> lines;
-  bool moving = false;
-  study.loads.clear();
-  for (const Entry &load : loads.tables("[[excitation.load]], in double brackets, once for each load pattern")) {
-    const Entry pattern = load["pattern"], course = load["fourier"];
-    if (!pattern)
-      throw InputError(load.place() + ": excitation.load.pattern is missing: write pattern = \"force\" for "
-                                      "the dataset /force of the model, or a name in its group /forces");
-    if (!course)
-      throw InputError(load.place() + ": excitation.load.fourier is missing: write fourier = [0, 1] for a "
-                                      "cosine, [0, 0, 1] for a sine");
-    const std::string name = pattern.words();
-    if (const auto [before, first] = lines.emplace(name, pattern.line()); !first)
-      pattern.refuse("has its course in line " + std::to_string(before->second) +
-                     " already; add the coefficients of the two");
-    study.loads.push_back({name, without_last_zeros(course.numbers()), pattern.where() + " = " + pattern.source()});
-    moving = moving || !study.loads.back().fourier.empty();
-    series.push_back(course);
-  }
-  if (!moving)
-    throw InputError(loads.where() + ": all coefficients are zero, nothing would move; write fourier = [0, 1] for a "
-                                     "cosine, [0, 0, 1] for a sine");
-  return series;
-}
-
-void read_excitation(const Document &document, Case &study) {
-  const std::vector<Entry> series = read_loads(document, study);
-  for (const LoadCourse &load : study.loads) // [a0, a1, b1, ...]
-    if (study.tolerance > 0) study.harmonics = std::max(study.harmonics, static_cast<int>(load.fourier.size() / 2));
-  for (size_t i = 0; i < series.size(); ++i) {
-    std::vector<double> &fourier = study.loads[i].fourier;
-    const size_t highest = fourier.size() / 2;
-    if (highest > static_cast<size_t>(study.harmonics))
-      series[i].refuse("the force has harmonic " + std::to_string(highest) + ", but harmonic_balance.harmonics = " +
-                       std::to_string(study.harmonics) + "; write at least " + std::to_string(highest) + " there");
-    fourier.resize(2 * static_cast<size_t>(study.harmonics) + 1);
-  }
-}
-
 void read_preload(const Document &document, Case &study) {
   const Entry initial = document["preload.initial"];
   if (!initial) return;
@@ -246,53 +189,6 @@ void read_scaling(const Document &document, Case &study) {
       entry.refuse("is used only with kind = \"manual\"; delete it, or write that");
     read_positive(entry, *target);
   }
-}
-
-void read_damping(const Document &document, Damping &damping) {
-  for (const auto &[key, value] :
-       {std::pair("damping.stiffness", &damping.stiffness), std::pair("damping.mass", &damping.mass),
-        std::pair("damping.structural", &damping.structural)})
-    if (const Entry entry = document[key]) {
-      *value = entry.number();
-      if (*value < 0) entry.refuse("must not be negative");
-    }
-}
-
-void read_ratios(const Document &document, Case &study) {
-  const Entry ratios = document["damping.ratios"], of = document["damping.of"];
-  if (of && (!of.is_words() || of.words() != "stuck"))
-    of.refuse("must be \"stuck\": ratios are those of modes with all contacts closed and stuck");
-  if (of && !ratios) of.refuse("says whose ratios damping.ratios are, which is not given");
-  if (!ratios) return;
-  study.ratios_where = ratios.where();
-  if (!ratios.is_list() || ratios.items().empty())
-    ratios.refuse("must be a list as [[1, 0.002], [2, 0.003]]: mode, ratio");
-  for (const Entry &item : ratios.items()) {
-    if (!item.is_list() || item.items().size() != 2) item.refuse("must be [mode, ratio], as [1, 0.002]");
-    const Entry mode = item.items()[0], ratio = item.items()[1];
-    const ModeRatio read{mode.whole(1, most), ratio.number()};
-    if (read.ratio < 0) ratio.refuse("must not be negative");
-    if (read.ratio > 1) ratio.refuse("must be at most 1, which is critical; 2 % are 0.02");
-    for (const ModeRatio &before : study.damping.ratios)
-      if (before.mode == read.mode) mode.refuse("is there already");
-    study.damping.ratios.push_back(read);
-  }
-}
-
-// Hysteretic damping is an equation of each harmonic, with none of a motion in time behind it. With ratios of single
-// modes, motions in time are no sum of motions in the free modes.
-void leave_out_motions_in_time(const Document &document, Case &study) {
-  if (study.damping.acts_in_time()) return;
-  if (study.stability.value_or(false))
-    document["stability.enabled"].refuse(
-        study.damping.structural != 0
-            ? "stability is judged by motions in time, which damping.structural = " +
-                  number_text(study.damping.structural) + " (" + document["damping.structural"].place() +
-                  ") does not have; write false, or damping.stiffness = structural / omega at the resonance in its "
-                  "place"
-            : "stability is not judged with damping.ratios (" + document["damping.ratios"].place() +
-                  "); write false, or damping.stiffness and damping.mass in their place");
-  study.stability = false;
 }
 
 void read_continuation(const Document &document, Case &study) {
@@ -384,8 +280,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_output(document, out, study);
   read_model(document, study);
   read_motion(document, study);
-  read_damping(document, study.damping);
-  read_ratios(document, study);
+  read_damping(document, study);
   study.contact = read_contact_settings(document);
   study.contact.file = file.string();
   read_harmonic_balance(document, study);
@@ -400,19 +295,6 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_recovery(document, study);
   leave_out_motions_in_time(document, study);
   return study;
-}
-
-void check_patterns(const Case &study, const std::vector<std::string> &patterns, const fs::path &file) {
-  for (const LoadCourse &load : study.loads) {
-    if (std::find(patterns.begin(), patterns.end(), load.pattern) != patterns.end()) continue;
-    std::string names;
-    for (const std::string &name : patterns) names += (names.empty() ? "\"" : ", \"") + name + '"';
-    const bool in_short = study.given.count("excitation.fourier") > 0;
-    throw InputError(load.where + ": " +
-                     (in_short ? "is the course of the load pattern \"force\", which " : "no such load pattern in ") +
-                     file.string() + (in_short ? " has not; write [[excitation.load]] with one of " : "; it has ") +
-                     names);
-  }
 }
 
 } // namespace dovetail

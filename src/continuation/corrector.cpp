@@ -49,7 +49,6 @@ Corrector::Corrector(Problem &problem, const NewtonSettings &settings)
   check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC), "setting up Newton");
   check(SNESSetFromOptions(snes_), "setting up Newton");
   check(SNESLineSearchGetType(search, &type), "setting up Newton");
-  check(SNESGetTolerances(snes_, nullptr, nullptr, nullptr, &usual_iterations_, nullptr), "setting up Newton");
   usual_search_ = type;
   set_parameter(unit_, 1);
 }
@@ -100,10 +99,6 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
   if (effort.line_search) check(SNESLineSearchSetType(search, SNESLINESEARCHBT), "Newton");
-  const double most = effort.times * usual_iterations_;
-  check(SNESSetTolerances(snes_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT,
-                          static_cast<PetscInt>(std::min<double>(most, PETSC_MAX_INT)), PETSC_DEFAULT),
-        "Newton");
   check(VecCopy(y, trial_), "Newton");
   const PetscErrorCode code = SNESSolve(snes_, nullptr, trial_);
   courier_.rethrow();

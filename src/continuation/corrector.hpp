@@ -18,7 +18,6 @@ struct NewtonEffort {
   bool line_search = false;
   int most = 0;     ///< iterations, if that is fewer than the settings'; 0: those
   double reach = 0; ///< longest correction, plain norm: beyond, nothing is wanted; 0: any
-  double times = 1; ///< the settings' iterations, so many times
 };
 
 class Corrector {
@@ -74,9 +73,8 @@ private:
   UniqueVec residual_, trial_, unit_;
   UniqueSNES snes_;
   Courier courier_;
-  std::string usual_search_;      // type of line search, basic unless an option says otherwise
-  PetscInt usual_iterations_ = 0; // the settings', unless an option says otherwise
-  Vec border_ = nullptr;          // of the solve in progress
+  std::string usual_search_; // type of line search, basic unless an option says otherwise
+  Vec border_ = nullptr;     // of the solve in progress
   double target_ = 0;
   NewtonEffort effort_; // of the solve in progress
   struct Iterate {

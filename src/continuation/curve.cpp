@@ -42,12 +42,12 @@ bool Curve::solve_across(Vec normal, CurvePoint &s, const StepEffort &effort) {
   return finish(s);
 }
 
-bool Curve::solve_at(double value, CurvePoint &s, double times) {
+bool Curve::solve_at(double value, CurvePoint &s) {
   set_parameter(s.y, value);
-  s.newton = corrector_.solve(s.y, unit_, value, {.times = times});
-  if (!s.newton.converged && times >= 1) {
+  s.newton = corrector_.solve(s.y, unit_, value, {});
+  if (!s.newton.converged) {
     count(s.newton);
-    s.newton = corrector_.solve(s.y, unit_, value, {.line_search = true, .times = times});
+    s.newton = corrector_.solve(s.y, unit_, value, {.line_search = true});
   }
   if (!finish(s)) return false;
   set_parameter(s.y, value); // to the last bit

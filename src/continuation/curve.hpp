@@ -39,9 +39,9 @@ public:
   /// Newton from the guess in s.y on the plane through it whose normal is `normal` (weighted). The tangent of s looks
   /// to the same side as `normal`. If it fails s.newton.why says so, and s.y is what it was. Collective.
   bool solve_across(Vec normal, CurvePoint &s, const StepEffort &effort = {});
-  /// Newton from the guess in s.y at that value of the parameter, plainly, then with a line search, each with `times`
-  /// the settings' iterations; plainly only, if that is less than 1. The tangent looks to growing values. Collective.
-  bool solve_at(double value, CurvePoint &s, double times = 1);
+  /// Newton from the guess in s.y at that value of the parameter, plainly, then with a line search. The tangent looks
+  /// to growing values. Collective.
+  bool solve_at(double value, CurvePoint &s);
 
   /// From now on tangents as accurate as possible, or as usual: places are located by them.
   void precisely(bool yes) { corrector_.tangent_accuracy = yes ? Corrector::high_accuracy : Corrector::usual_accuracy; }

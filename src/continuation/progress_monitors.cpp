@@ -23,8 +23,6 @@ constexpr int enough_still = 3;  // steps along which nothing but mean positions
 
 } // namespace
 
-void FoldClusterMonitor::begin(double parameter, long newton) { reached_ = {parameter, newton}; }
-
 bool FoldClusterMonitor::near(double parameter) const {
   return std::abs(parameter - reached_.parameter) <= creeping_part * unit_;
 }
@@ -44,8 +42,6 @@ void FoldClusterMonitor::stepped(double parameter, long newton) {
   why_ = std::string(folds_often) + " and makes no way";
   reached_.newton = newton;
 }
-
-void FoldClusterMonitor::forget() { folds_.clear(), why_.clear(); }
 
 double FoldClusterMonitor::beyond(double here, int sense) {
   const std::vector<double> folds = std::exchange(folds_, {});

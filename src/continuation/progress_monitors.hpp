@@ -13,12 +13,10 @@ public:
   /// `unit`: range of the parameter.
   explicit FoldClusterMonitor(double unit) : unit_(unit) {}
 
-  void begin(double parameter, long newton); ///< the curve begins anew there, after so many iterations
-  void folded(double parameter);             ///< a turning point or a kink lies there
+  void folded(double parameter); ///< a turning point or a kink lies there
   /// A step was made to there, after so many iterations in all.
   void stepped(double parameter, long newton);
   void spare(long newton) { reached_.newton += newton; } ///< iterations that do not count
-  void forget();                                         ///< what came before does not count
 
   bool crowded() const { return !why_.empty(); }
   const std::string &why() const { return why_; }

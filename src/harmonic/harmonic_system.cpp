@@ -37,11 +37,6 @@ std::unique_ptr<LinearPart> linear_part(ReducedModel &model, const std::vector<C
   return part;
 }
 
-ScaledModel with_softer_contacts(ScaledModel scaled, double stiffness) {
-  for (ContactPoint &point : scaled.model.contact) point.kn *= stiffness;
-  return scaled;
-}
-
 } // namespace
 
 HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, const std::vector<LoadCourse> &loads,
@@ -62,10 +57,10 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
   fit_courses();
 }
 
-HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness)
-    : scaled_(with_softer_contacts(like.scaled_, stiffness)), layout_(scaled_.model.reduced, harmonics),
-      harmonics_(harmonics), samples_(samples), form_(like.form_), loads_(like.loads_),
-      left_out_loads_(like.left_out_loads_), loose_(like.loose_), parameter_(like.parameter_->clone()),
+HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples)
+    : scaled_(like.scaled_), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
+      form_(like.form_), loads_(like.loads_), left_out_loads_(like.left_out_loads_), loose_(like.loose_),
+      parameter_(like.parameter_->clone()),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(like.linear_->like(layout_)) {
   fit_courses();

@@ -20,7 +20,7 @@ public:
                  LinearForm form = LinearForm::assembled);
 
   /// The same equations with other harmonics or samples, and k_n times `stiffness`. Collective.
-  HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples, double stiffness = 1);
+  HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples);
   /// The same equations with other harmonics or samples, in the modal form. Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 

@@ -21,12 +21,6 @@ RANKS = [None, 2]
 ENDLESS = {"adaptive": False, "step": 0.001, "max_points": 10**6}
 
 
-def edit(case, old, new):
-    text = case.path.read_text()
-    assert old in text
-    case.path.write_text(text.replace(old, new))
-
-
 def contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
@@ -41,8 +35,7 @@ def ended(tmp_path_factory):
 
 @pytest.fixture
 def copy(ended, tmp_path):
-    shutil.copytree(ended.path.parent, tmp_path / "copy")
-    return cases.Case(tmp_path / "copy" / "case.toml", ended.structure, ended.reduced, ended.settings)
+    return ended.copied(tmp_path / "copy")
 
 
 def cut_off(case, points):
@@ -69,7 +62,7 @@ def test_second_run_is_told_who_holds_the_folder(tmp_path, ranks):
             if not ranks:
                 assert int(told[1]) == holder
     kept = len(read_points(folder)["omega"])  # it was killed: nobody holds the folder now
-    edit(case, "max_points = 1000000", f"max_points = {kept + 5}")
+    case.edit("max_points = 1000000", f"max_points = {kept + 5}")
     assert len(run(case, "--restart", out="out", ranks=ranks).points["omega"]) == kept + 5
     assert not (folder / "dovetail.lock").exists()
 
@@ -101,7 +94,7 @@ def without_force(case):
 
 
 def without_hold(case):  # nothing holds the body, and it is drawn away
-    edit(case, "gap = -3.5", "gap = 1e3\nlaw = \"coulomb\"")
+    case.edit("gap = -3.5", "gap = 1e3\nlaw = \"coulomb\"")
     with h5py.File(case.path.parent / "model.h5", "r+") as file:
         file["K/data"][...] = file["K/data"][...] * -1
 
@@ -131,8 +124,8 @@ def test_run_without_a_first_point_leaves_the_one_before(copy, ranks):
 def test_killed_before_its_first_point_a_run_has_touched_nothing(copy):
     folder = copy.path.parent / "out"
     before = {name: data for name, data in contents(folder).items() if name != "reduced.h5"}
-    edit(copy, "harmonics = 3", "harmonics = 40")
-    edit(copy, "samples = 32", f"samples = {2**20}")
+    copy.edit("harmonics = 3", "harmonics = 40")
+    copy.edit("samples = 32", f"samples = {2**20}")
     with going(copy, out="out"):
         wait_for((folder / "results.h5.partial").exists, "the new file")
     after = contents(folder)
@@ -144,7 +137,7 @@ def test_killed_before_its_first_point_a_run_has_touched_nothing(copy):
 def test_first_point_takes_the_place_of_the_results_before(copy):
     folder = copy.path.parent / "out"
     old = Results(folder / "results.h5")
-    edit(copy, "max_points = 20", "max_points = 3")
+    copy.edit("max_points = 20", "max_points = 3")
     done = run(copy, out="out")
     assert "cut off" not in done.out and len(old) == 20 and len(done.points["omega"]) == 3 and done.summary["points"] == 3
     assert sorted(path.name for path in folder.iterdir()) == ["reduced.h5", "results.h5", "state.h5", "summary.json"]
@@ -171,7 +164,7 @@ def test_beginning_anew_keeps_what_was_cut_off(tmp_path, spoil):
     case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
     folder, count = cut_off(case, 50)
     spoil(folder)
-    edit(case, "max_points = 1000000", "max_points = 5")
+    case.edit("max_points = 1000000", "max_points = 5")
     assert f"{folder}/state.h5: " in run(case, "--restart", out="out", status=2).err
     out = run(case, out="out").out
     assert f"cut off after {count} points" in out and "results.old.h5" in out
@@ -181,17 +174,17 @@ def test_beginning_anew_keeps_what_was_cut_off(tmp_path, spoil):
 def test_cut_off_runs_of_other_problems_are_all_kept(tmp_path):
     case, counts = cases.dof5(tmp_path, **ENDLESS, **SMALL), []
     for harmonics in (3, 4, 5):
-        edit(case, f"harmonics = {max(3, harmonics - 1)}", f"harmonics = {harmonics}")
+        case.edit(f"harmonics = {max(3, harmonics - 1)}", f"harmonics = {harmonics}")
         folder, count = cut_off(case, 60 - 10 * harmonics)
         counts.append(count)
-    edit(case, "max_points = 1000000", "max_points = 5")
+    case.edit("max_points = 1000000", "max_points = 5")
     run(case, out="out")
     kept = [Results(folder / name) for name in ("results.old.h5", "results.old.2.h5", "results.old.3.h5")]
     assert [(len(results), results.harmonics) for results in kept] == list(zip(counts, (3, 4, 5)))
     for name in ("results", "state"):
         (folder / f"{name}.old.2.h5").rename(folder / f"{name}.h5")
-    edit(case, "harmonics = 5", "harmonics = 4")
-    edit(case, "max_points = 5", f"max_points = {counts[1] + 5}")
+    case.edit("harmonics = 5", "harmonics = 4")
+    case.edit("max_points = 5", f"max_points = {counts[1] + 5}")
     assert len(run(case, "--restart", out="out").points["omega"]) == counts[1] + 5
 
 
@@ -202,7 +195,7 @@ def test_results_and_state_of_two_runs_are_not_mixed(copy, ended, ranks):
     folder = copy.path.parent / "out"
     run(copy, out="again")
     shutil.copy(copy.path.parent / "again" / "results.h5", folder)
-    edit(copy, "max_points = 20", "max_points = 25")
+    copy.edit("max_points = 20", "max_points = 25")
     before = contents(folder)
     err = run(copy, "--restart", out="out", status=2, ranks=ranks).err
     assert "results.h5: belongs to another run than" in err and "state.h5" in err and err.count("dovetail:") == 1
@@ -221,9 +214,9 @@ def test_results_of_another_version_are_refused(copy):
             file.attrs["version"] = 2
     with pytest.raises(ValueError, match="results.h5: version 2 of the results format; this package reads version 1"):
         Results(results)
-    edit(copy, "max_points = 20", "max_points = 25")
+    copy.edit("max_points = 20", "max_points = 25")
     assert "results.h5: attribute version is 2; this program reads version 1" in run(copy, "--restart", out="out", status=2).err
-    edit(copy, "max_points = 25", "max_points = 25\nstart = \"start.h5\"")
+    copy.edit("max_points = 25", "max_points = 25\nstart = \"start.h5\"")
     assert "start.h5: attribute version is 2" in run(copy, out="new", status=2).err
 
 
@@ -249,8 +242,8 @@ def test_reduced_file_that_was_changed_is_made_anew(copy, ranks):
 def test_reduced_file_that_is_given_may_be_changed_and_this_is_told(copy):
     with h5py.File(copy.path.parent / "out" / "reduced.h5", "r+") as file:
         file["Kxx"][1, 1] *= 1 + 1e-9
-    edit(copy, 'model = "model.h5"', 'reduced = "out/reduced.h5"')
-    edit(copy, "modes = 2", "")
+    copy.edit('model = "model.h5"', 'reduced = "out/reduced.h5"')
+    copy.edit("modes = 2", "")
     assert "reduced.h5: its numbers are not those that dovetail wrote" in run(copy, out="new").out
 
 
@@ -295,7 +288,7 @@ OURS = ("results.h5", "state.h5", "reduced.h5", "summary.json", "results.h5.part
 @pytest.mark.parametrize("name", OURS)
 @pytest.mark.parametrize("what", ["text", "link", "dangling", "folder"])
 def test_files_of_others_are_left_alone(ended, tmp_path, name, what):
-    shutil.copytree(ended.path.parent, tmp_path / "copy", ignore=shutil.ignore_patterns("out"))
+    case = ended.copied(tmp_path / "copy", without=["out"])
     folder, target = tmp_path / "copy" / "out", tmp_path / "elsewhere.h5"
     folder.mkdir()
     target.write_text("years of work")
@@ -305,7 +298,6 @@ def test_files_of_others_are_left_alone(ended, tmp_path, name, what):
         (folder / name).mkdir()
     else:
         (folder / name).symlink_to(target if what == "link" else tmp_path / "nowhere")
-    case = cases.Case(tmp_path / "copy" / "case.toml", ended.structure, ended.reduced, ended.settings)
     for options in ([], ["--dry-run"]):
         err = run(case, *options, out="out", status=2, ranks=2 if what == "link" else None).err
         assert f"--out: output.directory = {folder}: {name} there" in err and "move it away" in err and err.count("dovetail:") == 1
@@ -331,9 +323,9 @@ def test_what_a_run_reads_it_does_not_write(copy, key, name):
     folder.mkdir()
     shutil.copy(source, folder / name)
     if key == "model":
-        edit(copy, 'model = "model.h5"', f'model = "new/{name}"')
+        copy.edit('model = "model.h5"', f'model = "new/{name}"')
     else:
-        edit(copy, "max_points = 20", f'max_points = 20\nstart = "new/{name}"')
+        copy.edit("max_points = 20", f'max_points = 20\nstart = "new/{name}"')
     err = run(copy, out="new", status=2).err
     assert "case.toml:" in err and f"would overwrite this file with its own {name}" in err
     assert (folder / name).read_bytes() == source.read_bytes()

@@ -2,7 +2,6 @@
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,12 +19,6 @@ from on_terminal import Watched
 cases.SECTION_OF |= {"watch": "continuation", "stop_after_peaks": "continuation", "stop_at_amplitude": "continuation",
                      "start": "continuation", "enabled": "stability"}
 SMALL = {"harmonics": 3, "samples": 32}
-
-
-def edit(case, old, new):
-    text = case.path.read_text()
-    assert old in text
-    case.path.write_text(text.replace(old, new))
 
 
 def same(found, wanted, rows=slice(None), but=()):
@@ -166,22 +159,21 @@ def halted(tmp_path_factory):
 
 @pytest.fixture
 def copy(halted, tmp_path):
-    shutil.copytree(halted.path.parent, tmp_path / "copy")
-    return cases.Case(tmp_path / "copy" / "case.toml", halted.structure, halted.reduced, halted.settings)
+    return halted.copied(tmp_path / "copy")
 
 
 @pytest.mark.slow
 def test_restart_with_more_points_and_a_farther_end(copy, tmp_path):
     whole = run(cases.dof5(tmp_path, **SMALL), out="whole").points
-    edit(copy, "max_points = 20", "max_points = 30")
+    copy.edit("max_points = 20", "max_points = 30")
     assert len(run(copy, "--restart", out="out").points["omega"]) == 30
-    edit(copy, "max_points = 30", "max_points = 2000")
+    copy.edit("max_points = 30", "max_points = 2000")
     done = run(copy, "--restart", out="out")
     same(done.points, whole)
     assert done.summary["parts"] == 3
     done = run(copy, "--restart", out="out")
     assert "nothing to do" in done.out and "arrived" in done.out
-    edit(copy, "omega = [0.9, 1.3]", "omega = [0.9, 1.35]")
+    copy.edit("omega = [0.9, 1.3]", "omega = [0.9, 1.35]")
     done = run(copy, "--restart", out="out")
     before = whole["omega"] < 1.29
     np.testing.assert_array_equal(done.points["coefficients"][:before.sum()], whole["coefficients"][before])
@@ -245,7 +237,7 @@ OTHER = {
 @pytest.mark.parametrize("old", OTHER)
 def test_another_problem_is_refused(copy, old):
     new, words = OTHER[old]
-    edit(copy, old, new)
+    copy.edit(old, new)
     before = (copy.path.parent / "out" / "results.h5").read_bytes()
     err = run(copy, "--restart", out="out", status=2).err
     assert all(word in err for word in ["case.toml:", "without --restart", *words]) and err.count("\n") == 1
@@ -253,7 +245,7 @@ def test_another_problem_is_refused(copy, old):
 
 
 def test_end_that_lies_behind_is_refused(copy):
-    edit(copy, "omega = [0.9, 1.3]", "omega = [0.9, 0.901]")
+    copy.edit("omega = [0.9, 1.3]", "omega = [0.9, 0.901]")
     err = run(copy, "--restart", out="out", status=2).err
     assert "case.toml:" in err and "ends at 0.901" in err and "stands at" in err
 
@@ -264,7 +256,7 @@ def test_another_model_is_refused(copy, ranks):
     """By the equations themselves: where the run stood must be a solution."""
     with h5py.File(copy.path.parent / "model.h5", "r+") as file:
         file["force"][0] = 1.01
-    edit(copy, "max_points = 20", "max_points = 30")
+    copy.edit("max_points = 20", "max_points = 30")
     err = run(copy, "--restart", out="out", ranks=ranks, status=2).err
     assert "the model, or its reduction, is not what it was" in err and err.count("dovetail:") == 1
     assert len(read_points(copy.path.parent / "out")["omega"]) == 20
@@ -293,7 +285,7 @@ def without_results(folder):
                                            (without_results, ["results.h5", "no such file"])])
 def test_nothing_to_go_on_from(copy, damage, words):
     damage(copy.path.parent / "out")
-    edit(copy, "max_points = 20", "max_points = 30")
+    copy.edit("max_points = 20", "max_points = 30")
     err = run(copy, "--restart", out="out", status=2).err
     assert all(word in err for word in words) and err.count("dovetail:") == 1
 
@@ -314,7 +306,7 @@ def test_forgotten_flag_costs_nothing(tmp_path):
             kill(watched.process)
         counts.append(len(read_points(folder)["omega"]))
     assert counts[0] > counts[1]
-    edit(case, "max_points = 1000000", "max_points = 20")
+    case.edit("max_points = 1000000", "max_points = 20")
     out = run(case, out="out").out
     assert "results.old.h5" not in out  # those of the second attempt are the shorter ones
     with h5py.File(folder / "results.old.h5") as file:
@@ -322,7 +314,7 @@ def test_forgotten_flag_costs_nothing(tmp_path):
     assert "was cut off" not in run(case, out="out").out  # a run that came to its end is replaced, as ever
     for name in ("results", "state"):
         (folder / f"{name}.old.h5").rename(folder / f"{name}.h5")
-    edit(case, "max_points = 20", f"max_points = {counts[0] + 5}")
+    case.edit("max_points = 20", f"max_points = {counts[0] + 5}")
     assert len(run(case, "--restart", out="out").points["omega"]) == counts[0] + 5
 
 
@@ -336,7 +328,7 @@ def test_stop_after_peaks(tmp_path):
     assert done.summary["located"]["peaks"] == whole.summary["located"]["peaks"][:2]
     assert done.points["omega"][-1] == done.summary["located"]["peaks"][1]["omega"]
     assert "nothing to do" in run(case, "--restart", out="out").out
-    edit(case, "stop_after_peaks = 2", "stop_after_peaks = 3")
+    case.edit("stop_after_peaks = 2", "stop_after_peaks = 3")
     again = run(case, "--restart", out="out")
     assert again.summary["located"]["peaks"] == whole.summary["located"]["peaks"][:3]
 

@@ -37,12 +37,6 @@ def without_end(folder, **overrides):
     return cases.dof5(folder, adaptive=False, step=0.001, max_points=10**6, **overrides)
 
 
-def edit(case, old, new):
-    text = case.path.read_text()
-    assert old in text
-    case.path.write_text(text.replace(old, new))
-
-
 def close(actual, expected, relative=1e-9):
     np.testing.assert_allclose(actual, expected, rtol=0, atol=relative * np.abs(expected).max(initial=1e-300))
 
@@ -76,7 +70,7 @@ def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
         lengths = [len(values) for values in points.values()]
         assert len(lengths) == 23 and max(lengths) - min(lengths) <= 1
         left.append((min(lengths), points))
-    edit(case, "max_points = 1000000", f"max_points = {max(length for length, _ in left)}")
+    case.edit("max_points = 1000000", f"max_points = {max(length for length, _ in left)}")
     whole = run(case, out="whole").points
     for length, points in left:
         for name in set(points) - {"seconds", "residual", "contact/dissipation", "error_between"}:  # round-off: all points stick
@@ -314,7 +308,7 @@ def test_starts_from_other_results(tmp_path, arrived):
     again = run(started, out="again").points
     assert again["newton_iterations"][0] <= 2 < first.points["newton_iterations"][0]
     close(again["coefficients"], first.points["coefficients"])
-    edit(started, "first/results.h5", str(arrived[1].folder / "results.h5"))
+    started.edit("first/results.h5", str(arrived[1].folder / "results.h5"))
     nearby = run(started, out="nearby").points
     assert nearby["newton_iterations"][0] < first.points["newton_iterations"][0]
     close(nearby["coefficients"], again["coefficients"], 1e-8)
@@ -444,8 +438,8 @@ def test_damaged_reduced_file_is_made_anew(tmp_path, reduced, name, ranks):
 def test_reduced_file_named_in_the_case_gives_the_same_branch(tmp_path):
     case = cases.several_points(tmp_path, omega=[0.8, 1.2])
     whole = run(case, out="out").points
-    edit(case, 'model = "model.h5"', 'reduced = "out/reduced.h5"')
-    edit(case, "[reduction]\nmodes = 5\n", "")
+    case.edit('model = "model.h5"', 'reduced = "out/reduced.h5"')
+    case.edit("[reduction]\nmodes = 5\n", "")
     done = run(case, out="again")
     assert not (done.folder / "reduced.h5").exists()
     for name in set(whole) - {"seconds"}:
@@ -490,7 +484,7 @@ def test_fewest_and_most_modes(tmp_path, name, ranks):
 
 def test_one_mode_too_many(tmp_path):
     case = cases.dof5(tmp_path, **POINT)
-    edit(case, "modes = 2", "modes = 3")
+    case.edit("modes = 2", "modes = 3")
     err = run(case, status=2).err
     assert "model.h5" in err and "modes = 3" in err and "2 elastic dofs" in err
 

@@ -2,6 +2,7 @@
 // The small model as a harmonic system, and vectors of its unknowns.
 #include "harmonic/dense_model.hpp"
 #include "harmonic/harmonic_system.hpp"
+#include "norms.hpp"
 #include "small_model.hpp"
 #include "support/error.hpp"
 
@@ -36,17 +37,22 @@ inline UniqueVec vector_of(const HarmonicSystem &system, double size, int seed, 
   return y;
 }
 
-inline double norm(Vec v) {
-  PetscReal value;
-  check(VecNorm(v, NORM_2, &value), "");
-  return value;
-}
-
-inline double relative_difference(Vec a, Vec b) {
-  UniqueVec c;
-  check(VecDuplicate(a, c.out()), "");
-  check(VecWAXPY(c, -1, a, b), "");
-  return norm(c) / norm(b);
+/// |x - y| / |y| of residual, and of Jacobian times a vector, between both forms of the linear part, at a motion of
+/// that size.
+inline std::pair<double, double> forms_differ(int samples, const std::vector<Law> &laws, const Damping &damping,
+                                              double size) {
+  HarmonicSystem assembled = small_system(LinearForm::assembled, samples, laws, damping),
+                 modal = small_system(LinearForm::modal, samples, laws, damping);
+  const UniqueVec y = vector_of(modal, size, 3, 1.3), v = vector_of(modal, 1, 5, 0.7),
+                  border = vector_of(modal, 1, 7, 0.2);
+  UniqueVec f = modal.unknowns(), g = modal.unknowns();
+  assembled.residual(y, f), modal.residual(y, g);
+  const double residual = relative_difference(g, f);
+  const UniqueMat A = assembled.matrix(), B = modal.matrix();
+  assembled.jacobian(y, border, A), modal.jacobian(y, border, B);
+  check(MatMult(A, v, f), "");
+  check(MatMult(B, v, g), "");
+  return {residual, relative_difference(g, f)};
 }
 
 } // namespace dovetail::testing

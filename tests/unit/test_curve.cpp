@@ -71,16 +71,3 @@ TEST(Curve, tells_what_lies_between_the_ends_of_a_step) {
   const CurvePoint beyond = scene.at(1.4); // on the other side of resonances
   EXPECT_GT(scene.curve.off_middle(here, beyond), 0.05);
 }
-
-// What is tried in passing gets a part of the settings' iterations, and no line search after that.
-TEST(Curve, impatient_solves_are_short) {
-  HarmonicSystem system(scaled(small_preloaded(PETSC_COMM_WORLD), 0.05, {}), 3, 64, course({0, 20}));
-  SolveCounts counts;
-  ResponseCurve curve(system, {1e-10, 1e-11, 2}, 0.5, true, counts); // contacts that slip take more than two iterations
-  CurvePoint s = curve.point();
-  EXPECT_FALSE(curve.solve_at(0.7, s, 0.5));
-  EXPECT_EQ(counts.newton, 1);
-  EXPECT_FALSE(curve.solve_at(0.7, s));
-  EXPECT_GT(counts.newton, 1 + 2);
-  EXPECT_TRUE(curve.solve_at(0.7, s, 10)) << s.newton.why;
-}

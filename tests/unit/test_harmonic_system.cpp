@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "harmonic/harmonic_system.hpp"
+#include "norms.hpp"
 #include "small_model.hpp"
 #include "support/error.hpp"
 
@@ -37,31 +38,6 @@ UniqueVec motion(const HarmonicSystem &system, double size, int seed, double ome
   if (layout.owns_omega()) own[layout.own_coefficients()] = omega;
   check(VecRestoreArray(y, &own), "");
   return y;
-}
-
-double norm(Vec v) {
-  PetscReal value;
-  check(VecNorm(v, NORM_2, &value), "");
-  return value;
-}
-
-// |J v - extrapolated central difference of the residual along v| / |J v|
-double directional_error(HarmonicSystem &system, Vec y, Vec v) {
-  UniqueVec f = system.unknowns(), slope = system.unknowns(), at = system.unknowns(), border = system.unknowns(),
-            product = system.unknowns();
-  for (const auto &[h, weight] : {std::pair{2e-5, -1.0 / 3}, {1e-5, 4.0 / 3}})
-    for (const double side : {1.0, -1.0}) {
-      check(VecWAXPY(at, side * h, v, y), "");
-      check(VecSet(f, 0), "");
-      system.residual(at, f);
-      check(VecAXPY(slope, side * weight / (2 * h), f), "");
-    }
-  const UniqueMat J = system.matrix();
-  system.jacobian(y, border, J);
-  check(MatMult(J, v, product), "");
-  const double size = norm(product);
-  check(VecAXPY(product, -1, slope), "");
-  return norm(product) / size;
 }
 
 } // namespace

@@ -5,7 +5,8 @@ as the keys of the case file: `dof5(folder, harmonics=3, samples=32, omega=[1, 1
 """
 
 import json
-from dataclasses import dataclass
+import shutil
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import h5py
@@ -54,6 +55,16 @@ class Case:
     structure: Structure
     reduced: reference.Reduced
     settings: dict
+
+    def edit(self, old, new):
+        text = self.path.read_text()
+        assert old in text
+        self.path.write_text(text.replace(old, new))
+
+    def copied(self, folder, without=()):
+        """The same case in another folder, with all files beside it but those named."""
+        shutil.copytree(self.path.parent, folder, ignore=shutil.ignore_patterns(*without))
+        return replace(self, path=folder / self.path.name)
 
     @property
     def contact(self):

@@ -1,0 +1,61 @@
+#include "case/damping_settings.hpp"
+
+#include "case/number_text.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr int most = 1000000000; // mode
+
+void read_ratios(const Document &document, Case &study) {
+  const Entry ratios = document["damping.ratios"], of = document["damping.of"];
+  if (of && (!of.is_words() || of.words() != "stuck"))
+    of.refuse("must be \"stuck\": ratios are those of modes with all contacts closed and stuck");
+  if (of && !ratios) of.refuse("says whose ratios damping.ratios are, which is not given");
+  if (!ratios) return;
+  study.ratios_where = ratios.where();
+  if (!ratios.is_list() || ratios.items().empty())
+    ratios.refuse("must be a list as [[1, 0.002], [2, 0.003]]: mode, ratio");
+  for (const Entry &item : ratios.items()) {
+    if (!item.is_list() || item.items().size() != 2) item.refuse("must be [mode, ratio], as [1, 0.002]");
+    const Entry mode = item.items()[0], ratio = item.items()[1];
+    const ModeRatio read{mode.whole(1, most), ratio.number()};
+    if (read.ratio < 0) ratio.refuse("must not be negative");
+    if (read.ratio > 1) ratio.refuse("must be at most 1, which is critical; 2 % are 0.02");
+    for (const ModeRatio &before : study.damping.ratios)
+      if (before.mode == read.mode) mode.refuse("is there already");
+    study.damping.ratios.push_back(read);
+  }
+}
+
+} // namespace
+
+void read_damping(const Document &document, Case &study) {
+  for (const auto &[key, value] :
+       {std::pair("damping.stiffness", &study.damping.stiffness), std::pair("damping.mass", &study.damping.mass),
+        std::pair("damping.structural", &study.damping.structural)})
+    if (const Entry entry = document[key]) {
+      *value = entry.number();
+      if (*value < 0) entry.refuse("must not be negative");
+    }
+  read_ratios(document, study);
+}
+
+// Hysteretic damping is an equation of each harmonic, with none of a motion in time behind it. With ratios of single
+// modes, motions in time are no sum of motions in the free modes.
+void leave_out_motions_in_time(const Document &document, Case &study) {
+  if (study.damping.acts_in_time()) return;
+  if (study.stability.value_or(false))
+    document["stability.enabled"].refuse(
+        study.damping.structural != 0
+            ? "stability is judged by motions in time, which damping.structural = " +
+                  number_text(study.damping.structural) + " (" + document["damping.structural"].place() +
+                  ") does not have; write false, or damping.stiffness = structural / omega at the resonance in its "
+                  "place"
+            : "stability is not judged with damping.ratios (" + document["damping.ratios"].place() +
+                  "); write false, or damping.stiffness and damping.mass in their place");
+  study.stability = false;
+}
+
+} // namespace dovetail

@@ -1,0 +1,38 @@
+#pragma once
+// Sizes of vectors, and how far a Jacobian is from differences of the residual.
+#include "harmonic/harmonic_system.hpp"
+#include "support/error.hpp"
+
+namespace dovetail::testing {
+
+inline double norm(Vec v) {
+  PetscReal value;
+  check(VecNorm(v, NORM_2, &value), "");
+  return value;
+}
+
+inline double relative_difference(Vec a, Vec b) {
+  UniqueVec c;
+  check(VecDuplicate(a, c.out()), "");
+  check(VecWAXPY(c, -1, a, b), "");
+  return norm(c) / norm(b);
+}
+
+/// |J v - extrapolated central difference of the residual along v| / |J v|
+inline double directional_error(HarmonicSystem &system, Vec y, Vec v) {
+  UniqueVec f = system.unknowns(), slope = system.unknowns(), at = system.unknowns(), product = system.unknowns();
+  const UniqueVec border = system.unknowns();
+  for (const auto &[h, weight] : {std::pair{2e-5, -1.0 / 3}, {1e-5, 4.0 / 3}})
+    for (const double side : {1.0, -1.0}) {
+      check(VecWAXPY(at, side * h, v, y), "");
+      check(VecSet(f, 0), "");
+      system.residual(at, f);
+      check(VecAXPY(slope, side * weight / (2 * h), f), "");
+    }
+  const UniqueMat J = system.matrix();
+  system.jacobian(y, border, J);
+  check(MatMult(J, v, product), "");
+  return relative_difference(slope, product);
+}
+
+} // namespace dovetail::testing
