@@ -84,6 +84,9 @@ class Results:
     ----------
     omega : (n,) array
         Excitation frequency [rad/s]; `frequency` is the same in Hz.
+    parameter : (n,) array or None
+        Of a sweep over another parameter than the frequency, its value at every point; `parameter_name` is its name in the case
+        file, `parameter_unit` "-" for a factor on what the case has.
     harmonics, samples, modes, contact_points : int
         H, N, N_a, N_x; N is 0 where contact forces were evaluated exactly, without samples. H is the largest of any point: a run
         may add harmonics on its way; `points("harmonics")` holds those of each, the rest of its coefficients is zero.
@@ -115,6 +118,7 @@ class Results:
         if "version" in file.attrs and (version := whole(file, "version")) != VERSION:
             raise ValueError(f"version {version} of the results format; this package reads version {VERSION}")
         self.title, self.case, self.units = words(file, "title"), words(file, "case"), words(file, "units", "SI")
+        self.parameter_name, self.parameter_unit = words(file, "parameter"), words(file, "parameter_unit")
         self.harmonics, self.samples, self.modes, self.contact_points = (
             whole(file, key) for key in ("harmonics", "samples", "modes", "contact_points"))
         reduced = words(file, "reduced")
@@ -137,7 +141,7 @@ class Results:
             self._points[name] = self._points[name].astype(np.float64)
             if not np.all(np.isfinite(self._points[name])):
                 raise ValueError(f"/points/{name} is not finite everywhere")
-        self.omega = self._points["omega"]
+        self.omega, self.parameter = self._points["omega"], self._points.get("parameter")
         self.stable = self.multiplier = self.instability = None
         if "stable" in points:
             self.stable, self.multiplier, self.instability = (

@@ -33,7 +33,7 @@ Follower::Follower(HarmonicSystem &system, const NewtonSettings &newton, const B
 }
 
 BranchSummary Follower::run(Vec y) {
-  summary_.omega = settings_.from;
+  summary_.parameter = settings_.from;
   if (const int motions = system_->loose_body().motions(); motions > 0)
     notify(BranchEvent::Kind::start,
            "the structure is held by its joint alone in " + std::to_string(motions) +
@@ -46,7 +46,8 @@ BranchSummary Follower::run(Vec y) {
       if (summary_.end != End::interrupted) summary_.end = End::no_start, summary_.why = why;
       return summary_;
     }
-    how_ = "no solution was found at the first frequency: begun at this one" + (how_.empty() ? "" : "; " + how_);
+    how_ = "no solution was found at the first " + parameter_name() + ": begun at this one" +
+           (how_.empty() ? "" : "; " + how_);
   }
   if (!how_.empty()) notify(BranchEvent::Kind::start, how_, settings_.from);
   summary_.why.clear();
@@ -92,7 +93,7 @@ BranchSummary Follower::follow(bool between) {
     else if (!ended_)
       after_step();
   }
-  summary_.omega = here_.parameter;
+  summary_.parameter = here_.parameter;
   summary_.farthest = stands_farthest() ? here_.parameter : farthest_->parameter;
   return summary_;
 }
@@ -143,9 +144,9 @@ Follower::Outcome Follower::after_step() {
   if (!ended_ && winds()) leave_windings();
   if (!ended_ && drift_.drifts()) {
     drift_.forget();
-    const std::string why =
-        "from here on the curve is a straight line at one frequency, along which mean positions change and nothing "
-        "else: any of them is a solution, and beyond the body walks away";
+    const std::string why = "from here on the curve is a straight line at one " + parameter_name() +
+                            ", along which mean positions change and nothing "
+                            "else: any of them is a solution, and beyond the body walks away";
     if (!recovers(Failure::Kind::drifting, why, here_.parameter)) end(End::stalled, why);
   }
   count_estimates();

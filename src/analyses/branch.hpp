@@ -1,5 +1,5 @@
 #pragma once
-// Pseudo-arc-length continuation of the periodic response over Omega (docs/theory/equations.md, section 8).
+// Pseudo-arc-length continuation of the periodic response over its parameter (docs/theory/equations.md, section 8).
 #include <functional>
 #include <string>
 #include <vector>
@@ -12,9 +12,9 @@
 
 namespace dovetail {
 
-/// All frequencies, lengths and amplitudes in scaled numbers.
+/// All values of the parameter, lengths and amplitudes in scaled numbers.
 struct BranchSettings {
-  double from = 0, to = 0; ///< equal: one point
+  double from = 0, to = 0; ///< of the parameter of the equations; equal: one point
   double step = 0;         ///< first arc length
   bool adaptive = true;    ///< false: `step` throughout, as the original
   int max_points = 1;
@@ -31,9 +31,9 @@ struct BranchSettings {
 };
 
 struct BranchPoint {
-  Vec y;                        ///< [X; Omega], scaled; valid during the call only
+  Vec y;                        ///< [X; parameter], scaled; valid during the call only
   const HarmonicSystem &system; ///< whose unknowns y are: harmonics may be added on the way
-  double omega;                 ///< scaled
+  double parameter;             ///< scaled
   double arclength;             ///< along the branch so far, plain norm of the scaled unknowns
   Corrector::Outcome newton;
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
@@ -62,7 +62,7 @@ struct BranchEvent {
     outside      ///< the curve leaves the sweep at its beginning: points there are not given
   } kind;
   std::string text;
-  double omega;         ///< scaled
+  double parameter;     ///< scaled
   double amplitude = 0; ///< of the watched dof, scaled; of the places only
 };
 
@@ -86,16 +86,17 @@ struct BranchSummary {
     no_start
   } end = End::arrived;
   Counts counts;
-  double omega = 0;    ///< where it ended, scaled
-  double farthest = 0; ///< nearest to the end of the sweep since the last leap
-  std::string why;     ///< when it did not arrive
+  double parameter = 0; ///< where it ended, scaled
+  double farthest = 0;  ///< nearest to the end of the sweep since the last leap
+  std::string why;      ///< when it did not arrive
   bool good() const {
     return end == End::arrived || end == End::max_points || end == End::peaks || end == End::amplitude;
   }
 };
 
-/// Follows the branch from the solution near y (whose Omega is set to settings.from) to settings.to, or goes on from
-/// `state` of an interrupted run with the same settings. Every accepted point goes to the observer at once. Collective.
+/// Follows the branch from the solution near y (whose parameter is set to settings.from) to settings.to, or goes on
+/// from `state` of an interrupted run with the same settings. Every accepted point goes to the observer at once.
+/// Collective.
 BranchSummary follow_branch(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings, Vec y,
                             const BranchObserver &observer, const BranchState *state = nullptr);
 

@@ -42,6 +42,8 @@ private:
   void notify(BranchEvent::Kind kind, const std::string &text, double omega, double amplitude = 0);
   Outcome end(End how, const std::string &why = "");
   bool farther(double omega) const;
+  std::string parameter_name() const { return system_->parameter().kind().name; }
+  std::string at_key() const { return parameter_name() == "frequency" ? "continuation.at" : "path.at"; }
   bool stands_farthest() const { return farther(here_.parameter); }
   void recall_activity();
   double plain_length(Vec t) const;
@@ -106,7 +108,7 @@ private:
   void take_system(HarmonicSystem &system);
   void adopt(std::unique_ptr<HarmonicSystem> system);
   bool rebuild(std::unique_ptr<HarmonicSystem> system, int most = 0);
-  int needed_harmonics(double omega) const;
+  int needed_harmonics(double value);
   bool solve_finer(const SteadyState &steady, double omega);
   double integration_left() const;
   std::string difference() const;

@@ -8,7 +8,7 @@
 namespace dovetail {
 namespace {
 
-constexpr double most_beyond = 0.5; // of the sweep, and of its first frequency: so far a curve is followed before it
+constexpr double most_beyond = 0.5; // of the sweep, and of its first value: so far a curve is followed before it
 
 } // namespace
 
@@ -51,13 +51,14 @@ Follower::Outcome Follower::pass(Vec normal, double step, double plain, bool at_
     notify(BranchEvent::Kind::outside,
            "the curve leaves the sweep at its beginning: points beyond are not stored, the next is where it comes back",
            here_.parameter);
+  const double room = settings_.from > 0 ? std::min(unit_, settings_.from) : unit_; // before the sweep
   arclength_ += step * plain;
   std::swap(here_, trial_);
   amplitude_ = next, between_ = between;
   if (const double w = trial_.parameter; direction_ * (here_.parameter - w) < 0 && farther(w)) note(farthest_, trial_);
   if (!outside)
     report(here_, arclength_, verdict_ ? &*verdict_ : nullptr);
-  else if (beyond_start(here_.parameter) > most_beyond * std::min(unit_, settings_.from))
+  else if (beyond_start(here_.parameter) > most_beyond * room)
     return end(End::turned_back, "the branch turned back, left the sweep at its beginning and did not come back");
   return Outcome::on;
 }

@@ -30,7 +30,7 @@ std::string in_words(Stability::Kind kind) {
 // have two between them that its ends do not show: then the frequency gained is less than by a rate that changes
 // steadily from one end to the other, and points in between are asked.
 std::vector<std::optional<Follower::Place>> Follower::find_folds(Vec normal, double step, bool at_corner) {
-  const auto rate_of = [&](CurvePoint &s) { return system_->omega(s.t); };
+  const auto rate_of = [&](CurvePoint &s) { return system_->parameter_in(s.t); };
   const double rate = rate_of(here_), next = rate_of(trial_), largest = std::max(std::abs(rate), std::abs(next)),
                missing = ((rate + next) / 2 - (trial_.parameter - here_.parameter) / step) * (rate > 0 ? 1 : -1);
   std::vector<std::optional<Place>> folds;
@@ -154,7 +154,8 @@ bool Follower::find_wanted(Vec normal, const PieceEnd &from, const PieceEnd &to,
       return false;
     } else {
       ++summary_.counts.missed;
-      notify(BranchEvent::Kind::missed, "no solution at this frequency of continuation.at: " + place.at.newton.why, w);
+      notify(BranchEvent::Kind::missed,
+             "no solution at this " + parameter_name() + " of " + at_key() + ": " + place.at.newton.why, w);
     }
   }
   return true;
@@ -171,9 +172,11 @@ bool Follower::solve_wanted(Vec normal, const CurvePoint &a, const CurvePoint &b
 }
 
 std::optional<Stability> Follower::judge(const CurvePoint &s) {
-  if (stability_) return stability_->judge(all_coefficients(system_->layout(), s.y), s.parameter);
-  if (large_stability_) return large_stability_->judge(s.y);
-  return std::nullopt;
+  if (!stability_ && !large_stability_) return std::nullopt;
+  system_->set(s.parameter);
+  if (stability_ && system_->parameter().kind().changes_joint) begin_stability(); // of the joint there
+  if (stability_) return stability_->judge(all_coefficients(system_->layout(), s.y), system_->setting().omega);
+  return large_stability_->judge(s.y);
 }
 
 void Follower::begin_stability() {
@@ -218,7 +221,7 @@ void Follower::find_stability_change(Vec normal, double step, bool at_corner, st
 Follower::Outcome Follower::report_places(std::vector<Place> &found, double plain, bool at_corner) {
   using Kind = Place::Kind;
   const auto folds = std::count_if(found.begin(), found.end(), [](const Place &p) { return p.kind == Kind::fold; });
-  bool higher = (system_->omega(trial_.t) > 0) == (folds % 2 == 1); // after the first of them
+  bool higher = (system_->parameter_in(trial_.t) > 0) == (folds % 2 == 1); // after the first of them
   for (Place &place : found) {
     CurvePoint &s = place.at;
     const std::optional<Stability> stability = judge(s);
@@ -227,7 +230,8 @@ Follower::Outcome Follower::report_places(std::vector<Place> &found, double plai
     case Kind::fold:
       ++summary_.counts.folds;
       notify(BranchEvent::Kind::fold,
-             std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") + " frequencies",
+             std::string("turning point: the curve goes on towards ") + (higher ? "higher" : "lower") +
+                 " values of the " + parameter_name(),
              s.parameter, place.amplitude);
       higher = !higher;
       cluster_.folded(s.parameter);

@@ -59,7 +59,7 @@ bool Follower::first_point(double omega) {
   starting_ = true, how_.clear();
   bool found = curve_->solve_at(omega, here_);
   if (!found) {
-    summary_.why = "no solution was found at the first frequency: " + here_.newton.why + difference();
+    summary_.why = "no solution was found at the first " + parameter_name() + ": " + here_.newton.why + difference();
     found = recovers(Failure::Kind::no_start, summary_.why, omega);
     how_ = "Newton does not converge from rest; the first point comes from " + how_;
   }
@@ -99,12 +99,13 @@ bool Follower::integrate_at(double omega, double share) {
   if (system_->layout().dofs() > most_integrated || !system_->scaled().damping.acts_in_time() ||
       !(integration_left() > 0))
     return false;
+  if (!system_->set(omega)) return false;
   IntegrationSettings settings{std::max(system_->harmonics(), needed_harmonics(omega))};
   settings.periods = most_periods;
   settings.work = std::min(settings.work, share * integration_left());
   std::vector<double> start; // rest, for a first point
   if (!starting_) start = all_coefficients(system_->layout(), here_.y);
-  const SteadyState steady = steady_state(dense_model(*system_), omega, start, settings);
+  const SteadyState steady = steady_state(dense_model(*system_), system_->setting().omega, start, settings);
   integrating_ += steady.work;
   if (!steady.settled) return false;
   how_ = "time integration";
@@ -156,10 +157,11 @@ bool Follower::solve_by_simpler(double omega) {
 }
 
 // By the rule that H Omega should reach twice the frequency of the closed contact; as far as size allows.
-int Follower::needed_harmonics(double omega) const {
+int Follower::needed_harmonics(double value) {
   const Layout &layout = system_->layout();
   if (layout.dofs() > most_integrated) return 0;
-  const double wanted = std::ceil(2 * closed_contact_frequency(dense_model(*system_)) / omega);
+  if (!system_->set(value)) return 0;
+  const double wanted = std::ceil(2 * closed_contact_frequency(dense_model(*system_)) / system_->setting().omega);
   return static_cast<int>(std::min(wanted, (most_unknowns / static_cast<double>(layout.dofs()) - 1) / 2));
 }
 
@@ -224,7 +226,7 @@ void Follower::go_on(const Failure &failure, bool integrated) {
   for (const double w : settings_.at)
     if ((w - reached) * (w - next) < 0) {
       ++summary_.counts.missed;
-      notify(BranchEvent::Kind::missed, "this frequency of continuation.at is left out by a leap", w);
+      notify(BranchEvent::Kind::missed, "this " + parameter_name() + " of " + at_key() + " is left out by a leap", w);
     }
   if (direction_ < 0) turn(here_);
   ++(integrated ? summary_.counts.integrations : summary_.counts.leaps);

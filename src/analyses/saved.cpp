@@ -40,7 +40,7 @@ void Follower::archive_vector(Archive &archive, const char *name, Vec y) const {
   std::vector<double> numbers;
   if (!archive.restores()) {
     numbers = all_coefficients(system_->layout(), y);
-    numbers.push_back(system_->omega(y));
+    numbers.push_back(system_->parameter_in(y));
   }
   archive.field(name, numbers);
   if (!archive.restores()) return;
@@ -63,7 +63,7 @@ void Follower::archive_points(Archive &archive) {
       archive.field("sign", (*place)->sign);
       archive_vector(archive, "y", (*place)->y);
       archive_vector(archive, "t", (*place)->t);
-      (*place)->parameter = system_->omega((*place)->y);
+      (*place)->parameter = system_->parameter_in((*place)->y);
     });
 }
 
@@ -79,7 +79,7 @@ BranchState Follower::state() {
   check(VecRestoreArray(largest, &own), "saving a state");
   const std::vector<double> all = all_coefficients(layout, largest);
   for (std::size_t i = 0; i < all.size(); i += layout.width) state.largest.push_back(all[i]);
-  state.y.push_back(here_.parameter), state.tangent.push_back(system_->omega(here_.t));
+  state.y.push_back(here_.parameter), state.tangent.push_back(system_->parameter_in(here_.t));
 
   Archive saved;
   archive(saved);

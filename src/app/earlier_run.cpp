@@ -76,11 +76,12 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
     throw InputError(file.place("/points/coefficients") + ": the model had another size when this run began" + anew);
   if (!holds(file, "/points/omega", run.branch.counts.points) || !holds(file, "/events/omega", run.events))
     throw InputError(results.string() + ": holds fewer points than " + path.string() + " knows of" + anew);
-  const double here = run.branch.y.back() * run.scales.frequency;
-  if ((study.omega_to - here) * (study.omega_to - study.omega_from) <= 0)
-    throw InputError(study.given.at("continuation.omega") + ": continuation.omega ends at " +
-                     number_text(study.omega_to) + " rad/s, but the run stands at " + number_text(here) + " already" +
-                     anew);
+  const CurveRange range = study.range();
+  const double here = run.branch.y.back() * run.scales.of(range.parameter);
+  if ((range.to - here) * (range.to - range.from) <= 0)
+    throw InputError(study.given.at(range.key) + ": " + range.key + " ends at " +
+                     place_text(range.parameter, range.to) + ", but the run stands at " + number_text(here) +
+                     " already" + anew);
   return run;
 }
 

@@ -1,20 +1,15 @@
 #include "app/ending.hpp"
 
-#include <cstdio>
-
 #include "app/earlier_run.hpp"
+#include "results/summary.hpp"
 #include "support/signals.hpp"
 
 namespace dovetail {
 
-std::string in_words(const BranchSummary &summary, const Case &study, double frequency_scale, int signal) {
+std::string in_words(const BranchSummary &summary, const Case &study, double scale, int signal) {
   using End = BranchSummary::End;
-  const auto place = [&](double omega) {
-    char words[64];
-    std::snprintf(words, sizeof words, "%.8g rad/s", omega * frequency_scale);
-    return std::string(words);
-  };
-  const std::string where = place(summary.omega);
+  const auto place = [&](double value) { return place_text(study.range().parameter, value * scale, "%.8g"); };
+  const std::string where = place(summary.parameter);
   const std::string so_far =
       "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();
   switch (summary.end) {

@@ -40,10 +40,10 @@ double modal_forces(const BranchPoint &point) {
 }
 
 // Size of what remains at rest: the load.
-double load_of(HarmonicSystem &system, double omega) {
+double load_of(HarmonicSystem &system, double parameter) {
   UniqueVec y = system.unknowns(), f = system.unknowns();
   const Layout &layout = system.layout();
-  if (layout.owns_omega()) check(VecSetValue(y, layout.unknowns() - 1, omega, INSERT_VALUES), "judging the load");
+  if (layout.owns_omega()) check(VecSetValue(y, layout.unknowns() - 1, parameter, INSERT_VALUES), "judging the load");
   check(VecAssemblyBegin(y), "judging the load");
   check(VecAssemblyEnd(y), "judging the load");
   system.residual(y, f);
@@ -69,12 +69,13 @@ double watched_scale(const Case &study, const Layout &layout, const Scales &scal
 
 BranchSettings settings_of(const Case &study, const Layout &layout, const Scales &scales) {
   BranchSettings settings;
-  settings.from = study.omega_from / scales.frequency;
-  settings.to = study.omega_to / scales.frequency;
+  const CurveRange range = study.range();
+  const double scale = scales.of(range.parameter);
+  settings.from = range.from / scale, settings.to = range.to / scale;
   settings.step = study.step;
   settings.adaptive = study.adaptive;
   settings.max_points = study.max_points;
-  for (const double omega : study.at) settings.at.push_back(omega / scales.frequency);
+  for (const double wanted : study.at) settings.at.push_back(wanted / scale);
   settings.watched = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
   settings.stop_after_peaks = study.stop_after_peaks;
   settings.stop_at_amplitude = study.stop_at_amplitude / watched_scale(study, layout, scales);
@@ -91,13 +92,18 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
                 SavedRun begin, Stages &stages, const Voice &voice) {
   const MPI_Comm comm = preloaded.reduced.comm;
   const std::string unit = preloaded.reduced.units == "SI" ? "m" : "length";
+  const CurveRange range = study.range();
+  std::shared_ptr<VariedPreload> varied;
   HarmonicSystem system = stages.run("4 scaling", [&] {
     const Scales scales = earlier ? earlier->scales : choose_scales(study, preloaded);
-    return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
-                          study.loads, study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
+    ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
+    if (range.parameter.changes_joint) varied = std::make_shared<VariedPreload>(model.model);
+    return HarmonicSystem(std::move(model), study.harmonics, study.samples, study.loads,
+                          study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   const Scales &scales = system.scales();
-  const double w0 = scales.frequency, amplitude_unit = watched_scale(study, system.layout(), scales);
+  system.vary(ResponseParameter(range.parameter, study.omega_from / scales.frequency), varied);
+  const double scale = scales.of(range.parameter), amplitude_unit = watched_scale(study, system.layout(), scales);
   const BranchSettings settings = settings_of(study, system.layout(), scales);
   UniqueVec y = system.unknowns();
   if (earlier)
@@ -105,16 +111,17 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   else if (!study.start.empty())
     start_from(study.start, study.omega_from, system.layout(), scales, y);
 
-  std::vector<double> named{study.omega_from, study.omega_to}; // come out as the user wrote them, to the last bit
+  std::vector<double> named{range.from, range.to}; // come out as the user wrote them, to the last bit
   named.insert(named.end(), study.at.begin(), study.at.end());
-  const auto user_omega = [&](double omega) {
+  const auto user_value = [&](double value) {
     for (const double wanted : named)
-      if (omega == wanted / w0) return wanted;
-    return omega * w0;
+      if (value == wanted / scale) return wanted;
+    return value * scale;
   };
-  const double load = load_of(system, study.omega_from / w0);
+  const auto user_omega = [&](double value) { return study.path ? study.omega_from : user_value(value); };
+  const double load = load_of(system, settings.from);
   int points = earlier ? earlier->branch.counts.points : 0;
-  Progress progress(voice.speaks(), system.layout(), unit, points);
+  Progress progress(voice.speaks(), system.layout(), unit, range.parameter, points);
   progress.heading();
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));
@@ -123,22 +130,22 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   BranchObserver observer;
   observer.point = [&](const BranchPoint &point) {
     if (without_bound(point, load))
-      throw ComputeError("at " + number_text(user_omega(point.omega)) +
+      throw ComputeError("at " + number_text(user_omega(point.parameter)) +
                          " rad/s an eigenfrequency is excited and nothing damps it: the motion is so large that "
                          "rounding errors are more than a thousandth of the load. Give damping.stiffness, or leave "
                          "this frequency out. The " +
                          std::to_string(points) + " points before are in " + results_of(study).string());
     const double now = MPI_Wtime();
     PointRecord record = collect(point, now - clock);
-    record.omega = user_omega(point.omega);
+    record.omega = user_omega(point.parameter), record.parameter = user_value(point.parameter);
     results.append(record);
     progress.point(record);
     ++points, clock = now;
   };
   observer.event = [&](const BranchEvent &event) {
-    results.append(EventRecord{static_cast<int>(event.kind), points - 1, user_omega(event.omega),
-                               event.amplitude * amplitude_unit});
-    progress.event(event, w0);
+    results.append(EventRecord{static_cast<int>(event.kind), points - 1, user_omega(event.parameter),
+                               event.amplitude * amplitude_unit, user_value(event.parameter)});
+    progress.event(event, scale);
   };
   observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };
   observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };
@@ -147,11 +154,11 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
                          observer, earlier ? &earlier->branch : nullptr);
   });
-  story.frequency_scale = w0;
+  story.parameter = &range.parameter, story.scale = scale, story.omega = study.omega_from;
   story.events = results.events();
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
   if (beyond_belief(comm, story) && system.layout().dofs() <= most_judged)
-    story.closed_contact_frequency = w0 * closed_contact_frequency(dense_model(system));
+    story.closed_contact_frequency = scales.frequency * closed_contact_frequency(dense_model(system));
   story.length_unit = unit;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();

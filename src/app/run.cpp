@@ -59,6 +59,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     refuse_foreign_files(study, request.reduce_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
+    check_path(study, checked.contact);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
@@ -87,8 +88,10 @@ std::string in_words(const Damping &damping) {
                                    : "damping.ratios: stability is not judged, and nothing is integrated in time";
 }
 
-std::string in_words(const SavedRun &earlier) {
-  return "restart: goes on at " + number_text(earlier.branch.y.back() * earlier.scales.frequency) + " rad/s after " +
+std::string in_words(const SavedRun &earlier, const Case &study) {
+  const PathParameter &parameter = study.range().parameter;
+  return "restart: goes on at " +
+         place_text(parameter, earlier.branch.y.back() * earlier.scales.of(parameter), "%.17g") + " after " +
          std::to_string(earlier.branch.counts.points) + " points";
 }
 
@@ -105,7 +108,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   describe(std::cout, checked.sizes);
   if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
   if (const std::string note = in_words(study.damping); !note.empty()) std::cout << note << "\n";
-  if (checked.earlier) std::cout << in_words(*checked.earlier) << "\n";
+  if (checked.earlier) std::cout << in_words(*checked.earlier, study) << "\n";
 }
 
 // The job; ends with summary.json written unless it throws.
@@ -162,7 +165,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
   followed.keeper.finish(cut_off ? "" : name_of(story.summary.end)); // last: ended, nothing is missing
   const std::string message =
-      in_words(story.summary, study, story.frequency_scale, followed.signal) +
+      in_words(story.summary, study, story.scale, followed.signal) +
       (followed.kept ? "" : "; the results of the run before stay in " + results_of(study).string());
   if (!story.summary.good()) throw ComputeError(message);
   voice.say(message);
@@ -195,7 +198,7 @@ void run_case(MPI_Comm comm, const Request &request) {
   voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
             (study.title.empty() ? "" : ": " + study.title));
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
-  if (checked.earlier) voice.say(in_words(*checked.earlier));
+  if (checked.earlier) voice.say(in_words(*checked.earlier, study));
   voice.say(in_words(study.damping));
   Stages stages;
   try {

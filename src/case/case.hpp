@@ -11,6 +11,7 @@
 
 #include "case/damping.hpp"
 #include "contact/contact_point.hpp"
+#include "contact/path_parameter.hpp"
 #include "recovery/strategies.hpp"
 
 namespace dovetail {
@@ -65,6 +66,19 @@ struct Watch {
   std::string where;  ///< place in the case file, for messages
 };
 
+/// A sweep over another parameter than the frequency: [path].
+struct Path {
+  const PathParameter *parameter = nullptr;
+  double from = 0, to = 0; ///< factors, or an offset of the gap [m]
+};
+
+/// What the curve is followed over, and how far.
+struct CurveRange {
+  const PathParameter &parameter;
+  double from, to;
+  const char *key; ///< that gives it
+};
+
 /// How the harmonic balance is solved: [harmonic_balance] solver.
 enum class SolverKind { modal, assembled };
 
@@ -100,11 +114,12 @@ struct Case {
   ScalingKind scaling = ScalingKind::automatic;
   double scale_frequency = 0, scale_modal = 0, scale_contact = 0; ///< w0, alpha, beta when manual
 
-  double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point
-  double step = 0.02;                  ///< first arc length, in the scaled variables
+  double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point, or the frequency of a path
+  std::optional<Path> path;
+  double step = 0.02; ///< first arc length, in the scaled variables
   bool adaptive = true;
   int max_points = 20000;
-  std::vector<double> at;      ///< frequencies wanted exactly [rad/s], in order of the sweep
+  std::vector<double> at;      ///< values of the parameter wanted exactly, in order of the sweep
   std::filesystem::path start; ///< results file to begin from, or empty
   Watch watch;
   int stop_after_peaks = 0;     ///< 0: never
@@ -123,6 +138,11 @@ struct Case {
 
   std::map<std::string, std::string>
       given; ///< key -> "case.toml:12" or "--out", of every key that is not left at its default
+
+  CurveRange range() const {
+    if (path) return {*path->parameter, path->from, path->to, "path.range"};
+    return {frequency_parameter(), omega_from, omega_to, "continuation.omega"};
+  }
 };
 
 /// Reads and checks case.toml. `out` (from --out) overrides output.directory; empty: not given. Throws
@@ -132,6 +152,9 @@ Case read_case(const std::filesystem::path &file, const std::filesystem::path &o
 /// The settings in force for each of `n` contact points: case file first, else what the model file gave.
 /// Throws InputError naming the place when a length is wrong or a parameter is missing.
 std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model, int n);
+
+/// Throws InputError where the path of a case is over what these contact points have not.
+void check_path(const Case &study, const std::vector<ContactPoint> &points);
 
 /// Throws InputError where a load of the case is none of `patterns`, which are those of `file`.
 void check_patterns(const Case &study, const std::vector<std::string> &patterns, const std::filesystem::path &file);

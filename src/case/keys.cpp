@@ -110,18 +110,25 @@ const std::vector<Key> &keys() {
       {"scaling.contact", "m", [](C c) { return manual(c, c.scale_contact); }},
       {"continuation.omega", "rad/s",
        [](C c) {
-         return numbers_text({c.omega_from, c.omega_to});
+         return c.path ? "" : numbers_text({c.omega_from, c.omega_to});
        }},
       {"continuation.step", "-", [](C c) { return number_text(c.step); }},
       {"continuation.adaptive", "", [](C c) { return std::string(c.adaptive ? "true" : "false"); }},
       {"continuation.max_points", "-", [](C c) { return std::to_string(c.max_points); }},
-      {"continuation.at", "rad/s", [](C c) { return numbers_text(c.at); }},
+      {"continuation.at", "rad/s", [](C c) { return c.path ? "" : numbers_text(c.at); }},
       {"continuation.start", "", [](C c) { return c.start.empty() ? "zero" : c.start.string(); }},
       {"continuation.watch", "", [](C c) { return c.watch.name.empty() ? "what moves most" : c.watch.name; }},
       {"continuation.stop_after_peaks", "-",
        [](C c) { return c.stop_after_peaks ? std::to_string(c.stop_after_peaks) : std::string("never"); }},
       {"continuation.stop_at_amplitude", "m",
        [](C c) { return c.stop_at_amplitude > 0 ? number_text(c.stop_at_amplitude) : std::string("never"); }},
+      {"path.parameter", "", [](C c) { return std::string(c.path ? c.path->parameter->name : ""); }},
+      {"path.range", "-",
+       [](C c) {
+         return c.path ? numbers_text({c.path->from, c.path->to}) : "";
+       }},
+      {"path.omega", "rad/s", [](C c) { return c.path ? number_text(c.omega_from) : ""; }},
+      {"path.at", "-", [](C c) { return c.path ? numbers_text(c.at) : ""; }},
       {"recovery.strategies", "", [](C c) { return c.strategies.text(); }},
       {"recovery.allow_branch_change", "", [](C c) { return std::string(c.allow_branch_change ? "true" : "false"); }},
       {"recovery.work", "", [](C c) { return number_text(c.work); }},

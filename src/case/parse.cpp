@@ -11,7 +11,7 @@
 #include "case/document.hpp"
 #include "case/keys.hpp"
 #include "case/load_settings.hpp"
-#include "case/number_text.hpp"
+#include "case/path_settings.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -191,8 +191,8 @@ void read_scaling(const Document &document, Case &study) {
   }
 }
 
-void read_continuation(const Document &document, Case &study) {
-  const Entry omega = document["continuation.omega"], adaptive = document["continuation.adaptive"];
+void read_sweep(const Document &document, Case &study) {
+  const Entry omega = document["continuation.omega"];
   if (!omega) document.missing("continuation.omega", "omega = [from, to] in rad/s");
   if (!omega.is_list()) omega.refuse("must be [from, to]; for one point, write the same number twice");
   const auto ends = omega.numbers();
@@ -203,26 +203,17 @@ void read_continuation(const Document &document, Case &study) {
     omega.refuse("the ends differ in their last digits only, and no points lie between; for one point, write the same "
                  "number twice");
   study.omega_from = ends[0], study.omega_to = ends[1];
+  read_wanted(document["continuation.at"], study.omega_from, study.omega_to, "continuation.omega", study);
+}
 
+void read_continuation(const Document &document, Case &study) {
+  read_path(document, study);
+  if (!study.path) read_sweep(document, study);
+  const Entry adaptive = document["continuation.adaptive"];
   read_positive(document["continuation.step"], study.step);
   if (adaptive) study.adaptive = adaptive.truth();
   read_whole(document["continuation.max_points"], study.max_points, 1, most);
   read_input_file(document["continuation.start"], study, study.start);
-
-  const Entry at = document["continuation.at"];
-  if (!at) return;
-  const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
-  for (const auto &item : at.items()) {
-    const double wanted = item.number();
-    if (wanted < low || wanted > high)
-      item.refuse("outside continuation.omega = [" + number_text(study.omega_from) + ", " +
-                  number_text(study.omega_to) + "]");
-    if (!study.at.empty() &&
-        (study.omega_to < study.omega_from ? wanted >= study.at.back() : wanted <= study.at.back()))
-      item.refuse("must come in the order of the sweep, each once; the entry before is " +
-                  number_text(study.at.back()));
-    study.at.push_back(wanted);
-  }
 }
 
 // Names as in python/dovetail/results.py.

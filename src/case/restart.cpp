@@ -23,6 +23,7 @@ const std::set<std::string> no_matter = {"title",
                                          "reduction.check_modes",
                                          "reduction.memory",
                                          "continuation.at",
+                                         "path.at",
                                          "continuation.start",
                                          "output.directory",
                                          "output.motion"};
@@ -56,16 +57,17 @@ std::string problem_of(const Case &study, const std::vector<ContactPoint> &point
   std::string text;
   for (const Key &key : keys()) {
     if (!key.text || limits.count(key.name) || no_matter.count(key.name)) continue;
-    text += std::strcmp(key.name, "continuation.omega") == 0 // the end may move
-                ? line("continuation.omega, from", number_text(study.omega_from)) +
-                      line("continuation.omega, direction", study.omega_to < study.omega_from ? "down" : "up")
+    const CurveRange range = study.range();
+    text += std::strcmp(key.name, range.key) == 0 // the end may move
+                ? line(std::string(range.key) + ", from", number_text(range.from)) +
+                      line(std::string(range.key) + ", direction", range.to < range.from ? "down" : "up")
                 : line(key.name, key.text(study));
   }
   return text + line("contact", fingerprint(points));
 }
 
 std::string limits_of(const Case &study) {
-  std::string text = line("continuation.omega, to", number_text(study.omega_to));
+  std::string text = line(std::string(study.range().key) + ", to", number_text(study.range().to));
   for (const Key &key : keys())
     if (limits.count(key.name)) text += line(key.name, key.text(study));
   return text;

@@ -1,4 +1,6 @@
 // What a case leaves open until the size of the model is known.
+#include <algorithm>
+
 #include "case/case.hpp"
 #include "support/error.hpp"
 
@@ -12,6 +14,19 @@ int watched_dof(const Case &study, int modes, int points) {
     throw InputError(watch.where + " = \"" + watch.name + "\": the model has " +
                      (mode ? std::to_string(modes) + " modes" : std::to_string(points) + " contact points"));
   return mode ? watch.number - 1 : modes + 3 * (watch.number - 1) + watch.direction;
+}
+
+void check_path(const Case &study, const std::vector<ContactPoint> &points) {
+  if (!study.path || !study.path->parameter->changes_joint) return;
+  const std::string name = study.path->parameter->name,
+                    place = study.given.at("path.parameter") + ": path.parameter = \"" + name + "\": ";
+  const auto any = [&](auto &&wanted) { return std::any_of(points.begin(), points.end(), wanted); };
+  if (points.empty()) throw InputError(place + "the model has no contact points");
+  const bool rubs = any([](const ContactPoint &p) { return has_friction(p.law); }),
+             about_friction = name.rfind("friction", 0) == 0 || name.rfind("tangential", 0) == 0;
+  if (about_friction && !rubs) throw InputError(place + "no contact point has friction, by contact.law");
+  if ((name == "friction_1" || name == "friction_2") && any([](const ContactPoint &p) { return p.law == Law::cone; }))
+    throw InputError(place + "points of law cone have one friction for both directions; write \"friction\"");
 }
 
 void check_ratios(const Case &study, int dofs) {

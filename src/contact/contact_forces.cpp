@@ -56,6 +56,32 @@ void ContactForces::evaluate(const double *X, double *G, bool derivative) {
   }
 }
 
+void ContactForces::change(std::vector<ContactPoint> points, std::vector<Standstill> standstill) {
+  points_ = std::move(points), standstill_ = std::move(standstill);
+}
+
+void ContactForces::by_parameter(const double *X, const EquivalentMotion &equivalent, const std::vector<Memory> &memory,
+                                 double *out) const {
+  const int n = coefficient_count(harmonics_);
+  std::vector<double> motion(3 * n), rubbed(3 * n);
+  for (int p = 0; p < size(); ++p, X += 3 * n, out += 3 * n) {
+    const Standstill &rest = standstill_[p];
+    for (int d = 0; d < 3; ++d) {
+      const double from = d < 2 ? rest.w[d] : points_[p].gap;
+      for (int i = 0; i < n; ++i) motion[d * n + i] = equivalent.all[d] * X[d * n + i];
+      motion[d * n] += 2 * (equivalent.all[d] * (rest.x[d] - from) + (d < 2 ? -memory[p][d] : equivalent.closing));
+    }
+    linear_[p].multiply(points_[p], motion.data(), out);
+    if (equivalent.friction == std::array<double, 2>{}) continue;
+    std::fill_n(motion.begin(), 2 * n, 0.0);
+    std::copy_n(X + 2 * n, n, motion.begin() + 2 * n);
+    motion[2 * n] += 2 * (rest.x[2] - points_[p].gap);
+    linear_[p].multiply(points_[p], motion.data(), rubbed.data());
+    for (int d = 0; d < 2; ++d)
+      for (int i = 0; i < n; ++i) out[d * n + i] += equivalent.friction[d] * rubbed[d * n + i];
+  }
+}
+
 void ContactForces::multiply(const double *V, double *out) const {
   const int width = 3 * coefficient_count(harmonics_);
   for (int p = 0; p < size(); ++p) linear_[p].multiply(points_[p], V + p * width, out + p * width);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/activity.hpp"
+#include "contact/contact_change.hpp"
 #include "contact/law.hpp"
 #include "contact/linearisation.hpp"
 
@@ -20,6 +21,9 @@ public:
 
   int size() const { return static_cast<int>(points_.size()); }
   const std::vector<ContactPoint> &points() const { return points_; }
+  const std::vector<Standstill> &standstill() const { return standstill_; }
+  /// Other parameters of the same laws, and what they stand on. Forces wait for the next motion.
+  void change(std::vector<ContactPoint> points, std::vector<Standstill> standstill);
 
   /// X (points, 3, 2H+1): motion measured from the standstill, rows t1, t2, n; G the same shape: coefficients of
   /// g(x + x_p) - g(x_p), NaN where X is not finite. Without `derivative`, write() and multiply() must wait for the
@@ -34,6 +38,11 @@ public:
     linear_[point].write(points_[point], which, count, blocks);
   }
   void multiply(const double *V, double *out) const;
+
+  /// out (points, 3, 2H+1): derivative of the forces by a parameter, at the last motion evaluated, which was X.
+  /// `memory`: by how much it moves the sliders of the standstill, (points).
+  void by_parameter(const double *X, const EquivalentMotion &equivalent, const std::vector<Memory> &memory,
+                    double *out) const;
 
   /// True if that derivative is springs only: stuck_springs(), the point being closed and stuck all through the period.
   bool springs_only(int point) const { return linear_[point].springs_only || points_[point].law == Law::bilateral; }

@@ -43,12 +43,18 @@ DenseModel dense_model(const HarmonicSystem &system) {
     LoadCase all{all_of(layout.comm, std::vector<double>(load.vector.begin(), contact)), load.fourier};
     const std::vector<double> fx = all_of(layout.comm, std::vector<double>(contact, load.vector.end()));
     all.vector.insert(all.vector.end(), fx.begin(), fx.end());
+    for (double &f : all.fourier) f *= system.setting().load;
     dense.loads.push_back(std::move(all));
+  }
+  if (const std::vector<double> forces = all_of(layout.comm, system.constant()); !forces.empty()) {
+    LoadCase constant{std::vector<double>(layout.modes, 0.0), {-2}}; // a load that is -1 in the mean, a0 / 2
+    constant.vector.insert(constant.vector.end(), forces.begin(), forces.end());
+    dense.loads.push_back(std::move(constant));
   }
   dense.file = scaled.model.reduced.file;
   dense.damping = scaled.damping;
-  dense.contact = all_of(layout.comm, scaled.model.contact);
-  dense.standstill = all_of(layout.comm, scaled.model.standstill);
+  dense.contact = all_of(layout.comm, system.contact());
+  dense.standstill = all_of(layout.comm, system.standstill());
   return dense;
 }
 

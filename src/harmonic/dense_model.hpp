@@ -19,7 +19,7 @@ struct DenseModel {
   int dofs() const { return modes + 3 * points; }
 };
 
-/// Collective; memory n^2 on every rank.
+/// At the parameter that the system was set to last. Collective; memory n^2 on every rank.
 DenseModel dense_model(const HarmonicSystem &system);
 
 /// All coefficients (n, 2H+1) of y on every rank, in that order, and back, from any number of harmonics. Collective.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "harmonic/assembled.hpp"
 #include "harmonic/dense_model.hpp"
@@ -60,7 +61,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
 HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples)
     : scaled_(like.scaled_), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
       form_(like.form_), loads_(like.loads_), left_out_loads_(like.left_out_loads_), loose_(like.loose_),
-      parameter_(like.parameter_->clone()),
+      parameter_(like.parameter_), preload_(like.preload_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(like.linear_->like(layout_)) {
   fit_courses();
@@ -95,18 +96,35 @@ UniqueVec HarmonicSystem::unknowns() const {
   return y;
 }
 
-double HarmonicSystem::omega(Vec y) const {
+double HarmonicSystem::parameter_in(Vec y) const {
   const double *own;
-  check(VecGetArrayRead(y, &own), "reading Omega");
-  const double value = shared_omega(own);
-  check(VecRestoreArrayRead(y, &own), "reading Omega");
+  check(VecGetArrayRead(y, &own), "reading the parameter");
+  const double value = shared_parameter(own);
+  check(VecRestoreArrayRead(y, &own), "reading the parameter");
   return value;
 }
 
-double HarmonicSystem::shared_omega(const double *own) const {
+double HarmonicSystem::shared_parameter(const double *own) const {
   double value = layout_.owns_omega() ? own[layout_.own_coefficients()] : 0;
   MPI_Bcast(&value, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
   return value;
+}
+
+void HarmonicSystem::vary(ResponseParameter parameter, std::shared_ptr<VariedPreload> preload) {
+  parameter_ = parameter, preload_ = std::move(preload), value_.reset();
+}
+
+bool HarmonicSystem::set(double value) {
+  if (value_ == value) return true;
+  value_ = value, setting_ = parameter_.at(value);
+  if (!parameter_.kind().changes_joint) return true;
+  contact_.clear();
+  const bool found = preload_->solve(setting_);
+  if (found)
+    forces_.change(preload_->contact(), preload_->standstill()), constant_ = preload_->constant();
+  else
+    value_.reset(), constant_.assign(3 * layout_.own_points.size(), std::numeric_limits<double>::quiet_NaN());
+  return found;
 }
 
 void HarmonicSystem::products(const double *q) {
@@ -137,8 +155,9 @@ void HarmonicSystem::residual(Vec y, Vec f) {
   const double *q;
   double *out;
   check(VecGetArrayRead(y, &q), "evaluating the residual");
-  const auto [omega, factor] = parameter_->at(shared_omega(q));
-  const DynamicStiffness of_structure = structure(omega);
+  set(shared_parameter(q));
+  const double factor = setting_.load;
+  const DynamicStiffness of_structure = structure(setting_.omega);
   products(q);
   const std::vector<double> &u = stiffness_force_, &v = inertia_force_;
   check(VecGetArray(f, &out), "evaluating the residual");
@@ -156,7 +175,9 @@ void HarmonicSystem::residual(Vec y, Vec f) {
     if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
       out[i] += of_structure.turn(k) * (place % 2 ? damping_force_[i + 1] : -damping_force_[i - 1]);
   evaluate_contact(q);
-  for (std::size_t i = 0; i < force_.size(); ++i) out[layout_.own_point_offset(0) + i] += force_[i];
+  double *contact = out + layout_.own_point_offset(0);
+  for (std::size_t i = 0; i < force_.size(); ++i) contact[i] += force_[i];
+  for (std::size_t i = 0; i < constant_.size(); ++i) contact[i * n] += 2 * constant_[i];
   check(VecRestoreArray(f, &out), "evaluating the residual");
   check(VecRestoreArrayRead(y, &q), "evaluating the residual");
 }
@@ -164,16 +185,41 @@ void HarmonicSystem::residual(Vec y, Vec f) {
 void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   const double *q, *last;
   check(VecGetArrayRead(y, &q), "evaluating the Jacobian");
-  const Setting now = parameter_->at(shared_omega(q));
+  set(shared_parameter(q));
   products(q);
   evaluate_contact(q);
+  differentiate(q);
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
-  column_.resize(layout_.own_coefficients());
-  parameter_->derivative(*this, now, column_);
   adrift_ = loose_.motions() > 0 && hold_adrift();
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
-  linear_->fill(J, {structure(now.omega), forces_, adrift_ ? held_.data() : nullptr, column_.data(), last});
+  linear_->fill(J, {structure(setting_.omega), forces_, adrift_ ? held_.data() : nullptr, column_.data(), last});
   check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
+}
+
+// At the motion q, whose products and contact forces are there.
+void HarmonicSystem::differentiate(const double *q) {
+  const Setting slope = parameter_.slope();
+  const DynamicStiffness here = structure(setting_.omega);
+  const std::vector<double> &u = stiffness_force_, &v = inertia_force_, &w = damping_force_;
+  const auto turned = [](const std::vector<double> &of, std::size_t i, int place) { // times the imaginary unit
+    return place == 0 ? 0 : place % 2 ? of[i + 1] : -of[i - 1];
+  };
+  column_.assign(layout_.own_coefficients(), 0.0);
+  const int n = layout_.width;
+  for (std::size_t i = 0; i < column_.size() && slope.omega != 0; ++i) { // eq (13)
+    const int place = static_cast<int>(i % n), k = (place + 1) / 2;
+    column_[i] = -here.inertia_slope(k) * v[i] + here.loss_slope(k) * turned(u, i, place) +
+                 here.drag_slope(k) * turned(v, i, place);
+    if (!w.empty()) column_[i] += k * turned(w, i, place);
+  }
+  for (std::size_t i = 0; i < column_.size() && slope.load != 0; ++i)
+    column_[i] -= slope.load * force_coefficient(loads_, i / n, i % n);
+  if (!parameter_.kind().changes_joint) return;
+  const PetscInt first = layout_.own_point_offset(0);
+  forces_.by_parameter(q + first, {setting_.contact, slope.contact}, preload_->memory_slope(setting_, slope),
+                       &column_[first]);
+  const std::vector<double> &r = scaled_.model.reduced.r;
+  for (std::size_t i = 0; i < r.size(); ++i) column_[first + i * n] += 2 * slope.preload * r[i];
 }
 
 // Part of each spring on the diagonal of the constant parts, where contact itself gives none.

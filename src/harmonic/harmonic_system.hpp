@@ -1,11 +1,14 @@
 #pragma once
 // Harmonic balance of the scaled reduced model: residual of eqs (11)-(12) and its exact derivative by [X; Omega].
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "harmonic/linear_part.hpp"
 #include "harmonic/load_case.hpp"
 #include "harmonic/loose_body.hpp"
 #include "harmonic/response_parameter.hpp"
+#include "preload/varied_preload.hpp"
 #include "scaling/scaled_model.hpp"
 
 namespace dovetail {
@@ -24,9 +27,16 @@ public:
   /// The same equations with other harmonics or samples, in the modal form. Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
-  /// From here on the last unknown is that, in place of Omega.
-  void vary(std::unique_ptr<ResponseParameter> parameter) { parameter_ = std::move(parameter); }
-  const ResponseParameter &parameter() const { return *parameter_; }
+  /// From here on the last unknown is that, in place of Omega. `preload`: of this model, where it changes the joint.
+  void vary(ResponseParameter parameter, std::shared_ptr<VariedPreload> preload = nullptr);
+  const ResponseParameter &parameter() const { return parameter_; }
+  /// The equations are those at that value of it; false where the joint has no state of preload. Collective.
+  bool set(double value);
+  const Setting &setting() const { return setting_; }                                ///< at the value set last
+  const std::vector<ContactPoint> &contact() const { return forces_.points(); }      ///< own points, there
+  const std::vector<Standstill> &standstill() const { return forces_.standstill(); } ///< likewise
+  /// (3 own) constant force on the contact dofs, there; empty where the joint does not change.
+  const std::vector<double> &constant() const { return constant_; }
 
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }
@@ -37,8 +47,8 @@ public:
   const std::vector<LoadCase> &loads() const { return loads_; }                   ///< by own dof
   const std::vector<LoadCase> &left_out_loads() const { return left_out_loads_; } ///< by mode of LeftOut
 
-  UniqueVec unknowns() const; ///< y = [X; parameter], zero
-  double omega(Vec y) const;  ///< last unknown, on every rank. Collective.
+  UniqueVec unknowns() const;       ///< y = [X; parameter], zero
+  double parameter_in(Vec y) const; ///< last unknown, on every rank. Collective.
 
   /// f = residual of eq (11); its last entry, the parameter's row, is left alone. Collective.
   void residual(Vec y, Vec f);
@@ -73,7 +83,8 @@ private:
   void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, likewise
   bool hold_adrift();
   void fit_courses(); // to the harmonics
-  double shared_omega(const double *own) const;
+  double shared_parameter(const double *own) const;
+  void differentiate(const double *q); // column_ = d residual / d parameter
 
   ScaledModel scaled_;
   Layout layout_;
@@ -82,7 +93,11 @@ private:
   std::vector<LoadCase> loads_, left_out_loads_;
   LooseBody loose_;
   bool adrift_ = false;
-  std::unique_ptr<ResponseParameter> parameter_ = std::make_unique<FrequencyParameter>();
+  ResponseParameter parameter_;
+  std::shared_ptr<VariedPreload> preload_;
+  Setting setting_;
+  std::optional<double> value_;  // of the parameter, in setting_
+  std::vector<double> constant_; // (3 own), or empty
   ContactForces forces_;
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
   std::unique_ptr<LinearPart> linear_;

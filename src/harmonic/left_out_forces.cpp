@@ -15,14 +15,16 @@ constexpr double least_resistance = 0.1;
 
 } // namespace
 
-double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual) {
+double left_out_forces(HarmonicSystem &system, Vec y, Vec residual) {
   const Layout &layout = system.layout();
   const LeftOut &left = system.scaled().model.reduced.left_out;
   const PetscInt r = static_cast<PetscInt>(left.squares.size()), n = layout.width, modes = layout.own_modes.size();
   const auto mass = [&](PetscInt d) { // (r) that an own dof has in common with them
     return d < modes ? &left.with_modes[(layout.own_modes.begin + d) * r] : &left.coupling[(d - modes) * r];
   };
-  const DynamicStiffness structure = system.structure(system.omega(y));
+  system.set(system.parameter_in(y));
+  const DynamicStiffness structure = system.structure(system.setting().omega);
+  const double factor = system.setting().load;
   std::vector<double> z(r * n, 0.0); // M_lx x + M_la a, then the modes' motion: (r, 2H+1)
   const double *q;
   double *out, squares = 0;
@@ -38,8 +40,8 @@ double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual) {
                    d = structure.quadrature(k, left.squares[j], 1), a = structure.in_phase(k, left.squares[j], 1);
       const double stiffness = std::abs(a) < least ? std::copysign(least, a) : a, size = stiffness * stiffness + d * d;
       double &c = z[j * n + cosine(k)], &s = z[j * n + sine(k)];
-      const double fc = force_coefficient(system.left_out_loads(), j, cosine(k)) + w2 * c - drag * s,
-                   fs = force_coefficient(system.left_out_loads(), j, sine(k)) + w2 * s + drag * c;
+      const double fc = force_coefficient(system.left_out_loads(), j, cosine(k), factor) + w2 * c - drag * s,
+                   fs = force_coefficient(system.left_out_loads(), j, sine(k), factor) + w2 * s + drag * c;
       c = (stiffness * fc - d * fs) / size, s = (stiffness * fs + d * fc) / size;
       squares += c * c + s * s;
     }

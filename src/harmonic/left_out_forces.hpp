@@ -8,6 +8,6 @@ namespace dovetail {
 
 /// `residual` becomes what would be added to the residual of y, both of `system`, if the modes left out were in it.
 /// Their own motion: root of the sum of squares of its coefficients [1], without means. Collective.
-double left_out_forces(const HarmonicSystem &system, Vec y, Vec residual);
+double left_out_forces(HarmonicSystem &system, Vec y, Vec residual);
 
 } // namespace dovetail

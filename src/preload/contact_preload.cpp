@@ -1,171 +1,10 @@
 #include "preload/contact_preload.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <utility>
 
-#include "support/error.hpp"
-#include "support/mumps.hpp"
+#include "preload/preload_problem.hpp"
 
 namespace dovetail {
-namespace {
-
-// load * R + K_xx x + g(x) = 0; with `stuck` the laws are replaced by their springs, closed and sticking.
-class PreloadProblem {
-public:
-  PreloadProblem(const ReducedModel &model, const std::vector<ContactPoint> &contact)
-      : model_(model), contact_(contact) {
-    const PetscInt own = model.own_contact_dofs(), all = model.contact_dofs(), first = 3 * model.own_points.begin;
-    std::vector<PetscInt> columns(all);
-    for (PetscInt j = 0; j < all; ++j) columns[j] = j;
-    for (UniqueMat *A : {&stiffness_, &jacobian_}) {
-      check(MatCreateAIJ(model.comm, own, own, all, all, all, nullptr, all, nullptr, A->out()), "contact preload");
-      check(MatSetOption(*A, MAT_IGNORE_OFF_PROC_ENTRIES, PETSC_TRUE), "contact preload");
-      for (PetscInt i = 0; i < own; ++i) {
-        const PetscInt row = first + i;
-        check(MatSetValues(*A, 1, &row, all, columns.data(), &model.kxx[static_cast<std::size_t>(i) * all],
-                           INSERT_VALUES),
-              "contact preload");
-      }
-      check(MatAssemblyBegin(*A, MAT_FINAL_ASSEMBLY), "contact preload");
-      check(MatAssemblyEnd(*A, MAT_FINAL_ASSEMBLY), "contact preload");
-    }
-    check(MatCreateVecs(stiffness_, residual_.out(), nullptr), "contact preload");
-    check(SNESCreate(model.comm, snes_.out()), "contact preload");
-    check(SNESSetOptionsPrefix(snes_, "preload_"), "contact preload");
-    check(SNESSetFunction(snes_, residual_, &residual, this), "contact preload");
-    check(SNESSetJacobian(snes_, jacobian_, jacobian_, &jacobian, this), "contact preload");
-    check(SNESSetTolerances(snes_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 60, 10000), "contact preload");
-    check(SNESSetConvergenceTest(snes_, &converged, this, nullptr), "contact preload");
-    KSP ksp;
-    check(SNESGetKSP(snes_, &ksp), "contact preload");
-    factor_by_lu(ksp, jacobian_);
-    SNESLineSearch search;
-    check(SNESGetLineSearch(snes_, &search), "contact preload");
-    check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC), "contact preload");
-    check(SNESSetFromOptions(snes_), "contact preload");
-  }
-
-  UniqueVec unknown() const {
-    UniqueVec x;
-    check(VecDuplicate(residual_, x.out()), "contact preload");
-    return x;
-  }
-
-  // Newton from x, which is left alone unless it converges. The tolerance is relative to the forces at work.
-  bool solve(Vec x, double load, bool stuck) {
-    load_ = load, stuck_ = stuck, before_ = INFINITY;
-    UniqueVec trial = unknown();
-    check(VecCopy(x, trial), "contact preload");
-    const PetscErrorCode code = SNESSolve(snes_, nullptr, trial);
-    courier_.rethrow();
-    check(code, "contact preload");
-    SNESConvergedReason reason;
-    check(SNESGetConvergedReason(snes_, &reason), "contact preload");
-    if (reason == SNES_DIVERGED_LINEAR_SOLVE) {
-      KSP ksp;
-      check(SNESGetKSP(snes_, &ksp), "contact preload");
-      recover_lu(ksp, jacobian_);
-    }
-    if (reason > 0) check(VecCopy(trial, x), "contact preload");
-    return reason > 0;
-  }
-
-private:
-  // At the tolerance, or where round-off holds the residual above it: there Newton repeats itself.
-  static PetscErrorCode converged(SNES, PetscInt, PetscReal, PetscReal, PetscReal f, SNESConvergedReason *reason,
-                                  void *context) {
-    auto &self = *static_cast<PreloadProblem *>(context);
-    const double before = std::exchange(self.before_, f);
-    *reason = SNES_CONVERGED_ITERATING;
-    if (!std::isfinite(f))
-      *reason = SNES_DIVERGED_FNORM_NAN;
-    else if (f <= 1e-13 * self.force_ || (f <= 1e-10 * self.force_ && f > before / 2))
-      *reason = SNES_CONVERGED_FNORM_ABS;
-    return 0;
-  }
-
-  static PetscErrorCode residual(SNES, Vec x, Vec f, void *context) {
-    auto &self = *static_cast<PreloadProblem *>(context);
-    return self.courier_.run([&] {
-      check(MatMult(self.stiffness_, x, f), "contact preload");
-      const double *at;
-      double *out, force = 0; // of R, and of the springs of the points that are closed
-      check(VecGetArrayRead(x, &at), "contact preload");
-      check(VecGetArray(f, &out), "contact preload");
-      for (std::size_t p = 0; p < self.contact_.size(); ++p) {
-        const StaticForce g = self.law(p, at + 3 * p);
-        for (int d = 0; d < 3; ++d) {
-          const double load = self.load_ * self.model_.r[3 * p + d];
-          out[3 * p + d] += g.force[d] + load;
-          force += load * load;
-        }
-        // An open point's spring is not at work, however far it is from closing.
-        if (g.slope[2][2] > 0) force += std::pow(self.contact_[p].kn * self.contact_[p].gap, 2);
-      }
-      MPI_Allreduce(MPI_IN_PLACE, &force, 1, MPI_DOUBLE, MPI_SUM, self.model_.comm);
-      self.force_ = std::max(std::sqrt(force), 1e-287);
-      check(VecRestoreArray(f, &out), "contact preload");
-      check(VecRestoreArrayRead(x, &at), "contact preload");
-    });
-  }
-
-  static PetscErrorCode jacobian(SNES, Vec x, Mat J, Mat, void *context) {
-    auto &self = *static_cast<PreloadProblem *>(context);
-    return self.courier_.run([&] {
-      check(MatCopy(self.stiffness_, J, SAME_NONZERO_PATTERN), "contact preload");
-      const double *at;
-      check(VecGetArrayRead(x, &at), "contact preload");
-      for (std::size_t p = 0; p < self.contact_.size(); ++p) {
-        const StaticForce g = self.law(p, at + 3 * p);
-        const PetscInt first = 3 * (self.model_.own_points.begin + static_cast<PetscInt>(p));
-        const PetscInt rows[] = {first, first + 1, first + 2};
-        check(MatSetValues(J, 3, rows, 3, rows, g.slope[0].data(), ADD_VALUES), "contact preload");
-      }
-      check(VecRestoreArrayRead(x, &at), "contact preload");
-      check(MatAssemblyBegin(J, MAT_FINAL_ASSEMBLY), "contact preload");
-      check(MatAssemblyEnd(J, MAT_FINAL_ASSEMBLY), "contact preload");
-    });
-  }
-
-  StaticForce law(std::size_t p, const double *x) const {
-    const ContactPoint &point = contact_[p];
-    if (!stuck_) return static_force(point, x);
-    StaticForce g;
-    for (int d = 0; d < 2 && has_friction(point.law); ++d) g.force[d] = point.kt[d] * x[d], g.slope[d][d] = point.kt[d];
-    g.force[2] = point.kn * (x[2] - point.gap), g.slope[2][2] = point.kn;
-    return g;
-  }
-
-  const ReducedModel &model_;
-  const std::vector<ContactPoint> &contact_;
-  UniqueMat stiffness_, jacobian_;
-  UniqueVec residual_;
-  UniqueSNES snes_;
-  Courier courier_;
-  double load_ = 1, force_ = 1, before_ = 0; // force_: those at work; before_: residual of the iteration before
-  bool stuck_ = false;
-};
-
-bool load_in_steps(PreloadProblem &problem, Vec x) { // x: solution with the joint stuck, scaled along
-  double reached = 0, step = 0.1;
-  bool first = true;
-  UniqueVec trial = problem.unknown();
-  while (reached < 1 && step > 1e-4) {
-    const double next = std::min(1.0, reached + step);
-    check(VecCopy(x, trial), "contact preload");
-    if (first) check(VecScale(trial, next), "contact preload");
-    if (problem.solve(trial, next, false)) {
-      check(VecCopy(trial, x), "contact preload");
-      reached = next, step *= 2, first = false;
-    } else {
-      step /= 4;
-    }
-  }
-  return reached == 1;
-}
-
-} // namespace
 
 PreloadedModel contact_preload(ReducedModel reduced, std::vector<ContactPoint> contact,
                                const std::vector<double> &initial, std::string &note) {
@@ -178,22 +17,11 @@ PreloadedModel contact_preload(ReducedModel reduced, std::vector<ContactPoint> c
   check(VecGetArray(x, &values), "contact preload");
   std::copy(initial.begin(), initial.end(), values);
   check(VecRestoreArray(x, &values), "contact preload");
-  if (!problem.solve(x, 1, false)) {
-    note = "contact preload: plain Newton failed, started again from the closed and sticking joint";
-    const bool stuck = problem.solve(x, 1, true);
-    UniqueVec from_stuck = problem.unknown();
-    check(VecCopy(x, from_stuck), "contact preload");
-    if (!(stuck && problem.solve(x, 1, false))) {
-      note = "contact preload: plain Newton failed, loaded in steps";
-      if (!(stuck && load_in_steps(problem, from_stuck)))
-        throw ComputeError("contact preload (eq 7) found no equilibrium: K_xx x + g(x) = -R has no solution Newton "
-                           "could reach, also loaded "
-                           "in steps. A body held by its joint alone must be pressed against it: check the sign of "
-                           "/preload and of the "
-                           "normals (positive x_n closes), contact.gap, and try preload.initial.");
-      check(VecCopy(from_stuck, x), "contact preload");
-    }
-  }
+  if (!problem.find(x, 1, note))
+    throw ComputeError("contact preload (eq 7) found no equilibrium: K_xx x + g(x) = -R has no solution Newton could "
+                       "reach, also loaded in steps. A body held by its joint alone must be pressed against it: check "
+                       "the sign of /preload and of the normals (positive x_n closes), contact.gap, and try "
+                       "preload.initial.");
   const double *found;
   check(VecGetArrayRead(x, &found), "contact preload");
   for (std::size_t p = 0; p < out.contact.size(); ++p) {

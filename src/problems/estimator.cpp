@@ -119,7 +119,7 @@ double Estimator::correct() {
   check(KSPSolve(ksp_, residual_, correction_), doing);
   check(KSPGetConvergedReason(ksp_, &reason), doing);
   check(VecAXPY(y_, -1, correction_), doing);
-  if (reason > 0) return std::hypot(size(correction_) / motion_, finer_->omega(correction_) / omega_unit_);
+  if (reason > 0) return std::hypot(size(correction_) / motion_, finer_->parameter_in(correction_) / omega_unit_);
   finer_->recover(ksp_, jacobian_);
   return std::numeric_limits<double>::quiet_NaN();
 }

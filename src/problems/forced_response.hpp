@@ -17,7 +17,7 @@ struct ResponseData : PointData {
 class ForcedResponse : public Problem {
 public:
   explicit ForcedResponse(HarmonicSystem &system)
-      : system_(system), parameter_{system.parameter().name(), system.parameter().unit()} {}
+      : system_(system), parameter_{system.parameter().kind().name, system.parameter().kind().unit} {}
 
   const Parameter &parameter() const override { return parameter_; }
   UniqueVec unknowns() const override { return system_.unknowns(); }
@@ -25,7 +25,7 @@ public:
   std::unique_ptr<BorderedJacobian> jacobian() override;
   std::unique_ptr<ArcLengthMetric> metric(double unit, bool weighted) const override;
   std::shared_ptr<PointData> describe() override;
-  bool is_admissible(double value) const override { return value > 0; }
+  bool is_admissible(double value) const override { return value > 0 || !system_.parameter().kind().positive(); }
   bool is_smooth() const override { return system_.samples() == exactly; } ///< sampled contact forces make teeth
   /// By dofs and coefficients: alike for any sharing out and number of harmonics.
   std::array<double, projections> projected(Vec y) const override;

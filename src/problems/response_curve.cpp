@@ -20,7 +20,7 @@ double ResponseCurve::left_out(const CurvePoint &s) {
   // across the curve: what lies along it does not count
   const auto product = [&](Vec a, Vec b) {
     return swing_product(system.layout(), a, b) / (motion * motion) +
-           system.omega(a) * system.omega(b) / (unit_ * unit_);
+           system.parameter_in(a) * system.parameter_in(b) / (unit_ * unit_);
   };
   const double along = product(c, s.t), across = product(c, c) - along * along / product(s.t, s.t);
   return std::hypot(std::sqrt(std::max(0.0, across)),

@@ -37,7 +37,8 @@ PointRecord collect(const BranchPoint &point, double seconds) {
   const HarmonicSystem &system = point.system;
   const Layout &layout = system.layout();
   PointRecord record;
-  record.omega = point.omega * system.scales().frequency;
+  record.omega = system.parameter().at(point.parameter).omega * system.scales().frequency;
+  record.parameter = point.parameter * system.scales().of(system.parameter().kind());
   record.arclength = point.arclength;
   record.harmonics = system.harmonics();
   record.located = point.located;

@@ -18,6 +18,7 @@ struct ContactRecord {
 /// Complete on rank 0 only.
 struct PointRecord {
   double omega = 0;     ///< [rad/s]
+  double parameter = 0; ///< what is followed over, where that is not the frequency
   double arclength = 0; ///< scaled
   int harmonics = 0;
   int located = 0; ///< 1: within a step
@@ -40,6 +41,7 @@ struct EventRecord {
   int point = 0;        ///< the last point before it, or the point that it is
   double omega = 0;     ///< [rad/s]
   double amplitude = 0; ///< of the watched unknown [user units]; 0 unless it is a place on the curve
+  double parameter = 0; ///< where it is not the frequency
 };
 
 /// Of a point, how far it is from the exact curve.
@@ -47,6 +49,7 @@ struct EstimateRecord {
   double omega = 0;                              ///< [rad/s]
   double harmonics = 0, sampling = 0, modes = 0; ///< see ErrorEstimate
   double between = 0;                            ///< see BranchPoint
+  double parameter = 0;                          ///< where it is not the frequency
 
   double total() const { return harmonics + sampling + modes; }
 };

@@ -10,18 +10,20 @@ namespace dovetail {
 
 class Progress {
 public:
-  /// `speaks`: rank 0 only. `length_unit`: shown behind the amplitude. `points`: already there, of earlier parts.
-  Progress(bool speaks, const Layout &layout, std::string length_unit, int points);
+  /// `speaks`: rank 0 only. `length_unit`: shown behind the amplitude. `parameter`: what is followed over. `points`:
+  /// already there, of earlier parts.
+  Progress(bool speaks, const Layout &layout, std::string length_unit, const PathParameter &parameter, int points);
 
   void heading() const;
   void point(const PointRecord &record);
-  void event(const BranchEvent &event, double frequency_scale);
+  void event(const BranchEvent &event, double scale); ///< of the parameter
 
 private:
   double elapsed() const;
   bool speaks_, terminal_;
   PetscInt modes_;
   std::string length_unit_;
+  const PathParameter &parameter_;
   std::chrono::steady_clock::time_point begin_, last_line_;
   int points_;
   double before_ = -1; // progress at the first point seen

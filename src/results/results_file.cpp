@@ -134,6 +134,10 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
   file_->attribute("samples", study.samples);
   file_->attribute("modes", model.modes);
   file_->attribute("contact_points", model.points);
+  if (study.path) {
+    file_->attribute("parameter", study.path->parameter->name);
+    file_->attribute("parameter_unit", study.path->parameter->unit);
+  }
 }
 
 void ResultsFile::write_model(const PreloadedModel &preloaded) {
@@ -198,6 +202,8 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   real("stick", &PointRecord::stick);
   real("slip", &PointRecord::slip);
   real("open", &PointRecord::open);
+  over_path_ = study.path.has_value();
+  if (over_path_) real("parameter", &PointRecord::parameter);
   real("omega", &PointRecord::omega); // grows last: who sees a frequency finds all that belongs to it
 
   const auto event = [&](const std::string &name, hid_t type, auto EventRecord::*value) {
@@ -207,6 +213,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   event("kind", H5T_NATIVE_INT, &EventRecord::kind);
   event("point", H5T_NATIVE_INT, &EventRecord::point);
   event("amplitude", H5T_NATIVE_DOUBLE, &EventRecord::amplitude);
+  if (over_path_) event("parameter", H5T_NATIVE_DOUBLE, &EventRecord::parameter);
   event("omega", H5T_NATIVE_DOUBLE, &EventRecord::omega);
   std::string names;
   for (const char *name : event_names()) names += (names.empty() ? "" : " ") + std::string(name);
@@ -249,16 +256,18 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
                sampling = old.doubles("/points/error_sampling", first, points),
                modes = modes_estimated_ ? old.doubles("/points/error_modes", first, points)
                                         : std::vector<double>(kept.points, 0.0),
-               between = old.doubles("/points/error_between", first, points);
+               between = old.doubles("/points/error_between", first, points),
+               parameter = over_path_ ? old.doubles("/points/parameter", first, points) : at;
     for (hsize_t i = 0; i < kept.points; ++i)
-      estimates_.push_back({at[i], harmonics[i], sampling[i], modes[i], between[i]});
+      estimates_.push_back({at[i], harmonics[i], sampling[i], modes[i], between[i], parameter[i]});
   }
   const h5::Extent from{0}, count{kept.events};
   const auto kinds = old.integers("/events/kind", from, count), at = old.integers("/events/point", from, count);
   const auto omegas = old.doubles("/events/omega", from, count),
-             amplitudes = old.doubles("/events/amplitude", from, count);
+             amplitudes = old.doubles("/events/amplitude", from, count),
+             parameters = over_path_ ? old.doubles("/events/parameter", from, count) : omegas;
   for (hsize_t i = 0; i < kept.events; ++i)
-    events_.push_back({static_cast<int>(kinds[i]), static_cast<int>(at[i]), omegas[i], amplitudes[i]});
+    events_.push_back({static_cast<int>(kinds[i]), static_cast<int>(at[i]), omegas[i], amplitudes[i], parameters[i]});
 }
 
 void ResultsFile::widen(hsize_t width) {
@@ -278,8 +287,8 @@ void ResultsFile::append(const PointRecord &point) {
     file_->flush();
     if (!named_) take_name();
     if (estimated_)
-      estimates_.push_back(
-          {point.omega, point.harmonics_error, point.sampling_error, point.modes_error, point.between_error});
+      estimates_.push_back({point.omega, point.harmonics_error, point.sampling_error, point.modes_error,
+                            point.between_error, point.parameter});
   });
 }
 

@@ -63,7 +63,7 @@ private:
   std::vector<Column<PointRecord>> columns_;           // coefficients first
   std::vector<Column<EventRecord>> event_columns_;
   std::vector<EventRecord> events_;
-  bool estimated_ = false, modes_estimated_ = false;
+  bool estimated_ = false, modes_estimated_ = false, over_path_ = false;
   std::vector<EstimateRecord> estimates_;
 };
 

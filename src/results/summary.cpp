@@ -46,12 +46,14 @@ std::string number(const char *format, double value) {
 using Kind = BranchEvent::Kind;
 
 // The places of one kind as a JSON list.
-std::string places(const std::vector<EventRecord> &events, Kind kind, bool amplitude) {
+std::string places(const BranchStory &story, Kind kind, bool amplitude) {
+  const bool path = story.parameter != &frequency_parameter();
   std::string out = "[";
-  for (const EventRecord &event : events) {
+  for (const EventRecord &event : story.events) {
     if (event.kind != static_cast<int>(kind)) continue;
     out += (out.size() > 1 ? ", " : "") + std::string("{\"point\": ") + std::to_string(event.point) +
            ", \"omega\": " + number("%.17g", event.omega);
+    if (path) out += ", \"parameter\": " + number("%.17g", event.parameter);
     if (amplitude) out += ", \"amplitude\": " + number("%.17g", event.amplitude);
     out += "}";
   }
@@ -70,11 +72,15 @@ struct Accuracy {
   double between = 0, before = 0; // largest error of the amplitude between points, and the frequency after it
 };
 
+template <class Record> double value_of(const BranchStory &story, const Record &record) {
+  return story.parameter == &frequency_parameter() ? record.omega : record.parameter;
+}
+
 Accuracy accuracy_of(const BranchStory &story) {
   Accuracy found;
   std::vector<double> totals;
   for (const EstimateRecord &estimate : story.estimates) {
-    if (estimate.between > found.between) found.between = estimate.between, found.before = estimate.omega;
+    if (estimate.between > found.between) found.between = estimate.between, found.before = value_of(story, estimate);
     const double total = estimate.total();
     if (!std::isfinite(total)) {
       ++found.unknown;
@@ -91,7 +97,7 @@ Accuracy accuracy_of(const BranchStory &story) {
     found.harmonics = std::max(found.harmonics, estimate.harmonics);
     found.sampling = std::max(found.sampling, estimate.sampling);
     found.modes = std::max(found.modes, estimate.modes);
-    if (total > found.largest) found.largest = total, found.omega = estimate.omega;
+    if (total > found.largest) found.largest = total, found.omega = value_of(story, estimate);
   }
   std::sort(totals.begin(), totals.end());
   if (!totals.empty()) found.most_points = totals[static_cast<std::size_t>(0.95 * double(totals.size() - 1))];
@@ -122,13 +128,17 @@ std::string in_json(const BranchStory &story) {
     out += "  " + quoted(name) + ": " + std::to_string(count) + ",\n";
   });
   out += accuracy_in_json(story);
-  out += "  \"last_omega\": " + number("%.17g", branch.omega * story.frequency_scale) +
+  const double last = branch.parameter * story.scale;
+  const bool sweep = story.parameter == &frequency_parameter();
+  if (!sweep)
+    out += "  \"parameter\": " + quoted(story.parameter->name) + ",\n  \"last_parameter\": " + number("%.17g", last) +
+           ",\n";
+  out += "  \"last_omega\": " + number("%.17g", sweep ? last : story.omega) +
          ",\n  \"parts\": " + std::to_string(story.parts) +
          ",\n  \"branch_seconds\": " + number("%.6g", story.seconds_all_parts) + ",\n  \"located\": {\n";
-  out += "    \"peaks\": " + places(story.events, Kind::peak, true) +
-         ",\n    \"folds\": " + places(story.events, Kind::fold, true) +
-         ",\n    \"branch_points\": " + places(story.events, Kind::branch, false) +
-         ",\n    \"stability_changes\": " + places(story.events, Kind::stability, false) + "\n  },\n";
+  out += "    \"peaks\": " + places(story, Kind::peak, true) + ",\n    \"folds\": " + places(story, Kind::fold, true) +
+         ",\n    \"branch_points\": " + places(story, Kind::branch, false) +
+         ",\n    \"stability_changes\": " + places(story, Kind::stability, false) + "\n  },\n";
   return out;
 }
 
@@ -141,8 +151,8 @@ void tell_accuracy(const BranchStory &story) {
   const Accuracy found = accuracy_of(story);
   const int points = static_cast<int>(story.estimates.size());
   if (found.unknown < points)
-    std::printf("  estimated errors: at most %.1e (at %.9g rad/s), %.1e or less at 95 %% of the points%s\n",
-                found.largest, found.omega, found.most_points,
+    std::printf("  estimated errors: at most %.1e (at %s), %.1e or less at 95 %% of the points%s\n", found.largest,
+                place_text(*story.parameter, found.omega).c_str(), found.most_points,
                 found.modes > std::max(found.sampling, found.harmonics) ? "; mostly by modes left out: more of them "
                                                                           "with a larger reduction.modes"
                 : found.sampling > found.harmonics                      ? "; mostly by too few samples"
@@ -155,8 +165,8 @@ void tell_accuracy(const BranchStory &story) {
             ? ("contacts that open and close want some " + std::to_string(found.wanted) + " harmonics there").c_str()
             : "more harmonics are wanted");
   if (found.between > 0)
-    std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %.9g rad/s)%s\n",
-                found.between, found.before,
+    std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %s)%s\n",
+                found.between, place_text(*story.parameter, found.before).c_str(),
                 found.between > much_between ? "; look closer there with continuation.at" : "");
   if (found.unknown > 0)
     std::printf("  no estimate at %d of %d points%s\n", found.unknown, points,
@@ -191,14 +201,23 @@ void tell(const BranchStory &story) {
     std::printf("  after a leap the branch may be another one: look at the curve there\n");
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::peak))
-      std::printf("  peak %.7g %s at %.9g rad/s\n", event.amplitude, story.length_unit.c_str(), event.omega);
+      std::printf("  peak %.7g %s at %s\n", event.amplitude, story.length_unit.c_str(),
+                  place_text(*story.parameter, value_of(story, event)).c_str());
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::stability))
-      std::printf("  stability changes at %.9g rad/s\n", event.omega);
-  if (counts.missed > 0) std::printf("  %d frequencies of continuation.at without solution\n", counts.missed);
+      std::printf("  stability changes at %s\n", place_text(*story.parameter, value_of(story, event)).c_str());
+  const bool sweep = story.parameter == &frequency_parameter();
+  if (counts.missed > 0)
+    std::printf("  %d %s without solution\n", counts.missed,
+                sweep ? "frequencies of continuation.at" : "values of path.at");
 }
 
 } // namespace
+
+std::string place_text(const PathParameter &parameter, double value, const char *format) {
+  return &parameter == &frequency_parameter() ? number(format, value) + " rad/s"
+                                              : parameter.name + (" " + number(format, value));
+}
 
 const char *name_of(BranchSummary::End end) {
   switch (end) {

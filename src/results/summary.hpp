@@ -19,7 +19,9 @@ struct ReductionFigures {
 /// What became of the branch.
 struct BranchStory {
   BranchSummary summary;
-  double frequency_scale = 1;
+  const PathParameter *parameter = &frequency_parameter();
+  double scale = 1;                ///< of its values
+  double omega = 0;                ///< of a path [rad/s]
   std::vector<EventRecord> events; ///< on rank 0, as the rest of it
   std::vector<EstimateRecord> estimates;
   double tolerance = 0;                ///< asked for; 0: none
@@ -31,6 +33,9 @@ struct BranchStory {
 
 /// An estimated error of which nothing follows but that the point means nothing.
 constexpr double no_error = 0.1;
+
+/// A value of the parameter with its unit, or its name, in a sentence: at "1.3 rad/s", at "friction 0.5".
+std::string place_text(const PathParameter &parameter, double value, const char *format = "%.9g");
 
 /// How a branch ended, as it stands in summary.json.
 const char *name_of(BranchSummary::End end);

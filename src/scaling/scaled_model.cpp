@@ -33,6 +33,11 @@ LargestLoads largest_loads(const Case &study, const ReducedModel &model) {
 
 } // namespace
 
+double Scales::of(const PathParameter &parameter) const {
+  using Scale = PathParameter::Scale;
+  return parameter.scale == Scale::frequency ? frequency : parameter.scale == Scale::displacement ? contact : 1;
+}
+
 Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   if (study.scaling == ScalingKind::none) return {};
   if (study.scaling == ScalingKind::manual) return {study.scale_frequency, study.scale_modal, study.scale_contact};

@@ -7,9 +7,10 @@
 namespace dovetail {
 
 struct Scales {
-  double frequency = 1; ///< w0 [rad/s]
-  double modal = 1;     ///< alpha
-  double contact = 1;   ///< beta [m]
+  double frequency = 1;                            ///< w0 [rad/s]
+  double modal = 1;                                ///< alpha
+  double contact = 1;                              ///< beta [m]
+  double of(const PathParameter &parameter) const; ///< of its values
 };
 
 /// The preloaded model in dimensionless numbers: same structure, same equations, K_aa and so on divided as in

@@ -10,7 +10,7 @@ constexpr double accuracy = 1e-7; // of the exponents over Omega
 
 DenseModel own_points(const HarmonicSystem &system) {
   DenseModel out;
-  out.contact = system.scaled().model.contact, out.standstill = system.scaled().model.standstill;
+  out.contact = system.contact(), out.standstill = system.standstill();
   out.points = static_cast<int>(out.contact.size());
   return out;
 }
@@ -32,7 +32,8 @@ LargeStabilityTest::LargeStabilityTest(const HarmonicSystem &system)
 Stability LargeStabilityTest::judge(Vec y) {
   const Layout &layout = system_.layout();
   const int harmonics = system_.harmonics();
-  const double omega = system_.omega(y);
+  own_.contact = system_.contact(), own_.standstill = system_.standstill();
+  const double omega = system_.setting().omega;
   const double *values;
   check(VecGetArrayRead(y, &values), "judging stability");
   reading_.read({values + layout.own_point_offset(0), values + layout.own_coefficients()});

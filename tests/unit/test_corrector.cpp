@@ -41,7 +41,7 @@ TEST(Corrector, fixed_frequency_solution_satisfies_the_equations) {
   check(VecAXPY(y, 0.7, e), "");
   const auto outcome = corrector.solve(y, e, 0.7);
   ASSERT_TRUE(outcome.converged) << outcome.why;
-  EXPECT_DOUBLE_EQ(system.omega(y), 0.7);
+  EXPECT_DOUBLE_EQ(system.parameter_in(y), 0.7);
   system.residual(y, f);
   EXPECT_LT(norm(f), 1e-10);
 }
@@ -112,7 +112,7 @@ TEST(Corrector, tangent_equals_block_elimination) {
 
   UniqueVec by_omega = system.unknowns(), border = system.unknowns(), t = system.unknowns(), wanted = system.unknowns();
   ASSERT_TRUE(corrector.tangent(by_omega).found); // dX/dOmega; its last entry is 1
-  EXPECT_NEAR(system.omega(by_omega), 1, 1e-14);
+  EXPECT_NEAR(system.parameter_in(by_omega), 1, 1e-14);
   PetscInt first, last;
   check(VecGetOwnershipRange(border, &first, &last), "");
   for (PetscInt row = first; row < last; ++row) check(VecSetValue(border, row, wave(row, 2), INSERT_VALUES), "");
@@ -135,7 +135,7 @@ TEST(Branch, hits_its_end_and_the_frequencies_asked_for) {
     UniqueVec y = system.unknowns();
     std::vector<double> omegas;
     const double named = to > 1 ? 1.2345 : 0.7654;
-    const BranchObserver observer{[&](const BranchPoint &point) { omegas.push_back(point.omega); },
+    const BranchObserver observer{[&](const BranchPoint &point) { omegas.push_back(point.parameter); },
                                   [](const BranchEvent &) {}};
     const auto summary = follow_branch(system, tight, {1.0, to, 0.05, true, 2000, {named}}, y, observer);
     EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;
@@ -174,7 +174,7 @@ TEST(Branch, passes_and_counts_turning_points) {
   UniqueVec y = system.unknowns();
   std::vector<double> omegas;
   int folds = 0;
-  const BranchObserver observer{[&](const BranchPoint &point) { omegas.push_back(point.omega); },
+  const BranchObserver observer{[&](const BranchPoint &point) { omegas.push_back(point.parameter); },
                                 [&](const BranchEvent &event) { folds += event.kind == BranchEvent::Kind::fold; }};
   const auto summary = follow_branch(system, tight, {5, 16, 0.5, true, 2000, {}}, y, observer);
   EXPECT_EQ(summary.end, BranchSummary::End::arrived) << summary.why;

@@ -96,7 +96,7 @@ TEST(HarmonicSystem, border_is_the_last_row) {
   check(MatMult(J, v, product), "");
   double wanted;
   check(VecDot(border, v, &wanted), "");
-  EXPECT_NEAR(system.omega(product), wanted, 1e-12 * std::abs(wanted));
+  EXPECT_NEAR(system.parameter_in(product), wanted, 1e-12 * std::abs(wanted));
 }
 
 TEST(HarmonicSystem, linear_part_is_eq_11) { // row by row against the formulas, where no contact acts

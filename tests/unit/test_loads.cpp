@@ -78,7 +78,7 @@ TEST(Loads, force_is_the_sum_of_the_patterns) {
 
 TEST(Loads, a_factor_on_all_of_them) {
   HarmonicSystem system = system_with({forth, across});
-  system.vary(std::make_unique<LoadParameter>(0.8));
+  system.vary(ResponseParameter(*parameter_named("force"), 0.8));
   const UniqueVec at = vector_of(system, 0.4, 3, 0.7), more = vector_of(system, 0.4, 3, 1.7),
                   border = vector_of(system, 0, 1, 0);
   UniqueVec f = system.unknowns(), g = system.unknowns(), column = system.unknowns(),

@@ -1,0 +1,68 @@
+#include "case/path_settings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "case/number_text.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+std::string names_of_parameters() {
+  std::string names;
+  for (const PathParameter &parameter : all_parameters)
+    if (&parameter != &frequency_parameter())
+      names += (names.empty() ? "\"" : ", \"") + std::string(parameter.name) + '"';
+  return names;
+}
+
+} // namespace
+
+void read_wanted(const Entry &at, double from, double to, const char *key, Case &study) {
+  if (!at) return;
+  const auto [low, high] = std::minmax(from, to);
+  for (const auto &item : at.items()) {
+    const double wanted = item.number();
+    if (wanted < low || wanted > high)
+      item.refuse("outside " + std::string(key) + " = [" + number_text(from) + ", " + number_text(to) + "]");
+    if (!study.at.empty() && (to < from ? wanted >= study.at.back() : wanted <= study.at.back()))
+      item.refuse("must come in the order of the sweep, each once; the entry before is " +
+                  number_text(study.at.back()));
+    study.at.push_back(wanted);
+  }
+}
+
+void read_path(const Document &document, Case &study) {
+  const Entry parameter = document["path.parameter"], range = document["path.range"], omega = document["path.omega"],
+              at = document["path.at"];
+  if (!parameter) {
+    for (const Entry *entry : {&range, &omega, &at})
+      if (*entry) entry->refuse("path.parameter is not given; write what is varied: one of " + names_of_parameters());
+    return;
+  }
+  Path path;
+  path.parameter = parameter.is_words() ? parameter_named(parameter.words()) : nullptr;
+  if (!path.parameter || path.parameter == &frequency_parameter())
+    parameter.refuse("must be one of " + names_of_parameters() + "; a sweep over the frequency is continuation.omega");
+  for (const char *key : {"continuation.omega", "continuation.at"})
+    if (const Entry entry = document[key])
+      entry.refuse("[path] is given as well; its frequency is path.omega, and what it passes exactly path.at. Delete "
+                   "one of the two");
+  if (!range) document.missing("path.range", "range = [from, to], factors on the value that the case has,");
+  if (!range.is_list()) range.refuse("must be [from, to]");
+  const auto ends = range.numbers();
+  if (ends.size() != 2) range.refuse("must be two numbers, [from, to], not " + std::to_string(ends.size()));
+  if (std::abs(ends[1] - ends[0]) <= 1e-12 * std::max(std::abs(ends[0]), std::abs(ends[1])))
+    range.refuse("the ends are the same; for one point, write continuation.omega with the same number twice");
+  if (path.parameter->positive() && std::min(ends[0], ends[1]) <= 0)
+    range.refuse("is a factor on the value that the case has: both ends must be greater than 0");
+  path.from = ends[0], path.to = ends[1];
+  if (!omega) document.missing("path.omega", "the frequency, omega = 1.5 in rad/s,");
+  study.omega_from = study.omega_to = omega.number();
+  if (study.omega_from <= 0) omega.refuse("must be greater than 0");
+  read_wanted(at, path.from, path.to, "path.range", study);
+  study.path = path;
+}
+
+} // namespace dovetail

@@ -1,0 +1,171 @@
+"""Sweeps over another parameter than the frequency: against the reference, cases made with the value, and given folds."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+import cases
+import launch
+from dovetail import Results, reference
+from test_against_core import close
+
+# parameter: [from, to, one in between]; some points slip and some lift off on the way
+RANGES = {"force": [1, 0.4, 0.7], "preload": [1, 1.4, 1.2], "normal_stiffness": [1, 2, 1.5], "tangential_stiffness": [1, 2, 1.5],
+          "tangential_stiffness_1": [1, 0.5, 0.75], "tangential_stiffness_2": [1, 2, 1.5], "friction": [1, 2, 1.5],
+          "friction_1": [1, 0.3, 0.6], "friction_2": [1, 2, 1.5], "gap": [0, -0.1, -0.05]}
+OMEGA = 1.0
+
+
+def path_of(folder, parameter, values, **overrides):
+    case = cases.several_points(folder, omega=None, kind="auto", **overrides)
+    start, end, between = values
+    case.path.write_text(case.path.read_text() + f'\n[path]\nparameter = "{parameter}"\nrange = [{start}, {end}]\n'
+                                                 f"omega = {OMEGA}\nat = [{between}]\n")
+    return case
+
+
+def made_with(case, parameter, value):
+    """The reference's equations and preload of a case whose parameter has that value."""
+    name, _, direction = parameter.rpartition("_")
+    if direction not in "12":
+        name, direction = parameter, ""
+    settings, reduced = dict(case.settings), case.reduced
+    rows = slice(None) if not direction else int(direction) - 1
+    if name in ("normal_stiffness", "tangential_stiffness", "friction"):
+        values = np.array(settings[name], float)
+        values[..., rows] *= value
+        settings[name] = values.tolist()
+    elif name == "gap":
+        settings["gap"] = [gap + value for gap in settings["gap"]]
+    elif name == "preload":
+        reduced = reference.Reduced(**{**vars(reduced), "r": value * reduced.r})
+    else:
+        settings["fourier"] = [value * number for number in settings["fourier"]]
+    return cases.Case(case.path, case.structure, reduced, settings)
+
+
+def run(case, ranks=None, *options):
+    done = launch.run(case, *options, ranks=ranks)
+    return done, done.points
+
+
+@pytest.mark.parametrize("parameter", RANGES)
+def test_every_point_solves_the_equations_with_its_value(tmp_path, parameter):
+    case = path_of(tmp_path, parameter, RANGES[parameter], samples=64)
+    _, points = run(case)
+    start, end, between = RANGES[parameter]
+    assert points["parameter"][0] == start and points["parameter"][-1] == end and between in points["parameter"]
+    assert np.all(points["omega"] == OMEGA) and len(points["omega"]) > 3
+    nominal = case.preload.xp
+    for value, q in zip(points["parameter"], points["coefficients"]):
+        made = made_with(case, parameter, value)
+        system = made.system()
+        motion = q.copy()
+        motion[len(case.reduced.kaa):, 0] += 2 * (nominal - made.preload.xp).ravel()
+        assert np.linalg.norm(system.residual(motion, OMEGA)) < 1e-8 * np.linalg.norm(system.excitation), value
+
+
+def test_parameters_move_the_curve(tmp_path):
+    """Else the test above would pass with equations that have no parameter."""
+    for parameter, values in RANGES.items():
+        (folder := tmp_path / parameter).mkdir()
+        points = run(path_of(folder, parameter, values))[1]
+        first, last = points["coefficients"][[0, -1], :, 1:]
+        assert np.linalg.norm(last - first) > 1e-3 * np.linalg.norm(first), parameter
+
+
+def test_ranks_and_forms_do_not_change_the_branch(tmp_path):
+    case = path_of(tmp_path, "friction", RANGES["friction"])
+    _, alone = run(case)
+    for ranks, options in ((2, ()), (3, ())):
+        _, together = run(case, ranks, *options)
+        close(together["parameter"], alone["parameter"], 1e-8)
+        close(together["coefficients"], alone["coefficients"], 1e-8)
+    other = path_of(tmp_path, "friction", RANGES["friction"], solver="assembled")
+    _, assembled = run(other)
+    close(assembled["coefficients"][-1], alone["coefficients"][-1], 1e-8)
+
+
+def lift_off(folder, forces):
+    """One mass on a preloaded spring that only pushes, driven at a fixed frequency: its curve over the force is an S."""
+    data = np.load(cases.Path(__file__).parent / "data/liftoff.npz")
+    reduced = reference.Reduced(kaa=np.ones(1), max=np.zeros((1, 3)), mxx=np.eye(3), kxx=float(data["k"]) * np.eye(3), fa=np.zeros(1),
+                                fx=np.array([0.0, 0, 1]), r=np.array([0.0, 0, -float(data["push"])]))
+    with h5py.File(folder / "reduced.h5", "w") as file:
+        for name, values in (("Kaa", reduced.kaa), ("Max", reduced.max), ("Mxx", reduced.mxx), ("Kxx", reduced.kxx),
+                             ("Fa", reduced.fa), ("Fx", reduced.fx), ("R", reduced.r)):
+            file[name] = values
+        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
+    case = cases.write(folder, "lift-off", "reduced.h5", None, reduced, {}, stiffness=0.0, mass=0.03, fourier=[0, 1],
+                       normal_stiffness=float(data["kn"]), law="unilateral", gap=0.0, initial=0.0, harmonics=15, samples="exact",
+                       kind="auto", **cases.TIGHT)
+    case.path.write_text(case.path.read_text() + f'\n[path]\nparameter = "force"\nrange = {json.dumps(forces)}\n'
+                                                 f'omega = {float(data["scurve_omega"])}\n')
+    return case, data
+
+
+def test_folds_of_an_s_curve(tmp_path):
+    case, data = lift_off(tmp_path, [0.01, 0.6])
+    done, points = run(case)
+    folds = done.summary["located"]["folds"]
+    assert len(folds) == 2 and done.summary["folds"] == 2
+    for fold, (force, amplitude) in zip(folds, data["scurve_folds"]):
+        first = points["coefficients"][fold["point"], -1, 1:3]
+        assert abs(fold["parameter"] - force) < 1e-6 and fold["omega"] == float(data["scurve_omega"])
+        assert abs(np.hypot(*first) - amplitude) < 1e-5
+    assert "stability changes at force" in done.out or not done.summary["located"]["stability_changes"]
+    # stable before the first fold, unstable between both
+    stable = points["stable"]
+    between = slice(folds[0]["point"] + 1, folds[1]["point"])
+    assert stable[between].size > 3 and np.all(stable[between] == 0) and stable[0] == 1
+
+
+def test_restart_goes_on_along_the_path(tmp_path):
+    case = path_of(tmp_path, "friction", RANGES["friction"])
+    whole = run(case)[1]
+    text = case.path.read_text()
+    case.path.write_text(text.replace("step = 0.05", "step = 0.05\nmax_points = 3"))
+    first, _ = run(case)
+    assert first.summary["end"] == "max_points"
+    case.path.write_text(text)
+    again, points = run(case, None, "--restart")
+    assert "restart: goes on at friction" in again.out
+    for name in points.keys() - {"seconds"}:
+        np.testing.assert_array_equal(points[name], whole[name])
+
+
+def test_python_reads_the_parameter(tmp_path):
+    case = path_of(tmp_path, "gap", RANGES["gap"])
+    done, points = run(case)
+    results = Results(done.folder / "results.h5")
+    assert results.parameter_name == "gap"
+    np.testing.assert_array_equal(results.parameter, points["parameter"])
+
+
+@pytest.mark.parametrize("lines, words", [
+    ('parameter = "stiffness"\nrange = [1, 2]\nomega = 1', ["path.parameter", '"normal_stiffness"', '"gap"']),
+    ('parameter = "friction"\nomega = 1', ["path.range is missing"]),
+    ('parameter = "friction"\nrange = [1, 2]', ["path.omega is missing", "rad/s"]),
+    ('parameter = "friction"\nrange = [0, 2]\nomega = 1', ["path.range", "greater than 0"]),
+    ('parameter = "friction"\nrange = [1, 1]\nomega = 1', ["path.range", "the same"]),
+    ('parameter = "friction"\nrange = [1, 2]\nomega = 1\nat = [3]', ["path.at = 3", "outside path.range"]),
+    ("range = [1, 2]\nomega = 1", ["path.range", "path.parameter is not given"]),
+    ('parameter = "friction"\nrange = [1, 2]\nomega = 1\n[continuation]\nomega = [1, 2]', ["continuation.omega", "[path]"]),
+])
+def test_wrong_input(tmp_path, lines, words):
+    case = cases.several_points(tmp_path, omega=None, step=None)
+    case.path.write_text(case.path.read_text() + "\n[path]\n" + lines + "\n")
+    done = launch.run(case, status=2)
+    for word in words:
+        assert word in done.err
+
+
+def test_what_the_joint_has_not(tmp_path):
+    for law, parameter, word in (("unilateral", "friction", "no contact point has friction"),
+                                 ("cone", "friction_1", "one friction for both directions")):
+        friction = 0.3 if law == "cone" else None
+        case = path_of(tmp_path, parameter, [1, 2, 1.5], law=law, friction=friction,
+                       tangential_stiffness=1.0 if law == "cone" else None)
+        assert word in launch.run(case, status=2).err
