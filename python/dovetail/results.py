@@ -13,6 +13,7 @@ from . import fourier, recovery
 from .hdf5_read import dataset, members, numbers, whole, words
 from .parameters import CONTACT_WIDTH
 from .reference import LAWS
+from .sensitivity import read_sensitivity
 
 VERSION = 1  # of the format
 DIRECTIONS = ("t1", "t2", "n")
@@ -97,6 +98,8 @@ class Results:
         Estimated distance of every point from the curve that enough harmonics and samples would give, relative; NaN where there is
         none, None where the run did not ask. See docs/theory/error-estimates.md.
     events : Events
+    sensitivity : Sensitivity or None
+        What the located peaks depend on; None where `[sensitivity]` was not given.
     drawing_samples : int
         Instants per period at which contact forces are evaluated here unless another number is asked for.
     contact : dict
@@ -151,6 +154,7 @@ class Results:
             self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED if name in points)
         self._has_activity = bool(activity)
         self.events = self._load_events(file)
+        self.sensitivity = read_sensitivity(file, self._n, self.contact)
 
     def _load_contact(self, file):
         n, self.contact = self.contact_points, {"law": np.zeros(self.contact_points, int)}  # older files know one law

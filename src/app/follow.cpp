@@ -7,6 +7,7 @@
 #include "app/earlier_run.hpp"
 #include "case/number_text.hpp"
 #include "problems/needed_harmonics.hpp"
+#include "problems/peak_sensitivity.hpp"
 #include "results/progress.hpp"
 #include "support/error.hpp"
 #include "support/signals.hpp"
@@ -128,6 +129,11 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   int signal = 0;
   double clock = MPI_Wtime();
   BranchObserver observer;
+  struct { // the place that was reported last, for its sensitivity
+    UniqueVec y;
+    const HarmonicSystem *system = nullptr;
+  } place;
+  const PetscInt watched = settings.watched;
   observer.point = [&](const BranchPoint &point) {
     if (without_bound(point, load))
       throw ComputeError("at " + number_text(user_omega(point.parameter)) +
@@ -141,11 +147,21 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     results.append(record);
     progress.point(record);
     ++points, clock = now;
+    place.system = point.located ? &point.system : nullptr;
+    if (study.sensitivity && point.located) {
+      check(VecDuplicate(point.y, place.y.out()), "keeping a place");
+      check(VecCopy(point.y, place.y), "keeping a place");
+    }
   };
   observer.event = [&](const BranchEvent &event) {
     results.append(EventRecord{static_cast<int>(event.kind), points - 1, user_omega(event.parameter),
                                event.amplitude * amplitude_unit, user_value(event.parameter)});
     progress.event(event, scale);
+    if (!study.sensitivity || event.kind != BranchEvent::Kind::peak || !place.system) return;
+    if (const auto found = peak_sensitivity(*place.system, place.y, watched))
+      results.append(collect(*found, *place.system, amplitude_unit, points - 1));
+    else
+      voice.say("  no sensitivity: this peak lies in a corner of the curve");
   };
   observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };
   observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };

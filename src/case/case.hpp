@@ -122,6 +122,7 @@ struct Case {
   std::vector<double> at;      ///< values of the parameter wanted exactly, in order of the sweep
   std::filesystem::path start; ///< results file to begin from, or empty
   Watch watch;
+  bool sensitivity = false;     ///< of its peaks, by all contact parameters
   int stop_after_peaks = 0;     ///< 0: never
   double stop_at_amplitude = 0; ///< of the watched unknown [m]; 0: never
 

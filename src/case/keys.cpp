@@ -129,6 +129,7 @@ const std::vector<Key> &keys() {
        }},
       {"path.omega", "rad/s", [](C c) { return c.path ? number_text(c.omega_from) : ""; }},
       {"path.at", "-", [](C c) { return c.path ? numbers_text(c.at) : ""; }},
+      {"sensitivity.of", "", [](C c) { return c.sensitivity ? c.watch.name : ""; }},
       {"recovery.strategies", "", [](C c) { return c.strategies.text(); }},
       {"recovery.allow_branch_change", "", [](C c) { return std::string(c.allow_branch_change ? "true" : "false"); }},
       {"recovery.work", "", [](C c) { return number_text(c.work); }},

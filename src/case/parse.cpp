@@ -230,8 +230,22 @@ void read_watch(const Entry &entry, Watch &watch) {
   watch.number = std::stoi(found[1]);
 }
 
-void read_stops(const Document &document, Case &study) {
+void read_watched(const Document &document, Case &study) {
+  const Entry of = document["sensitivity.of"];
   read_watch(document["continuation.watch"], study.watch);
+  if (!of) return;
+  if (study.path) of.refuse("is asked at peaks over the frequency, but [path] is given; delete one of the two");
+  Watch asked;
+  read_watch(of, asked);
+  if (!study.watch.name.empty() && study.watch.name != asked.name)
+    of.refuse("continuation.watch = \"" + study.watch.name +
+              "\" is another unknown, and the peaks are of that; write one "
+              "of them");
+  study.watch = asked, study.sensitivity = true;
+}
+
+void read_stops(const Document &document, Case &study) {
+  read_watched(document, study);
   read_whole(document["continuation.stop_after_peaks"], study.stop_after_peaks, 1, most);
   read_positive(document["continuation.stop_at_amplitude"], study.stop_at_amplitude);
   if (const Entry enabled = document["stability.enabled"]) study.stability = enabled.truth();

@@ -22,4 +22,12 @@ struct EquivalentMotion {
   EquivalentMotion(const Setting::Contact &now, const Setting::Contact &slope);
 };
 
+/// What is weighed together with some vector, by every parameter of a point: parameter times derivative, but for the
+/// gap.
+struct ByParameter {
+  double normal_stiffness = 0;
+  std::array<double, 2> tangential_stiffness{}, friction{};
+  double gap = 0;
+};
+
 } // namespace dovetail

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -80,6 +81,31 @@ void ContactForces::by_parameter(const double *X, const EquivalentMotion &equiva
     for (int d = 0; d < 2; ++d)
       for (int i = 0; i < n; ++i) out[d * n + i] += equivalent.friction[d] * rubbed[d * n + i];
   }
+}
+
+ByParameter ContactForces::weighed(int p, const double *X, const double *weights) const {
+  const int n = coefficient_count(harmonics_);
+  const Standstill &rest = standstill_[p];
+  const double from[] = {rest.w[0], rest.w[1], points_[p].gap};
+  std::vector<double> motion(3 * n), force(3 * n);
+  const auto rows = [&](int first, int last) {
+    return std::inner_product(force.begin() + first * n, force.begin() + last * n, weights + first * n, 0.0);
+  };
+  ByParameter out;
+  for (int d = 0; d < 3; ++d) {
+    std::fill(motion.begin(), motion.end(), 0.0);
+    std::copy_n(X + d * n, n, motion.begin() + d * n);
+    motion[d * n] += 2 * (rest.x[d] - from[d]);
+    linear_[p].multiply(points_[p], motion.data(), force.data());
+    (d < 2 ? out.tangential_stiffness[d] : out.normal_stiffness) = rows(0, 3);
+    for (int e = 0; d == 2 && e < 2; ++e) out.friction[e] = rows(e, e + 1);
+  }
+  std::fill(motion.begin(), motion.end(), 0.0);
+  motion[2 * n] = -2;
+  linear_[p].multiply(points_[p], motion.data(), force.data());
+  out.gap = rows(0, 3);
+  if (points_[p].law == Law::cone) out.friction = {out.friction[0] + out.friction[1], 0}; // one slider, one friction
+  return out;
 }
 
 void ContactForces::multiply(const double *V, double *out) const {

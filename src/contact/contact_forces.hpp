@@ -44,6 +44,9 @@ public:
   void by_parameter(const double *X, const EquivalentMotion &equivalent, const std::vector<Memory> &memory,
                     double *out) const;
 
+  /// weights . d(forces of a point) / d(its parameters), at that motion; X, weights (3, 2H+1) of the point.
+  ByParameter weighed(int point, const double *X, const double *weights) const;
+
   /// True if that derivative is springs only: stuck_springs(), the point being closed and stuck all through the period.
   bool springs_only(int point) const { return linear_[point].springs_only || points_[point].law == Law::bilateral; }
 

@@ -89,6 +89,16 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
   return system;
 }
 
+std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &like) {
+  auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, like.samples_);
+  if (like.form_ == LinearForm::assembled) return system;
+  auto part = std::make_unique<Assembled>(like.couplings(), system->layout_, like.structure(1).damps_mass());
+  if (const RatioDamping *ratios = like.linear_->ratios()) part->take(std::make_shared<RatioDamping>(*ratios));
+  system->linear_ = std::move(part);
+  system->form_ = LinearForm::assembled;
+  return system;
+}
+
 UniqueVec HarmonicSystem::unknowns() const {
   UniqueVec y;
   check(VecCreateMPI(layout_.comm, layout_.own_unknowns(), layout_.unknowns(), y.out()), "creating the unknowns");
@@ -194,6 +204,22 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
   linear_->fill(J, {structure(setting_.omega), forces_, adrift_ ? held_.data() : nullptr, column_.data(), last});
   check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
+}
+
+std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {
+  const double *q, *w;
+  check(VecGetArrayRead(y, &q), "differentiating by parameters");
+  set(shared_parameter(q));
+  evaluate_contact(q);
+  check(VecGetArrayRead(weights, &w), "differentiating by parameters");
+  std::vector<ByParameter> out;
+  for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
+    const PetscInt at = layout_.own_point_offset(p);
+    out.push_back(forces_.weighed(static_cast<int>(p), q + at, w + at));
+  }
+  check(VecRestoreArrayRead(weights, &w), "differentiating by parameters");
+  check(VecRestoreArrayRead(y, &q), "differentiating by parameters");
+  return out;
 }
 
 // At the motion q, whose products and contact forces are there.

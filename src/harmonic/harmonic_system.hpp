@@ -27,6 +27,9 @@ public:
   /// The same equations with other harmonics or samples, in the modal form. Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
+  /// The same equations in the assembled form. Collective.
+  static std::unique_ptr<HarmonicSystem> assembled(const HarmonicSystem &like);
+
   /// From here on the last unknown is that, in place of Omega. `preload`: of this model, where it changes the joint.
   void vary(ResponseParameter parameter, std::shared_ptr<VariedPreload> preload = nullptr);
   const ResponseParameter &parameter() const { return parameter_; }
@@ -74,6 +77,9 @@ public:
   const std::vector<double> &inertia_force() const { return inertia_force_; }
   const std::vector<double> &damping_force() const { return damping_force_; } ///< by ratios, over velocity; or none
   DynamicStiffness structure(double omega) const { return DynamicStiffness(scaled_.damping, omega); } ///< its D_k
+
+  /// weights . d residual / d parameters of every own point, at the motion y, for weights like y. Collective.
+  std::vector<ByParameter> weighed(Vec y, Vec weights);
 
   /// What the own contact points did over the period at the motion evaluated last, in scaled units.
   const std::vector<Activity> &activity() const { return forces_.activity(); }

@@ -215,9 +215,49 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   event("amplitude", H5T_NATIVE_DOUBLE, &EventRecord::amplitude);
   if (over_path_) event("parameter", H5T_NATIVE_DOUBLE, &EventRecord::parameter);
   event("omega", H5T_NATIVE_DOUBLE, &EventRecord::omega);
+  if (study.sensitivity) make_sensitivity_columns(points);
   std::string names;
   for (const char *name : event_names()) names += (names.empty() ? "" : " ") + std::string(name);
   file_->attribute("names", names, "/events/kind");
+}
+
+void ResultsFile::make_sensitivity_columns(hsize_t points) {
+  constexpr hsize_t few = 16; // peaks
+  const auto column = [&](const std::string &name, const h5::Extent &row, hid_t type, auto &&value) {
+    sensitivity_columns_.push_back({{*file_, "/sensitivity/" + name, row, type, few}, value});
+  };
+  using Record = const SensitivityRecord &;
+  const std::pair<const char *, SlopeRecord SensitivityRecord::*> of[] = {
+      {"amplitude_by/", &SensitivityRecord::amplitude_by}, {"omega_by/", &SensitivityRecord::omega_by}};
+  for (const auto &[folder, slope] : of) {
+    const auto number = [&, slope = slope, folder = folder](const char *name, double SlopeRecord::*value) {
+      column(std::string(folder) + name, {}, H5T_NATIVE_DOUBLE,
+             [=](Record r) -> const void * { return &(r.*slope.*value); });
+    };
+    const auto list = [&, slope = slope, folder = folder](const char *name, std::vector<double> SlopeRecord::*values,
+                                                          const h5::Extent &row) {
+      if (points > 0)
+        column(std::string(folder) + name, row, H5T_NATIVE_DOUBLE,
+               [=](Record r) -> const void * { return (r.*slope.*values).data(); });
+    };
+    list("normal_stiffness", &SlopeRecord::normal_stiffness, {points});
+    list("tangential_stiffness", &SlopeRecord::tangential_stiffness, {points, 2});
+    list("friction", &SlopeRecord::friction, {points, 2});
+    list("gap", &SlopeRecord::gap, {points});
+    number("force", &SlopeRecord::force);
+    number("preload", &SlopeRecord::preload);
+  }
+  column("point", {}, H5T_NATIVE_INT, [](Record r) -> const void * { return &r.point; });
+  column("amplitude", {}, H5T_NATIVE_DOUBLE, [](Record r) -> const void * { return &r.amplitude; });
+  column("omega", {}, H5T_NATIVE_DOUBLE, [](Record r) -> const void * { return &r.omega; });
+}
+
+void ResultsFile::append(const SensitivityRecord &peak) {
+  on_all_ranks(comm_, [&] {
+    if (!file_) return;
+    for (auto &column : sensitivity_columns_) column.table.append(column.value(peak));
+    file_->flush();
+  });
 }
 
 void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept) {
@@ -249,6 +289,12 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
   };
   for (auto &column : columns_) copy(column.table, kept.points);
   for (auto &column : event_columns_) copy(column.table, kept.events);
+  if (!sensitivity_columns_.empty()) {
+    hsize_t peaks = 0; // of points that are kept
+    const h5::Extent all = old.extent("/sensitivity/point");
+    for (const auto point : old.integers("/sensitivity/point", {0}, all)) peaks += hsize_t(point) < kept.points;
+    for (auto &column : sensitivity_columns_) copy(column.table, peaks);
+  }
   if (estimated_) {
     const h5::Extent first{0}, points{kept.points};
     const auto at = old.doubles("/points/omega", first, points),

@@ -8,6 +8,7 @@
 
 #include "case/case.hpp"
 #include "results/point_record.hpp"
+#include "results/sensitivity_record.hpp"
 #include "support/hdf5.hpp"
 
 namespace dovetail {
@@ -33,6 +34,7 @@ public:
   /// Writes one point and flushes. Rank 0 writes, all ranks learn of a failure. Collective.
   void append(const PointRecord &point);
   void append(const EventRecord &event);
+  void append(const SensitivityRecord &peak);
   /// Closes the file. Returns whether it has its name: not so if it has no point and there is an earlier file, which
   /// then stays. Collective.
   bool finish();
@@ -50,6 +52,7 @@ private:
                     const ReducedModel &model);
   void write_model(const PreloadedModel &preloaded); // collective
   void make_columns(const Case &study, const ReducedModel &model);
+  void make_sensitivity_columns(hsize_t points);
   void take_over(const std::filesystem::path &path, const Kept &kept);
   void widen(hsize_t width);
   void take_name();
@@ -62,6 +65,7 @@ private:
   std::unique_ptr<h5::Writer> file_;                   // rank 0 only, as all that follows
   std::vector<Column<PointRecord>> columns_;           // coefficients first
   std::vector<Column<EventRecord>> event_columns_;
+  std::vector<Column<SensitivityRecord>> sensitivity_columns_; // if asked for
   std::vector<EventRecord> events_;
   bool estimated_ = false, modes_estimated_ = false, over_path_ = false;
   std::vector<EstimateRecord> estimates_;

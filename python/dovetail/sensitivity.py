@@ -1,0 +1,56 @@
+"""What the peaks of a response depend on: /sensitivity of a results file."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .hdf5_read import dataset, members
+
+NAMES = ("normal_stiffness", "tangential_stiffness", "friction", "gap")  # of every contact point
+FACTORS = ("force", "preload")
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Derivatives at m located peaks, in user units.
+
+    omega, amplitude : (m,) frequency [rad/s] and rms amplitude sqrt(sum of a_k^2 + b_k^2, k >= 1) of the watched unknown, at its maximum
+    point : (m,) point of the curve where the peak of its largest displacement lies
+    amplitude_by, omega_by : dict
+        By `normal_stiffness` (m, N_x), `tangential_stiffness` and `friction` (m, N_x, 2), `gap` (m, N_x), and by factors on `force`
+        and `preload` (m,). A cone's one friction is the first of both; NaN where friction is 0.
+    values : dict of the parameters' own values, as `Results.contact`
+    """
+
+    omega: np.ndarray
+    amplitude: np.ndarray
+    point: np.ndarray
+    amplitude_by: dict
+    omega_by: dict
+    values: dict
+
+    def __len__(self):
+        return len(self.omega)
+
+    def relative(self, name, of="amplitude"):
+        """(p / A) dA/dp, or (p / omega) domega/dp: by how many per cent one per cent of a parameter changes the peak. For the gap,
+        which may be 0: (1 / A) dA/dgap. Shape as in `amplitude_by`."""
+        value, slopes = {"amplitude": (self.amplitude, self.amplitude_by), "omega": (self.omega, self.omega_by)}[of]
+        slope = slopes[name]
+        factor = 1.0 if name in FACTORS or name == "gap" else self.values[name]
+        return factor * slope / value.reshape(-1, *[1] * (slope.ndim - 1))
+
+
+def read_sensitivity(file, points, values):
+    """That of an open results file with so many points, or None where none was asked for. Raises ValueError where a table is missing."""
+    if "sensitivity" not in file:
+        return None
+    place = dataset(file, "sensitivity/omega", (None,))
+    known = dataset(file, "sensitivity/point", (None,))[:len(place)] < points
+
+    def slopes(of):
+        return {name: dataset(file, f"sensitivity/{of}/{name}", (None, ...))[:len(place)][known]
+                for name in members(file, f"sensitivity/{of}")}
+
+    return Sensitivity(place[known], dataset(file, "sensitivity/amplitude", (None,))[:len(place)][known],
+                       dataset(file, "sensitivity/point", (None,))[:len(place)][known], slopes("amplitude_by"), slopes("omega_by"), values)

@@ -1,0 +1,149 @@
+"""Derivatives of a peak by the contact parameters: against given ones, and against peaks of cases that are computed anew."""
+
+import h5py
+import numpy as np
+import pytest
+
+import cases
+import launch
+from dovetail import Results, reference
+from test_against_core import close
+
+DATA = cases.Path(__file__).parent / "data"
+NAMES = ("normal_stiffness", "tangential_stiffness", "friction", "gap")
+SCENES = {"dof5": ("a1", 2, 0.05, [0.9, 1.3]), "chain": ("x4.t1", 3, None, None)}  # watched, N_a, b of C = b K, sweep
+
+
+def given(folder, scene, law="coulomb", samples="exact", **changes):
+    """A scene of the data as a case; `changes`: {(name, place): value added}."""
+    watched, modes, stiffness, sweep = SCENES[scene]
+    data = np.load(DATA / f"{scene}.npz")
+    K, M, par = data["K"], data["M"], data["par"]
+    stiffness = stiffness or float(np.vdot(data["C"], K) / np.vdot(K, K))
+    assert np.abs(data["C"] - stiffness * K).max() < 1e-12
+    values = {"normal_stiffness": par[:, 0].tolist(), "tangential_stiffness": par[:, 1:3].tolist(), "friction": par[:, 3:5].tolist(),
+              "gap": par[:, 5].tolist()}
+    load = data["load"]
+    course = int(np.argmax(np.abs(load).max(axis=0)))
+    fourier = [0.0] * (course + 1)
+    fourier[course] = 1.0
+    peak = data["sens_peak"][0]
+    a = slice(0, modes)
+    x = slice(modes, None)
+    reduced = reference.Reduced(kaa=np.diag(K)[a].copy(), max=M[a, x], mxx=M[x, x], kxx=K[x, x], fa=load[a, course], fx=load[x, course],
+                                r=-data["static"][x])
+    with h5py.File(folder / "reduced.h5", "w") as file:
+        for name, array in (("Kaa", reduced.kaa), ("Max", reduced.max), ("Mxx", reduced.mxx), ("Kxx", reduced.kxx),
+                            ("Fa", reduced.fa), ("Fx", reduced.fx), ("R", reduced.r)):
+            file[name] = array
+        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
+    case = cases.write(folder, scene, "reduced.h5", None, reduced, {}, stiffness=stiffness, fourier=fourier, law=law, initial=0.0,
+                       harmonics=5, samples=samples, omega=[0.97 * peak, 1.03 * peak], step=0.02, kind="auto", **values, **cases.TIGHT)
+    case.path.write_text(case.path.read_text() + f'\n[sensitivity]\nof = "{watched}"\n')
+    return case, data
+
+
+def sensitivities(case, ranks=None):
+    done = launch.run(case, ranks=ranks)
+    with h5py.File(done.folder / "results.h5", "r") as file:
+        group = file["sensitivity"]
+        found = {name: group[name][()] for name in ("omega", "amplitude", "point")}
+        for slopes in ("amplitude_by", "omega_by"):
+            found[slopes] = {name: values[()] for name, values in group[slopes].items()}
+        found["located"] = file["points/located"][()]
+    return found
+
+
+def in_columns(slopes, row=0):
+    """(N_x, 6) as the data have them: k_n, k_t1, k_t2, mu_1, mu_2, gap."""
+    return np.column_stack([slopes["normal_stiffness"][row], slopes["tangential_stiffness"][row], slopes["friction"][row],
+                            slopes["gap"][row]])
+
+
+@pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.parametrize("scene", SCENES)
+def test_given_derivatives(tmp_path, scene, ranks):
+    case, data = given(tmp_path, scene)
+    found = sensitivities(case, ranks)
+    assert len(found["omega"]) == 1 and found["located"][found["point"][0]]
+    close(np.array([found["omega"][0], found["amplitude"][0]]), data["sens_peak"], 1e-8)
+    for slopes, name in (("amplitude_by", "sens_amplitude"), ("omega_by", "sens_omega")):
+        close(in_columns(found[slopes]), data[name], 1e-6)
+        assert np.abs(in_columns(found[slopes]) - data[name + "_differences"]).max() < 1e-6 * np.abs(data[name]).max()
+
+
+@pytest.mark.parametrize("law, samples", [("cone", 512), ("coulomb", 512), ("coulomb", "exact")])
+def test_against_peaks_computed_anew(tmp_path, law, samples):
+    """By every kind of parameter, load and preload, in every law."""
+    h = 1e-4
+
+    def peak(folder, **edits):
+        folder.mkdir()
+        case, _ = given(folder, "chain", law=law, samples=samples)
+        settings = dict(case.settings)
+        text = case.path.read_text()
+        for name, change in edits.items():
+            if name == "force":
+                text = text.replace("fourier = " + str(settings["fourier"]), "fourier = " + str([change * f for f in settings["fourier"]]))
+            elif name == "preload":
+                with h5py.File(folder / "reduced.h5", "r+") as file:
+                    file["R"][...] = change * file["R"][()]
+            else:
+                old = np.array(settings[name])
+                new = old.copy()
+                if name == "gap":
+                    new[2] += change - 1
+                elif name == "normal_stiffness":
+                    new[2] *= change
+                else:
+                    new[2] *= change
+                text = text.replace(f"{name} = {old.tolist()}", f"{name} = {new.tolist()}")
+        case.path.write_text(text)
+        return sensitivities(case), np.array(settings[next(iter(edits))])[2] if edits and next(iter(edits)) in NAMES else 1.0
+
+    if law == "cone":  # one friction, one slider
+        for_all = np.load(DATA / "chain.npz")["par"]
+        assert np.all(for_all[:, 3] == for_all[:, 4])
+    middle, _ = peak(tmp_path / "middle")
+    assert len(middle["omega"]) == 1
+    for name in (*NAMES, "force", "preload"):
+        (up, value), (down, _) = (peak(tmp_path / f"{name}{side}", **{name: 1 + side * h}) for side in (1, -1))
+        for number in ("omega", "amplitude"):
+            slope = (up[number][0] - down[number][0]) / (2 * h)
+            by = middle[f"{number}_by"][name][0]
+            by = by if name in ("force", "preload") else by[2]
+            own = np.sum(by * (1.0 if name == "gap" else value))
+            size = max(abs(own), 1e-3 * middle[number][0])
+            assert abs(own - slope) < 2e-4 * size, (name, number, own, slope)
+
+
+def test_python_gives_them_relative(tmp_path):
+    case, data = given(tmp_path, "chain")
+    sensitivity = Results(launch.run(case).folder / "results.h5").sensitivity
+    assert len(sensitivity) == 1
+    wanted = data["par"][:, 3] * data["sens_amplitude"][:, 3] / data["sens_peak"][1]
+    close(sensitivity.relative("friction")[0, :, 0], wanted, 1e-6)
+    close(sensitivity.relative("normal_stiffness", of="omega")[0], data["par"][:, 0] * data["sens_omega"][:, 0] / data["sens_peak"][0], 1e-6)
+    assert sensitivity.relative("force").shape == (1,)
+
+
+def test_a_restart_keeps_them(tmp_path):
+    case, _ = given(tmp_path, "chain")
+    whole = sensitivities(case)
+    text = case.path.read_text()
+    case.path.write_text(text.replace("step = 0.02", "step = 0.02\nmax_points = " + str(whole["point"][0] + 3)))
+    launch.run(case)
+    case.path.write_text(text)
+    launch.run(case, "--restart")
+    with h5py.File(tmp_path / "results.h5", "r") as file:
+        np.testing.assert_array_equal(file["sensitivity/amplitude_by/friction"][()], whole["amplitude_by"]["friction"])
+        assert file["sensitivity/point"][()] == whole["point"]
+
+
+def test_the_unknown_is_the_one_that_is_watched(tmp_path):
+    case, _ = given(tmp_path, "dof5")
+    text = case.path.read_text()
+    case.path.write_text(text.replace("[continuation]", '[continuation]\nwatch = "x1.n"'))
+    assert "continuation.watch" in launch.run(case, status=2).err
+    case.path.write_text(text.replace('of = "a1"', 'of = "tip"'))
+    assert "sensitivity.of" in launch.run(case, status=2).err
