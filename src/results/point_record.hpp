@@ -47,6 +47,7 @@ struct EstimateRecord {
   double omega = 0;                              ///< [rad/s]
   double harmonics = 0, sampling = 0, modes = 0; ///< see ErrorEstimate
   double between = 0;                            ///< see BranchPoint
+  double open = 0;                               ///< share of the contact points
 
   double total() const { return harmonics + sampling + modes; }
 };

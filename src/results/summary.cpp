@@ -85,7 +85,7 @@ Accuracy accuracy_of(const BranchStory &story) {
     if (total > no_error) {
       ++found.meaningless;
       const double needed = 1.5 * story.closed_contact_frequency / estimate.omega;
-      if (estimate.modes <= estimate.harmonics)
+      if (estimate.open > 0 && estimate.modes <= estimate.harmonics)
         found.wanted = std::max(found.wanted, static_cast<int>(std::ceil(std::min(needed, 1e6))));
     }
     found.harmonics = std::max(found.harmonics, estimate.harmonics);

@@ -36,7 +36,7 @@ def dashpots(structure, seed=3):
     return {"C": 0.3 * B @ B.T, "K_structural": 8 * part @ part.T}
 
 
-OTHERS = {"matrix": {"matrix": True}, "fixed": {"ratios": [[1, 0.02], [3, 0.03], [2, 0.01]], "of": "fixed"},
+OTHERS = {"matrix": {"matrix": True}, "fixed": {"ratios": [[1, 0.02], [3, 0.03], [2, 0.01]], "of": "fixed", "stiffness": 0.01},
           "contact": {"stiffness": 0.02, "damped_springs": True}, "parts": {"structural": 0.02},
           "stuck": {"ratios": [[1, 0.02], [3, 0.03], [2, 0.01]], "stiffness": 0.005},
           "together": {"stiffness": 0.01, "mass": 0.01, "structural": 0.01, "matrix": True, "damped_springs": True,
