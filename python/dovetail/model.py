@@ -4,7 +4,7 @@ The model is equation (1) of docs/theory/equations.md,
 
     M u'' + xi K u' + K u + [0; g(x_c)] = F f(t) + P,
 
-without xi and f(t), which belong to the case file.
+without xi and f(t), which belong to the case file; and the damping matrices C and K_structural, which the case file takes or leaves.
 """
 
 import copy
@@ -32,6 +32,9 @@ class Model:
         Zero-based indices of t1, t2, n of each contact point; positive n closes the gap.
     force, preload : (n,) array or petsc4py Vec, optional
         F, the amplitude of the excitation, and P, the static load [N]. Default zero.
+    C, K_structural : as K and M, optional
+        Viscous damping [N s/m], which `damping.matrix = true` takes, and what the loss factor `damping.structural` is of, in place of
+        K [N/m].
     forces : dict, optional
         Further load patterns by name, (n,) arrays or petsc4py Vecs [N], each with its own course in the case file. With these and
         without `force` there is no pattern "force".
@@ -58,22 +61,23 @@ class Model:
     """
 
     def __init__(self, K, M, contact_dofs, force=None, preload=None, contact=None, mesh=None, joint=None, units="SI",
-                 comm=None, forces=None):
+                 comm=None, forces=None, C=None, K_structural=None):
         if comm is None:
             comm = K.getComm().tompi4py() if is_petsc(K) else hdf5_parts.default_comm()
         self.K, self.M, self.units, self.comm = K, M, str(units), comm
         self._rows = {}
-        for name, matrix in (("K", K), ("M", M)):
-            rows, asymmetry = rows_of(matrix, name, comm)
-            hdf5_parts.agree(comm, fault(rows, asymmetry, name))
-            self._rows[name] = rows
+        self.C = self.K_structural = None
+        self._take("K", K)
         self.n = self._rows["K"].n
-        if self._rows["M"].n != self.n:
-            raise ValueError(f"K and M must have the same size, found {self.n} and {self._rows['M'].n}")
+        self._take("M", M)
+        for name, matrix in (("C", C), ("K_structural", K_structural)):
+            if matrix is not None:
+                self._take(name, matrix)
         self.contact_dofs = _contact_dofs(contact_dofs, self.n)
         self.forces = {name: self._load(load, name) for name, load in load_patterns(forces).items()}
         self.force = None if force is None and self.forces else self._load(force, "force")
         self.preload = self._load(preload, "preload")
+        self.damping = {}  # keys of [damping] that an import has found
         self.courses = {}  # of patterns, [a0, a1, b1, ...]; Structure knows them
         self.contact = contact_parameters(contact or {}, len(self.contact_dofs))
         self.mesh = model_mesh.checked_mesh(mesh, self.n) if mesh else None
@@ -90,7 +94,7 @@ class Model:
         Fe, Pe : (n_e,), optional;  Fc, Pc : (3 N_x,), optional
             Parts of F and P [N], default zero.
         **options
-            `contact`, `mesh`, `joint`, `units`, `comm`, `forces` of Model.
+            `contact`, `mesh`, `joint`, `units`, `comm`, `forces`, `C`, `K_structural` of Model.
         """
         n_e, n_c = np.shape(Kec)
         wanted = {"Kee": (Kee, (n_e, n_e)), "Kcc": (Kcc, (n_c, n_c)), "Mee": (Mee, (n_e, n_e)), "Mec": (Mec, (n_e, n_c)),
@@ -115,6 +119,30 @@ class Model:
         result.force = self.force if force is None else self._load(force, "force")
         result.preload = self.preload if preload is None else self._load(preload, "preload")
         return result
+
+    def with_damping_matrix(self, C):
+        """The same model with a viscous damping matrix [N s/m], which `damping.matrix = true` of a case takes; None for none."""
+        return self._with_matrix("C", C)
+
+    def with_structural_matrix(self, K_structural):
+        """The same model with that in place of K [N/m] in `damping.structural`, as sum of eta_i K_i over parts; None for K."""
+        return self._with_matrix("K_structural", K_structural)
+
+    def _with_matrix(self, name, matrix):
+        result = copy.copy(self)
+        result._rows = {other: rows for other, rows in self._rows.items() if other != name}
+        setattr(result, name, None)
+        if matrix is not None:
+            result._take(name, matrix)
+        return result
+
+    def _take(self, name, matrix):
+        rows, asymmetry = rows_of(matrix, name, self.comm)
+        hdf5_parts.agree(self.comm, fault(rows, asymmetry, name))
+        if name != "K" and rows.n != self.n:
+            raise ValueError(f"K and {name} must have the same size, found {self.n} and {rows.n}")
+        self._rows[name] = rows
+        setattr(self, name, matrix)
 
     def excitation(self):
         """The [[excitation.load]] entries of a case file in which every pattern has the course it was given, else a cosine."""
@@ -157,6 +185,7 @@ class Model:
             mesh, joint = model_mesh.read_mesh(file), model_mesh.read_joint(file)
             loads = {name: numbers(file, name) for name in ("force", "preload") if name in file}
             loads["forces"] = {name: numbers(file, f"forces/{name}") for name in members(file, "forces")} if "forces" in file else None
+            loads |= {name: read_sparse(file, name) for name in ("C", "K_structural") if name in file}
             return cls(read_sparse(file, "K"), read_sparse(file, "M"), numbers(file, "contact/dofs", (None, 3), "i"), **loads,
                        contact=contact, mesh=mesh, joint=joint, units=words(file, "units", "SI"), comm=hdf5_parts.Alone())
 

@@ -77,6 +77,8 @@ class Structure(Loaded):
         for name, rows in named:
             if rows.size and not 0 <= rows.min() <= rows.max() < count:
                 raise ValueError(f"{name} must name nodes 0 to {count - 1}, found {rows.min()} to {rows.max()}")
+        self.C = self.K_structural = None
+        self.damping = {}  # keys of [damping] that an import has found
         self.force, self.preload = self._load(force, "force"), self._load(preload, "preload")
         self.forces, self.courses = {}, {}  # further load patterns, and the series [a0, a1, b1, ...] of all that were added
 
@@ -137,15 +139,38 @@ class Structure(Loaded):
             begin, end = self.K.getOwnershipRange()
             own = kept[(kept >= begin) & (kept < end)].astype(PETSc.IntType)
             index = PETSc.IS().createGeneral(own, comm=self.K.getComm())
-            result.K, result.M = (matrix.createSubMatrix(index, index) for matrix in (self.K, self.M))
+            result._each_matrix(lambda matrix: matrix.createSubMatrix(index, index))
         else:
-            result.K, result.M = (sp.csr_matrix(matrix)[kept][:, kept] for matrix in (self.K, self.M))
+            result._each_matrix(lambda matrix: sp.csr_matrix(matrix)[kept][:, kept])
         result.force, result.preload = (self._kept(load, kept, result) for load in (self.force, self.preload))
         result.forces = {name: self._kept(load, kept, result) for name, load in self.forces.items()}
         return result
 
+    def with_damping_matrix(self, C):
+        """The same structure with a viscous damping matrix [N s/m], which `damping.matrix = true` of a case takes; None for none."""
+        return self._with_matrix("C", C)
+
+    def with_structural_matrix(self, K_structural):
+        """The same structure with that in place of K [N/m] in `damping.structural`, as sum of eta_i K_i over parts; None for K."""
+        return self._with_matrix("K_structural", K_structural)
+
+    def _with_matrix(self, name, matrix):
+        size = self.n if matrix is None else (matrix.getSize() if is_petsc(matrix) else np.shape(matrix))[0]
+        if size != self.n:
+            raise ValueError(f"K and {name} must have the same size, found {self.n} and {size}")
+        if matrix is not None and is_petsc(matrix) != is_petsc(self.K):
+            raise ValueError(f"{name} must be of the same kind as K, {type(self.K).__name__}, found {type(matrix).__name__}")
+        result = copy.copy(self)
+        setattr(result, name, None if matrix is None else _two_sided(matrix))
+        return result
+
+    def _each_matrix(self, change):
+        for name in ("K", "M", "C", "K_structural"):
+            if (matrix := getattr(self, name)) is not None:
+                setattr(self, name, change(matrix))
+
     def join(self, joints, *, motion_sets=True):
-        """The model with the contact points of all joints, in their order: K' = T^T K T, M' = T^T M T, loads T^T f. Collective.
+        """The model with the contact points of all joints, in their order: K' = T^T K T and so on, loads T^T f. Collective.
 
         Parameters
         ----------
@@ -168,8 +193,9 @@ class Structure(Loaded):
         model = Model(change.apply(self.K), change.apply(self.M), np.concatenate([joint.contact_dofs for joint in joints]),
                       None if forces and is_zero(self.force) else force, change.apply_load(self.preload, self.K), _contact(joints), mesh,
                       joint={**stacked, "joint": number, "names": [joint.name for joint in joints]}, units=self.units, comm=self.comm,
-                      forces=forces)
-        model.courses = self.courses
+                      forces=forces, **{name: change.apply(matrix) for name in ("C", "K_structural")
+                                        if (matrix := getattr(self, name)) is not None})
+        model.courses, model.damping = self.courses, self.damping
         return model
 
     def _need_ours(self, joint):

@@ -24,11 +24,12 @@ namespace {
 struct Checked {
   Case study;
   Forecast sizes;
-  std::vector<ContactPoint> contact; // all points
-  std::vector<double> initial;       // (3 N_x) [m]
-  PetscInt dofs = 0;                 // of the reduced model
-  std::optional<SavedRun> earlier;   // the run to be continued
-  bool has_results = false;          // on rank 0: results.h5 is this run's
+  std::vector<ContactPoint> contact;          // all points
+  std::vector<double> initial;                // (3 N_x) [m]
+  PetscInt dofs = 0;                          // of the reduced model
+  bool has_c = false, has_structural = false; // damping matrices of the model
+  std::optional<SavedRun> earlier;            // the run to be continued
+  bool has_results = false;                   // on rank 0: results.h5 is this run's
 };
 
 Checked check_input(MPI_Comm comm, const Request &request) {
@@ -43,17 +44,19 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
       check_patterns(study, header.forces, study.model);
       checked.sizes = forecast(header, study);
+      checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     } else {
       const ReducedHeader header = read_reduced_header(study.reduced);
       check_patterns(study, header.loads, study.reduced);
       checked.sizes = forecast(header, study);
+      checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     }
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));
     if (modes + points == 0)
       throw InputError(study.given.at("reduction.modes") + ": reduction.modes = 0: " + study.model.string() +
                        " has no contact points, so modes are all that can move; write at least 1");
     settle_stability(study, modes + 3 * points);
-    check_ratios(study, modes + 3 * points);
+    check_damping(study, modes, points, checked.has_c);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points);
     refuse_foreign_files(study, request.reduce_only);
@@ -79,13 +82,19 @@ std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const 
   return lock;
 }
 
-// What hysteretic damping leaves out, or nothing.
-std::string in_words(const Damping &damping) {
-  return damping.acts_in_time()    ? ""
-         : damping.structural != 0 ? "damping.structural: stability is not judged, and nothing is integrated in time; "
-                                     "hysteretic damping has no "
-                                     "motion in time"
-                                   : "damping.ratios: stability is not judged, and nothing is integrated in time";
+// What hysteretic damping leaves out, and damping of the model that is not taken; or nothing.
+std::vector<std::string> notes_on_damping(const Checked &checked) {
+  const Damping &damping = checked.study.damping;
+  std::vector<std::string> notes;
+  if (!damping.acts_in_time())
+    notes.push_back(
+        "damping.structural: stability is not judged, and nothing is integrated in time; hysteretic damping "
+        "has no motion in time");
+  if (checked.has_c && !damping.matrix)
+    notes.push_back("note: the model's viscous damping matrix is left out; damping.matrix = true takes it");
+  if (checked.has_structural && damping.structural == 0)
+    notes.push_back("note: the model's structural matrix is left out; damping.structural is the loss factor it wants");
+  return notes;
 }
 
 std::string in_words(const SavedRun &earlier, const Case &study) {
@@ -107,7 +116,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   describe(std::cout, study, checked.contact);
   describe(std::cout, checked.sizes);
   if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
-  if (const std::string note = in_words(study.damping); !note.empty()) std::cout << note << "\n";
+  for (const std::string &note : notes_on_damping(checked)) std::cout << note << "\n";
   if (checked.earlier) std::cout << in_words(*checked.earlier, study) << "\n";
 }
 
@@ -199,7 +208,7 @@ void run_case(MPI_Comm comm, const Request &request) {
             (study.title.empty() ? "" : ": " + study.title));
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
   if (checked.earlier) voice.say(in_words(*checked.earlier, study));
-  voice.say(in_words(study.damping));
+  for (const std::string &note : notes_on_damping(checked)) voice.say(note);
   Stages stages;
   try {
     work(comm, checked, request.reduce_only, stages, voice);

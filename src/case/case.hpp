@@ -167,8 +167,8 @@ std::vector<double> initial_preload(const Case &study, int n);
 /// none is named. Throws InputError when the model has no such one.
 int watched_dof(const Case &study, int modes, int points);
 
-/// Throws InputError where damping.ratios names a mode that so many reduced dofs do not have.
-void check_ratios(const Case &study, int dofs);
+/// Throws InputError where [damping] names a mode, or a matrix, that the model does not have.
+void check_damping(const Case &study, int modes, int points, bool has_matrix);
 
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);

@@ -4,13 +4,14 @@
 
 namespace dovetail {
 
-/// Damping ratio of one mode of the stuck structure.
+/// Damping ratio of one mode.
 struct ModeRatio {
   int mode; ///< from 1
   double ratio;
 };
 
-/// Viscous C = stiffness K + mass M, and hysteretic i structural K in every harmonic but the mean.
+/// Viscous C = stiffness K + mass M, and hysteretic i structural K in every harmonic but the mean; and besides what is
+/// not proportional to K and M (src/harmonic/dampers.hpp).
 struct Damping {
   // A number alone is what damping.stiffness gives.
   Damping(double by_stiffness = 0, double by_mass = 0, double loss = 0)
@@ -20,11 +21,19 @@ struct Damping {
   double mass;                   ///< a [1/s]
   double structural;             ///< eta [-]
   std::vector<ModeRatio> ratios; ///< besides
+  bool of_fixed = false;         ///< they are of the modes with all contact dofs held, not of those with contacts stuck
+  bool matrix = false;           ///< the model's viscous matrix C, too
+  bool contact = false;          ///< stiffness also takes the springs of contacts that stick at the preload state
+  bool of_parts = false;         ///< structural is of the model's own matrix, not of K
 
-  /// An entry of C.
+  /// A proportional entry of C.
   double viscous(double k, double m) const { return stiffness * k + mass * m; }
-  /// Motions in time are computed: hysteretic damping has none, ratios of single modes are not taken there.
-  bool acts_in_time() const { return structural == 0 && ratios.empty(); }
+  /// Some of it is not proportional to K and M.
+  bool has_dampers() const {
+    return !ratios.empty() || matrix || (contact && stiffness != 0) || (of_parts && structural != 0);
+  }
+  /// Motions in time have it: hysteretic damping is an equation of each harmonic.
+  bool acts_in_time() const { return structural == 0; }
 };
 
 } // namespace dovetail

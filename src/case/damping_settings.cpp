@@ -10,9 +10,12 @@ constexpr int most = 1000000000; // mode
 
 void read_ratios(const Document &document, Case &study) {
   const Entry ratios = document["damping.ratios"], of = document["damping.of"];
-  if (of && (!of.is_words() || of.words() != "stuck"))
-    of.refuse("must be \"stuck\": ratios are those of modes with all contacts closed and stuck");
+  if (of && (!of.is_words() || (of.words() != "stuck" && of.words() != "fixed")))
+    of.refuse(
+        "must be \"stuck\" or \"fixed\": ratios of modes with all contacts closed and stuck, or of the reduction's "
+        "modes, with all contact dofs held");
   if (of && !ratios) of.refuse("says whose ratios damping.ratios are, which is not given");
+  study.damping.of_fixed = of && of.words() == "fixed";
   if (!ratios) return;
   study.ratios_where = ratios.where();
   if (!ratios.is_list() || ratios.items().empty())
@@ -40,21 +43,22 @@ void read_damping(const Document &document, Case &study) {
       if (*value < 0) entry.refuse("must not be negative");
     }
   read_ratios(document, study);
+  if (const Entry matrix = document["damping.matrix"]) study.damping.matrix = matrix.truth();
+  const Entry contact = document["damping.contact"];
+  if (!contact) return;
+  study.damping.contact = contact.truth();
+  if (study.damping.contact && study.damping.stiffness == 0)
+    contact.refuse("says that damping.stiffness takes the springs of contacts too, which is 0 or not given");
 }
 
-// Hysteretic damping is an equation of each harmonic, with none of a motion in time behind it. With ratios of single
-// modes, motions in time are no sum of motions in the free modes.
+// Hysteretic damping is an equation of each harmonic, with none of a motion in time behind it.
 void leave_out_motions_in_time(const Document &document, Case &study) {
   if (study.damping.acts_in_time()) return;
   if (study.stability.value_or(false))
     document["stability.enabled"].refuse(
-        study.damping.structural != 0
-            ? "stability is judged by motions in time, which damping.structural = " +
-                  number_text(study.damping.structural) + " (" + document["damping.structural"].place() +
-                  ") does not have; write false, or damping.stiffness = structural / omega at the resonance in its "
-                  "place"
-            : "stability is not judged with damping.ratios (" + document["damping.ratios"].place() +
-                  "); write false, or damping.stiffness and damping.mass in their place");
+        "stability is judged by motions in time, which damping.structural = " + number_text(study.damping.structural) +
+        " (" + document["damping.structural"].place() +
+        ") does not have; write false, or damping.stiffness = structural / omega at the resonance in its place");
   study.stability = false;
 }
 

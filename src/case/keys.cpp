@@ -83,7 +83,12 @@ const std::vector<Key> &keys() {
       {"damping.mass", "1/s", [](C c) { return number_text(c.damping.mass); }},
       {"damping.structural", "-", [](C c) { return number_text(c.damping.structural); }},
       {"damping.ratios", "-", [](C c) { return ratios_text(c.damping.ratios); }},
-      {"damping.of", "", [](C c) { return std::string(c.damping.ratios.empty() ? "" : "stuck"); }},
+      {"damping.of", "",
+       [](C c) {
+         return std::string(c.damping.ratios.empty() ? "" : c.damping.of_fixed ? "fixed" : "stuck");
+       }},
+      {"damping.matrix", "", [](C c) { return std::string(c.damping.matrix ? "true" : "false"); }},
+      {"damping.contact", "", [](C c) { return std::string(c.damping.contact ? "true" : "false"); }},
       {"excitation.fourier", "-",
        [](C c) { return c.given.count("excitation.load") ? std::string() : fourier_text(c.loads[0].fourier); }},
       {"excitation.load", "-", [](C c) { return c.given.count("excitation.load") ? loads_text(c.loads) : ""; }},

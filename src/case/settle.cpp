@@ -29,11 +29,20 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
     throw InputError(place + "points of law cone have one friction for both directions; write \"friction\"");
 }
 
-void check_ratios(const Case &study, int dofs) {
+void check_damping(const Case &study, int modes, int points, bool has_matrix) {
+  const bool fixed = study.damping.of_fixed;
+  const int most = fixed ? modes : modes + 3 * points;
   for (const ModeRatio &ratio : study.damping.ratios)
-    if (ratio.mode > dofs)
+    if (ratio.mode > most)
       throw InputError(study.ratios_where + ": mode " + std::to_string(ratio.mode) + ": the reduced model has " +
-                       std::to_string(dofs) + " modes, N_a + 3 N_x");
+                       std::to_string(most) + (fixed ? " fixed-interface modes, N_a" : " modes, N_a + 3 N_x"));
+  if (study.damping.matrix && !has_matrix)
+    throw InputError(study.given.at("damping.matrix") + ": damping.matrix = true: " +
+                     (study.reduced.empty()
+                          ? study.model.string() + " has no /C; write the viscous damping matrix there"
+                          : study.reduced.string() + " has no /Caa; write the viscous damping matrix "
+                                                     "as /Caa, /Cax and /Cxx there") +
+                     ", or leave damping.matrix out");
 }
 
 // Where judging a point takes hardly more time than computing it. (Measured: five dofs, one point, H = 10: 0.03 ms

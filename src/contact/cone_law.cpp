@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
+
+#include "contact/cone_step.hpp"
 
 namespace dovetail {
 namespace {
@@ -74,61 +77,75 @@ void ConeLaw::march(const ContactPoint &point, const Standstill &standstill, boo
 ConeLaw::State ConeLaw::step(const ContactPoint &point, const Standstill &standstill, int round, int sample,
                              bool differentiate) {
   const int n = fourier_.size(), N = fourier_.samples();
-  if (round == 0 && sample == 0) { // from the memory of the preload
+  State state = State::open;
+  if (!(motion_[2 * N + sample] > 0)) {
+    T_ = {};
+    std::fill(slopes_.begin(), slopes_.end(), 0.0);
+  } else if (round == 0 && sample == 0) { // from the memory of the preload
     std::fill(slopes_.begin(), slopes_.end(), 0.0);
     for (int d = 0; d < 2; ++d) {
       T_[d] = point.kt[d] * (motion_[d * N] - standstill.w[d]);
       for (int i = 0; i < n; ++i) slopes_[(3 * d + d) * n + i] = point.kt[d] * fourier_.row(0)[i];
     }
-  } else if (motion_[2 * N + sample] > 0) {
-    lead_in(point, sample, differentiate);
-  }
-  return states_[sample] = rub(point, sample, differentiate);
-}
-
-// Trial force at a sample in contact: the force before plus k_t times the increment, or its part after the landing.
-void ConeLaw::lead_in(const ContactPoint &point, int sample, bool differentiate) {
-  const int n = fourier_.size(), N = fourier_.samples(), before = sample ? sample - 1 : N - 1;
-  const double p0 = motion_[2 * N + before], p1 = motion_[2 * N + sample];
-  const bool lands = !(p0 > 0);
-  const double part = lands ? p1 / (p1 - p0) : 1;
-  const double *then = fourier_.row(before), *now = fourier_.row(sample);
-  for (int d = 0; d < 2; ++d) {
-    const double increment = point.kt[d] * (motion_[d * N + sample] - motion_[d * N + before]);
-    T_[d] += part * increment;
-    if (!differentiate) continue;
-    double *by_t = &slopes_[(3 * d + d) * n], *by_n = &slopes_[(3 * d + 2) * n];
-    for (int i = 0; i < n; ++i) by_t[i] += point.kt[d] * part * (now[i] - then[i]);
-    if (!lands) continue;
-    const double slope = increment / ((p1 - p0) * (p1 - p0));
-    for (int i = 0; i < n; ++i) by_n[i] += slope * (p1 * then[i] - p0 * now[i]);
-  }
-}
-
-// From the trial force to the force.
-ConeLaw::State ConeLaw::rub(const ContactPoint &point, int sample, bool differentiate) {
-  const int N = fourier_.samples();
-  State state = State::stick;
-  if (!(motion_[2 * N + sample] > 0)) {
-    state = State::open;
-    T_ = {};
-    std::fill(slopes_.begin(), slopes_.end(), 0.0);
-  } else {
-    if (slips_forth(std::hypot(T_[0], T_[1]), point.mu[0] * force_[2 * N + sample])) {
+    state = State::stick;
+    if (slips_forth(std::hypot(T_[0], T_[1]), point.mu[0] * force_[2 * N])) {
       state = State::slip;
-      slide(point, sample, differentiate);
+      slide(point, differentiate);
     }
+  } else {
+    state = differentiate ? advance<Jet<inputs>>(point, sample) : advance<double>(point, sample);
   }
   for (int d = 0; d < 2; ++d) force_[d * N + sample] = T_[d];
-  return state;
+  return states_[sample] = state;
 }
 
-// T = mu N e, dT = mu dN e + mu N / size (1 - e e') d trial
-void ConeLaw::slide(const ContactPoint &point, int sample, bool differentiate) {
+// T at the sample from T before, by T, the displacements' increments and the normal displacements before and now.
+template <class Real> ConeLaw::State ConeLaw::advance(const ContactPoint &point, int sample) {
+  constexpr bool differentiate = !std::is_same_v<Real, double>;
+  const int N = fourier_.samples(), before = sample ? sample - 1 : N - 1;
+  const auto input = [](double value, [[maybe_unused]] int i) {
+    if constexpr (differentiate)
+      return Real::variable(value, i);
+    else
+      return value;
+  };
+  const double *p = &motion_[2 * N];
+  const Real p0 = input(p[before], 4), p1 = input(p[sample], 5), stiffness(point.mu[0] * point.kn);
+  const bool lands = !(p[before] > 0);
+  const Real part = lands ? p1 / (p1 - p0) : Real(1); // of the step: since the landing
+  std::array<Real, 2> T, y;
+  for (int d = 0; d < 2; ++d) {
+    T[d] = lands ? Real(0) : input(T_[d], d);
+    y[d] = part * Real(point.kt[d]) * input(motion_[d * N + sample] - motion_[d * N + before], 2 + d);
+  }
+  const bool slips = cone_step(T, y, lands ? Real(0) : stiffness * p0, stiffness * p1);
+  if constexpr (differentiate) chain({T[0].by, T[1].by}, fourier_.row(before), fourier_.row(sample));
+  for (int d = 0; d < 2; ++d) T_[d] = value_of(T[d]);
+  return slips ? State::slip : State::stick;
+}
+
+// slopes_ of the sample before become those of this one.
+void ConeLaw::chain(const std::array<std::array<double, inputs>, 2> &by, const double *then, const double *now) {
+  const int n = fourier_.size();
+  double *first = slopes_.data(), *second = first + 3 * n;
+  for (int l = 0; l < 3 * n; ++l) {
+    const double a = first[l], b = second[l];
+    first[l] = by[0][0] * a + by[0][1] * b, second[l] = by[1][0] * a + by[1][1] * b;
+  }
+  for (int d = 0; d < 2; ++d)
+    for (int i = 0; i < n; ++i) {
+      double *at = &slopes_[3 * d * n + i];
+      at[0] += by[d][2] * (now[i] - then[i]), at[n] += by[d][3] * (now[i] - then[i]);
+      at[2 * n] += by[d][4] * then[i] + by[d][5] * now[i];
+    }
+}
+
+// The first force, if it is beyond the bound: T = mu N e, dT = mu dN e + mu N / size (1 - e e') d trial.
+void ConeLaw::slide(const ContactPoint &point, bool differentiate) {
   const int n = fourier_.size(), N = fourier_.samples();
   const double mu = point.mu[0];
   std::array<double, 2> e;
-  const double shrink = drawn_back(mu * force_[2 * N + sample], T_, e);
+  const double shrink = drawn_back(mu * force_[2 * N], T_, e);
   if (!differentiate) return;
   double *first = slopes_.data(), *second = first + 3 * n;
   for (int l = 0; l < 3 * n; ++l) {
@@ -136,7 +153,7 @@ void ConeLaw::slide(const ContactPoint &point, int sample, bool differentiate) {
     first[l] = shrink * (first[l] - along * e[0]);
     second[l] = shrink * (second[l] - along * e[1]);
   }
-  const double *row = fourier_.row(sample);
+  const double *row = fourier_.row(0);
   for (int i = 0; i < n; ++i) {
     first[2 * n + i] += mu * point.kn * e[0] * row[i];
     second[2 * n + i] += mu * point.kn * e[1] * row[i];

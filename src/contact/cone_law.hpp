@@ -1,6 +1,7 @@
 #pragma once
 // The circular Coulomb cone |(T1, T2)| <= mu N over one period, from N samples. The two tangential directions share one
-// slider in the plane, so nothing of the interval algebra of the other laws holds: derivatives are marched.
+// slider in the plane, so nothing of the interval algebra of the other laws holds: derivatives are marched. Between two
+// samples the motion is taken to be linear, and the force is exact for that (cone_step.hpp).
 #include <array>
 #include <vector>
 
@@ -28,9 +29,10 @@ private:
   int rounds_to_close(const ContactPoint &point, const Standstill &standstill); // leaves the forces of the last round
   State step(const ContactPoint &point, const Standstill &standstill, int round, int sample, bool differentiate);
   void march(const ContactPoint &point, const Standstill &standstill, bool differentiate);
-  State rub(const ContactPoint &point, int sample, bool differentiate);
-  void lead_in(const ContactPoint &point, int sample, bool differentiate);
-  void slide(const ContactPoint &point, int sample, bool differentiate);
+  static constexpr int inputs = 6; // of a step
+  template <class Real> State advance(const ContactPoint &point, int sample);
+  void chain(const std::array<std::array<double, inputs>, 2> &by, const double *then, const double *now);
+  void slide(const ContactPoint &point, bool differentiate);
   void record(Activity &activity) const;
   void write_blocks(std::vector<double> &dense) const;
 

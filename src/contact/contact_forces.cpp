@@ -10,6 +10,7 @@
 #include "contact/cone_law.hpp"
 #include "contact/exact_law.hpp"
 #include "contact/sampled_law.hpp"
+#include "contact/samples.hpp"
 
 namespace dovetail {
 
@@ -28,12 +29,12 @@ ContactForces::ContactForces(std::vector<ContactPoint> points, std::vector<Stand
     if (law == Law::cone)
       cone_.push_back(p);
     else if (law != Law::bilateral)
-      (samples == exactly ? exact_ : sampled_).push_back(p);
+      (takes_no_samples(samples) ? exact_ : sampled_).push_back(p);
     linear_[p].reset(harmonics);
   }
   if (!exact_.empty()) laws_->exact.emplace(harmonics);
   if (!sampled_.empty()) laws_->sampled.emplace(harmonics, samples);
-  if (!cone_.empty()) laws_->cone.emplace(harmonics, samples == exactly ? enough_samples(harmonics) : samples);
+  if (!cone_.empty()) laws_->cone.emplace(harmonics, samples_of_cones(samples, harmonics));
 }
 
 ContactForces::~ContactForces() = default;

@@ -42,13 +42,13 @@ Assembled::Assembled(std::vector<Coupling> couplings, const Layout &layout, bool
 
 std::unique_ptr<LinearPart> Assembled::like(const Layout &layout) const {
   auto other = std::make_unique<Assembled>(couplings_, layout, damps_mass_);
-  other->ratios_ = ratios_, other->dampers_ = dampers_;
+  other->dampers_ = dampers_, other->damper_entries_ = damper_entries_;
   return other;
 }
 
-void Assembled::take(std::shared_ptr<const RatioDamping> ratios) {
-  dampers_ = ratios->entries();
-  ratios_ = std::move(ratios);
+void Assembled::take(std::shared_ptr<const Dampers> dampers) {
+  damper_entries_ = dampers->entries();
+  dampers_ = std::move(dampers);
 }
 
 void Assembled::multiply(const double *q, double *stiffness_force, double *inertia_force) {
@@ -72,7 +72,7 @@ UniqueMat Assembled::matrix(const ContactForces &contact) const {
       if (c.stiff || damps_mass_) add(i + cosine(k), j + sine(k)), add(i + sine(k), j + cosine(k));
     }
   }
-  for (const RatioDamping::Entry &c : dampers_)
+  for (const Dampers::Entry &c : damper_entries_)
     for (int k = 1; k <= harmonics; ++k)
       add(c.row * n + cosine(k), c.column * n + sine(k)), add(c.row * n + sine(k), c.column * n + cosine(k));
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
@@ -106,9 +106,9 @@ void Assembled::fill(Mat J, const JacobianParts &parts) {
       if (c.stiff || damps_mass_) values_.push_back(quadrature), values_.push_back(-quadrature);
     }
   }
-  for (const RatioDamping::Entry &c : dampers_)
+  for (const Dampers::Entry &c : damper_entries_)
     for (int k = 1; k <= harmonics; ++k) {
-      const double quadrature = parts.structure.turn(k) * c.value;
+      const double quadrature = parts.structure.turn(k) * c.viscous + parts.structure.hysteresis(k) * c.hysteretic;
       values_.push_back(quadrature), values_.push_back(-quadrature);
     }
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {

@@ -1,7 +1,7 @@
 #pragma once
 // The harmonic system as one sparse matrix, (N_a + 3 N_x)(2H+1) + 1 unknowns, factored by MUMPS: the plain way, which
 // the modal form is measured against.
-#include "harmonic/ratio_damping.hpp"
+#include "harmonic/dampers.hpp"
 
 namespace dovetail {
 
@@ -10,7 +10,7 @@ public:
   /// `couplings`: this rank's. `damps_mass`: see DynamicStiffness. Collective.
   Assembled(std::vector<Coupling> couplings, const Layout &layout, bool damps_mass);
 
-  void take(std::shared_ptr<const RatioDamping> ratios); ///< Collective.
+  void take(std::shared_ptr<const Dampers> dampers); ///< Collective.
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
   std::vector<Coupling> couplings() const override { return couplings_; }
@@ -25,7 +25,7 @@ private:
   Layout layout_;
   bool damps_mass_; // the pattern of Q is that of M
   std::vector<Coupling> couplings_;
-  std::vector<RatioDamping::Entry> dampers_;
+  std::vector<Dampers::Entry> damper_entries_;
   UniqueMat stiffness_, mass_;                         // (dofs, dofs) AIJ
   UniqueMat stiffness_kron_, mass_kron_;               // the same acting on all 2H+1 coefficients at once
   UniqueVec motion_, stiffness_force_, inertia_force_; // (dofs * width), without storage of their own

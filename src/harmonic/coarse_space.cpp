@@ -57,13 +57,14 @@ void CoarseSpace::choose(double omega) {
               &stride, &zero, moved.data(), &count);
     at_contacts_.assign(moved.begin(), moved.end());
   }
-  stiff_.assign(c * c, 0), heavy_ = damped_ = rates_ = stiff_;
+  stiff_.assign(c * c, 0), heavy_ = damped_ = rates_ = losses_ = stiff_;
   for (std::size_t i = 0; i < c; ++i)
     for (std::size_t k = 0; k < c; ++k)
       for (PetscInt j = 0; j < n; ++j) {
         const double product = motions_[i * n + j] * motions_[k * n + j];
         heavy_[i * c + k] += product, stiff_[i * c + k] += basis_.lambda[j] * product;
         damped_[i * c + k] += basis_.damped[j] * product, rates_[i * c + k] += basis_.rates[j] * product;
+        losses_[i * c + k] += basis_.losses[j] * product;
       }
 }
 
@@ -81,8 +82,7 @@ void CoarseSpace::factor(const ModalOperator &contacts, const DynamicStiffness &
       for (int h = 1; h <= layout_.width / 2; ++h) {
         const double stiff = stiff_[i * c + k], heavy = heavy_[i * c + k];
         const auto own = static_cast<float>(structure.in_phase(h, stiff, heavy)),
-                   other = static_cast<float>(structure.quadrature(h, stiff, heavy) +
-                                              structure.turn(h) * rates_[i * c + k]);
+                   other = static_cast<float>(structure.quadrature(h, stiff, heavy) + damper(structure, h, i * c + k));
         at[cosine(h) * size + cosine(h)] += own, at[sine(h) * size + sine(h)] += own;
         at[sine(h) * size + cosine(h)] += other, at[cosine(h) * size + sine(h)] -= other;
       }
@@ -104,7 +104,7 @@ void CoarseSpace::factor_diagonal(const DynamicStiffness &structure) {
         const double heavy = heavy_[i * c + k];
         const auto own = static_cast<float>(structure.in_phase(h, stiff_[i * c + k], heavy)),
                    other = static_cast<float>(structure.quadrature(h, damped_[i * c + k], heavy) +
-                                              structure.turn(h) * rates_[i * c + k]);
+                                              damper(structure, h, i * c + k));
         matrix[k * size + i] = own;
         if (h == 0) continue;
         matrix[(c + k) * size + c + i] = own, matrix[(c + k) * size + i] = other, matrix[k * size + c + i] = -other;

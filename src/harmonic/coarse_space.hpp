@@ -29,6 +29,9 @@ public:
 
 private:
   void choose(double omega);
+  double damper(const DynamicStiffness &structure, int h, std::size_t at) const {
+    return structure.turn(h) * rates_[at] + structure.hysteresis(h) * losses_[at];
+  }
   void factor_diagonal(const DynamicStiffness &structure);
 
   const StuckBasis &basis_;
@@ -40,7 +43,7 @@ private:
   std::vector<double> motions_;                // (n, count) by columns
   std::vector<float> at_contacts_;             // (own contact dofs, count) Phi_c B
   std::vector<double> stiff_, heavy_, damped_; // (count, count) B^T Lambda B, B^T B, B^T diag(Phi^T K Phi) B
-  std::vector<double> rates_;                  // likewise, of the ratios given
+  std::vector<double> rates_, losses_;         // likewise, of the dampers' diagonal
   RoughFactors jacobian_;                      // unknowns motion by motion
   std::vector<RoughFactors> diagonal_;         // by harmonic: cosines of all motions, then sines
   std::vector<float> rough_, part_;

@@ -21,7 +21,7 @@ public:
   double work() const override;
   double work_to_solve() const override;
   bool of_all() const { return points_ == layout_.points; } ///< points
-  bool exact() const override { return of_all() && rough_.size() == 0; }
+  bool exact() const override { return of_all() && rough_.size() == 0 && basis_.dampers_are_diagonal(); }
   bool tells_sign() const override { return exact(); }
 
 private:

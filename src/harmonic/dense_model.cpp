@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "harmonic/dampers.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -37,6 +38,11 @@ DenseModel dense_model(const HarmonicSystem &system) {
   for (const Coupling &c : all_of(layout.comm, system.couplings())) {
     const std::size_t at = place[c.row] * n + place[c.column];
     dense.K[at] += c.k, dense.M[at] += c.m;
+  }
+  if (const Dampers *dampers = system.dampers(); dampers && dampers->is_viscous()) {
+    dense.C.resize(n * n);
+    for (const Dampers::Entry &c : all_of(layout.comm, dampers->entries()))
+      dense.C[place[c.row] * n + place[c.column]] += c.viscous;
   }
   for (const LoadCase &load : system.loads()) {
     const auto contact = load.vector.begin() + layout.own_modes.size();

@@ -5,20 +5,22 @@
 #include <limits>
 
 #include "harmonic/assembled.hpp"
+#include "harmonic/dampers.hpp"
 #include "harmonic/dense_model.hpp"
 #include "harmonic/modal.hpp"
-#include "harmonic/ratio_damping.hpp"
 #include "support/error.hpp"
 #include "support/event.hpp"
 
 namespace dovetail {
 namespace {
 
-std::unique_ptr<LinearPart> linear_part(ReducedModel &model, const std::vector<ContactPoint> &contact,
-                                        const Damping &damping, const Layout &layout, LinearForm form) {
+std::unique_ptr<LinearPart> linear_part(PreloadedModel &preloaded, const Damping &damping, const Layout &layout,
+                                        LinearForm form) {
+  ReducedModel &model = preloaded.reduced;
+  const std::vector<ContactPoint> &contact = preloaded.contact;
   std::unique_ptr<LinearPart> part;
   if (form == LinearForm::modal)
-    part = std::make_unique<Modal>(model, contact, damping, layout);
+    part = std::make_unique<Modal>(model, contact, preloaded.standstill, damping, layout);
   else {
     auto assembled = std::make_unique<Assembled>(
         list_couplings(
@@ -28,13 +30,16 @@ std::unique_ptr<LinearPart> linear_part(ReducedModel &model, const std::vector<C
               return ContactRow{model.mxa.data() + at * model.modes, &model.mxx[at * nc], &model.kxx[at * nc]};
             }),
         layout, DynamicStiffness(damping).damps_mass());
-    if (!damping.ratios.empty()) {
-      const StuckBasis basis = stuck_basis(model, stuck_springs(contact), layout);
-      assembled->take(std::make_shared<RatioDamping>(*assembled, basis, damping.ratios, layout));
+    if (damping.has_dampers()) {
+      auto dampers = std::make_shared<Dampers>(model, contact, preloaded.standstill, damping, layout);
+      if (!damping.ratios.empty() && !damping.of_fixed)
+        dampers->take_ratios(*assembled, stuck_basis(model, stuck_springs(contact), layout), damping.ratios);
+      assembled->take(std::move(dampers));
     }
     part = std::move(assembled);
   }
   for (auto *rows : {&model.kxx, &model.mxx, &model.mxa}) std::vector<double>().swap(*rows); // the part holds it now
+  if (form == LinearForm::modal) model.viscous = model.structural = {}; // the other form is made of these
   return part;
 }
 
@@ -45,7 +50,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
       form_(form), loose_(scaled_.model.reduced, layout_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
-      linear_(linear_part(scaled_.model.reduced, scaled_.model.contact, scaled_.damping, layout_, form)) {
+      linear_(linear_part(scaled_.model, scaled_.damping, layout_, form)) {
   const ReducedModel &reduced = scaled_.model.reduced;
   for (const LoadCourse &load : loads) {
     const std::size_t number = reduced.load(load.pattern);
@@ -84,7 +89,8 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
     rows.mxx.insert(rows.mxx.end(), m + modes, m + n);
     rows.kxx.insert(rows.kxx.end(), k + modes, k + n);
   }
-  system->linear_ = std::make_unique<Modal>(rows, like.scaled_.model.contact, like.scaled_.damping, system->layout_);
+  system->linear_ = std::make_unique<Modal>(rows, like.scaled_.model.contact, like.scaled_.model.standstill,
+                                            like.scaled_.damping, system->layout_);
   system->form_ = LinearForm::modal;
   return system;
 }
@@ -93,7 +99,7 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &
   auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, like.samples_);
   if (like.form_ == LinearForm::assembled) return system;
   auto part = std::make_unique<Assembled>(like.couplings(), system->layout_, like.structure(1).damps_mass());
-  if (const RatioDamping *ratios = like.linear_->ratios()) part->take(std::make_shared<RatioDamping>(*ratios));
+  if (const Dampers *dampers = like.dampers()) part->take(std::make_shared<Dampers>(*dampers));
   system->linear_ = std::move(part);
   system->form_ = LinearForm::assembled;
   return system;
@@ -145,8 +151,12 @@ void HarmonicSystem::products(const double *q) {
   stiffness_force_.resize(count), inertia_force_.resize(count);
   const Timed timed(Work::matrices);
   linear_->multiply(q, stiffness_force_.data(), inertia_force_.data());
-  if (const RatioDamping *ratios = linear_->ratios())
-    damping_force_.resize(count), ratios->multiply(q, layout_.width, damping_force_.data());
+  if (const Dampers *dampers = linear_->dampers()) {
+    if (dampers->is_viscous())
+      damping_force_.resize(count), dampers->viscous_force(q, layout_.width, damping_force_.data());
+    if (dampers->is_hysteretic())
+      hysteretic_force_.resize(count), dampers->hysteretic_force(q, layout_.width, hysteretic_force_.data());
+  }
   motion_.assign(q, q + count);
 }
 
@@ -184,6 +194,9 @@ void HarmonicSystem::residual(Vec y, Vec f) {
   for (std::size_t i = 0; i < damping_force_.size(); ++i)
     if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
       out[i] += of_structure.turn(k) * (place % 2 ? damping_force_[i + 1] : -damping_force_[i - 1]);
+  for (std::size_t i = 0; i < hysteretic_force_.size(); ++i)
+    if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
+      out[i] += of_structure.hysteresis(k) * (place % 2 ? hysteretic_force_[i + 1] : -hysteretic_force_[i - 1]);
   evaluate_contact(q);
   double *contact = out + layout_.own_point_offset(0);
   for (std::size_t i = 0; i < force_.size(); ++i) contact[i] += force_[i];

@@ -75,7 +75,8 @@ public:
   /// K q and M q of the motion evaluated last, (own coefficients).
   const std::vector<double> &stiffness_force() const { return stiffness_force_; }
   const std::vector<double> &inertia_force() const { return inertia_force_; }
-  const std::vector<double> &damping_force() const { return damping_force_; } ///< by ratios, over velocity; or none
+  const std::vector<double> &damping_force() const { return damping_force_; } ///< C q of the dampers, or none
+  const Dampers *dampers() const { return linear_->dampers(); }               ///< damping besides K and M, or none
   DynamicStiffness structure(double omega) const { return DynamicStiffness(scaled_.damping, omega); } ///< its D_k
 
   /// weights . d residual / d parameters of every own point, at the motion y, for weights like y. Collective.
@@ -108,7 +109,7 @@ private:
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
   std::unique_ptr<LinearPart> linear_;
   std::vector<double> motion_, stiffness_force_, inertia_force_; // (own coefficients) of the last products
-  std::vector<double> damping_force_;                            // likewise, C q of the ratios, or empty
+  std::vector<double> damping_force_, hysteretic_force_;         // likewise, C q and S q of the dampers, or empty
   std::vector<double> column_, held_;                            // of the Jacobian, see JacobianParts
   std::vector<double> force_;                                    // (own points, 3, 2H+1)
 };

@@ -41,7 +41,7 @@ struct JacobianParts {
   const double *border;         ///< (own unknowns) last row
 };
 
-class RatioDamping;
+class Dampers;
 
 class LinearPart {
 public:
@@ -51,7 +51,7 @@ public:
   /// K q and M q, (own coefficients) each, harmonic by harmonic. Collective.
   virtual void multiply(const double *q, double *stiffness_force, double *inertia_force) = 0;
   /// Damping that is not proportional to K and M, or none.
-  const RatioDamping *ratios() const { return ratios_.get(); }
+  const Dampers *dampers() const { return dampers_.get(); }
   /// This rank's share of K and M.
   virtual std::vector<Coupling> couplings() const = 0;
 
@@ -76,7 +76,7 @@ public:
   virtual LinearEffort take_effort(Mat J, int solves) const = 0;
 
 protected:
-  std::shared_ptr<const RatioDamping> ratios_;
+  std::shared_ptr<const Dampers> dampers_;
 };
 
 } // namespace dovetail

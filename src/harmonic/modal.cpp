@@ -1,7 +1,8 @@
 #include "harmonic/modal.hpp"
 
+#include "harmonic/dampers.hpp"
 #include "harmonic/modal_solver.hpp"
-#include "harmonic/ratio_damping.hpp"
+#include "harmonic/own_rows.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -9,25 +10,6 @@ namespace {
 
 constexpr PetscInt most_open = 300; // dofs of a model whose modes without contacts are wanted
 constexpr double least_held = 1e-6; // lowest of these, squared, by that of the stuck structure; less is a loose body
-
-// M_ax by rows, from the ranks that hold its columns.
-Slab<double> own_rows_of_max(const ReducedModel &model, const Layout &layout) {
-  std::vector<int> counts(layout.size), starts(layout.size);
-  for (int r = 0; r < layout.size; ++r) {
-    const Range share = share_of(layout.points, r, layout.size);
-    counts[r] = 3 * share.size(), starts[r] = 3 * share.begin;
-  }
-  Slab<double> rows(layout.own_modes.size(), 3 * layout.points);
-  std::vector<double> own(model.own_contact_dofs()), all(3 * layout.points);
-  for (PetscInt mode = 0; mode < layout.modes; ++mode) {
-    for (std::size_t i = 0; i < own.size(); ++i) own[i] = model.mxa[i * model.modes + mode];
-    MPI_Gatherv(own.data(), static_cast<int>(own.size()), MPI_DOUBLE, all.data(), counts.data(), starts.data(),
-                MPI_DOUBLE, owner_of(layout.modes, mode, layout.size), layout.comm);
-    if (mode >= layout.own_modes.begin && mode < layout.own_modes.end)
-      std::copy(all.begin(), all.end(), rows.row(mode - layout.own_modes.begin));
-  }
-  return rows;
-}
 
 void unpad(const double *from, int padded, int width, PetscInt rows, double *to) {
   for (PetscInt i = 0; i < rows; ++i) std::copy_n(from + i * padded, width, to + i * width);
@@ -41,14 +23,14 @@ ModalSolver &solver_of(Mat J) {
 
 } // namespace
 
-Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Damping &damping,
-             const Layout &layout)
+Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact,
+             const std::vector<Standstill> &standstill, const Damping &damping, const Layout &layout)
     : Modal(
           [&] {
             auto made = std::make_shared<Model>();
             const std::size_t na = model.modes, nc = model.contact_dofs(), own = model.own_contact_dofs();
             made->kaa = model.kaa;
-            made->max = own_rows_of_max(model, layout);
+            made->max = rows_of_modes(model.mxa, layout);
             made->mass = Slab<double>(own, na + nc), made->stiffness = Slab<double>(own, nc);
             for (std::size_t i = 0; i < own; ++i) {
               std::copy_n(&model.mxa[i * na], na, made->mass.row(i));
@@ -56,17 +38,22 @@ Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact
               std::copy_n(&model.kxx[i * nc], nc, made->stiffness.row(i));
             }
             std::vector<double> springs = stuck_springs(contact);
-            if (layout.dofs() <= most_open && damping.ratios.empty()) // in its modes C is not diagonal
+            if (layout.dofs() <= most_open && !damping.has_dampers()) // in its modes these are not diagonal
               made->open = stuck_basis(model, std::vector<double>(springs.size()), layout);
             made->basis = stuck_basis(model, std::move(springs), layout);
             for (const ModeRatio &ratio : damping.ratios)
-              made->basis.rates[ratio.mode - 1] = rate_of(made->basis, ratio);
+              if (!damping.of_fixed) made->basis.rates[ratio.mode - 1] = rate_of(made->basis, ratio);
+            if (damping.has_dampers()) {
+              made->dampers = std::make_shared<Dampers>(model, contact, standstill, damping, layout);
+              made->dampers->project(made->basis);
+            }
             if (!made->open.lambda.empty() && made->open.lambda.front() < least_held * made->basis.lambda.front())
               made->open = {};
             return made;
           }(),
           layout) {
-  if (!damping.ratios.empty()) ratios_ = std::make_shared<RatioDamping>(*this, model_->basis, damping.ratios, layout);
+  if (model_->dampers && !damping.of_fixed) model_->dampers->take_ratios(*this, model_->basis, damping.ratios);
+  dampers_ = model_->dampers;
 }
 
 Modal::Modal(std::shared_ptr<const Model> model, const Layout &layout)
@@ -83,7 +70,7 @@ Modal::Modal(std::shared_ptr<const Model> model, const Layout &layout)
 
 std::unique_ptr<LinearPart> Modal::like(const Layout &layout) const {
   auto other = std::unique_ptr<Modal>(new Modal(model_, layout));
-  other->ratios_ = ratios_;
+  other->dampers_ = dampers_;
   return other;
 }
 

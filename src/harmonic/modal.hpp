@@ -1,6 +1,7 @@
 #pragma once
 // The harmonic system without any large sparse matrix: K and M as the dense rows they are, and the Jacobian solved with
 // in the modes of the stuck structure (modal_solver.hpp). The unknowns are the same as in the assembled form.
+#include "contact/law.hpp"
 #include "harmonic/linear_part.hpp"
 #include "harmonic/stuck_basis.hpp"
 
@@ -9,8 +10,8 @@ namespace dovetail {
 class Modal : public LinearPart {
 public:
   /// Collective.
-  Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const Damping &damping,
-        const Layout &layout);
+  Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const std::vector<Standstill> &standstill,
+        const Damping &damping, const Layout &layout);
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
@@ -28,10 +29,11 @@ public:
 private:
   struct Model { // for any harmonics
     std::vector<double> kaa;
-    Slab<double> max;       // (own modes, 3 N_x)
-    Slab<double> mass;      // (own contact dofs, N_a + 3 N_x): M_xa, M_xx
-    Slab<double> stiffness; // (own contact dofs, 3 N_x): K_xx
-    StuckBasis basis, open; // with contacts stuck, and without any: the latter of models that are not large
+    Slab<double> max;                 // (own modes, 3 N_x)
+    Slab<double> mass;                // (own contact dofs, N_a + 3 N_x): M_xa, M_xx
+    Slab<double> stiffness;           // (own contact dofs, 3 N_x): K_xx
+    StuckBasis basis, open;           // with contacts stuck, and without any: the latter of models that are not large
+    std::shared_ptr<Dampers> dampers; // or none
   };
   Modal(std::shared_ptr<const Model> model, const Layout &layout);
   void gather(const double *q);

@@ -74,8 +74,7 @@ void ModalFactors::weigh() {
   for (std::size_t j = 0, at = 0; j < n_; ++j)
     for (int k = 0; k <= harmonics; ++k, ++at) {
       const double lambda = basis_.lambda[j], a = structure_.in_phase(k, lambda, 1),
-                   b = structure_.quadrature(k, std::max(0.0, lambda + damped[j]), 1) +
-                       structure_.turn(k) * basis_.rates[j],
+                   b = structure_.quadrature(k, std::max(0.0, lambda + damped[j]), 1) + basis_.damper(structure_, k, j),
                    square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
       own_[at] = a / square, other_[at] = b / square;
     }

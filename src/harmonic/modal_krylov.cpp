@@ -120,11 +120,10 @@ int sign_of_met(KSP ksp) {
 // Diagonal blocks [a b; -b a] of each cosine-sine pair.
 template <class Work> void ModalKrylov::pairs(Work &&work) {
   for (PetscInt i = 0; i < own_.size(); ++i) {
-    const double lambda = basis_.lambda[own_.begin + i], damped = basis_.damped[own_.begin + i],
-                 rate = basis_.rates[own_.begin + i];
+    const double lambda = basis_.lambda[own_.begin + i], damped = basis_.damped[own_.begin + i];
     for (int k = 0; k <= layout_.width / 2; ++k) {
       const double a = structure_.in_phase(k, lambda, 1),
-                   b = structure_.quadrature(k, damped, 1) + structure_.turn(k) * rate;
+                   b = structure_.quadrature(k, damped, 1) + basis_.damper(structure_, k, own_.begin + i);
       const double square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
       work(i * layout_.width + (k == 0 ? 0 : cosine(k)), k, a / square, b / square);
     }
@@ -199,13 +198,13 @@ void ModalKrylov::apply(Vec y, Vec out) {
          along = std::inner_product(c_.begin(), c_.end(), static_cast<const double *>(in), 0.0);
   operator_.apply(in, to, last, along);
   for (PetscInt i = 0; i < own_.size(); ++i) {
-    const double lambda = basis_.lambda[own_.begin + i], rate = basis_.rates[own_.begin + i];
+    const double lambda = basis_.lambda[own_.begin + i];
     const double *row = in + i * layout_.width;
     double *result = to + i * layout_.width;
     result[0] += lambda * row[0];
     for (int k = 1; k <= layout_.width / 2; ++k) {
       const double a = structure_.in_phase(k, lambda, 1),
-                   b = structure_.quadrature(k, lambda, 1) + structure_.turn(k) * rate;
+                   b = structure_.quadrature(k, lambda, 1) + basis_.damper(structure_, k, own_.begin + i);
       result[cosine(k)] += a * row[cosine(k)] + b * row[sine(k)];
       result[sine(k)] += a * row[sine(k)] - b * row[cosine(k)];
     }

@@ -44,6 +44,7 @@ void ModalOperator::take(const ContactForces &contact, const double *held, const
   const Timed timed(Work::contact);
   const int n = layout_.width;
   const std::size_t size = static_cast<std::size_t>(n) * padded_;
+  structure_ = structure;
   for (int i = 1; i < n; ++i) cross_[i] = static_cast<Real>((i % 2 ? 1 : -1) * structure.loss((i + 1) / 2));
   std::size_t count = 0;
   for (int p = 0; p < contact.size(); ++p) {
@@ -191,6 +192,22 @@ void ModalOperator::apply(const double *y, double *out, double &last, double &su
   }
   sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);
   collect(out, &sum);
+  if (basis_.dampers_are_diagonal()) return;
+  add_dampers(basis_.viscous, &DynamicStiffness::turn, out);
+  add_dampers(basis_.hysteretic, &DynamicStiffness::hysteresis, out);
+}
+
+void ModalOperator::add_dampers(const Slab<float> &rows, double (DynamicStiffness::*factor)(int) const, double *out) {
+  if (rows.columns() == 0) return;
+  const std::size_t own = own_.size();
+  if (damped_.size() < own * padded_) damped_ = Aligned<Real>(own * padded_);
+  multiply(rows, 0, own, all_.data(), padded_, damped_.data());
+  for (std::size_t i = 0; i < own; ++i)
+    for (int k = 1; k <= layout_.width / 2; ++k) {
+      const double times = (structure_.*factor)(k);
+      out[i * layout_.width + cosine(k)] += times * damped_[i * padded_ + sine(k)];
+      out[i * layout_.width + sine(k)] -= times * damped_[i * padded_ + cosine(k)];
+    }
 }
 
 } // namespace dovetail

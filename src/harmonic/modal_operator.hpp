@@ -26,8 +26,8 @@ public:
   void to_modes(const double *r, double *out);
   /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
   void from_modes(const double *y, double *q);
-  /// out (own modal unknowns) = Phi_c^T { dG - kappa_k K_t } Phi_c y; and y's last, which the last rank holds,
-  /// made known to all, and `sum` made the sum over all ranks, on the last. Collective.
+  /// out (own modal unknowns) = Phi_c^T { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers; y's last,
+  /// which the last rank holds, made known to all, and `sum` made the sum over all ranks, on the last. Collective.
   void apply(const double *y, double *out, double &last, double &sum);
 
   /// The part of own points in Phi_c^T { ... } Phi_c among r motions, which move the own contact dofs by `shapes`,
@@ -46,6 +46,7 @@ private:
   void spread(const double *y, double last);
   void collect(double *out, double *sum);
   void contact_forces(PetscInt first, PetscInt count);
+  void add_dampers(const Slab<float> &rows, double (DynamicStiffness::*factor)(int) const, double *out);
 
   const StuckBasis &basis_;
   Layout layout_;
@@ -58,6 +59,8 @@ private:
   std::vector<double> written_;     // of one point, as the contact law gives them
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more
   Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
+  Aligned<Real> damped_;            // (own modal unknowns, padded), of dampers that are not diagonal
+  DynamicStiffness structure_;
 };
 
 } // namespace dovetail

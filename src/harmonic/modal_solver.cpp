@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "harmonic/ratio_damping.hpp"
+#include "harmonic/dampers.hpp"
 #include "support/shell.hpp"
 
 namespace dovetail {
@@ -15,6 +15,7 @@ constexpr PetscInt small_size = 150;       // unknowns of the contacts that are 
 constexpr double factored_accuracy = 1e-8; // of factors that are exact, unrefined
 constexpr int never = 1 << 20;             // iterations of a method that fails
 constexpr int most_refinements = 12;       // iterations with factors of the same Jacobian,
+constexpr int most_with_dampers = 100;     // where these leave out what is not diagonal of dampers,
 constexpr double worth_again = 0.5;        // of a factorisation,
 constexpr double most_again = 40;          // and of an earlier one
 constexpr double least_tried = 10;         // iterations in the modes, at least, before factors are made instead
@@ -69,8 +70,11 @@ void ModalSolver::multiply(Vec x, Vec y) {
   stiff_.resize(count), heavy_.resize(count), force_.resize(count - contact);
   linear_->multiply(in, stiff_.data(), heavy_.data());
   contact_->multiply(in + contact, force_.data());
-  damped_.clear();
-  if (const RatioDamping *ratios = linear_->ratios()) damped_.resize(count), ratios->multiply(in, n, damped_.data());
+  damped_.clear(), lossy_.clear();
+  if (const Dampers *dampers = linear_->dampers()) {
+    if (dampers->is_viscous()) damped_.resize(count), dampers->viscous_force(in, n, damped_.data());
+    if (dampers->is_hysteretic()) lossy_.resize(count), dampers->hysteretic_force(in, n, lossy_.data());
+  }
   double sums[] = {std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0), 0};
   for (PetscInt i = 0; i < count; ++i) {
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
@@ -81,6 +85,7 @@ void ModalSolver::multiply(Vec x, Vec y) {
     out[i] = stiff_[i] - inertia + structure_.loss(k) * across(stiff_) + structure_.drag(k) * across(heavy_) +
              column_[i] * last;
     if (!damped_.empty()) out[i] += structure_.turn(k) * across(damped_);
+    if (!lossy_.empty()) out[i] += structure_.hysteresis(k) * across(lossy_);
     if (i >= contact) out[i] += force_[i - contact];
     if (i >= contact && place == 0 && !held_.empty()) out[i] += held_[(i - contact) / n] * in[i];
     sums[1] += stiff_[i] * stiff_[i] + inertia * inertia;
@@ -224,7 +229,9 @@ bool ModalSolver::refine(Vec r, Vec x, double asked, const Round &round, const S
   return false;
 }
 
-int ModalSolver::factors_sign() { return chosen_->determinant_sign() * (fresh_ ? 1 : sign_of_met(ksp_)); }
+int ModalSolver::factors_sign() {
+  return chosen_->determinant_sign() * (fresh_ && basis_->dampers_are_diagonal() ? 1 : sign_of_met(ksp_));
+}
 
 bool ModalSolver::solve_with_factors(Vec r, Vec x, double asked) {
   first_sign_.reset();
@@ -233,8 +240,9 @@ bool ModalSolver::solve_with_factors(Vec r, Vec x, double asked) {
     apply_factors(r, x);
     return true;
   }
-  const double worth =
-      fresh_ ? most_refinements : std::clamp(worth_again * chosen_->work() / work_to_solve(), 2.0, most_again);
+  const double worth = !basis_->dampers_are_diagonal() ? most_with_dampers
+                       : fresh_                        ? most_refinements
+                                : std::clamp(worth_again * chosen_->work() / work_to_solve(), 2.0, most_again);
   const auto round = [&](Vec from, Vec to, double accuracy) {
     PetscInt count;
     KSPConvergedReason reason;
@@ -266,7 +274,8 @@ bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
 int ModalSolver::determinant_sign() {
   if (!may_factor()) return 0;
   int sign = first_sign_ ? *first_sign_ : !by_factors_ ? in_modes_.sign() : factors_sign();
-  if (!(fresh_ && chosen_->tells_sign()) && (sign == 0 || (sign_ != 0 && sign != sign_))) {
+  const bool confirmed = (fresh_ && chosen_->tells_sign()) || (sign != 0 && !basis_->dampers_are_diagonal());
+  if (!confirmed && (sign == 0 || (sign_ != 0 && sign != sign_))) {
     fresh_ = chosen_->factor(parts(), true); // not counted as work: a run that is restarted does not know sign_
     sign = fresh_ ? chosen_->determinant_sign() : 0;
   }

@@ -71,7 +71,7 @@ private:
   DynamicStiffness structure_;
   std::vector<double> held_, column_, border_; // (own contact dofs), (own coefficients), (own unknowns)
   std::vector<double> stiff_, heavy_, force_;  // (own coefficients)
-  std::vector<double> damped_;                 // likewise, by ratios
+  std::vector<double> damped_, lossy_;         // likewise, by dampers
   UniqueMat matrix_;
   UniqueKSP ksp_; // with factors
   UniqueVec remainder_, correction_;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "harmonic/layout.hpp"
+#include "harmonic/slab.hpp"
 
 namespace dovetail {
 
@@ -16,6 +17,9 @@ inline std::vector<PetscInt> numbers_of(const Layout &layout, int rank) {
   for (PetscInt i = 3 * points.begin; i < 3 * points.end; ++i) numbers.push_back(layout.modes + i);
   return numbers;
 }
+
+/// (own modes, 3 N_x) from the ranks that hold the columns of that as rows: xa (3 own, N_a). Collective.
+Slab<double> rows_of_modes(const std::vector<double> &xa, const Layout &layout);
 
 /// Whole rows as messages: their numbers alone would soon be more than an int counts.
 class RowMessages {

@@ -48,7 +48,7 @@ StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, c
   }
   MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (std::size_t j = 0; j < n; ++j) basis.damped[j] = std::max(0.0, basis.lambda[j] + basis.damped[j]);
-  basis.rates.assign(n, 0.0);
+  basis.rates.assign(n, 0.0), basis.losses.assign(n, 0.0);
   basis.shapes = joint_shapes(basis, layout);
   return basis;
 }

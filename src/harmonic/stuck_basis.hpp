@@ -8,17 +8,27 @@
 #include "harmonic/layout.hpp"
 #include "harmonic/slab.hpp"
 #include "reduction/reduced_model.hpp"
+#include "scaling/dynamic_stiffness.hpp"
 
 namespace dovetail {
 
 struct StuckBasis {
   std::vector<double> lambda;  ///< (n), n = N_a + 3 N_x, ascending; on every rank
   std::vector<double> damped;  ///< (n) diagonal of Phi^T K Phi; on every rank
-  std::vector<double> rates;   ///< (n) diagonal of Phi^T C Phi of the ratios given; on every rank
+  std::vector<double> rates;   ///< (n) diagonal of Phi^T C Phi of the dampers; on every rank
+  std::vector<double> losses;  ///< (n) diagonal of Phi^T S Phi, likewise
   std::vector<double> springs; ///< (own contact dofs) K_t
   std::vector<double> shapes;  ///< (n, shapes) by columns, see joint_shapes.hpp; on every rank
   Slab<double> exact;          ///< (own dofs, n) Phi: rows of the own modes, then of the own contact dofs
   Slab<float> phi;             ///< the same
+  Slab<float> viscous;         ///< (own modal unknowns, n) Phi^T C Phi without its diagonal; none if there is but that
+  Slab<float> hysteretic;      ///< Phi^T S Phi likewise
+
+  bool dampers_are_diagonal() const { return viscous.columns() + hysteretic.columns() == 0; }
+  /// What the dampers' diagonal adds to Q of mode j in harmonic k.
+  double damper(const DynamicStiffness &structure, int k, std::size_t j) const {
+    return structure.turn(k) * rates[j] + structure.hysteresis(k) * losses[j];
+  }
 };
 
 /// With those springs, (own contact dofs). A dense eigenproblem of all n dofs, a large one on all ranks; solved already

@@ -22,6 +22,7 @@ struct FullModel {
   std::string units = "SI";                          ///< a label, passed on to the results
   PetscInt dofs = 0;                                 ///< n
   UniqueMat K, M;                                    ///< (n, n) AIJ, symmetric [N/m], [kg]
+  UniqueMat C, K_structural;                         ///< likewise, viscous [N s/m], hysteretic [N/m]; or none
   std::vector<ForcePattern> forces;                  ///< F_j [N], each with a name
   UniqueVec preload;                                 ///< (n,) P [N]
   std::vector<std::array<PetscInt, 3>> contact_dofs; ///< (N_x): t1, t2, n of each contact point; on every rank
@@ -34,6 +35,7 @@ struct ModelHeader {
   double nonzeros = 0; ///< stored entries of K
   ContactSettings contact;
   std::vector<std::string> forces; ///< names of the patterns
+  bool has_c = false, has_structural = false;
 };
 
 /// The dofs, ascending, whose motion gives that of the sets and nodes wished for; `all` is left to the caller. Each

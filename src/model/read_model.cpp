@@ -238,21 +238,21 @@ void check_symmetry(Mat A, Range own, const std::string &place) {
   VecRestoreArrayRead(y, &a), VecRestoreArrayRead(z, &b), VecRestoreArrayRead(largest, &scale);
 }
 
-void check_mass(Mat M, Range own, const std::string &place) {
+void check_diagonal(Mat M, Range own, const std::string &place, const std::string &wanted) {
   UniqueVec diagonal;
   const double *values;
   MPI_Comm comm;
-  check(MatCreateVecs(M, diagonal.out(), nullptr), "checking the mass");
-  check(MatGetDiagonal(M, diagonal), "checking the mass");
-  check(VecGetArrayRead(diagonal, &values), "checking the mass");
+  check(MatCreateVecs(M, diagonal.out(), nullptr), "checking a diagonal");
+  check(MatGetDiagonal(M, diagonal), "checking a diagonal");
+  check(VecGetArrayRead(diagonal, &values), "checking a diagonal");
   PetscObjectGetComm(reinterpret_cast<PetscObject>(M), &comm);
   on_all_ranks(comm, [&] {
     for (PetscInt i = 0; i < own.size(); ++i)
       if (values[i] < 0)
         throw InputError(place + ": " + std::to_string(values[i]) + " on the diagonal of row " +
-                         std::to_string(own.begin + i) + "; a positive definite mass is wanted");
+                         std::to_string(own.begin + i) + "; " + wanted + " is wanted");
   });
-  check(VecRestoreArrayRead(diagonal, &values), "checking the mass");
+  check(VecRestoreArrayRead(diagonal, &values), "checking a diagonal");
 }
 
 UniqueVec distribute(MPI_Comm comm, PetscInt n, Range own, const std::vector<double> &values) {
@@ -278,6 +278,7 @@ ModelHeader read_model_header(const std::filesystem::path &path) {
   header.points = static_cast<PetscInt>(read_contact_dofs(file, header.dofs).size());
   header.contact = read_contact(file);
   header.forces = pattern_names(file);
+  header.has_c = file.has("/C"), header.has_structural = file.has("/K_structural");
   return header;
 }
 
@@ -288,14 +289,19 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
   std::vector<std::vector<double>> forces;
   std::vector<double> preload;
   Range own;
+  bool has_c = false, has_structural = false;
   on_all_ranks(comm, [&] {
     const h5::Reader file(path);
     check_format(file, path);
     if (const std::string units = file.text_attribute("units"); !units.empty()) model.units = units;
     model.dofs = matrix_size(file, "/K");
-    if (const PetscInt other = matrix_size(file, "/M"); other != model.dofs)
-      throw InputError(file.place("/M") + ": " + std::to_string(other) + " columns where /K has " +
-                       std::to_string(model.dofs));
+    for (const char *name : {"/M", "/C", "/K_structural"}) {
+      if (name != std::string("/M") && !file.has(name)) continue;
+      if (const PetscInt other = matrix_size(file, name); other != model.dofs)
+        throw InputError(file.place(name) + ": " + std::to_string(other) + " columns where /K has " +
+                         std::to_string(model.dofs));
+    }
+    has_c = file.has("/C"), has_structural = file.has("/K_structural");
     own = own_share(comm, model.dofs);
     model.contact_dofs = read_contact_dofs(file, model.dofs);
     model.contact = read_contact(file);
@@ -315,7 +321,15 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
   };
   model.K = matrix("/K", 1, false); // a node's dofs keep the same columns: see the partition
   model.M = matrix("/M", 2, true);  // of solid elements two thirds of it are zeros
-  check_mass(model.M, own, path.string() + ": /M");
+  check_diagonal(model.M, own, path.string() + ": /M", "a positive definite mass");
+  if (has_c) {
+    model.C = matrix("/C", 6, true);
+    check_diagonal(model.C, own, path.string() + ": /C", "damping that gives no energy");
+  }
+  if (has_structural) {
+    model.K_structural = matrix("/K_structural", 7, true);
+    check_diagonal(model.K_structural, own, path.string() + ": /K_structural", "a stiffness");
+  }
   for (PetscInt i = 0; i < own.size(); ++i) model.hash += entry_hash(4, own.begin + i, 0, preload[i]);
   for (std::size_t j = 0; j < forces.size(); ++j) {
     const std::uint64_t name = name_hash(model.forces[j].name);

@@ -71,6 +71,12 @@ ClampedStructure clamp(FullModel &&full) {
   parts.full.K = UniqueMat();
   parts.M = split(parts.full.M, e, c);
   parts.full.M = UniqueMat();
+  for (const auto &[whole, split_up] :
+       {std::pair(&parts.full.C, &parts.C), std::pair(&parts.full.K_structural, &parts.K_structural)}) {
+    if (!*whole) continue;
+    *split_up = split(*whole, e, c);
+    *whole = UniqueMat();
+  }
   parts.full.preload = UniqueVec();
   if (parts.elastic > 0) parts.solver = std::make_unique<ClampedSolver>(parts.K.ee, parts.full.file.string());
   return parts;

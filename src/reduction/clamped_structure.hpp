@@ -21,6 +21,7 @@ struct ClampedStructure {
   Range own;                      ///< this rank's elastic rows
   std::vector<long> elastic_dofs; ///< (own) their numbers in the full model
   Blocks K, M;
+  Blocks C, K_structural;                   ///< or none
   Tall force_e;                             ///< own parts of the F_j, a column each [N]
   std::vector<std::vector<double>> force_c; ///< likewise, of contact dofs
   std::vector<double> preload_e, preload_c; ///< own parts of P [N]

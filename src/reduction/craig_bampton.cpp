@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "reduction/condense.hpp"
 #include "reduction/elastic_modes.hpp"
 #include "reduction/left_out.hpp"
 #include "reduction/reduced_model.hpp"
@@ -9,63 +10,6 @@
 
 namespace dovetail {
 namespace {
-
-// Own rows of a matrix with one row and one column per contact dof, row-major.
-std::vector<double> dense_rows(Mat A) {
-  PetscInt begin, end, columns;
-  check(MatGetOwnershipRange(A, &begin, &end), "reading rows");
-  check(MatGetSize(A, nullptr, &columns), "reading rows");
-  std::vector<double> rows(static_cast<std::size_t>(end - begin) * columns, 0.0);
-  for (PetscInt i = begin; i < end; ++i) {
-    PetscInt count;
-    const PetscInt *at;
-    const double *values;
-    check(MatGetRow(A, i, &count, &at, &values), "reading rows");
-    for (PetscInt j = 0; j < count; ++j) rows[static_cast<std::size_t>(i - begin) * columns + at[j]] += values[j];
-    check(MatRestoreRow(A, i, &count, &at, &values), "reading rows");
-  }
-  return rows;
-}
-
-// Adds factor * block to columns [first, ...) of own rows, stored row-major with `width` columns.
-void add_block(std::vector<double> &rows, PetscInt width, PetscInt first, double factor, const Tall &block) {
-  for (PetscInt j = 0; j < block.columns; ++j)
-    for (PetscInt i = 0; i < block.rows; ++i)
-      rows[static_cast<std::size_t>(i) * width + first + j] += factor * block.column(j)[i];
-}
-
-// Rows [first, first + count) of -K_ce, which are right-hand sides of eq (16), on rank 0.
-SparseColumns right_hand_sides(Mat K_ce_on_host, PetscInt first, PetscInt count) {
-  SparseColumns sides;
-  PetscInt begin, end;
-  check(MatGetOwnershipRange(K_ce_on_host, &begin, &end), "collecting right-hand sides");
-  for (PetscInt i = std::max(first, begin); i < std::min(first + count, end); ++i) { // rank 0 owns all of them
-    PetscInt entries;
-    const PetscInt *columns;
-    const double *values;
-    check(MatGetRow(K_ce_on_host, i, &entries, &columns, &values), "collecting right-hand sides");
-    sides.row.insert(sides.row.end(), columns, columns + entries);
-    for (PetscInt at = 0; at < entries; ++at) sides.value.push_back(-values[at]);
-    check(MatRestoreRow(K_ce_on_host, i, &entries, &columns, &values), "collecting right-hand sides");
-    sides.begin.push_back(static_cast<int>(sides.row.size()));
-  }
-  return sides;
-}
-
-UniqueMat on_host(Mat A) { // all of it on rank 0
-  MPI_Comm comm;
-  int rank;
-  PetscInt rows, columns;
-  UniqueIS all_rows, all_columns;
-  UniqueMat moved;
-  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(A), &comm), "collecting right-hand sides");
-  MPI_Comm_rank(comm, &rank);
-  check(MatGetSize(A, &rows, &columns), "collecting right-hand sides");
-  check(ISCreateStride(comm, rank == 0 ? rows : 0, 0, 1, all_rows.out()), "collecting right-hand sides");
-  check(ISCreateStride(comm, rank == 0 ? columns : 0, 0, 1, all_columns.out()), "collecting right-hand sides");
-  check(MatCreateSubMatrix(A, all_rows, all_columns, MAT_INITIAL_MATRIX, moved.out()), "collecting right-hand sides");
-  return moved;
-}
 
 // Adds to columns [first, first + Y.columns) of own rows (row-major, `width` columns) the rows below first + Y.columns
 // of S^T Y: what is beyond them follows from symmetry.
@@ -84,37 +28,6 @@ void add_upper(MPI_Comm comm, PetscInt points, const Tall &S, const Tall &Y, Pet
   std::vector<double> own(counts[rank]);
   MPI_Reduce_scatter(part.data(), own.data(), counts.data(), MPI_DOUBLE, MPI_SUM, comm);
   for (std::size_t at = 0; at < own.size(); ++at) rows[at / Y.columns * width + first + at % Y.columns] += own[at];
-}
-
-// The lower triangle of a symmetric matrix from its upper one, own rows row-major.
-void mirror_upper(MPI_Comm comm, PetscInt points, std::vector<double> &rows) {
-  int size, rank;
-  MPI_Comm_size(comm, &size);
-  MPI_Comm_rank(comm, &rank);
-  const PetscInt width = 3 * points, first = 3 * share_of(points, rank, size).begin,
-                 own = 3 * share_of(points, rank, size).size();
-  std::vector<std::vector<double>> outgoing(size); // own rows, columns of a later rank, transposed
-  std::vector<MPI_Request> sending(size, MPI_REQUEST_NULL);
-  for (int to = rank + 1; to < size; ++to) {
-    const PetscInt begin = 3 * share_of(points, to, size).begin, count = 3 * share_of(points, to, size).size();
-    outgoing[to].resize(static_cast<std::size_t>(own) * count);
-    for (PetscInt i = 0; i < own; ++i)
-      for (PetscInt j = 0; j < count; ++j)
-        outgoing[to][static_cast<std::size_t>(j) * own + i] = rows[static_cast<std::size_t>(i) * width + begin + j];
-    MPI_Isend(outgoing[to].data(), own * count, MPI_DOUBLE, to, 0, comm, &sending[to]);
-  }
-  for (PetscInt i = 0; i < own; ++i)
-    for (PetscInt j = 0; j < i; ++j)
-      rows[static_cast<std::size_t>(i) * width + first + j] = rows[static_cast<std::size_t>(j) * width + first + i];
-  for (int from = 0; from < rank; ++from) {
-    const PetscInt begin = 3 * share_of(points, from, size).begin, count = 3 * share_of(points, from, size).size();
-    std::vector<double> incoming(static_cast<std::size_t>(own) * count);
-    MPI_Recv(incoming.data(), own * count, MPI_DOUBLE, from, 0, comm, MPI_STATUS_IGNORE);
-    for (PetscInt i = 0; i < own; ++i)
-      std::copy_n(&incoming[static_cast<std::size_t>(i) * count], count,
-                  &rows[static_cast<std::size_t>(i) * width + begin]);
-  }
-  MPI_Waitall(size, sending.data(), MPI_STATUSES_IGNORE);
 }
 
 double backward_error(Mat K, const Tall &psi, Mat K_ec) {
@@ -165,7 +78,11 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
     model.loads.push_back({parts.full.forces[j].name, std::vector<double>(modes), parts.force_c[j]});
   model.r = parts.preload_c;
   for (double &value : model.r) value = -value;
-  if (parts.elastic == 0) return out; // every dof in contact: nothing to condense
+  if (parts.elastic == 0) { // every dof in contact: nothing to condense
+    condense(parts, parts.C, {}, plan.block, model.viscous);
+    condense(parts, parts.K_structural, {}, plan.block, model.structural);
+    return out;
+  }
 
   const ClampedSolver &solver = *parts.solver;
   stages.run("2c factorisation", [&] { parts.solver->factor(); });
@@ -227,7 +144,7 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       probes = solver.solve(probes);
       if (settings.kind == ModeKind::residual)
         if (const PetscInt count = with_residuals(parts, found, probes)) {
-          const auto coupling = carried_by(parts, phi, modes - count);
+          const auto coupling = carried_by(parts, parts.M, phi, modes - count);
           for (PetscInt i = 0; i < own_nc; ++i)
             std::copy_n(&coupling[static_cast<std::size_t>(i) * count], count,
                         &model.mxa[static_cast<std::size_t>(i + 1) * modes - count]);
@@ -235,6 +152,10 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       model.left_out = left_out(parts, found, probes);
     });
   model.kaa = found.squares;
+  stages.run("2f projections", [&] {
+    condense(parts, parts.C, phi, plan.block, model.viscous);
+    condense(parts, parts.K_structural, phi, plan.block, model.structural);
+  });
   const auto modal = gram(comm, phi, 0, modes, force, 0, loads); // eq (17)
   for (PetscInt pattern = 0; pattern < loads; ++pattern)
     model.loads[pattern].fa.assign(modal.begin() + pattern * modes, modal.begin() + (pattern + 1) * modes);

@@ -103,13 +103,12 @@ void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, Pets
   subtract_product(carried, count, less, probes);
 }
 
-std::vector<double> carried_by(const ClampedStructure &parts, const Tall &phi, PetscInt from) {
+std::vector<double> carried_by(const ClampedStructure &parts, const Blocks &M, const Tall &phi, PetscInt from) {
   const PetscInt columns = phi.columns - from, own_contact = 3 * parts.own_points.size();
   std::vector<double> rows(static_cast<std::size_t>(own_contact) * columns);
   for (PetscInt first = 0; first < columns; first += lanczos_block) { // B^T = M_ce + Psi^T M_ee, Psi^T = -K_ce K_ee^-1
-    const Tall block = part(phi, from + first, std::min(lanczos_block, columns - first)),
-               own = multiply(parts.M.ce, block),
-               held = multiply(parts.K.ce, parts.solver->solve(multiply(parts.M.ee, block)));
+    const Tall block = part(phi, from + first, std::min(lanczos_block, columns - first)), own = multiply(M.ce, block),
+               held = multiply(parts.K.ce, parts.solver->solve(multiply(M.ee, block)));
     for (PetscInt j = 0; j < block.columns; ++j)
       for (PetscInt i = 0; i < own_contact; ++i)
         rows[static_cast<std::size_t>(i) * columns + first + j] = own.column(j)[i] - held.column(j)[i];
@@ -177,7 +176,7 @@ LeftOut left_out(const ClampedStructure &parts, const ElasticModes &kept, const 
   const auto loads = gram(comm, rest.shapes, 0, left, parts.force_e, 0, parts.force_e.columns);
   for (PetscInt j = 0; j < parts.force_e.columns; ++j)
     out.loads.emplace_back(loads.begin() + j * left, loads.begin() + (j + 1) * left);
-  out.coupling = carried_by(parts, rest.shapes);
+  out.coupling = carried_by(parts, parts.M, rest.shapes);
   if (m > 0) out.with_modes = gram(comm, rest.shapes, 0, left, multiply(parts.M.ee, kept.shapes), 0, m);
   return out;
 }

@@ -28,7 +28,8 @@ PetscInt with_residuals(const ClampedStructure &parts, ElasticModes &modes, Tall
 /// What of S is left out of the modes. Collective.
 LeftOut left_out(const ClampedStructure &parts, const ElasticModes &kept, const Tall &S);
 
-/// Own rows of B^T phi, B = M_ee Psi + M_ec, for columns of phi from `from` on: (3 own, columns) row-major. Collective.
-std::vector<double> carried_by(const ClampedStructure &parts, const Tall &phi, PetscInt from = 0);
+/// Own rows of B^T phi, B = M_ee Psi + M_ec of a matrix M, for columns of phi from `from` on: (3 own, columns)
+/// row-major. Collective.
+std::vector<double> carried_by(const ClampedStructure &parts, const Blocks &M, const Tall &phi, PetscInt from = 0);
 
 } // namespace dovetail

@@ -2,13 +2,13 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <limits>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "reduction/reduced_model.hpp"
 #include "support/error.hpp"
-#include "support/hash.hpp"
 #include "support/hdf5.hpp"
 #include "support/version.hpp"
 
@@ -80,38 +80,6 @@ std::string mass_not_positive(const std::filesystem::path &file) {
          "condensed or written";
 }
 
-std::string fingerprint_of(const ReducedModel &model) {
-  std::uint64_t sum = 0, kind = 0; // a sum, whose terms may come in any order
-  const auto take = [&](const std::vector<double> &values, std::uint64_t first) {
-    ++kind;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      std::uint64_t bits;
-      std::memcpy(&bits, &values[i], sizeof bits);
-      sum += mix(mix(mix(kind) ^ (first + i)) ^ bits);
-    }
-  };
-  int rank;
-  MPI_Comm_rank(model.comm, &rank);
-  const std::uint64_t row = 3 * model.own_points.begin, contact = model.contact_dofs();
-  const LeftOut &left = model.left_out;
-  const auto take_once = [&](const std::vector<double> &values) { // of what is on every rank
-    take(rank == 0 ? values : std::vector<double>(), 0);
-  };
-  take_once(model.kaa), take_once(left.squares), take_once(left.with_modes);
-  for (const auto &load : left.loads) take_once(load);
-  for (const LoadPattern &load : model.loads) {
-    take_once(load.fa);
-    take(load.fx, row);
-  }
-  take(model.r, row);
-  take(model.kxx, row * contact), take(model.mxx, row * contact);
-  take(model.mxa, row * model.modes), take(left.coupling, row * left.squares.size());
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, model.comm);
-  char text[24];
-  std::snprintf(text, sizeof text, "%016" PRIx64, sum);
-  return text;
-}
-
 std::size_t ReducedModel::load(const std::string &name) const {
   std::string names;
   for (std::size_t j = 0; j < loads.size(); ++j) {
@@ -154,6 +122,13 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     write_by_pattern(file, "/Fx", fx, nc, first, rows);
     file.rows("/R", {nc}, first, rows, model.r.data());
     file.slab("/Max", {na, nc}, {0, first}, {na, rows}, transposed(model.mxa, rows, na).data());
+    for (const auto &[letter, matrix] : {std::pair("C", &model.viscous), std::pair("S", &model.structural)}) {
+      if (!matrix->given) continue;
+      const std::string name = std::string("/") + letter;
+      file.rows(name + "aa", {na, na}, 0, all, matrix->aa.data());
+      file.slab(name + "ax", {na, nc}, {0, first}, {na, rows}, transposed(matrix->xa, rows, na).data());
+      file.rows(name + "xx", {nc, nc}, first, rows, matrix->xx.data());
+    }
     if (const LeftOut &left = model.left_out; !left.squares.empty()) {
       const hsize_t r = left.squares.size();
       file.rows("/left_out/Kaa", {r}, 0, rank == 0 ? r : 0, left.squares.data());
@@ -217,7 +192,18 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
     want("/Fx", {nc}, "(3 N_x,) = (" + std::to_string(nc) + ",)");
   }
   want("/R", {nc}, "(3 N_x,) = (" + std::to_string(nc) + ",)");
-  return {static_cast<PetscInt>(na), static_cast<PetscInt>(nc / 3), loads};
+  const auto has_damping = [&](const std::string &letter) {
+    if (!file.has(letter + "aa") && !file.has(letter + "ax") && !file.has(letter + "xx")) return false;
+    if (!file.has(letter + "aa") || file.extent(letter + "aa").size() != 1) // the diagonal will do
+      want(letter + "aa", {na, na}, "(N_a, N_a) = " + modes + ", " + std::to_string(na) + "), or its diagonal (N_a,),");
+    else
+      want(letter + "aa", {na}, "(N_a,) = " + modes + ",)");
+    if (file.has(letter + "ax")) want(letter + "ax", {na, nc}, "(N_a, 3 N_x) = " + modes + ", " + contact);
+    if (file.has(letter + "xx"))
+      want(letter + "xx", {nc, nc}, "(3 N_x, 3 N_x) = (" + std::to_string(nc) + ", " + contact);
+    return true;
+  };
+  return {static_cast<PetscInt>(na), static_cast<PetscInt>(nc / 3), loads, has_damping("/C"), has_damping("/S")};
 }
 
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
@@ -250,18 +236,41 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
         throw InputError(file.place("/Kaa") + ": " + std::to_string(square) +
                          "; squared frequencies above 0 are wanted");
     model.r = finite("/R", file.doubles("/R", {first}, {rows}));
-    for (const auto &[name, own] : {std::pair{"/Kxx", &model.kxx}, std::pair{"/Mxx", &model.mxx}}) {
-      *own = finite(name, file.doubles(name, {first, 0}, {rows, nc}));
+    const auto contact_rows = [&](const std::string &name) {
+      const std::vector<double> own = finite(name, file.doubles(name, {first, 0}, {rows, nc}));
       const auto columns = file.doubles(name, {0, first}, {nc, rows});
       double largest = 0;
-      for (const double value : *own) largest = std::max(largest, std::abs(value));
+      for (const double value : own) largest = std::max(largest, std::abs(value));
       for (hsize_t i = 0; i < rows; ++i)
         for (hsize_t j = 0; j < nc; ++j)
-          if (std::abs((*own)[i * nc + j] - columns[j * rows + i]) > 1e-8 * largest)
+          if (std::abs(own[i * nc + j] - columns[j * rows + i]) > 1e-8 * largest)
             throw InputError(file.place(name) + ": not symmetric, row " + std::to_string(first + i) + ", column " +
                              std::to_string(j) + " (of 0..)");
+      return own;
+    };
+    const auto modal_columns = [&](const std::string &name) {
+      return transposed(finite(name, file.doubles(name, {0, first}, {na, rows})), na, rows);
+    };
+    model.kxx = contact_rows("/Kxx"), model.mxx = contact_rows("/Mxx");
+    model.mxa = modal_columns("/Max");
+    for (auto [letter, matrix, has] :
+         {std::tuple("C", &model.viscous, header.has_c), std::tuple("S", &model.structural, header.has_structural)}) {
+      if (!(matrix->given = has)) continue;
+      const std::string name = std::string("/") + letter;
+      matrix->aa = finite(name + "aa", file.doubles(name + "aa"));
+      if (file.extent(name + "aa").size() == 1) {
+        const std::vector<double> diagonal = std::exchange(matrix->aa, std::vector<double>(na * na));
+        for (hsize_t j = 0; j < na; ++j) matrix->aa[j * na + j] = diagonal[j];
+      }
+      for (hsize_t i = 0; i < na; ++i)
+        for (hsize_t j = 0; j < i; ++j)
+          if (std::abs(matrix->aa[i * na + j] - matrix->aa[j * na + i]) >
+              1e-8 * std::max(std::abs(matrix->aa[i * na + i]), std::abs(matrix->aa[j * na + j])))
+            throw InputError(file.place(name + "aa") + ": not symmetric, row " + std::to_string(i) + ", column " +
+                             std::to_string(j) + " (of 0..)");
+      matrix->xa = file.has(name + "ax") ? modal_columns(name + "ax") : std::vector<double>(rows * na);
+      matrix->xx = file.has(name + "xx") ? contact_rows(name + "xx") : std::vector<double>(rows * nc);
     }
-    model.mxa = transposed(finite("/Max", file.doubles("/Max", {0, first}, {na, rows})), na, rows);
     if (!file.has("/left_out/Kaa")) return;
     LeftOut &left = model.left_out;
     left.squares = finite("/left_out/Kaa", file.doubles("/left_out/Kaa"));

@@ -27,6 +27,14 @@ struct LoadPattern {
   std::vector<double> fx; ///< (3 own)
 };
 
+/// A damping matrix besides K and M, by blocks as the mass.
+struct DampingMatrix {
+  bool given = false;
+  std::vector<double> aa; ///< (N_a, N_a) row-major; on every rank
+  std::vector<double> xa; ///< (3 own, N_a)
+  std::vector<double> xx; ///< (3 own, 3 N_x)
+};
+
 struct ReducedModel {
   MPI_Comm comm = MPI_COMM_NULL;
   std::filesystem::path file;  ///< it was read from, or reduced from; for messages
@@ -43,6 +51,9 @@ struct ReducedModel {
   std::vector<double> mxx; ///< (3 own, 3 N_x)
   std::vector<double> kxx; ///< (3 own, 3 N_x)
   std::vector<double> r;   ///< (3 own) R of eq (2)
+
+  DampingMatrix viscous;    ///< C [N s/m], of modes [1/s]
+  DampingMatrix structural; ///< what damping.structural is of, in place of K [N/m]
 
   std::vector<LoadPattern> loads = {{}}; ///< (L)
   /// Number of the pattern of that name. InputError if there is none.
@@ -118,6 +129,7 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &file);
 struct ReducedHeader {
   PetscInt modes = 0, points = 0;
   std::vector<std::string> loads; ///< names of the patterns
+  bool has_c = false, has_structural = false;
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
 

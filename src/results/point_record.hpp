@@ -50,6 +50,7 @@ struct EstimateRecord {
   double harmonics = 0, sampling = 0, modes = 0; ///< see ErrorEstimate
   double between = 0;                            ///< see BranchPoint
   double parameter = 0;                          ///< where it is not the frequency
+  double open = 0;                               ///< share of the contact points
 
   double total() const { return harmonics + sampling + modes; }
 };

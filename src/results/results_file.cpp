@@ -303,9 +303,10 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
                modes = modes_estimated_ ? old.doubles("/points/error_modes", first, points)
                                         : std::vector<double>(kept.points, 0.0),
                between = old.doubles("/points/error_between", first, points),
-               parameter = over_path_ ? old.doubles("/points/parameter", first, points) : at;
+               parameter = over_path_ ? old.doubles("/points/parameter", first, points) : at,
+               open = old.doubles("/points/open", first, points);
     for (hsize_t i = 0; i < kept.points; ++i)
-      estimates_.push_back({at[i], harmonics[i], sampling[i], modes[i], between[i], parameter[i]});
+      estimates_.push_back({at[i], harmonics[i], sampling[i], modes[i], between[i], parameter[i], open[i]});
   }
   const h5::Extent from{0}, count{kept.events};
   const auto kinds = old.integers("/events/kind", from, count), at = old.integers("/events/point", from, count);
@@ -334,7 +335,7 @@ void ResultsFile::append(const PointRecord &point) {
     if (!named_) take_name();
     if (estimated_)
       estimates_.push_back({point.omega, point.harmonics_error, point.sampling_error, point.modes_error,
-                            point.between_error, point.parameter});
+                            point.between_error, point.parameter, point.open});
   });
 }
 

@@ -79,6 +79,8 @@ template <class Record> double value_of(const BranchStory &story, const Record &
 Accuracy accuracy_of(const BranchStory &story) {
   Accuracy found;
   std::vector<double> totals;
+  const bool opens = std::any_of(story.estimates.begin(), story.estimates.end(),
+                                 [](const EstimateRecord &estimate) { return estimate.open > 0; });
   for (const EstimateRecord &estimate : story.estimates) {
     if (estimate.between > found.between) found.between = estimate.between, found.before = value_of(story, estimate);
     const double total = estimate.total();
@@ -91,7 +93,7 @@ Accuracy accuracy_of(const BranchStory &story) {
     if (total > no_error) {
       ++found.meaningless;
       const double needed = 1.5 * story.closed_contact_frequency / estimate.omega;
-      if (estimate.modes <= estimate.harmonics)
+      if (opens && estimate.modes <= estimate.harmonics)
         found.wanted = std::max(found.wanted, static_cast<int>(std::ceil(std::min(needed, 1e6))));
     }
     found.harmonics = std::max(found.harmonics, estimate.harmonics);

@@ -22,7 +22,9 @@ public:
   double in_phase(int k, double stiffness, double mass) const { return stiffness - inertia(k) * mass; } ///< P
   double quadrature(int k, double stiffness, double mass) const { return loss(k) * stiffness + drag(k) * mass; } ///< Q
 
-  double turn(int k) const { return k * omega_; } ///< of another viscous damping matrix, in Q
+  // What multiplies other damping matrices, in Q: of a viscous one, and of one that is structural in place of K.
+  double turn(int k) const { return k * omega_; }
+  double hysteresis(int k) const { return k > 0 && damping_.of_parts ? damping_.structural : 0; }
 
   // Derivatives by Omega.
   double inertia_slope(int k) const { return 2 * k * k * omega_; }
@@ -30,7 +32,7 @@ public:
   double drag_slope(int k) const { return k * damping_.mass; }
 
 private:
-  double eta(int k) const { return k > 0 ? damping_.structural : 0; }
+  double eta(int k) const { return k > 0 && !damping_.of_parts ? damping_.structural : 0; }
 
   Damping damping_;
   double omega_;

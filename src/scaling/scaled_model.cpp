@@ -90,6 +90,12 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
   multiply(reduced.mxx, b / a * (b / a));
   multiply(reduced.kxx, stiffness);
   for (LoadPattern &load : reduced.loads) multiply(load.fa, 1 / (a * w0 * w0)), multiply(load.fx, force);
+  const auto multiply_blocks = [&](DampingMatrix &matrix, double factor) {
+    multiply(matrix.aa, factor);
+    multiply(matrix.xa, factor * b / a);
+    multiply(matrix.xx, factor * (b / a * (b / a)));
+  };
+  multiply_blocks(reduced.viscous, 1 / w0), multiply_blocks(reduced.structural, 1 / (w0 * w0));
   multiply(reduced.r, force);
   multiply(reduced.left_out.squares, 1 / (w0 * w0));
   for (auto &load : reduced.left_out.loads) multiply(load, 1 / (a * w0 * w0));
@@ -103,7 +109,9 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
     for (int d = 0; d < 3; ++d) at_rest.x[d] /= b, at_rest.force[d] *= force;
   }
   Damping dimensionless(damping.stiffness * w0, damping.mass / w0, damping.structural);
-  dimensionless.ratios = damping.ratios;
+  dimensionless.ratios = damping.ratios, dimensionless.of_fixed = damping.of_fixed;
+  dimensionless.matrix = damping.matrix, dimensionless.contact = damping.contact;
+  dimensionless.of_parts = model.reduced.structural.given;
   return {std::move(model), std::move(dimensionless), scales};
 }
 

@@ -17,7 +17,7 @@ struct Scales {
 /// section 7.
 struct ScaledModel {
   PreloadedModel model;
-  Damping damping; ///< b w0, a / w0, eta [-]
+  Damping damping; ///< b w0, a / w0, eta [-]; of_parts if the model has a structural matrix
   Scales scales;
 };
 

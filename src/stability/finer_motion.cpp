@@ -49,7 +49,7 @@ std::vector<double> finer_motion(const DenseModel &model, const ContactReading &
       for (int c = 0; c < n; ++c) {
         const std::size_t at = static_cast<std::size_t>(r) * n + c;
         A(r, c) = A(n + r, n + c) = K[at] - turn * turn * model.M[at];
-        A(r, n + c) = turn * model.damping.viscous(model.K[at], model.M[at]), A(n + r, c) = -A(r, n + c);
+        A(r, n + c) = turn * model.viscous(at), A(n + r, c) = -A(r, n + c);
       }
     std::fill(answer.begin(), answer.end(), 0.0);
     for (int d = 0; d < 3 * model.points; ++d) {

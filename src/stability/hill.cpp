@@ -71,7 +71,7 @@ void Hill::rate_times(const double *p, double *out) const {
   for (int r = 0; r < n; ++r)
     for (int c = 0; c < n; ++c) {
       const std::size_t at = static_cast<std::size_t>(r) * n + c;
-      const double damping = model_.damping.viscous(model_.K[at], model_.M[at]), mass = 2 * omega_ * model_.M[at];
+      const double damping = model_.viscous(at), mass = 2 * omega_ * model_.M[at];
       const double *from = p + c * w;
       double *to = out + r * w;
       for (int i = 0; damping != 0 && i < w; ++i) to[i] += damping * from[i];
@@ -87,18 +87,17 @@ void Hill::rate_times(const double *p, double *out) const {
 // a number, since all of its parts turn cosine and sine like complex numbers; real for the mean, i = 0.
 Complex Hill::dynamic(double lambda, int i, int r, int c) const {
   const std::size_t at = static_cast<std::size_t>(r) * model_.dofs() + c;
-  const double k = model_.K[at], m = model_.M[at], viscous = model_.damping.viscous(k, m),
-               turn = wave_number(waves_, i) * omega_;
+  const double k = model_.K[at], m = model_.M[at], viscous = model_.viscous(at), turn = wave_number(waves_, i) * omega_;
   return {k - turn * turn * m + lambda * (viscous + lambda * m), turn * (viscous + 2 * lambda * m)};
 }
 
-// Modes are coupled with one another by nothing: they are eliminated wave by wave, and the contact dofs are left.
+// Modes that are coupled with one another by nothing are eliminated wave by wave, and the contact dofs are left.
 bool Hill::factor(double lambda) {
-  const int modes = model_.modes, rows = 3 * model_.points, w = width_;
+  const int modes = eliminated(), rows = model_.dofs() - modes, w = width_, contact = (model_.modes - modes) * w;
   Dense S(rows * w, rows * w);
   for_each_block([&](int row, int column, const double *block) {
     for (int i = 0; i < w; ++i)
-      for (int j = 0; j < w; ++j) S(row + i, column + j) += block[i * w + j];
+      for (int j = 0; j < w; ++j) S(contact + row + i, contact + column + j) += block[i * w + j];
   });
   inverse_.clear(), coupling_.clear();
   for (int i = first_wave(waves_); i < w; i += 2) {
@@ -125,7 +124,7 @@ bool Hill::factor(double lambda) {
 }
 
 void Hill::solve(double *b) const {
-  const int modes = model_.modes, rows = 3 * model_.points, w = width_;
+  const int modes = eliminated(), rows = model_.dofs() - modes, w = width_;
   double *contact = b + modes * w;
   const Complex *inverse = inverse_.data(), *coupling = coupling_.data();
   for (int i = first_wave(waves_); i < w; i += 2)

@@ -38,6 +38,9 @@ private:
   /// `take`(row, column, values): the blocks of the contact points, rows and columns counted from the first of them.
   template <class Take> void for_each_block(Take take) const;
   std::complex<double> dynamic(double lambda, int i, int r, int c) const;
+  int eliminated() const {
+    return model_.C.empty() ? model_.modes : 0;
+  } // dofs of factor(): modes, unless C couples them
   bool factor(double lambda);
   void solve(double *b) const;
   void look_at_ritz_values(int steps, double strip, Exponents &out);
@@ -48,8 +51,9 @@ private:
   double omega_ = 1;
   std::vector<double> blocks_;
   Dense basis_, hessenberg_;
-  std::vector<std::complex<double>> inverse_, coupling_; // of factor(): (waves, modes), (waves, modes, contact dofs)
-  Factors schur_;                                        // of the contact dofs, modes eliminated
+  std::vector<std::complex<double>> inverse_,
+      coupling_;  // of factor(): (waves, eliminated), (waves, eliminated, others)
+  Factors schur_; // of the other dofs
 };
 
 } // namespace dovetail

@@ -25,8 +25,7 @@ Growth by_hill(const HarmonicSystem &system, Waves waves, double omega, const st
 
 LargeStabilityTest::LargeStabilityTest(const HarmonicSystem &system)
     : system_(system), own_(own_points(system)), reading_(own_, system.harmonics()) {
-  if (!system.scaled().damping.acts_in_time())
-    throw ComputeError("stability: not with hysteretic damping, nor with ratios of single modes");
+  if (!system.scaled().damping.acts_in_time()) throw ComputeError("stability: not with hysteretic damping");
 }
 
 Stability LargeStabilityTest::judge(Vec y) {

@@ -7,18 +7,35 @@
 #include "support/error.hpp"
 
 namespace dovetail {
+namespace {
+
+// modes^T C modes
+std::vector<double> between_modes(const std::vector<double> &C, const Dense &modes) {
+  const int n = modes.rows;
+  Dense whole(n, n), moved(n, n);
+  whole.values = C;
+  multiply(1, whole, modes, 0, moved);
+  std::vector<double> out(C.size());
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      out[static_cast<std::size_t>(i) * n + j] =
+          std::inner_product(modes.column(i), modes.column(i) + n, moved.column(j), 0.0);
+  return out;
+}
+
+} // namespace
 
 Monodromy::Monodromy(const DenseModel &model)
     : n_(model.dofs()), points_(model.points), damping_(model.damping), contact_(model.contact),
       shape_(model.dofs(), 3 * model.points) {
-  if (!damping_.acts_in_time())
-    throw ComputeError("stability: not with hysteretic damping, nor with ratios of single modes");
+  if (!damping_.acts_in_time()) throw ComputeError("stability: not with hysteretic damping");
   Dense modes(n_, n_), mass(n_, n_);
   modes.values = model.K, mass.values = model.M;
   stiffness_ = symmetric_modes(modes, mass);
   if (stiffness_.size() != static_cast<std::size_t>(n_)) throw InputError(mass_not_positive(model.file));
   for (int c = 0; c < 3 * points_; ++c)
     for (int j = 0; j < n_; ++j) shape_(j, c) = modes(model.modes + c, j);
+  if (!model.C.empty()) viscous_ = between_modes(model.C, modes);
   const double largest = std::max(std::abs(stiffness_.front()), std::abs(stiffness_.back()));
   while (rigid_ < n_ && std::abs(stiffness_[rigid_]) <= 1e-10 * largest) ++rigid_;
 }
@@ -52,6 +69,7 @@ void Monodromy::assemble(const Answer *answers) {
     rate_(n + j, j) = -stiffness_[j] * scale;
     rate_(n + j, n + j) = -damping_.viscous(stiffness_[j], 1) / omega_;
   }
+  for (std::size_t at = 0; at < viscous_.size(); ++at) rate_(n + at / n, n + at % n) -= viscous_[at] / omega_;
   const auto add = [&](int row, int column, double k) { // force k x_column on contact dof `row`
     const double *a = shape_.column(row), *b = shape_.column(column);
     for (int j = 0; j < n; ++j) {

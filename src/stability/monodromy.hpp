@@ -10,7 +10,7 @@ namespace dovetail {
 
 class Monodromy {
 public:
-  /// InputError if M is not positive definite. ComputeError if damping is not viscous and proportional.
+  /// InputError if M is not positive definite. ComputeError if damping is not viscous.
   explicit Monodromy(const DenseModel &model);
 
   /// Eigenvalues of the map over one period; the largest are those of changes that matter. Sliders that never move are
@@ -33,6 +33,7 @@ private:
   Damping damping_;
   std::vector<ContactPoint> contact_;
   std::vector<double> stiffness_; // (n) of the modes of K and M without contact
+  std::vector<double> viscous_;   // (n, n) what C couples them by, besides; or empty
   Dense shape_;                   // (n, 3 points): x = shape^T q, q in these modes
   int rigid_ = 0;                 // the first so many modes have no stiffness
   double omega_ = 1, speed_ = 1;  // q' is divided by speed, for balance

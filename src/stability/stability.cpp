@@ -73,7 +73,9 @@ struct StabilityTest::Workspace {
     reading.emplace(model, 2 * H), finer.emplace(model, 2 * H);
   }
 
-  int contact_unknowns() const { return 3 * model.points * coefficient_count(harmonics); }
+  int contact_unknowns() const { // that Hill's method factors
+    return (model.C.empty() ? 3 * model.points : model.dofs()) * coefficient_count(harmonics);
+  }
 
   Growth by_hill(Waves waves, const ContactReading &from, double omega, double strip = 0.25) {
     if (contact_unknowns() > only_opinion) return {};

@@ -29,7 +29,7 @@ constexpr bool judged_densely(int dofs) { return dofs <= 64; }
 /// MB.
 class StabilityTest {
 public:
-  /// InputError if M is not positive definite. ComputeError if damping is not viscous and proportional.
+  /// InputError if M is not positive definite. ComputeError if damping is not viscous.
   explicit StabilityTest(const DenseModel &model);
   ~StabilityTest();
 

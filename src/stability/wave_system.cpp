@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "harmonic/dampers.hpp"
 #include "support/hash.hpp"
 #include "support/mumps.hpp"
 
@@ -73,6 +74,13 @@ void WaveSystem::assemble(const std::vector<double> &blocks) {
       add(i + a - 1, j + a, cross), add(i + a, j + a - 1, -cross);
     }
   }
+  for (const Dampers::Entry &c : system_.dampers() ? system_.dampers()->entries() : std::vector<Dampers::Entry>())
+    for (int a = 0; a < w; ++a) {
+      const PetscInt i = c.row * w + a, j = c.column * w + a;
+      const double cross = wave_number(waves_, a) * omega_ * c.viscous;
+      add(i, j, s * c.viscous);
+      if (is_sine(waves_, a)) add(i - 1, j, cross), add(i, j - 1, -cross);
+    }
   const double *next = blocks.data();
   for (PetscInt p = 0; p < layout.own_points.size(); ++p) {
     const PetscInt first = (layout.first_dof() + layout.own_modes.size() + 3 * p) * w;
@@ -107,6 +115,11 @@ void WaveSystem::apply(const double *x, double *y) {
     const double across = wave_number(waves_, a) == 0 ? 0 : is_sine(waves_, a) ? -heavy[i - 1] : heavy[i + 1];
     right[i] =
         -omega_ * damping.viscous(stiff[i], heavy[i]) - turn * across - squared * (2 * shift * heavy[i] + right[i]);
+  }
+  if (const Dampers *dampers = system_.dampers(); dampers && dampers->is_viscous()) {
+    std::vector<double> force(own_);
+    dampers->viscous_force(p, width_, force.data());
+    for (PetscInt i = 0; i < own_; ++i) right[i] -= omega_ * force[i];
   }
   check(VecRestoreArray(right_, &right), doing);
   check(VecRestoreArrayRead(heavy_, &heavy), doing);

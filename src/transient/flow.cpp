@@ -24,6 +24,7 @@ Flow::Flow(const DenseModel &model, double omega, double tolerance)
   for (int i = 0; i < n; ++i)
     for (int c = 0; c < m; ++c) rest_pull_[i] += modes_.contact[i * m + c] * model.standstill[c / 3].force[c % 3];
   work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // all points closed
+  work_of_step_ += (p + 1) * static_cast<double>(modes_.viscous.size());
   for (const ContactPoint &point : model.contact)
     if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
   for (const LoadCase &load : modes_.loads) {
@@ -166,6 +167,10 @@ void Flow::expand(const State &state, double time) {
     if (k + 2 > p) continue;
     combine(static_cast<int>(g - g_.data()), static_cast<int>(pull_.size()), g_.data(), pulls_.data(), pull_.data());
     for (int i = 0; i < n && k == 0; ++i) pull_[i] -= rest_pull_[i];
+    if (!modes_.viscous.empty()) {
+      combine(n, n, term(k + 1), modes_.viscous.data(), now_.data());
+      for (int i = 0; i < n; ++i) pull_[i] += (k + 1) * now_[i];
+    }
     const double *now = term(k), *then = term(k + 1), share = 1.0 / ((k + 1) * (k + 2)),
                  by_stiffness = model_.damping.stiffness * (k + 1), by_mass = model_.damping.mass * (k + 1);
     double *out = term(k + 2);

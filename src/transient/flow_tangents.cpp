@@ -90,6 +90,9 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
     const double share = 1.0 / ((k + 1) * (k + 2));
     next_term({n, width, closed, tall, modes_.w2.data(), pulls_.data()}, share, model_.damping.stiffness * (k + 1),
               model_.damping.mass * (k + 1), terms(k), terms(k + 1), g.data(), terms(k + 2));
+    for (std::size_t at = 0; at < modes_.viscous.size(); ++at)
+      add_scaled(width, -share * (k + 1) * modes_.viscous[at], terms(k + 1) + at % n * width,
+                 terms(k + 2) + at / n * width);
     for (std::size_t load = 0; load < slopes.size(); ++load)
       for (int i = 0; i < n; ++i)
         terms(k + 2)[i * width + last] += share * modes_.loads[load].vector[i] * slopes[load][k];

@@ -3,6 +3,7 @@
 #include <slepcblaslapack.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "support/error.hpp"
 #include "transient/weighted_sum.hpp"
@@ -10,8 +11,7 @@
 namespace dovetail {
 
 FreeModes free_modes(const DenseModel &model) {
-  if (!model.damping.acts_in_time())
-    throw ComputeError("time integration: not with hysteretic damping, nor with ratios of single modes");
+  if (!model.damping.acts_in_time()) throw ComputeError("time integration: not with hysteretic damping");
   const int n = model.dofs(), m = 3 * model.points;
   FreeModes out;
   out.count = n;
@@ -38,6 +38,15 @@ FreeModes free_modes(const DenseModel &model) {
       for (int j = 0; j < n; ++j) out.loads[load].vector[i] += shape[j] * model.loads[load].vector[j];
     std::copy_n(shape + model.modes, m, &out.contact[static_cast<std::size_t>(i) * m]);
     combine(n, n, shape, model.M.data(), &out.momentum[static_cast<std::size_t>(i) * n]);
+  }
+  if (model.C.empty()) return out;
+  out.viscous.resize(out.shapes.size());
+  std::vector<double> moved(n);
+  for (int i = 0; i < n; ++i) {
+    combine(n, n, shapes + static_cast<std::size_t>(i) * n, model.C.data(), moved.data());
+    for (int j = 0; j < n; ++j)
+      out.viscous[static_cast<std::size_t>(i) * n + j] =
+          std::inner_product(moved.begin(), moved.end(), shapes + static_cast<std::size_t>(j) * n, 0.0);
   }
   return out;
 }

@@ -153,12 +153,24 @@ def test_other_loads_are_said_to_be_left_out(tmp_path):
     assert any(re.search(r"NOT taken: \*DLOAD .*bar.inp, line \d+", note) for note in structure.notes)
 
 
-def test_damping_is_said_to_be_left_out(tmp_path):
-    text = deck().replace("*DENSITY", "*DAMPING, ALPHA=2.5, BETA=1e-6\n*DENSITY", 1)
+def test_damping_that_all_materials_have_is_taken(tmp_path):
+    text = deck().replace("*DENSITY", "*DAMPING, ALPHA=2.5, BETA=1d-6\n*DENSITY", 1)
     structure = calculix.read([run_ccx(tmp_path, "bar", text)])
     note, = (note for note in structure.notes if "DAMPING" in note)
-    assert re.search(r"NOT taken: \*DAMPING, ALPHA=2.5, BETA=1e-6 \(.*bar.inp, line \d+\)", note)
-    assert "damping.mass is ALPHA, damping.stiffness BETA" in note
+    assert "mass = 2.5; stiffness = 1e-06" in note and structure.damping == {"mass": 2.5, "stiffness": 1e-6}
+
+
+@pytest.mark.parametrize("card, other", [("*DAMPING, ALPHA=2.5, BETA=1e-6", "*MATERIAL, NAME=UNDAMPED\n"),
+                                         ("*DAMPING, ALPHA=2.5, BETA=1e-6", "*MATERIAL, NAME=OTHER\n*DAMPING, ALPHA=2\n"),
+                                         ("*DAMPING, ALPHA=2.5, COMPOSITE=0.1", "")])
+def test_damping_of_parts_is_said_to_be_left_out(tmp_path, card, other):
+    text = deck().replace("*DENSITY", f"{card}\n*DENSITY", 1)
+    path = run_ccx(tmp_path, "bar", deck())
+    path.write_text(text + other)
+    structure = calculix.read([path])
+    note, = (note for note in structure.notes if "DAMPING" in note)
+    assert re.search(rf"NOT taken: {re.escape(card)} \(.*bar.inp, line \d+\)", note)
+    assert "damping.mass is ALPHA, damping.stiffness BETA" in note and structure.damping == {}
 
 
 def test_displacements_given_at_supports_are_said_to_be_left_out(tmp_path):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from dovetail import reference
+from dovetail.reference.contact import cone_step
 
 
 def march(x, w=(0.0, 0.0), kn=2.0, kt=(1.0, 3.0), mu=(0.5, 0.5), gap=0.0, xp=(0.0, 0.0, 0.0), kind="coulomb"):
@@ -79,11 +80,26 @@ def test_preload_state_and_gap_shift_the_law():
 
 
 def test_cone_bounds_the_length_of_both_forces():
-    """The last sample leaves the foot at (0.6, 0.8 / 3). From there to (3, 4 / 3): trial (2.4, 3.2) of length 4 where mu N = 1."""
-    force, state = march([[3, 4 / 3, 1], [2.8, 4 / 3, 1], [0, 0, 1]], kind="cone")
-    np.testing.assert_allclose(force[:, :2], [[0.6, 0.8], [0.4, 0.8], [-0.6, -0.8]], rtol=1e-13)  # 0.2 back along t1 sticks
+    """To and fro along (0.6, 0.8) of the force, where mu N = 1; 0.2 back sticks."""
+    force, state = march([[3, 4 / 3, 1], [2.88, 3.84 / 3, 1], [0, 0, 1]], kind="cone")
+    np.testing.assert_allclose(force[:, :2], [[0.6, 0.8], [0.48, 0.64], [-0.6, -0.8]], atol=1e-12)
     np.testing.assert_array_equal(state, [[1, 1], [0, 0], [-1, -1]])
     np.testing.assert_array_equal(march([[-3, 0, 1], [3, 0, 1]], kind="cone")[1], [[-1, 1], [1, 1]])
+
+
+@pytest.mark.parametrize("force, step, bounds", [((1.0, 0), (0.9, 0.7), (1, 1.4)), ((1.0, 0), (-0.2, 0.7), (1, 0.6)),
+                                                 ((0.1, -0.3), (2, 1), (1, 1.4)), ((0.6, -0.8), (-3, 1), (1, 0.8))])
+def test_a_step_of_the_cone_is_the_limit_of_returns_along_the_radius(force, step, bounds):
+    """Slip all along, under a bound that grows or falls, after stick, and after stick from the bound itself."""
+    n = 40000
+    fine = np.array(force)
+    for i in range(n):
+        fine = fine + np.array(step) / n
+        limit = bounds[0] + (bounds[1] - bounds[0]) * (i + 1) / n
+        fine *= min(1, limit / np.hypot(*fine))
+    exact, slips = cone_step(*(np.array(values, float) for values in (force, step, bounds[:1], bounds[1:])))
+    np.testing.assert_allclose(exact, fine, atol=1e-4)
+    assert slips and np.hypot(*exact) == pytest.approx(bounds[1], rel=1e-14)
 
 
 def test_cone_along_one_direction_is_coulomb():

@@ -11,6 +11,15 @@
 namespace dovetail::testing {
 
 /// n dofs, all of them of contact points: K, M full if `coupled`, else multiples of 1.
+/// A viscous matrix (n, n) of a few dashpots, proportional to nothing, of that size.
+inline std::vector<double> dashpots(int n, double size) {
+  std::vector<double> C(static_cast<std::size_t>(n) * n);
+  for (int d = 0; d < 3; ++d)
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) C[i * n + j] += size / n * std::sin(1 + 2.1 * i + d) * std::sin(1 + 2.1 * j + d);
+  return C;
+}
+
 inline DenseModel dense_scene(std::vector<ContactPoint> contact, double k, double m, const Damping &damping,
                               double coupled) {
   DenseModel model;

@@ -34,6 +34,24 @@ inline ReducedModel small_reduced(MPI_Comm comm) {
   return model;
 }
 
+/// The matrices that a kind of damping wants of a model, proportional to nothing.
+inline void add_damping_matrices(const Damping &damping, ReducedModel &model) {
+  const auto fill = [&](DampingMatrix &matrix, double size) {
+    const auto value = [&](int i, int j) { // of a sum of three squares
+      double sum = 0;
+      for (int d = 0; d < 3; ++d) sum += wave(i, 80 + d) * wave(j, 80 + d);
+      return size * sum;
+    };
+    matrix.given = true;
+    for (int i = 0; i < 2; ++i)
+      for (int j = 0; j < 2; ++j) matrix.aa.push_back(value(i, j));
+    for (int i = 2 + 3 * model.own_points.begin; i < 2 + 3 * model.own_points.end; ++i)
+      for (int j = 0; j < 11; ++j) (j < 2 ? matrix.xa : matrix.xx).push_back(value(i, j));
+  };
+  if (damping.matrix) fill(model.viscous, 0.04);
+  if (damping.of_parts) fill(model.structural, 0.7);
+}
+
 inline std::vector<ContactPoint> small_contact(const ReducedModel &model) {
   const ContactPoint all[] = {{Law::coulomb, 5, {3, 4}, {0.2, 0.3}, 0},
                               {Law::coulomb, 4, {2, 2}, {0.5, 0.4}, -0.1},

@@ -94,7 +94,7 @@ inline void small_steps(const DenseModel &model, double omega, int periods, int 
                    force_coefficient(model.loads, i, sine(k)) * std::sin(k * omega * t);
       for (int j = 0; j < n; ++j) {
         const double k = model.K[i * n + j];
-        load[i] -= k * at[j] + model.damping.viscous(k, model.M[i * n + j]) * at[n + j];
+        load[i] -= k * at[j] + model.viscous(i * n + j) * at[n + j];
       }
     }
     for (int p = 0; p < model.points; ++p) {

@@ -20,6 +20,7 @@ private:
 inline HarmonicSystem small_system(LinearForm form, int samples = exactly, const std::vector<Law> &laws = {},
                                    const Damping &damping = 0.05) {
   PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
+  add_damping_matrices(damping, model.reduced);
   for (std::size_t p = 0; !laws.empty() && p < model.contact.size(); ++p)
     model.contact[p].law = laws[model.reduced.own_points.begin + p];
   return HarmonicSystem(scaled(std::move(model), damping, {}), 3, samples, course({0.2, 1.0, 0.3}), form);

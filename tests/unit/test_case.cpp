@@ -418,14 +418,34 @@ TEST_F(CaseFile, HystereticDampingHasNoMotionInTime) {
   refused({{7, "structural = 0.02"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
           {"stability.enabled = true", "damping.structural = 0.02", "case.toml:7", "write false"});
   study = read({{7, "ratios = [[2, 0.01]]"}});
-  EXPECT_FALSE(study.stability.value());
+  settle_stability(study, 3);
+  EXPECT_TRUE(study.stability.value());
   ASSERT_EQ(study.damping.ratios.size(), 1u);
   EXPECT_EQ(study.damping.ratios[0].mode, 2);
-  refused({{7, "ratios = [[2, 0.01]]"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
-          {"stability.enabled = true", "damping.ratios", "case.toml:7", "write false"});
+  EXPECT_FALSE(study.damping.of_fixed);
   study = read({{7, "mass = 0.02"}});
   settle_stability(study, 3);
   EXPECT_TRUE(study.stability.value());
+}
+
+TEST_F(CaseFile, DampingOfTheModelAndOfContacts) {
+  Case study = read({{7, "matrix = true\nratios = [[2, 0.01]]\nof = \"fixed\""}});
+  EXPECT_TRUE(study.damping.matrix);
+  EXPECT_TRUE(study.damping.of_fixed);
+  EXPECT_FALSE(study.damping.contact);
+  EXPECT_NO_THROW(check_damping(study, 2, 1, true));
+  for (const auto &[modes, has, words] : {std::tuple(2, false, "has no /C"), {1, true, "1 fixed-interface modes"}}) {
+    try {
+      check_damping(study, modes, 1, has);
+      ADD_FAILURE() << words;
+    } catch (const InputError &error) {
+      EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_TRUE(read({{7, "stiffness = 0.05\ncontact = true"}}).damping.contact);
+  refused({{7, "mass = 0.05\ncontact = true"}}, 8, {"damping.contact = true", "damping.stiffness"});
+  refused(7, "matrix = 1", {"damping.matrix = 1", "true or false"});
+  refused(7, "of = \"open\"", {"damping.of = \"open\"", "\"stuck\" or \"fixed\""});
 }
 
 TEST_F(CaseFile, RestartKnowsAnotherProblem) {

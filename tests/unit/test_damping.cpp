@@ -1,4 +1,4 @@
-// Every proportional kind of damping in both forms of the harmonic system, on as many ranks as the test runs with.
+// Every kind of damping in both forms of the harmonic system, on as many ranks as the test runs with.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,8 +20,45 @@ Damping with_ratios(Damping damping) {
   return damping;
 }
 
-const std::vector<Damping> kinds = {
+Damping with_matrix(Damping damping) {
+  damping.matrix = true;
+  return damping;
+}
+
+Damping of_parts(Damping damping) {
+  damping.of_parts = true;
+  return damping;
+}
+
+Damping with_springs(Damping damping) {
+  damping.contact = true;
+  return damping;
+}
+
+Damping of_fixed_modes(Damping damping) {
+  damping.ratios = {{1, 0.03}, {2, 0.01}}, damping.of_fixed = true;
+  return damping;
+}
+
+// In the modes of the stuck structure.
+const std::vector<Damping> diagonal = {
     {0, 0.06, 0}, {0, 0, 0.05}, {0.05, 0.03, 0.02}, with_ratios({}), with_ratios({0.02, 0.03, 0.02})};
+
+const std::vector<Damping> full = {with_matrix({}),
+                                   with_matrix(with_ratios({0.02, 0.03, 0.02})),
+                                   of_parts({0, 0, 0.2}),
+                                   of_parts(with_matrix({0.02, 0.03, 0.1})),
+                                   with_springs(0.05),
+                                   of_fixed_modes({}),
+                                   with_springs(of_fixed_modes(with_matrix(of_parts({0.05, 0.01, 0.1}))))};
+
+std::vector<Damping> all_kinds() {
+  std::vector<Damping> kinds = diagonal;
+  kinds.insert(kinds.end(), full.begin(), full.end());
+  return kinds;
+}
+
+const std::vector<Damping> kinds = all_kinds();
 
 // Of a modal system's equations at a motion of that size: |J x - r| / |r| where KSP is asked for `accuracy`.
 double missed(const Damping &damping, double size, double accuracy) {
@@ -91,7 +128,7 @@ TEST(Damping, the_modal_form_is_solved_with) { // by factors, in the modes, and 
 }
 
 TEST(Damping, factors_of_all_points_are_exact) { // more than was asked: they tell the determinant's sign
-  for (const Damping &damping : kinds) EXPECT_LT(missed(damping, 4, 1e-8), 1e-11);
+  for (const Damping &damping : diagonal) EXPECT_LT(missed(damping, 4, 1e-8), 1e-11);
 }
 
 // A mode kept in one model and left out of the other, in the motion that its own equation gives it.
@@ -155,41 +192,73 @@ TEST(Damping, modes_left_out_are_damped_as_those_kept) {
 
 TEST(Damping, is_the_same_in_other_units) { // each row of the scaled system is a fixed multiple of the unscaled one
   const Scales scales{2, 1.4, 0.65};
-  const Damping damping = with_ratios({0.05, 0.03, 0.02});
+  Damping damping = with_springs(with_matrix(of_parts({0.05, 0.03, 0.02})));
   const auto system = [&](const Scales &by) {
-    return HarmonicSystem(scaled(small_preloaded(PETSC_COMM_WORLD), damping, by), 3, exactly, course({0.2, 1.0, 0.3}));
+    PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
+    add_damping_matrices(damping, model.reduced);
+    return HarmonicSystem(scaled(std::move(model), damping, by), 3, exactly, course({0.2, 1.0, 0.3}));
   };
-  HarmonicSystem plain = system({}), other = system(scales);
-  const UniqueVec y = vector_of(plain, 1, 3, 1.3), z = vector_of(other, 1, 3, 1.3 / scales.frequency);
-  UniqueVec f = plain.unknowns(), g = other.unknowns();
-  const PetscInt modal = plain.layout().own_modes.size() * plain.layout().width,
-                 all = plain.layout().own_coefficients();
-  double *of_z, *of_g;
-  check(VecGetArray(z, &of_z), "");
-  for (PetscInt i = 0; i < all; ++i) of_z[i] /= i < modal ? scales.modal : scales.contact;
-  check(VecRestoreArray(z, &of_z), "");
-  plain.residual(y, f), other.residual(z, g);
-  check(VecGetArray(g, &of_g), "");
-  const double acceleration = scales.modal * scales.frequency * scales.frequency;
-  for (PetscInt i = 0; i < all; ++i) of_g[i] *= acceleration * (i < modal ? 1 : scales.modal / scales.contact);
-  check(VecRestoreArray(g, &of_g), "");
-  EXPECT_LT(relative_difference(g, f), 1e-13);
+  for (const bool fixed : {true, false}) {
+    damping = fixed ? of_fixed_modes(damping) : with_ratios(damping), damping.of_fixed = fixed;
+    HarmonicSystem plain = system({}), other = system(scales);
+    const UniqueVec y = vector_of(plain, 1, 3, 1.3), z = vector_of(other, 1, 3, 1.3 / scales.frequency);
+    UniqueVec f = plain.unknowns(), g = other.unknowns();
+    const PetscInt modal = plain.layout().own_modes.size() * plain.layout().width,
+                   all = plain.layout().own_coefficients();
+    double *of_z, *of_g;
+    check(VecGetArray(z, &of_z), "");
+    for (PetscInt i = 0; i < all; ++i) of_z[i] /= i < modal ? scales.modal : scales.contact;
+    check(VecRestoreArray(z, &of_z), "");
+    plain.residual(y, f), other.residual(z, g);
+    check(VecGetArray(g, &of_g), "");
+    const double acceleration = scales.modal * scales.frequency * scales.frequency;
+    for (PetscInt i = 0; i < all; ++i) of_g[i] *= acceleration * (i < modal ? 1 : scales.modal / scales.contact);
+    check(VecRestoreArray(g, &of_g), "");
+    EXPECT_LT(relative_difference(g, f), 1e-13);
+  }
 }
 
-TEST(Damping, other_harmonics_keep_the_ratios) {
-  const Damping damping = with_ratios(0.02);
-  HarmonicSystem more(small_system(LinearForm::assembled, exactly, {}, damping), 5, exactly);
-  const std::unique_ptr<HarmonicSystem> modal = HarmonicSystem::modal(more, 5, exactly);
-  const UniqueVec y = vector_of(more, 1, 3, 1.3), v = vector_of(more, 1, 5, 0.7);
-  UniqueVec f = more.unknowns(), g = more.unknowns();
-  more.residual(y, f), modal->residual(y, g);
-  EXPECT_LT(relative_difference(g, f), 1e-13);
-  EXPECT_LT(directional_error(more, y, v), 1e-8);
-  EXPECT_LT(directional_error(*modal, y, v), 1e-8);
+TEST(Damping, other_harmonics_keep_the_dampers) {
+  for (const Damping &damping : kinds) {
+    HarmonicSystem more(small_system(LinearForm::assembled, exactly, {}, damping), 5, exactly);
+    const std::unique_ptr<HarmonicSystem> modal = HarmonicSystem::modal(more, 5, exactly);
+    const UniqueVec y = vector_of(more, 1, 3, 1.3), v = vector_of(more, 1, 5, 0.7);
+    UniqueVec f = more.unknowns(), g = more.unknowns();
+    more.residual(y, f), modal->residual(y, g);
+    EXPECT_LT(relative_difference(g, f), 1e-13);
+    EXPECT_LT(directional_error(more, y, v), 1e-8);
+    EXPECT_LT(directional_error(*modal, y, v), 1e-8);
+  }
+}
+
+// The response of a linear system with these springs, damped by entries of its own.
+TEST(Damping, springs_of_contacts_are_those_that_stick_at_the_preload) {
+  const Damping plain(0.05), more = with_springs(0.05);
+  const HarmonicSystem without = small_system(LinearForm::assembled, exactly, {}, plain),
+                       with = small_system(LinearForm::assembled, exactly, {}, more);
+  EXPECT_TRUE(dense_model(without).C.empty());
+  const DenseModel model = dense_model(with);
+  int slips = 0, sticks = 0;
+  for (int r = 0; r < model.dofs(); ++r)
+    for (int c = 0; c < model.dofs(); ++c) {
+      double expected = 0;
+      if (r == c && r >= model.modes) {
+        const int d = (r - model.modes) % 3;
+        const ContactPoint &point = model.contact[(r - model.modes) / 3];
+        const Standstill &at_rest = model.standstill[(r - model.modes) / 3];
+        ASSERT_GT(at_rest.force[2], 0);
+        const bool stuck = d == 2 || std::abs(at_rest.force[d]) < 0.999999 * point.mu[d] * at_rest.force[2];
+        ++(stuck ? sticks : slips);
+        expected = !stuck ? 0 : 0.05 * (d == 2 ? point.kn : point.kt[d]);
+      }
+      EXPECT_NEAR(model.C[r * model.dofs() + c], expected, 1e-15);
+    }
+  EXPECT_GT(sticks, 4);
+  EXPECT_EQ(sticks + slips, 9);
 }
 
 TEST(Damping, without_motions_in_time_nothing_is_judged_by_them) {
-  for (const Damping &damping : {Damping(0, 0, 0.02), with_ratios({})}) {
+  for (const Damping &damping : {Damping(0, 0, 0.02), of_parts({0, 0, 0.02})}) {
     const HarmonicSystem system = small_system(LinearForm::assembled, exactly, {}, damping);
     const DenseModel model = dense_model(system);
     EXPECT_THROW(Flow(model, 1.0), ComputeError);

@@ -67,9 +67,10 @@ TEST(Monodromy, of_a_mass_and_a_stop) {
 // pattern, one slider held over the end of the period; against Runge and Kutta's method for the original equations.
 TEST(Monodromy, of_points_that_stick_slip_and_open) {
   const double omega = 0.8;
-  const DenseModel model = dense_scene(
-      {{Law::coulomb, 5, {3, 4}, {0.4, 0.3}, 0}, {Law::coulomb, 4, {2, 2}, {0.5, 0.4}, 0}}, 3, 1, 0.04, 0.1);
+  DenseModel model = dense_scene({{Law::coulomb, 5, {3, 4}, {0.4, 0.3}, 0}, {Law::coulomb, 4, {2, 2}, {0.5, 0.4}, 0}},
+                                 3, 1, 0.04, 0.1);
   const int n = 6;
+  model.C = dashpots(n, 0.3);
   ContactHistory h = history(2, {0, 0.7, 1.5, 2.2, 3.0, 4.1, 5.0, 2 * M_PI});
   using A = Answer;
   const A table[7][6] = {{A::held, A::forth, A::spring, A::free, A::free, A::free},
@@ -95,7 +96,7 @@ TEST(Monodromy, of_points_that_stick_slip_and_open) {
     State out{};
     std::vector<double> force(n);
     for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) force[i] -= model.K[i * n + j] * (s[j] + model.damping.stiffness * s[n + j]);
+      for (int j = 0; j < n; ++j) force[i] -= model.K[i * n + j] * s[j] + model.viscous(i * n + j) * s[n + j];
     for (int d = 0; d < n; ++d) {
       const ContactPoint &point = model.contact[d / 3];
       const double x = s[d], normal = s[d / 3 * 3 + 2];

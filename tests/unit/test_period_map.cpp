@@ -22,6 +22,7 @@ DenseModel shaken(Law law, double mu, double force, double press) {
   shake(model, force);
   model.loads.push_back(model.loads[0]); // the same force in two patterns
   for (std::size_t i = 0; i < model.loads[0].vector.size(); ++i) model.loads[i % 2].vector[i] = 0;
+  model.C = dashpots(model.dofs(), 0.2);
   for (std::size_t p = 0; p < model.contact.size(); ++p)
     model.standstill[p] = standstill(model.contact[p], {0, 0, model.contact[p].gap + press});
   return model;

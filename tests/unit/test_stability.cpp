@@ -116,6 +116,7 @@ constexpr int harmonics = 4;
 
 HarmonicSystem small_system(Law law, const Damping &damping = 0.05) {
   PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
+  add_damping_matrices(damping, model.reduced);
   for (ContactPoint &c : model.contact) {
     c.law = law;
     if (law == Law::cone) c.mu[1] = c.mu[0];
@@ -129,7 +130,11 @@ TEST(LargeStability, agrees_with_the_dense_computation) {
   int unstable = 0;
   for (const Law law : {Law::coulomb, Law::unilateral})
     for (const double amplitude : {0.3, 1.2})
-      for (const Damping &damping : {Damping(0.05), Damping(-0.04), Damping(0.02, 0.05)}) {
+      for (int kind = 0; kind < 5; ++kind) {
+        const double by_stiffness[] = {0.05, -0.04, 0.02, -0.04, 0};
+        Damping damping(by_stiffness[kind], kind == 2 ? 0.05 : 0);
+        damping.matrix = kind >= 3; // full, and all blocks of it
+        if (kind == 4) damping.ratios = {{1, 0.03}, {5, 0.01}, {2, 0.002}};
         const double omega = 0.8;
         const HarmonicSystem system = small_system(law, damping);
         const DenseModel model = dense_model(system);

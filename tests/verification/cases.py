@@ -6,16 +6,18 @@ as the keys of the case file: `dof5(folder, harmonics=3, samples=32, omega=[1, 1
 
 import json
 import shutil
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import h5py
 import numpy as np
+import scipy.linalg
 
 from dovetail import Model, reference
 
 SECTION_OF = {
-    "modes": "reduction", "stiffness": "damping", "mass": "damping", "structural": "damping", "ratios": "damping", "fourier": "excitation",
+    "modes": "reduction", "stiffness": "damping", "mass": "damping", "structural": "damping", "ratios": "damping",
+    "of": "damping", "matrix": "damping", "damped_springs": "damping", "fourier": "excitation",
     "normal_stiffness": "contact", "tangential_stiffness": "contact", "friction": "contact", "gap": "contact",
     "law": "contact",
     "initial": "preload", "harmonics": "harmonic_balance", "samples": "harmonic_balance",
@@ -23,8 +25,9 @@ SECTION_OF = {
     "step_tolerance": "newton", "residual_tolerance": "newton", "max_iterations": "newton",
     "kind": "scaling", "frequency": "scaling", "modal": "scaling", "contact": "scaling",
     "omega": "continuation", "step": "continuation", "adaptive": "continuation", "max_points": "continuation",
-    "at": "continuation", "tolerance": "accuracy", "estimates": "accuracy",
+    "at": "continuation", "tolerance": "accuracy", "estimates": "accuracy", "enabled": "stability",
 }
+NAME_OF = {"damped_springs": "contact"}  # where a key has that name in two sections
 TIGHT = {"step_tolerance": 1e-10, "residual_tolerance": 1e-10}
 
 
@@ -37,6 +40,7 @@ class Structure:
     contact_dofs: np.ndarray
     force: np.ndarray  # (n,), or (patterns, n)
     preload: np.ndarray
+    matrices: dict = field(default_factory=dict)  # C, K_structural (n, n)
 
     def static_state(self, xp):
         """Displacements (n,) of the whole structure under its preload, contact points held at xp (N_x, 3) [m]."""
@@ -80,9 +84,38 @@ class Case:
         """The reference's equations, by default with the harmonics and samples of the case."""
         s = self.settings
         courses = list(s["loads"].values()) if "loads" in s else s["fourier"]
-        damping = reference.Damping(s["stiffness"], s.get("mass", 0.0), s.get("structural", 0.0))
-        return reference.HarmonicBalance(self.reduced, self.contact, self.preload, damping, courses,
+        return reference.HarmonicBalance(self.reduced, self.contact, self.preload, self.damping(), courses,
                                          harmonics or s["harmonics"], samples or s["samples"])
+
+    def damping(self):
+        """Every kind of [damping], each by its definition, in the unknowns of the reduced model."""
+        s, structure, modes = self.settings, self.structure, len(self.reduced.kaa)
+        proportional = s["stiffness"], s.get("mass", 0.0), s.get("structural", 0.0)
+        matrix = 0.0
+        springs = np.r_[np.zeros(modes), np.column_stack([self.contact.kt, self.contact.kn]).ravel()]
+        if "ratios" in s and s.get("of") == "fixed":
+            rates = np.zeros(modes + len(self.reduced.r))
+            for mode, ratio in s["ratios"]:
+                rates[mode - 1] = 2 * ratio * np.sqrt(self.reduced.kaa[mode - 1])
+            matrix = np.diag(rates)
+        elif "ratios" in s:
+            plain = reference.HarmonicBalance(self.reduced, self.contact, self.preload, 0.0, [0], 1, 8)
+            squares, shapes = scipy.linalg.eigh(plain.K + np.diag(springs), plain.M)
+            rates = np.zeros(len(squares))
+            for mode, ratio in s["ratios"]:
+                rates[mode - 1] = 2 * ratio * np.sqrt(squares[mode - 1])
+            matrix = plain.M @ shapes @ np.diag(rates) @ shapes.T @ plain.M
+        if s.get("damped_springs"):
+            normal = self.preload.g[:, 2:]
+            sticks = np.abs(self.preload.g[:, :2]) < self.contact.mu * normal * (1 - 1e-9)
+            closed = np.column_stack([sticks, normal > 0]) * np.column_stack([self.contact.kt, self.contact.kn])
+            matrix = matrix + s["stiffness"] * np.diag(np.r_[np.zeros(modes), closed.ravel()])
+
+        def projected(name):
+            return reference.projected(structure.matrices[name], structure.K, structure.M, structure.contact_dofs, modes)
+        if s.get("matrix"):
+            matrix = matrix + projected("C")
+        return reference.Damping(*proportional, matrix, projected("K_structural") if "K_structural" in structure.matrices else None)
 
 
 def dof5(folder, force=(1.0, 1, 0, 0, 0), **overrides):
@@ -155,7 +188,8 @@ def full(folder, title, structure, overrides, **settings):
     """A case that starts from a full model. `loads`: names of the patterns of `structure.force`, with their courses."""
     loads = overrides.get("loads", settings.get("loads"))
     force = {"force": structure.force} if loads is None else {"forces": dict(zip(loads, structure.force, strict=True))}
-    Model(structure.K, structure.M, structure.contact_dofs, preload=structure.preload, **force).write(Path(folder) / "model.h5")
+    Model(structure.K, structure.M, structure.contact_dofs, preload=structure.preload, **force,
+          **structure.matrices).write(Path(folder) / "model.h5")
     modes = overrides.get("modes", settings["modes"])
     reduced = None if modes is None else reference.craig_bampton(structure.K, structure.M, structure.contact_dofs,
                                                                  structure.force, structure.preload, modes)
@@ -171,7 +205,7 @@ def write(folder, title, model, structure, reduced, overrides, **settings):
     for key, value in settings.items():
         if key == "loads" or loads and key == "fourier":
             continue
-        sections.setdefault(SECTION_OF[key], []).append(f"{key} = {json.dumps(value)}")
+        sections.setdefault(SECTION_OF[key], []).append(f"{NAME_OF.get(key, key)} = {json.dumps(value)}")
     lines = [f'title = "{title}"', f'{Path(model).stem} = "{model}"']
     for name, entries in sections.items():
         lines += ["", f"[{name}]", *entries]

@@ -4,15 +4,18 @@ damping.npz holds motions of nine dofs with one contact point that slips and lif
 balance of the full model with an exact contact law of its own, for four kinds of damping.
 """
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import scipy.linalg
 
 import cases
 import truth
-from dovetail import reference
+from dovetail import Model, reference
 from launch import run
 
 KINDS = {"mass": {"mass": 0.06}, "structural": {"structural": 0.03},
@@ -24,12 +27,36 @@ def close(actual, expected, relative):
     np.testing.assert_allclose(actual, expected, rtol=0, atol=relative * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("solver", ["modal", "assembled"])
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_reference_finds_the_same_points(tmp_path, kind, solver):
+def dashpots(structure, seed=3):
+    """A viscous matrix that is proportional to nothing, of a few dashpots between dofs, and stiffness of a part of the structure."""
+    rng = np.random.default_rng(seed)
+    n = len(structure.K)
+    B = rng.normal(size=(n, 5)) / np.sqrt(n)
+    part = rng.normal(size=(n, n // 2)) / np.sqrt(n)
+    return {"C": 0.3 * B @ B.T, "K_structural": 8 * part @ part.T}
+
+
+OTHERS = {"matrix": {"matrix": True}, "fixed": {"ratios": [[1, 0.02], [3, 0.03], [2, 0.01]], "of": "fixed", "stiffness": 0.01},
+          "contact": {"stiffness": 0.02, "damped_springs": True}, "parts": {"structural": 0.02},
+          "stuck": {"ratios": [[1, 0.02], [3, 0.03], [2, 0.01]], "stiffness": 0.005},
+          "together": {"stiffness": 0.01, "mass": 0.01, "structural": 0.01, "matrix": True, "damped_springs": True,
+                       "ratios": [[1, 0.01], [4, 0.03]]}}
+WITH = {"matrix": ["C"], "parts": ["K_structural"], "together": ["C", "K_structural"]}
+
+
+def with_matrices(kind):
+    structure = cases.random_structure()
+    matrices = dashpots(structure)
+    return replace(structure, matrices={name: matrices[name] for name in WITH.get(kind, [])})
+
+
+@pytest.mark.parametrize("solver, ranks", [("modal", 1), ("modal", 2), ("assembled", 1)])
+@pytest.mark.parametrize("kind", [*KINDS, *OTHERS])
+def test_the_reference_finds_the_same_points(tmp_path, kind, solver, ranks):
     """Four points that slip and lift off."""
-    case = cases.several_points(tmp_path, solver=solver, omega=[0.85, 1.2], at=[0.95, 1.05, 1.15], **NONE | KINDS[kind])
-    points = run(case).points
+    keys = NONE | (KINDS | OTHERS)[kind]
+    case = cases.several_points(tmp_path, structure=with_matrices(kind), solver=solver, omega=[0.85, 1.2], at=[0.95, 1.05, 1.15], **keys)
+    points = run(case, ranks=ranks).points
     system = case.system()
     assert points["slip"].max() > 0.2 and points["open"].max() > 0.2
     for omega in (0.85, 0.95, 1.05, 1.15, 1.2):
@@ -55,27 +82,6 @@ def test_linear_cases_equal_the_full_model(tmp_path, make, closed, kind):
 def stuck_modes(K, M, springs):
     """Squares of the frequencies [rad^2/s^2] and mass-normalised modes with these springs (n,)."""
     return scipy.linalg.eigh(K + np.diag(springs), M)
-
-
-@pytest.mark.parametrize("solver", ["modal", "assembled"])
-def test_the_reference_finds_the_same_points_with_ratios(tmp_path, solver):
-    """All of C = M Phi diag(2 zeta sqrt(lambda)) Phi^T M, which is full, where points slip and lift off."""
-    ratios = [[1, 0.02], [3, 0.03], [2, 0.01]]
-    case = cases.several_points(tmp_path, solver=solver, omega=[0.85, 1.2], at=[0.95, 1.05, 1.15], stiffness=0.005, ratios=ratios)
-    points, plain = run(case).points, case.system()
-    springs = np.r_[np.zeros(plain.modes), np.column_stack([case.contact.kt, case.contact.kn]).ravel()]
-    squares, modes = stuck_modes(plain.K, plain.M, springs)
-    rates = np.zeros(len(squares))
-    for mode, ratio in ratios:
-        rates[mode - 1] = 2 * ratio * np.sqrt(squares[mode - 1])
-    damping = reference.Damping(0.005, matrix=plain.M @ modes @ np.diag(rates) @ modes.T @ plain.M)
-    system = reference.HarmonicBalance(case.reduced, case.contact, case.preload, damping, case.settings["fourier"],
-                                       case.settings["harmonics"], case.settings["samples"])
-    assert points["slip"].max() > 0.2 and points["open"].max() > 0.2
-    assert set(points["omega"]) >= {0.85, 0.95, 1.05, 1.15, 1.2}
-    for omega in (0.85, 0.95, 1.05, 1.15, 1.2):
-        for i in np.flatnonzero(points["omega"] == omega):
-            close(points["coefficients"][i], system.solve(omega, points["coefficients"][i]), 1e-7)
 
 
 def test_ratios_of_a_stuck_structure_are_those_of_its_modes(tmp_path):
@@ -109,16 +115,81 @@ def test_mass_damping_in_time(tmp_path, omega, states):
     close(points["coefficients"][0][1:, 1:11], expected[:, 1:], 1e-6)
 
 
+VISCOUS = [{"matrix": True}, {"ratios": [[1, 0.03], [2, 0.02]], "of": "fixed"}, {"ratios": [[1, 0.05], [2, 0.04], [5, 0.02]]},
+           {"stiffness": 0.05, "damped_springs": True}]
+
+
+@pytest.mark.parametrize("keys", VISCOUS, ids=["matrix", "fixed", "stuck", "contact"])
+def test_viscous_kinds_in_time(tmp_path, keys):
+    """Five dofs that slip, 40 harmonics, against integration from event to event. Stability is judged with all of them."""
+    omega, dofs = 0.95, 5
+    case = cases.dof5(tmp_path, **NONE | {"mass": 0.05} | keys | cases.TIGHT, samples="exact", harmonics=40, omega=[omega, omega],
+                      friction=[0.2, 0.2], fourier=[0, 0, 3], enabled=True)
+    if "matrix" in keys:
+        C = np.zeros((dofs, dofs))
+        C[0, 0], C[1:3, 1:3] = 0.1, 0.3 * np.array([[1, -1], [-1, 1]])
+        Model.read(tmp_path / "model.h5").with_damping_matrix(C).write(tmp_path / "model.h5")
+        case.structure.matrices["C"] = C
+    points, p, system = run(case).points, case.preload, case.system(harmonics=5, samples=64)
+    modes = system.modes
+    orbit = truth.steady_state(system.M, system.C, system.K, modes + np.arange(3).reshape(1, 3), case.contact,
+                               np.r_[case.reduced.fa, case.reduced.fx], case.settings["fourier"], np.r_[np.zeros(modes), -case.reduced.r],
+                               omega, np.r_[np.zeros(modes), p.xp.ravel()], p.w, steps=256, tolerance=1e-8)
+    assert {-1, 0, 1} <= set(orbit.states.ravel())
+    expected = reference.analysis((orbit.u - orbit.u.mean(axis=0)).T, 5)
+    close(points["coefficients"][0][:, 1:11], expected[:, 1:], 1e-6)
+    assert points["stable"][0] == 1
+
+
 def test_hysteretic_damping_is_not_judged_nor_integrated(tmp_path):
     case = cases.dof5(tmp_path, structural=0.02, stiffness=0.0, max_points=2)
     done = run(case)
     assert "damping.structural: stability is not judged, and nothing is integrated in time" in done.out
     assert "stable" not in done.points
-    done = run(cases.dof5(tmp_path, ratios=[[1, 0.02]], max_points=2))
-    assert "damping.ratios: stability is not judged, and nothing is integrated in time" in done.out
-    assert "stable" not in done.points
-    done = run(cases.dof5(tmp_path, structural=0.0, max_points=2))
-    assert "stability is not judged" not in done.out and "stable" in done.points
+    for keys in ({"structural": 0.0}, {"ratios": [[1, 0.02]]}, {"damped_springs": True}):
+        done = run(cases.dof5(tmp_path, max_points=2, **keys))
+        assert "stability is not judged" not in done.out and "stable" in done.points
+
+
+def test_a_matrix_that_is_left_out_is_told(tmp_path):
+    case = cases.dof5(tmp_path, max_points=2)
+    model, n = Model.read(tmp_path / "model.h5"), 5
+    model.with_damping_matrix(np.eye(n)).with_structural_matrix(np.eye(n)).write(tmp_path / "model.h5")
+    out = run(case).out
+    assert "viscous damping matrix is left out; damping.matrix = true takes it" in out
+    assert "structural matrix is left out; damping.structural is the loss factor it wants" in out
+    assert "left out" not in run(cases.dof5(tmp_path, max_points=2)).out
+
+
+def test_a_matrix_of_the_reduced_file_is_that_of_the_model(tmp_path):
+    """Read from reduced.h5, whole and as the diagonal alone."""
+    (tmp_path / "model").mkdir()
+    case = cases.several_points(tmp_path / "model", structure=with_matrices("together"), omega=[0.9, 1.0], **NONE | OTHERS["together"])
+    whole = run(case).points
+    reduced = tmp_path / "reduced.h5"
+    reduced.write_bytes((tmp_path / "model/reduced.h5").read_bytes())
+    text = case.path.read_text().replace('model = "model.h5"', 'reduced = "reduced.h5"')
+    (tmp_path / "case.toml").write_text(re.sub(r"\[reduction\]\nmodes = \d+\n", "", text))
+    again = run(replace(case, path=tmp_path / "case.toml")).points
+    np.testing.assert_array_equal(again["coefficients"], whole["coefficients"])
+
+    with h5py.File(reduced, "r+") as file:
+        del file.attrs["fingerprint"], file["Cax"], file["Cxx"], file["Saa"], file["Sax"], file["Sxx"]
+        diagonal = file["Caa"][()].diagonal().copy()
+        del file["Caa"]
+        file["Caa"] = diagonal
+    points = run(replace(case, path=tmp_path / "case.toml")).points
+    damping = case.damping()
+    C = damping.matrix - case_matrix(case)
+    C[np.arange(5), np.arange(5)] += diagonal
+    system = reference.HarmonicBalance(case.reduced, case.contact, case.preload, replace(damping, matrix=C, structural_matrix=None),
+                                       case.settings["fourier"], case.settings["harmonics"], case.settings["samples"])
+    close(points["coefficients"][0], system.solve(0.9, points["coefficients"][0]), 1e-7)
+
+
+def case_matrix(case):
+    s = case.structure
+    return reference.projected(s.matrices["C"], s.K, s.M, s.contact_dofs, len(case.reduced.kaa))
 
 
 # ------------------------------------------------------------------------------------------------------ the prototype
@@ -161,3 +232,29 @@ def test_motions_of_the_prototype_solve_the_reference_equations(kind):
         left = system.residual(q, omega)
         assert np.linalg.norm(left[:6]) < 1e-13  # no contact, no samples
         assert np.linalg.norm(left) < 1e-8 * np.linalg.norm(system.excitation)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("solver", ["modal", "assembled"])
+@pytest.mark.parametrize("kind", ["rayleigh", "matrix", "stuck_ratios", "structural"])
+def test_the_program_finds_the_motions_of_the_prototype(tmp_path, kind, solver, ranks):
+    """Every dof of the full model, to 1e-8 of the largest motion."""
+    _, T, contact = of_the_prototype()
+    a, b = FOUND["rayleigh_ab"]
+    keys = {"rayleigh": {"stiffness": float(b), "mass": float(a)}, "matrix": {"matrix": True},
+            "stuck_ratios": {"ratios": [[j + 1, float(ratio)] for j, ratio in enumerate(FOUND["stuck_ratio_values"])]},
+            "structural": {"structural": float(FOUND["eta"])}}[kind]
+    structure = cases.Structure(FOUND["K"], FOUND["M"], FOUND["contact_dofs"], FOUND["F"], FOUND["P"],
+                                {"C": FOUND["C_matrix"]} if kind == "matrix" else {})
+    omega = [float(w) for w in FOUND["omega"]]
+    case = cases.full(tmp_path, "nine dofs", structure, NONE | keys | {"solver": solver}, modes=6,
+                      loads={"one": FOUND["fourier_1"].tolist(), "two": FOUND["fourier_2"].tolist()},
+                      normal_stiffness=float(FOUND["kn"]), tangential_stiffness=float(FOUND["kt"]), friction=float(FOUND["mu"]),
+                      gap=float(FOUND["gap"]), initial=0.0, harmonics=7, samples="exact", omega=[min(omega), max(omega)],
+                      at=sorted(omega), step=0.05, **cases.TIGHT)
+    points, preload = run(case, ranks=ranks).points, case.preload
+    for w, motion in zip(omega, FOUND[kind]):
+        (i, *_), = [np.flatnonzero(points["omega"] == w)]
+        q = points["coefficients"][i].copy()
+        q[6:, 0] += 2 * preload.xp.ravel()
+        close(T @ q, motion, 1e-8)

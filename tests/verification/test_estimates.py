@@ -87,6 +87,17 @@ def test_sampling_is_told_from_harmonics(tmp_path, harmonics):
     np.testing.assert_allclose(share, alone, rtol=0.03, atol=1e-7)
 
 
+@pytest.mark.parametrize("samples", [None, 64])
+def test_samples_of_a_cone_are_in_the_estimate(tmp_path, samples):
+    """Also where their number is left to the program. At one frequency: against the same harmonics with 4096 samples."""
+    case = {"law": "cone", "friction": [0.2, 0.2], "fourier": [0, 0, 3], "omega": [0.95, 0.95], "harmonics": 5, **cases.TIGHT}
+    points, fine = (run(cases.dof5(tmp_path, [1.0, 1, 1, 0.6, 0], samples=N, **case), out=str(N)).points for N in (samples, 4096))
+    q, exact = points["coefficients"][0][:, 1:], fine["coefficients"][0][:, 1:]
+    true = np.linalg.norm(q - exact) / np.linalg.norm(exact)
+    assert points["stick"][0] == 0 and true > 1e-5
+    assert 0.3 * true < points["error_sampling"][0] < 3 * true
+
+
 # Kind of motion -> (maker, all modes, harmonics, sweep).
 WITH_MODES = {"slip": (cases.dof5, 2, 9, [0.95, 1.1]), "stick": (cases.always_stuck, 12, 3, [0.8, 1.6]),
               "both": (cases.several_points, 12, 9, [0.8, 1.2])}

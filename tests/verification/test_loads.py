@@ -131,7 +131,7 @@ def test_a_force_goes_round_and_nothing_slips(law, tmp_path):
 def test_a_force_goes_round_and_the_cone_slips(tmp_path):
     """T, of size mu N, points along the slider's velocity, and so at right angles to its place w: |x|^2 = |w|^2 + R^2, R = mu N / kt.
 
-    In the phase of x = X: T = kt (R^2 + i R sqrt(X^2 - R^2)) / X. Sampled forces come near with 1 / N.
+    In the phase of x = X: T = kt (R^2 + i R sqrt(X^2 - R^2)) / X. Sampled forces come near with 1 / N^2.
     """
     omega, X = 2.3, 0.6
     normal = RING["press"] * RING["kn"] / (RING["kn"] + RING["k"])
@@ -139,10 +139,10 @@ def test_a_force_goes_round_and_the_cone_slips(tmp_path):
     assert X > 2 * R
     force = ring_stiffness(omega) * X + RING["kt"] * (R ** 2 + 1j * R * np.sqrt(X ** 2 - R ** 2)) / X
     off = []
-    for samples in (512, 1024):
+    for samples in (64, 128):
         done = run(ring(tmp_path, "cone", omega, abs(force), samples=samples))
         off.append(abs(expected_ring(done.q[0]) - X * abs(force) / force))
-    assert off[1] < 2e-3 * X and off[1] < 0.6 * off[0]
+    assert off[1] < 1e-3 * X and off[1] < 0.27 * off[0]
 
 
 def test_in_time(tmp_path):

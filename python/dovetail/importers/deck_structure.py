@@ -7,6 +7,7 @@ import numpy as np
 
 from ..loads import LATE, LATER
 from ..structure import Structure
+from .deck_damping import notes_of
 
 RIGID = 1e-3  # a stiffness row resists rigid motion when its force is above this share of the forces that should cancel
 
@@ -66,14 +67,13 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
     force = _force(deck, loads, number, held, K.shape[0], notes, "the amplitude F of the excitation")
     if deck.other_loads:
         notes.append(f"NOT taken: {', '.join(deck.other_loads)}; give such loads with [[force]] or [[preload]] in the set-up file")
-    if deck.damping:
-        notes.append(f"NOT taken: {'; '.join(deck.damping)}. In the case file, for the whole model: damping.mass is ALPHA, "
-                     "damping.stiffness BETA, damping.structural the structural factor")
+    notes += notes_of(deck.damping, deck.damping_named)
     structure = Structure(K, M, deck.nodes, dof_node, dof_direction, labels=deck.labels, cells=deck.cells, node_sets=node_sets,
                           surfaces=surfaces, force=force, units=units)
     if late:
         imaginary = _force(deck, late, number, held, K.shape[0], notes, "imaginary part of F, in the load pattern \"force_sin\"")
         structure.forces["force" + LATER], structure.courses["force" + LATER] = -imaginary, LATE
+    structure.damping = deck.damping
     structure.notes = notes
     return structure
 

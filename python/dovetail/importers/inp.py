@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .deck_damping import DeckDamping
 from .elements import cell_of
 from .inp_blocks import read_blocks
 from .inp_sets import Sets, element_set, entries, node_set, surface
@@ -16,7 +17,6 @@ REFUSED = {
     "SUBMODEL": "a submodel is not read; use the whole model",
 }
 OTHER_LOADS = ("DLOAD", "DSLOAD", "TEMPERATURE", "BASE MOTION", "INERTIA RELIEF")
-DAMPING = ("DAMPING", "MODAL DAMPING", "GLOBAL DAMPING", "DASHPOT")
 
 
 @dataclass
@@ -26,8 +26,8 @@ class Deck:
     labels (n,) sorted node numbers; nodes (n, 3); cells, node_sets and surfaces as in dovetail.Structure; loads and holds: lists
     of inp_sets.Entry from *CLOAD and *BOUNDARY; matrix_step: number of the step that writes the matrices, or of the last one;
     late_loads: imaginary ones, of *CLOAD, LOAD CASE=2;
-    other_loads: where loads stand that are not concentrated forces; damping: cards that give some, with their parameters and
-    places; shapeless: element types that have no cell here.
+    other_loads: where loads stand that are not concentrated forces; damping: keys of [damping], the same of all materials;
+    damping_named: cards that are not in it; shapeless: element types that have no cell here.
     """
 
     path: str
@@ -41,7 +41,8 @@ class Deck:
     holds: list = field(default_factory=list)
     matrix_step: int = 0
     other_loads: list = field(default_factory=list)
-    damping: list = field(default_factory=list)
+    damping: dict = field(default_factory=dict)
+    damping_named: list = field(default_factory=list)
     shapeless: list = field(default_factory=list)
 
     def rows_of(self, labels):
@@ -69,7 +70,7 @@ def read(path, refused=None):
     _nodes(deck, blocks, _shift(blocks))
     elements = _elements(deck, blocks)
     node_sets, element_sets = Sets("node set"), Sets("element set")
-    step = written = 0
+    damping, step, written = DeckDamping(), 0, 0
     for block in blocks:
         if block.keyword == "STEP":
             step += 1
@@ -89,10 +90,9 @@ def read(path, refused=None):
             (loads if block.keyword == "CLOAD" else deck.holds).extend(entries(deck, block, node_sets, step))
         elif block.keyword in OTHER_LOADS and block.lines:
             deck.other_loads.append(f"*{block.keyword} ({block.where()})")
-        elif block.keyword in DAMPING:
-            words = [name + (f"={value}" if value else "") for name, value in block.parameters.items()]
-            deck.damping.append(f"{', '.join(['*' + block.keyword, *words])} ({block.where()})")
+        damping.see(block)
     deck.matrix_step = written or step
+    deck.damping, deck.damping_named = damping.close()
     deck.node_sets = {name: deck.rows_of(numbers) for name, numbers in node_sets.items()}
     return deck
 

@@ -15,16 +15,22 @@ class Damping:
     """stiffness b [s] and mass a [1/s] of b K + a M; structural eta, hysteretic, of K in all harmonics but the mean.
 
     matrix : (n, n) in the order of the unknowns, another viscous damping matrix, or 0 for none.
+    structural_matrix : (n, n), what `structural` is of in place of K.
     """
 
     stiffness: float = 0.0
     mass: float = 0.0
     structural: float = 0.0
     matrix: np.ndarray | float = 0.0
+    structural_matrix: np.ndarray | None = None
 
     def viscous(self, K, M):
         """C [N s/m]."""
         return self.stiffness * K + self.mass * M + self.matrix
+
+    def hysteretic(self, K):
+        """What i is times of in all harmonics but the mean [N/m]."""
+        return self.structural * (K if self.structural_matrix is None else self.structural_matrix)
 
 
 class HarmonicBalance:
@@ -70,9 +76,9 @@ class HarmonicBalance:
         return matrix.reshape(n * size, n * size)
 
     def dynamic_stiffness(self, omega):
-        """D_k = K - k^2 omega^2 M + i (k omega C + eta K) for all harmonics k > 0; K for the mean."""
+        """D_k = K - k^2 omega^2 M + i (k omega C + S) for all harmonics k > 0; K for the mean."""
         return self.harmonic_blocks(lambda k: self.K - (k * omega) ** 2 * self.M,
-                                    lambda k: k * omega * self.C + self.damping.structural * self.K)
+                                    lambda k: k * omega * self.C + self.damping.hysteretic(self.K))
 
     def residual(self, q, omega):
         """Left-hand side of (11) [N], in the shape of q."""

@@ -94,6 +94,44 @@ def rubbed(trial, limit, cone):
     return force, np.where(slips, np.where(trial.real < 0, -1, 1), 0)
 
 
+def cone_step(force, step, before, now):
+    """Friction in the plane over a step in which motion and normal force go linearly, exactly: (..., 2) forces at its end.
+
+    force : (..., 2) T at its beginning; step : (..., 2) what T would grow by if it stuck; before, now : (..., 1) mu N then and now.
+    T sticks until it meets the bound R, then T' = y' - lambda T with |T| = R: the angle psi from y' to T follows
+    tan(psi / 2) = tan(psi_0 / 2) exp(-integral of |y'| / R). Real parts decide. Also returns (..., 1) whether it slips at the end.
+    """
+    def dot(a, b):
+        return np.sum(a * b, axis=-1, keepdims=True)
+
+    def safe(x):
+        return np.where(x == 0, 1, x)
+    trial = force + step
+    slips = np.sqrt(dot(trial, trial)).real > now.real
+    grows = now - before
+    a, b, c = dot(step, step) - grows ** 2, dot(force, step) - before * grows, dot(force, force) - before ** 2
+    c = np.where(c.real > 0, 0, c)
+    root = np.sqrt(np.where((b * b - a * c).real > 0, b * b - a * c, 0))
+    s = np.where(b.real > 0, -c / safe(b + root), np.where(a.real > 0, (root - b) / safe(a), 0))
+    s = np.where(s.real > 1, 1, s)
+    bound, start, rest = before + s * grows, force + s * step, (1 - s) * step
+    length, size = np.sqrt(dot(rest, rest)), np.sqrt(dot(start, start))
+    u, e = rest / safe(length), start / safe(size)
+    cosine, sine = dot(e, u), u[..., :1] * e[..., 1:] - u[..., 1:] * e[..., :1]
+    growth = now / safe(bound) - 1
+    small = np.abs(growth) < 1e-4
+    series = 1 - growth * (0.5 - growth * (1 / 3 - growth / 4))
+    mean = np.where(small, series, np.log1p(np.where(small, 1, growth)) / safe(growth))
+    turned = np.exp(-length / safe(bound) * mean)
+    ahead, behind = 1 + cosine, (1 - cosine) * turned ** 2
+    turned = 2 * sine * turned / safe(ahead + behind)
+    arc = now * ((ahead - behind) / safe(ahead + behind) * u + turned * np.concatenate([-u[..., 1:], u[..., :1]], axis=-1))
+    landed, straight = bound.real <= 1e-6 * now.real, length.real <= 1e-6 * now.real
+    drawn = np.where(landed, rest, start + rest)
+    drawn = now * drawn / safe(np.sqrt(dot(drawn, drawn)))
+    return np.where(slips, np.where(landed | straight, drawn, arc), trial), slips
+
+
 def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
     """Contact force over one period, by one of four laws.
 
@@ -102,7 +140,8 @@ def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
     along (slip) so that the force stays at mu N. An open contact carries nothing; when it lands, the foot is set where the
     surface was at the instant p = 0, interpolated linearly between the two samples.
     cone: the same, but the length of the two tangential forces together is bounded by mu N, and the foot is dragged in their
-    direction. unilateral: N alone, no friction. bilateral: N = kn p of either sign, never open.
+    direction; between two samples motion and normal force are taken to be linear (`cone_step`).
+    unilateral: N alone, no friction. bilateral: N = kn p of either sign, never open.
     The period is marched twice, starting with the foot at w, and the second time round is kept: by then the force is periodic,
     but for the cone, which goes round until it is (to 1e-10 of the largest bound mu N), a hundred times at most.
 
@@ -129,6 +168,7 @@ def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
     force = np.zeros_like(total)
     state = np.zeros(surface.shape, int)
     was_open = False  # nothing precedes the first sample of the first pass
+    began = False
     close = 1e-10 * mu * kn * np.maximum(approach.real.max(axis=-2), 0)
     end = np.inf  # forces at the end of the round before
     for _ in range(100):
@@ -143,6 +183,13 @@ def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
             normal = np.where(is_open, 0, kn * p)
             trial = kt * (here - w)
             tangential, sign = rubbed(trial, mu * normal, cone)
+            if began and cone.any():
+                first, bound = np.where(landing, 0, kt * (before - w)), np.where(landing, 0, mu * kn * p_before)
+                with np.errstate(all="ignore"):  # of other laws, and of steps that stick
+                    along, slips = cone_step(first, trial - first, bound[..., :1], (mu * normal)[..., :1])
+                tangential = np.where(cone, along, tangential)
+                sign = np.where(cone, np.where(slips, np.where(along.real < 0, -1, 1), 0), sign)
+            began = True
             w = np.where(sign == 0, w, here - tangential / kt)
 
             force[..., j, :2] = np.where(is_open | ~rubs, 0, tangential)

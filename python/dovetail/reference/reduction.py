@@ -72,6 +72,15 @@ def craig_bampton(K, M, contact_dofs, force, preload, modes):
                    r=Kec.T @ np.linalg.solve(Kee, preload[e]) - preload[c])
 
 
+def projected(C, K, M, contact_dofs, modes):
+    """Another matrix, of damping, in the unknowns of `craig_bampton`: (N_a + 3 N_x, N_a + 3 N_x)."""
+    e, c, *_ = split(K, M, contact_dofs)
+    _, phi, psi = bases(K, M, contact_dofs, modes)
+    basis = np.zeros((len(e) + len(c), modes + len(c)))
+    basis[e, :modes], basis[e, modes:], basis[c, modes:] = phi, psi, np.eye(len(c))
+    return basis.T @ (C.toarray() if hasattr(C, "toarray") else np.asarray(C, float)) @ basis
+
+
 def static_force(x, contact):
     """Force reached in one step from a foot at zero: g (N_x, 3) at total displacement x (N_x, 3), and the foot then, w (N_x, 2)."""
     rubs, cone = (contact.kind <= CONE)[:, None], (contact.kind == CONE)[:, None]
