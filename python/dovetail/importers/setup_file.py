@@ -33,9 +33,9 @@ KEYS = {
     "preload": {"set", "vector"},
     "gravity": {"vector"},
     "joint": {"between", "ground", "normal_stiffness", "tangential_stiffness", "friction", "gap", "tolerance", "t1", "at", "normal",
-              "name"},
+              "name", "overlap"},
 }
-BETWEEN_ONLY = {"tolerance"}
+BETWEEN_ONLY = {"tolerance", "overlap"}
 DEEPEST = 32  # brackets within brackets, as in a case file
 
 
@@ -168,6 +168,9 @@ def _joint(structure, table):
     for key, value in options.items():
         if key == "name":
             _text(table, key, "text")
+        elif key == "overlap":
+            if not isinstance(value, bool):
+                raise ValueError(f"overlap must be true or false, found {value!r}")
         elif not (_numeric(value) or key == "at" and isinstance(value, str) or key == "gap" and value == "geometry"):
             raise ValueError(f"{key} must be a number or a list of numbers, found {value!r}")
     if isinstance(options.get("at"), str):
