@@ -26,7 +26,12 @@ def import_(arguments):
     """Convert foreign files to a model or reduced file."""
     from .importers import convert
 
-    print(f"{arguments.output}: {convert(arguments.format, arguments.files, arguments.output, arguments.setup)}")
+    try:
+        print(f"{arguments.output}: {convert(arguments.format, arguments.files, arguments.output, arguments.setup)}")
+    except ValueError as error:
+        if notes := getattr(error, "notes", None):
+            print("\n  ".join([f"{arguments.output}: not written; what was read until then:", *notes]))
+        raise
 
 
 def plot(arguments):

@@ -83,7 +83,7 @@ def test_key_of_the_setup_file(tmp_path):
     path = tmp_path / "joints.toml"
     path.write_text('[[joint]]\nbetween = ["upper", "lower"]\noverlap = true\n')
     model = setup_file.apply(shifted(0.5), path)
-    assert len(model.contact_dofs) == 12 and "3 more nodes" in model.notes[0]
+    assert len(model.contact_dofs) == 12 and "3 more nodes" in model.notes[-1]
     path.write_text('[[joint]]\nbetween = ["upper", "lower"]\noverlap = "yes"\n')
     with pytest.raises(ValueError, match="overlap must be true or false, found 'yes'"):
         setup_file.apply(shifted(0.5), path)

@@ -68,6 +68,11 @@ def convert(kind, files, output, setup=None):
     -------
     str
         What was taken and written, in words.
+
+    Raises
+    ------
+    ValueError
+        `notes` of it, where there are any: what had been read until then, in words.
     """
     _refuse_foreign(output)
     module = importlib.import_module(f".{kind}", __name__)
@@ -82,7 +87,15 @@ def convert(kind, files, output, setup=None):
 
     with naming(files):
         structure = module.read(files)
-    model = apply(structure, setup)
+    try:
+        model = apply(structure, setup)
+    except ValueError as error:
+        error.notes = [*structure.notes, *_lines(error.notes)]
+        raise
     model.write(output)
     summary = f"full model: {model.n} degrees of freedom, {len(model.contact_dofs)} contact points"
-    return "\n  ".join([summary, *structure.notes, *"\n".join(model.notes).split("\n")])
+    return "\n  ".join([summary, *structure.notes, *_lines(model.notes)])
+
+
+def _lines(notes):
+    return "\n".join(notes).split("\n") if notes else []

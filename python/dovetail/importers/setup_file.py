@@ -23,6 +23,7 @@ import tomllib
 from contextlib import contextmanager
 
 from ..joint import Joint
+from . import echo
 
 KEYS = {
     "clamp": {"set", "directions"},
@@ -52,13 +53,25 @@ def apply(structure, path):
     Returns
     -------
     dovetail.Model
-        `notes` holds the report of each joint.
+        `notes` holds totals of the loads and the report of each joint.
 
     Raises
     ------
     ValueError
-        Naming file and entry, for an unknown key or set, and for whatever Structure and Joint refuse.
+        Naming file and entry, for an unknown key or set, and for whatever Structure and Joint refuse. `notes` of it: as above, as far
+        as it came.
     """
+    notes = []
+    try:
+        model = _applied(structure, path, notes)
+    except ValueError as error:
+        error.notes = notes
+        raise
+    model.notes = notes
+    return model
+
+
+def _applied(structure, path, notes):
     entries, units = _read(path)
     structure = copy.copy(structure)
     structure.units = structure.units if units is None else units
@@ -70,15 +83,16 @@ def apply(structure, path):
                 structure = structure.clamped(_set(structure, _text(table, "set")), _directions(table))
             elif kind != "joint":
                 structure = _loaded(structure, kind, table)
+    notes += echo.loads(structure)
     for kind, number, table in entries:  # after all clamps, which renumber the degrees of freedom
         if kind == "joint":
             with _named(f"{path}, [[joint]] number {number}"):
                 joints.append(_joint(structure, table))
+                notes.append(joints[-1].report(structure.units))
     with _named(path):
         model = structure.join(joints)
-    model.notes = [joint.report(structure.units) for joint in joints]
     if model.forces:
-        model.notes.append("load patterns, as they stand in a case file:\n" + model.excitation().rstrip())
+        notes.append("load patterns, as they stand in a case file:\n" + model.excitation().rstrip())
     return model
 
 
