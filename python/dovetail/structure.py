@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from . import cells as cell_kinds
 from . import hdf5_parts
+from .followers import Followers
 from .loaded import Loaded, is_zero, said_of
 from .model import Model
 from .parameters import CONTACT_WIDTH
@@ -79,6 +80,9 @@ class Structure(Loaded):
                 raise ValueError(f"{name} must name nodes 0 to {count - 1}, found {rows.min()} to {rows.max()}")
         self.force, self.preload = self._load(force, "force"), self._load(preload, "preload")
         self.forces, self.courses = {}, {}  # further load patterns, and the series [a0, a1, b1, ...] of all that were added
+        self.followers, self.tied_sets = Followers.none(count, self.n), {}  # importers know equations, and sets of nodes tied by them
+        self.held_by_deck = False  # nodes that the matrices do not have, being held; nor the mass they share with their neighbours
+        self.steps = {}  # loads of static steps of a deck, by number of the step
 
     def surface(self, name):
         """The surface of that name, or the outer cell faces all of whose nodes are in the node set of that name.
@@ -142,6 +146,8 @@ class Structure(Loaded):
             result.K, result.M = (sp.csr_matrix(matrix)[kept][:, kept] for matrix in (self.K, self.M))
         result.force, result.preload = (self._kept(load, kept, result) for load in (self.force, self.preload))
         result.forces = {name: self._kept(load, kept, result) for name, load in self.forces.items()}
+        result.steps = {step: self._kept(load, kept, result) for step, load in self.steps.items()}
+        result.followers = self.followers.kept(kept)
         return result
 
     def join(self, joints, *, motion_sets=True):

@@ -56,9 +56,6 @@ def read(files, *, units="SI"):
     held[dof_node[known], direction[known] - 1] = False  # a condition that another step lifted
     notes = []
     loads, late = ([load for load in all_loads if load.step == deck.matrix_step] for all_loads in (deck.loads, deck.late_loads))
-    others = [load.where for load in [*deck.loads, *deck.late_loads] if load.step != deck.matrix_step]
-    if others:
-        notes.append(f"NOT taken: *CLOAD of other steps than the one that writes the matrices ({others[0]})")
     return build(deck, K, M, dof_node, direction - 1, held, loads, sources=(str(paths[".sti"]), str(paths[".mas"])), units=units,
                  notes=notes, late=late)
 

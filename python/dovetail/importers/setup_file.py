@@ -31,7 +31,7 @@ KEYS = {
     "moment": {"set", "vector", "pattern", "phase"},
     "pressure": {"set", "value", "fourier", "pattern"},
     "base": {"direction", "pattern"},
-    "preload": {"set", "vector"},
+    "preload": {"set", "vector", "step"},
     "gravity": {"vector"},
     "joint": {"between", "ground", "normal_stiffness", "tangential_stiffness", "friction", "gap", "tolerance", "t1", "at", "normal",
               "name", "overlap"},
@@ -83,6 +83,9 @@ def _applied(structure, path, notes):
                 structure = structure.clamped(_set(structure, _text(table, "set")), _directions(table))
             elif kind != "joint":
                 structure = _loaded(structure, kind, table)
+    if structure.held_by_deck and any(kind == "gravity" for kind, _, _ in entries):
+        notes.append("CHECK: [[gravity]] has the weight beside nodes that the deck holds in part only, because the matrices have no more; "
+                     "hold them with [[clamp]] in the set-up file instead")
     notes += echo.loads(structure)
     for kind, number, table in entries:  # after all clamps, which renumber the degrees of freedom
         if kind == "joint":
@@ -157,7 +160,11 @@ def _loaded(structure, kind, table):
         return structure.with_gravity(_vector(table))
     if kind == "base":
         return structure.with_base_acceleration(_vector(table, "direction"), **named)
-    where = _set(structure, _text(table, "set"))
+    if kind == "preload" and "step" in table:
+        if type(table["step"]) is not int or len(table) > 1:
+            raise ValueError(f"step must be the number of a step of the deck, without other keys beside it, found {table!r}")
+        return structure.with_step(table["step"])
+    where = _set(structure, _text(table, "set"), tied=True)
     if kind == "preload":
         return structure.with_preload(where, _vector(table))
     if kind == "pressure":
@@ -206,9 +213,9 @@ def _numeric(value):
     return type(value) in (int, float) and abs(value) <= sys.float_info.max  # whole numbers may be larger than any float
 
 
-def _set(structure, name, surfaces=True):
-    """The name as the structure spells it."""
-    known = [*structure.node_sets, *(structure.surfaces if surfaces else ())]
+def _set(structure, name, surfaces=True, tied=False):
+    """The name as the structure spells it; `tied`: sets of nodes that follow others, too."""
+    known = [*structure.node_sets, *(structure.surfaces if surfaces else ()), *(structure.tied_sets if tied else ())]
     if name in known:
         return name
     alike = [other for other in known if other.upper() == name.upper()]
