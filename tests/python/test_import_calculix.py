@@ -199,7 +199,7 @@ def test_weight_is_that_of_all_masses(tmp_path):
     text = deck(inside="*DLOAD\nBODY, GRAV, 9.81e3, 0, 3, -4\n")
     structure = calculix.read([run_ccx(tmp_path, "free", text.replace("*BOUNDARY\nLEFT, 1, 3\n", ""))])
     weight = 40 * 10 * 5 * DENSITY * 9.81e3
-    assert any(f"*DLOAD, GRAV (" in note and f"total (0, {0.6 * weight:.6g}, {-0.8 * weight:.6g})" in note for note in structure.notes)
+    assert any("*DLOAD, GRAV (" in note and f"total (0, {0.6 * weight:.6g}, {-0.8 * weight:.6g})" in note for note in structure.notes)
     structure = calculix.read([run_ccx(tmp_path, "held", text)])
     assert not structure.force.any()
     assert any(re.search(r"NOT taken: the weight \(.*held.inp, line \d+\), .*\[\[clamp\]\]", note) for note in structure.notes)
