@@ -68,7 +68,7 @@ def test_the_same_model_as_by_hand(tmp_path):
     assert ours.units == "mm, t, s" and ours.force.sum() == 8
     assert ours.notes[:2] == ["load pattern force: total (0, 0, 8) on 4 nodes, moment about the origin (4, -4, 0)",
                               "preload: total (0, 1, 2.5) on 1 node, moment about the origin (-1, 0, 0)"]
-    assert len(ours.notes) == 3 and "joint middle: 4 contact points" in ours.notes[2]
+    assert len(ours.notes) == 4 and "joint middle: 4 contact points" in ours.notes[3]
 
 
 def test_what_was_read_is_said_when_an_entry_is_refused(tmp_path):
@@ -76,7 +76,7 @@ def test_what_was_read_is_said_when_an_entry_is_refused(tmp_path):
     path = written(tmp_path, FULL + '[[joint]]\nbetween = ["over", "LAD"]\n')
     with pytest.raises(ValueError, match="number 2: there is no set 'LAD'") as caught:
         setup_file.apply(two_cubes(), path)
-    assert "total (0, 0, 8)" in caught.value.notes[0] and "joint middle" in caught.value.notes[2]
+    assert "total (0, 0, 8)" in caught.value.notes[0] and "joint middle" in caught.value.notes[3]
 
 
 def test_the_command_prints_the_notes_of_an_import_that_fails(tmp_path, capsys):

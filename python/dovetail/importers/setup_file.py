@@ -27,6 +27,7 @@ from . import echo
 
 KEYS = {
     "clamp": {"set", "directions"},
+    "spring": {"set", "stiffness"},
     "force": {"set", "vector", "pattern", "phase"},
     "moment": {"set", "vector", "pattern", "phase"},
     "pressure": {"set", "value", "fourier", "pattern"},
@@ -81,12 +82,14 @@ def _applied(structure, path, notes):
         with _named(f"{path}, [[{kind}]] number {number}"):
             if kind == "clamp":
                 structure = structure.clamped(_set(structure, _text(table, "set")), _directions(table))
+            elif kind == "spring":
+                structure = structure.with_springs(_set(structure, _text(table, "set")), _vector(table, "stiffness"))
             elif kind != "joint":
                 structure = _loaded(structure, kind, table)
     if structure.held_by_deck and any(kind == "gravity" for kind, _, _ in entries):
         notes.append("CHECK: [[gravity]] has the weight beside nodes that the deck holds in part only, because the matrices have no more; "
                      "hold them with [[clamp]] in the set-up file instead")
-    notes += echo.loads(structure)
+    notes += echo.loads(structure) + echo.supports(structure)
     for kind, number, table in entries:  # after all clamps, which renumber the degrees of freedom
         if kind == "joint":
             with _named(f"{path}, [[joint]] number {number}"):
