@@ -40,7 +40,7 @@ class Joint:
     distance : (m,) [m]
         From a to b along n, positive when open; zero for the ground.
     left_out : int
-        Nodes of side a that do not lie over side b, where `overlap` leaves them out.
+        Nodes of side a that do not lie over side b or cannot move, where `overlap` leaves them out.
     """
 
     name: str
@@ -91,7 +91,8 @@ class Joint:
         name : str, optional
             Default the names of the surfaces.
         overlap : bool
-            Only nodes of a that lie over b become contact points, with the area that does. Else one that lies off b is refused.
+            Only nodes of a that lie over b, and can move or face one that can, become contact points, with the area that lies over
+            b. Else another node is refused.
 
         Raises
         ------
@@ -183,7 +184,7 @@ class Joint:
         how = {"pairs": "pairs of matching nodes", "faces": "nodes on faces", "ground": "nodes on the ground"}[self.kind]
         first = f"joint {self.name}: {len(self)} contact points, {how}"
         if self.left_out:
-            first += f"; {self.left_out} more nodes do not lie over the other side and are left out"
+            first += f"; {self.left_out} more nodes do not lie over the other side, or cannot move, and are left out"
         lines = [first, f"  area       {self.area.sum():.6g}{m2}"]
         if self.kind != "ground":
             worst = int(np.argmax(mismatch))

@@ -11,7 +11,7 @@ SAMPLES = 6  # places across a face that lies over the other surface in part
 
 
 def over(a, b, normals, tolerance, name):
-    """Rows of a's nodes that lie over b, and the area (m,) [m^2] of each that does.
+    """Rows of a's nodes that lie over b and of which a side can move, and the area (m,) [m^2] of each that lies over b.
 
     Parameters
     ----------
@@ -23,13 +23,18 @@ def over(a, b, normals, tolerance, name):
     Where every node over b's faces has a partner there, these nodes are meant, else all over the faces. Faces of a count with
     the share that lies over b.
     """
-    near = cKDTree(b.points).query(a.points)[0] <= (1e-6 * a.size if tolerance is None else tolerance)
-    kept = near
+    distance, partner = cKDTree(b.points).query(a.points)
+    near = distance <= (1e-6 * a.size if tolerance is None else tolerance)
+    kept, paired = near, True
     if b.faces:
         above = _above(a.points, normals, b, tolerance)
-        kept = near if np.all(near[above]) else above
+        paired = bool(np.all(near[above]))
+        kept = near if paired else above
+    moves = (a.dofs >= 0).any(axis=1)
+    kept = kept & (moves | (b.dofs[partner] >= 0).any(axis=1) if paired else moves)
     if not kept.any():
-        raise ValueError(f"joint {name!r}: no node of {a.name!r} lies over {b.name!r}; do the surfaces touch, and do they face each other?")
+        raise ValueError(f"joint {name!r}: no node of {a.name!r} that can move lies over {b.name!r}; do the surfaces "
+                         "touch, and do they face each other?")
     if not a.faces:
         return np.flatnonzero(kept), np.zeros(np.count_nonzero(kept))
     area = _areas(a, b, kept, tolerance)

@@ -64,9 +64,17 @@ def test_a_whole_overlap_changes_nothing():
     np.testing.assert_array_equal(overlapping.dofs, plain.dofs)
 
 
+def test_nodes_that_are_held_like_their_partners_are_left_out():
+    structure = shifted(0.5)
+    ends = np.flatnonzero((structure.nodes[:, 0] == 0.5) & (abs(structure.nodes[:, 2]) < 1e-9))
+    found = joint(structure.clamped(ends))
+    assert len(found) == 9 and found.left_out == 6
+    np.testing.assert_allclose(found.area.sum(), 1.5, rtol=1e-12)  # their neighbours have their area
+
+
 @pytest.mark.parametrize("shift, sides, message", [
-    (5.0, ("upper", "lower"), "no node of 'upper' lies over 'lower'"),
-    (0.25, ("upper", "side"), "no node of 'upper' lies over 'side'"),
+    (5.0, ("upper", "lower"), "no node of 'upper' that can move lies over 'lower'"),
+    (0.25, ("upper", "side"), "no node of 'upper' that can move lies over 'side'"),
     (2.0, ("upper", "lower"), "have nodes in common, but no area")])
 def test_no_overlap_is_refused(shift, sides, message):
     structure = shifted(shift)

@@ -52,7 +52,7 @@ def _refuse_foreign(output):
 
 
 def convert(kind, files, output, setup=None):
-    """Files of another program to a model file, or with csv a reduced file.
+    """Files of another program to a model file, or with csv a reduced file; with a set-up file, case.toml beside it, if there is none.
 
     Parameters
     ----------
@@ -83,6 +83,7 @@ def convert(kind, files, output, setup=None):
             return module.convert(files, output)
     if setup is None:
         raise ValueError(f"{kind} files hold no joints; say with --setup joints.toml which surfaces touch")
+    from . import case_file
     from .setup_file import apply
 
     with naming(files):
@@ -94,7 +95,7 @@ def convert(kind, files, output, setup=None):
         raise
     model.write(output)
     summary = f"full model: {model.n} degrees of freedom, {len(model.contact_dofs)} contact points"
-    return "\n  ".join([summary, *structure.notes, *_lines(model.notes)])
+    return "\n  ".join([summary, *structure.notes, *_lines(model.notes), case_file.write(model, output)])
 
 
 def _lines(notes):

@@ -8,6 +8,7 @@ import numpy as np
 from . import inp, triplets
 from .deck_structure import build
 
+PLANE = re.compile(r"CPS|CPE|CAX")
 SOLID = ("tetra", "hexahedron", "wedge")
 REFUSED = {"CONTACT PAIR": "CalculiX puts contact springs of its own into the stiffness, beside those of the joint; delete the pair "
                            "and run again: surfaces that touch are named with [[joint]] in the set-up file"}
@@ -40,6 +41,10 @@ def read(files, *, units="SI"):
     if thin:
         raise ValueError(f"{deck.path}: wanted solid elements only, found {', '.join(thin)}: CalculiX makes solids of shells and beams, on "
                          "nodes of its own that the deck does not have; mesh with solids")
+    plane = sorted(kind for kind in deck.types if PLANE.match(kind))
+    if plane:
+        raise ValueError(f"{deck.path}: wanted solid elements only, found {', '.join(plane)}, of which CalculiX makes solids; gmsh writes "
+                         "the faces of physical surfaces so: leave them out, as in docs/how-to/import-calculix.md, a mesh by gmsh")
     labels, direction = _dofs(paths[".dof"])
     n = len(labels)
     K, stiffness_lines = _matrix(paths[".sti"], n, labels, direction)
