@@ -46,6 +46,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     } else {
       const ReducedHeader header = read_reduced_header(study.reduced);
       check_patterns(study, header.loads, study.reduced);
+      from_model.area = header.area;
       checked.sizes = forecast(header, study);
     }
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));

@@ -103,6 +103,7 @@ struct Source {
   std::string motion;         ///< which rows of Phi and Psi are kept, in words or as a number made of them
   std::string ordering;
   std::vector<std::array<PetscInt, 3>> contact_dofs;
+  std::vector<double> area = {}; ///< (N_x) of the contact points [m^2], or empty
 };
 
 /// A number made of all numbers of a reduced model, the same on any number of ranks. Collective.
@@ -118,6 +119,7 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &file);
 struct ReducedHeader {
   PetscInt modes = 0, points = 0;
   std::vector<std::string> loads; ///< names of the patterns
+  std::vector<double> area = {};  ///< (N_x) of the contact points [m^2], or empty
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
 

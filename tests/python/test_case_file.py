@@ -58,7 +58,7 @@ def test_points_without_stiffness_are_held():
     np.testing.assert_allclose(omega, wanted, rtol=1e-8)
     assert not shapes[model.contact_dofs].any()
     said = case_file.text(model, "model.h5", omega, 0)
-    assert "# normal_stiffness = 1e7" in said and "contact points held" in said
+    assert "# normal_stiffness_per_area = 1e11" in said and "contact points held" in said
 
 
 def test_large_matrices_give_the_same_modes(monkeypatch):

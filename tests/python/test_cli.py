@@ -73,7 +73,8 @@ def test_template_case_explains_every_key():
     assert {section: set(keys) for section, keys in case.items() if isinstance(keys, dict)} == {
         "reduction": {"modes", "kind", "check_modes", "memory"}, "damping": {"stiffness", "mass", "structural", "ratios", "of"},
         "excitation": {"fourier"},
-        "contact": {"law", "normal_stiffness", "tangential_stiffness", "friction", "gap"}, "preload": {"initial"},
+        "contact": {"law", "normal_stiffness", "tangential_stiffness", "normal_stiffness_per_area", "tangential_stiffness_per_area",
+                    "friction", "gap"}, "preload": {"initial"},
         "accuracy": {"tolerance", "estimates"}, "harmonic_balance": {"harmonics", "samples"},
         "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
         "scaling": {"kind", "frequency", "modal", "contact"},

@@ -109,11 +109,13 @@ def text(model, name, omega, number):
               "[reduction]", f"modes = {min(MODES, model.n - model.contact_dofs.size)}", "",
               "[harmonic_balance]", f"harmonics = {HARMONICS}", "",
               "# In place of both numbers, to have them chosen:  accuracy.tolerance = 1e-2", ""]
-    wanted = {"normal_stiffness": ("1e7", "k_n [N/m] of each point"), "tangential_stiffness": ("1e7", "k_t [N/m] of each point"),
-              "friction": ("0.3", "mu")}
+    whole = model.joint is not None and np.all(model.joint["area"] > 0)
+    ending, unit = ("_per_area", "N/m^3], times the area of each point") if whole else ("", "N/m] of each point")
+    wanted = {"normal_stiffness": (ending, "1e11", f"k_n [{unit}"), "tangential_stiffness": (ending, "1e11", f"k_t [{unit}"),
+              "friction": ("", "0.3", "mu")}
     missing = [key for key in wanted if key not in model.contact]
     lines += ["[contact]"] * bool(missing)
-    lines += [f"# {key} = {wanted[key][0]}  # {wanted[key][1]}: give yours, the model has none" for key in missing]
+    lines += [f"# {key}{wanted[key][0]} = {wanted[key][1]}  # {wanted[key][2]}: give yours, the model has none" for key in missing]
     lines += [""] * bool(missing)
     if model.forces:
         return "\n".join(lines + [model.excitation()])
