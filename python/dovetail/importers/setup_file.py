@@ -23,7 +23,7 @@ import tomllib
 from contextlib import contextmanager
 
 from ..joint import Joint
-from . import echo
+from . import echo, setup_bolts
 
 KEYS = {
     "clamp": {"set", "directions"},
@@ -34,6 +34,7 @@ KEYS = {
     "base": {"direction", "pattern"},
     "preload": {"set", "vector", "step"},
     "gravity": {"vector"},
+    "bolt": {"between", "force", "axis", "then", "stiffness", "tighten_with_friction", "name"},
     "joint": {"between", "ground", "normal_stiffness", "tangential_stiffness", "friction", "gap", "tolerance", "t1", "at", "normal",
               "name", "overlap"},
 }
@@ -84,12 +85,16 @@ def _applied(structure, path, notes):
                 structure = structure.clamped(_set(structure, _text(table, "set")), _directions(table))
             elif kind == "spring":
                 structure = structure.with_springs(_set(structure, _text(table, "set")), _vector(table, "stiffness"))
-            elif kind != "joint":
+            elif kind not in ("joint", "bolt"):
                 structure = _loaded(structure, kind, table)
     if structure.held_by_deck and any(kind == "gravity" for kind, _, _ in entries):
         notes.append("CHECK: [[gravity]] has the weight beside nodes that the deck holds in part only, because the matrices have no more; "
                      "hold them with [[clamp]] in the set-up file instead")
-    notes += echo.loads(structure) + echo.supports(structure)
+    bolts = [(number, table) for kind, number, table in entries if kind == "bolt"]
+    for number, table in bolts:  # after all clamps, as joints are
+        with _named(f"{path}, [[bolt]] number {number}"):
+            structure = setup_bolts.pulled(structure, number, table, _set)
+    notes += echo.loads(setup_bolts.without(structure)) + echo.supports(structure)
     for kind, number, table in entries:  # after all clamps, which renumber the degrees of freedom
         if kind == "joint":
             with _named(f"{path}, [[joint]] number {number}"):
@@ -97,6 +102,7 @@ def _applied(structure, path, notes):
                 notes.append(joints[-1].report(structure.units))
     with _named(path):
         model = structure.join(joints)
+        model = setup_bolts.tightened(model, bolts, notes)
     if model.forces:
         notes.append("load patterns, as they stand in a case file:\n" + model.excitation().rstrip())
     return model
