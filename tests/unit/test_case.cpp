@@ -607,7 +607,7 @@ TEST_F(CaseFile, StiffnessPerAreaIsOfTheAreaOfEachPoint) {
   expect_words(message({}), {"case.toml:11: contact.normal_stiffness_per_area", "the area of the contact points",
                              "no /contact/area", "[N/m]"});
   expect_words(message({2.0, 0.0}), {"the area of contact point 1 (counted from 0) is not known"});
-  refused(11, "normal_stiffness = 1\nnormal_stiffness_per_area = 1",
+  refused(11, "normal_stiffness_per_area = 1\nnormal_stiffness = 1",
           {"contact.normal_stiffness_per_area", "contact.normal_stiffness both say the same"});
   refused(11, "normal_stiffness_per_area = -1", {"contact.normal_stiffness_per_area = -1", "greater than 0"});
   refused(13, "friction_per_area = 1", {"friction_per_area"});

@@ -37,7 +37,8 @@ def read(files, *, units="SI"):
     Returns
     -------
     dovetail.Structure
-        Node components are its node sets. Dofs that ANSYS constrained are not in it. `notes` says what was taken and what was not.
+        Node components are its node sets. Forces (F) of the archive are the excitation, unless "load=..." is given.
+        Dofs that ANSYS constrained are not in it. `notes` says what was taken and what was not.
 
     Raises
     ------
@@ -71,7 +72,12 @@ def read(files, *, units="SI"):
     else:
         held[deck.rows_of(constrained[:, 0]), constrained[:, 1]] = True
     sources = (source, source if constrained is not None else named["M"])
-    structure = build(deck, K, M, place, dofs[:, 1], held, [], sources=sources, units=units, notes=notes)
+    loads, late = deck.loads, deck.late_loads
+    if "load" in named and loads + late:
+        notes.append(f"NOT taken: F of the archive ({(loads + late)[0].where}), because load={named['load']} takes the vector that has "
+                     "them")
+        loads, late = [], []
+    structure = build(deck, K, M, place, dofs[:, 1], held, loads, sources=sources, units=units, notes=notes, late=late)
     if "load" in named:
         if load is None or not load.any():
             raise ValueError(f"load={named['load']}: {source} has no load vector other than zero")

@@ -13,7 +13,6 @@ from .echo import ROUNDING
 from .internal import INCOMPATIBLE, condensed
 from .rigid import MOTIONS, mass, motions, resisted, unsatisfied, with_inner
 
-CARD = {"Pressure": "*DLOAD", "Weight": "*DLOAD, GRAV"}
 RIGID = 1e-3  # a stiffness row resists rigid motion when its force is above this share of the forces that should cancel
 
 
@@ -220,7 +219,7 @@ def _force(unknowns, loads, notes, meaning, before=""):
 
 def _words(loads):
     """The cards of loads, with the place of the first."""
-    lines = {load.where: CARD.get(type(load).__name__, "*CLOAD") for _, _, load in loads}
+    lines = {load.where: load.card for _, _, load in loads}
     return f"force from {len(lines)} lines of {', '.join(sorted(set(lines.values())))} ({next(iter(lines))})"
 
 

@@ -19,6 +19,7 @@ class Pressure:
     step: int
     where: str
     anew: bool
+    card: str = "*DLOAD"
 
 
 @dataclass
@@ -30,6 +31,7 @@ class Weight:
     step: int
     where: str
     anew: bool
+    card: str = "*DLOAD, GRAV"
 
 
 @dataclass

@@ -12,9 +12,9 @@ ABAQUS_HOLDS = {"ENCASTRE": (1, 6), "PINNED": (1, 3), "XSYMM": (1, 1), "YSYMM": 
 
 @dataclass
 class Entry:
-    """One line of *CLOAD or *BOUNDARY: node rows, first and last direction from 1, value, number of its step (0: before all).
+    """One line of *CLOAD or *BOUNDARY, or the like of another program's card.
 
-    anew: loads of earlier steps end (OP=NEW).
+    Node rows, first and last direction from 1, value, number of its step (0: before all). anew: loads of earlier steps end (OP=NEW).
     """
 
     rows: np.ndarray
@@ -24,6 +24,7 @@ class Entry:
     step: int
     where: str
     anew: bool = False
+    card: str = "*CLOAD"
 
 
 class Sets:
