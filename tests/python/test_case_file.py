@@ -91,6 +91,14 @@ def test_motions_without_stiffness_are_no_modes():
     assert case_file.excited(model, omega, shapes) >= 3
 
 
+def test_without_modes_there_is_no_case_file(tmp_path):
+    """A negative stiffness, as of a damaged file."""
+    model = joined(normal_stiffness=3.0, tangential_stiffness=1.0, friction=0.3)
+    model.K = -model.K
+    assert "no case file: the modes of the stuck structure were not found" in case_file.write(model, tmp_path / "model.h5")
+    assert not (tmp_path / "case.toml").exists()
+
+
 def test_where_nothing_touches_the_preload_is_taken_to_close_it():
     model = joined(normal_stiffness=3.0, tangential_stiffness=1.0, friction=0.3)
     closed, _ = case_file.stuck_modes(model)

@@ -21,6 +21,7 @@ from .whole import missing, only, whole
 PACKAGE, VERSION = "ansys-mapdl-reader", "0.56.0"
 LABELS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 NAMED = ("K", "M", "load")
+MOST_DIGITS = 18  # of a node number
 
 
 def read(files, *, units="SI"):
@@ -195,7 +196,7 @@ def _mapping(path):
     rows = []
     for number, line in enumerate(Path(path).read_text(errors="replace").splitlines(), start=1):
         words = line.split()
-        if len(words) != 3 or not (words[0].isdigit() and words[1].isdigit()):
+        if len(words) != 3 or not (words[0].isdigit() and words[1].isdigit() and len(words[1]) <= MOST_DIGITS):
             if not rows or not words:
                 continue  # headings
             raise ValueError(f"{path}, line {number}: wanted row number, node and direction, found {line.strip()[:40]!r}")

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
@@ -14,6 +15,7 @@ MODES, HARMONICS = 20, 5  # for a first look
 RATIO = 0.002  # damping at the mode of the sweep, a number to start with
 BELOW, ABOVE = 0.8, 1.1  # of the frequency of that mode: friction softens, so the peak lies below
 MOVED = 1e-3  # a mode counts as excited from this part of the largest motion on
+SMALL = 300  # unknowns up to which matrices are dense
 LARGE = 20000  # unknowns from which on SLEPc and MUMPS find the modes, where they are there
 LARGEST = 400000  # unknowns above which an import does not look for modes
 
@@ -57,6 +59,9 @@ def _lowest(K, M, count, shift):
             pass
         else:
             return lowest(K, M, count, shift)
+    if K.shape[0] <= SMALL:
+        inverse, vectors = scipy.linalg.eigh(M.toarray(), (K - shift * M).toarray())
+        return 1 / inverse[-count:] + shift, vectors[:, -count:] / np.sqrt(inverse[-count:])
     return sla.eigsh(sp.csc_matrix(K), count, sp.csc_matrix(M), sigma=shift)
 
 
@@ -80,7 +85,10 @@ def write(model, path):
         return f"{target}: is there already and stays as it is"
     if model.n > LARGEST:
         return f"no case file: the modes of {model.n} unknowns are left to the program, dovetail run --dry-run"
-    omega, shapes = stuck_modes(model)
+    try:
+        omega, shapes = stuck_modes(model)
+    except (RuntimeError, ValueError, np.linalg.LinAlgError) as error:
+        return f"no case file: the modes of the stuck structure were not found ({error})"
     number = excited(model, omega, shapes)
     if number is None:
         return "no case file: no mode of the stuck structure has a frequency; is it held, by joints at least?"
