@@ -8,7 +8,7 @@ import numpy as np
 
 from .hdf5_read import dataset, members, numbers, opened, words
 from .model_mesh import read_joint, read_mesh
-from .motion import find_model, read_model_parts
+from .motion import find_model
 from .parameters import CONTACT_WIDTH
 from .plot import default_dofs
 from .preload_state import in_words, joint_states
@@ -149,7 +149,8 @@ def _preload(results):
     """The state before anything shakes; joint by joint where the model file is there."""
     lines = [("preload", in_words(results))]
     try:
-        _, joint = read_model_parts(find_model(results))
+        with opened(find_model(results)) as file:
+            joint = read_joint(file)
     except ValueError:
         return lines
     if joint is None or len(joint["position"]) != results.contact_points:

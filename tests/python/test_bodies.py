@@ -53,6 +53,21 @@ def test_springs_are_those_of_the_ground():
     np.testing.assert_allclose(u[z], -0.5, rtol=1e-9)
 
 
+def test_springs_on_distributed_matrices():
+    pytest.importorskip("petsc4py")
+    from petsc4py import PETSc
+
+    plain = brick.pair(poisson=0.3)
+    K, M = (PETSc.Mat().createAIJ(matrix.shape, csr=(matrix.indptr, matrix.indices, matrix.data), comm=PETSc.COMM_SELF)
+            for matrix in (plain.K, plain.M))
+    ours = Structure(K, M, plain.nodes, plain.dof_node, plain.dof_direction, node_sets=plain.node_sets).with_springs("top", [1, 2, 0])
+    theirs = plain.with_springs("top", [1, 2, 0])
+    indptr, indices, data = ours.K.getValuesCSR()
+    assert abs(sp.csr_matrix((data, indices, indptr), shape=theirs.K.shape) - theirs.K).max() < 1e-15
+    indptr, indices, data = K.getValuesCSR()
+    assert abs(sp.csr_matrix((data, indices, indptr), shape=theirs.K.shape) - plain.K).max() == 0  # a copy was changed
+
+
 SETUP = """[[clamp]]
 set = "bottom"
 [[spring]]

@@ -48,7 +48,7 @@ def mass(M, moved):
 
 def digits_of(matrix):
     """Rounding of the numbers of a matrix: half a unit of their last decimal, relative, from the largest hundred."""
-    largest = np.sort(np.abs(matrix.data))[-100:]
+    largest = np.partition(np.abs(matrix.data), -min(100, matrix.nnz))[-100:]
     for digits in range(4, 15):
         if all(float(f"{value:.{digits}e}") == value for value in largest.tolist()):
             return 0.5 * 10.0**-digits
