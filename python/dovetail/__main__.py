@@ -26,7 +26,12 @@ def import_(arguments):
     """Convert foreign files to a model or reduced file."""
     from .importers import convert
 
-    print(f"{arguments.output}: {convert(arguments.format, arguments.files, arguments.output, arguments.setup)}")
+    try:
+        print(f"{arguments.output}: {convert(arguments.format, arguments.files, arguments.output, arguments.setup)}")
+    except ValueError as error:
+        if notes := getattr(error, "notes", None):
+            print("\n  ".join([f"{arguments.output}: not written; what was read until then:", *notes]))
+        raise
 
 
 def plot(arguments):
@@ -60,6 +65,10 @@ def _picture_of_results(path, arguments):
     from .results import Results
 
     results = Results(path)
+    if arguments.kind == "pressure":
+        from .pressure_map import pressure_map
+
+        return pressure_map(results, arguments.model), "_pressure.png"
     if len(results) == 0:
         raise ValueError(f"{path}: no point has been computed yet")
     at = None if arguments.at is None else arguments.at * (2 * math.pi if arguments.hz else 1.0)
@@ -128,11 +137,12 @@ def parser():
     command.add_argument("file", metavar="FILE.h5", help="results or model")
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points); "
                          "default: the contact point that moves most")
-    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map"], default="response",
-                         help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint")
+    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure"], default="response",
+                         help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
+                              "pressure: the joints under their preload")
     command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in rad/s (in Hz with --hz): marked in the response, "
                          "chosen for the others; default there: the peak of the first dof")
-    command.add_argument("--model", metavar="MODEL.h5", help="map: the model file, if it is not where it was when the run started")
+    command.add_argument("--model", metavar="MODEL.h5", help="map, pressure: the model file, if it is not where it was")
     command.add_argument("--up", choices="xyz", default="z", help="mesh: the axis that points upwards; default: %(default)s")
     command.add_argument("--hz", action="store_true", help="frequencies in Hz instead of rad/s")
     command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")

@@ -7,24 +7,30 @@ TIES = 8  # as many chosen points may be equally near to a node and share its ar
 FACING = -0.5  # largest cosine between the normals of two sides that touch
 
 
-def choose(surface, at, name):
-    """Rows (m,) of the nodes that become contact points, and their areas (m,) [m^2] (zero on a surface without faces)."""
-    area = surface.areas() if surface.faces else np.zeros(len(surface.points))
+def choose(surface, at, name, rows=None, area=None):
+    """Rows (m,) of the nodes that become contact points, and their areas (m,) [m^2] (zero on a surface without faces).
+
+    `rows` and their `area`: those that may become some, default all nodes.
+    """
+    if rows is None:
+        rows = np.arange(len(surface.points))
+        area = surface.areas() if surface.faces else np.zeros(len(rows))
+    points, labels = surface.points[rows], surface.labels[rows]
     if at is None:
-        return np.arange(len(area)), area
+        return rows, area
     at = np.asarray(at, dtype=np.float64)
     if at.ndim != 2 or at.shape[1] != 3 or not len(at) or not np.all(np.isfinite(at)):
         raise ValueError(f"joint {name!r}: `at` must be places of shape (k, 3), found shape {at.shape}")
-    chosen = cKDTree(surface.points).query(at)[1]
+    chosen = cKDTree(points).query(at)[1]
     values, counts = np.unique(chosen, return_counts=True)
     if counts.max() > 1:
         raise ValueError(f"joint {name!r}: {counts.max()} places of `at` are nearest to the same node, "
-                         f"{surface.labels[values[counts.argmax()]]}; a contact point is one node")
-    distance, nearest = cKDTree(surface.points[chosen]).query(surface.points, k=min(len(chosen), TIES))
+                         f"{labels[values[counts.argmax()]]}; a contact point is one node")
+    distance, nearest = cKDTree(points[chosen]).query(points, k=min(len(chosen), TIES))
     distance, nearest = distance.reshape(len(area), -1), nearest.reshape(len(area), -1)
     equal = distance <= distance[:, :1] + 1e-9 * surface.size
     share = equal * (area / equal.sum(axis=1))[:, None]
-    return chosen, np.bincount(nearest.ravel(), weights=share.ravel(), minlength=len(chosen))
+    return rows[chosen], np.bincount(nearest.ravel(), weights=share.ravel(), minlength=len(chosen))
 
 
 def normals_at(surface, normal, name):

@@ -8,8 +8,10 @@ import numpy as np
 
 from .hdf5_read import dataset, members, numbers, opened, words
 from .model_mesh import read_joint, read_mesh
+from .motion import find_model
 from .parameters import CONTACT_WIDTH
 from .plot import default_dofs
+from .preload_state import in_words, joint_states
 from .reference import LAWS
 from .results import INSTABILITIES, READ_ATTEMPTS, READ_PAUSE, Results, STABLE, UNCERTAIN, UNSTABLE
 
@@ -140,4 +142,18 @@ def _results(results):
                    f" of {n} responses") for name, verb in (("slip", "slip"), ("open", "open"))]
         lines.append(("effort", f"{results.points('newton_iterations').sum():.0f} Newton iterations, "
                                 f"{results.points('seconds').sum():.3g} s"))
-    return lines + [("contact law", _laws(results.contact["law"]))] + _contact_lines(results.contact)
+    return lines + _preload(results) + [("contact law", _laws(results.contact["law"]))] + _contact_lines(results.contact)
+
+
+def _preload(results):
+    """The state before anything shakes; joint by joint where the model file is there."""
+    lines = [("preload", in_words(results))]
+    try:
+        with opened(find_model(results)) as file:
+            joint = read_joint(file)
+    except ValueError:
+        return lines
+    if joint is None or len(joint["position"]) != results.contact_points:
+        return lines
+    states = joint_states(results, joint)
+    return lines * (len(states) > 1) + [("preload", f"{state.name}: {state.in_words()}") for state in states]

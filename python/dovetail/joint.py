@@ -15,6 +15,7 @@ import numpy as np
 
 from .contact_points import (axes_at, choose, gaps, need_free_or_clamped, normals_at, per_area, per_point, refuse_facing_away)
 from .matching import partners
+from .overlap import over
 from .parameters import contact_parameters
 from .projection import project
 
@@ -38,6 +39,8 @@ class Joint:
         Distance of partners; for faces, how far the point lies beyond the edge of side b.
     distance : (m,) [m]
         From a to b along n, positive when open; zero for the ground.
+    left_out : int
+        Nodes of side a that do not lie over side b or cannot move, where `overlap` leaves them out.
     """
 
     name: str
@@ -54,13 +57,14 @@ class Joint:
     contact: dict
     mismatch: np.ndarray
     distance: np.ndarray
+    left_out: int = 0
 
     def __len__(self):
         return len(self.position)
 
     @classmethod
     def between(cls, a, b, *, normal_stiffness=None, tangential_stiffness=None, friction=None, gap=None, tolerance=None, t1=None,
-                at=None, normal=None, name=None):
+                at=None, normal=None, name=None, overlap=False):
         """The joint of two surfaces.
 
         Parameters
@@ -86,6 +90,9 @@ class Joint:
             Outward normal of a at every point, instead of that of the faces.
         name : str, optional
             Default the names of the surfaces.
+        overlap : bool
+            Only nodes of a that lie over b, and can move or face one that can, become contact points, with the area that lies over
+            b. Else another node is refused.
 
         Raises
         ------
@@ -94,8 +101,11 @@ class Joint:
             argument is out of range.
         """
         name = name or f"{a.name} - {b.name}"
-        chosen, area = choose(a, at, name)
-        points, n = a.points[chosen], normals_at(a, normal, name)[chosen]
+        n = normals_at(a, normal, name)
+        rows, area = over(a, b, n, tolerance, name) if overlap else (None, None)
+        left_out = len(a.points) - len(rows) if overlap else 0
+        chosen, area = choose(a, at, name, rows, area)
+        points, n = a.points[chosen], n[chosen]
         partner = partners(points, b, 1e-6 * a.size if tolerance is None else tolerance, name)
         if partner is None:
             if not b.faces:
@@ -106,8 +116,9 @@ class Joint:
             worst = int(np.argmax(feet.overhang - allowed))
             if feet.overhang[worst] > allowed[worst]:
                 raise ValueError(f"joint {name!r}: node {a.labels[chosen[worst]]} of {a.name!r} at {_place(points[worst])} lies "
-                                 f"{feet.overhang[worst]:.3g} beyond the faces of {b.name!r}; leave it out of the set (or use `at`), "
-                                 f"or raise the tolerance ({allowed[worst]:.3g})")
+                                 f"{feet.overhang[worst]:.3g} beyond the faces of {b.name!r}; say overlap = true to leave out "
+                                 f"such nodes ({np.count_nonzero(feet.overhang > allowed)} of {len(points)}), or raise the tolerance "
+                                 f"({allowed[worst]:.3g})")
             place, opposite, mismatch = feet.place, feet.normal, feet.overhang
             point, other, weight = feet.point, b.dofs[feet.node], feet.weight
             partner_labels = None
@@ -119,7 +130,7 @@ class Joint:
         distance = np.einsum("mi,mi->m", place - points, n)
         return cls._make(a, chosen, area, n, t1, name, kind=kind, partner_labels=partner_labels, point=point, other=other, weight=weight,
                          mismatch=mismatch, distance=distance, parameters=(normal_stiffness, tangential_stiffness, friction),
-                         gap=gaps(gap, distance, name))
+                         gap=gaps(gap, distance, name), left_out=left_out)
 
     @classmethod
     def ground(cls, a, *, normal_stiffness=None, tangential_stiffness=None, friction=None, gap=None, t1=None, at=None, normal=None,
@@ -171,7 +182,10 @@ class Joint:
         least = 1e-9 * np.ptp(self.position, axis=0).max(initial=0.0)  # distances below are round-off
         mismatch, distance = (np.where(np.abs(values) > least, values, 0.0) for values in (self.mismatch, self.distance))
         how = {"pairs": "pairs of matching nodes", "faces": "nodes on faces", "ground": "nodes on the ground"}[self.kind]
-        lines = [f"joint {self.name}: {len(self)} contact points, {how}", f"  area       {self.area.sum():.6g}{m2}"]
+        first = f"joint {self.name}: {len(self)} contact points, {how}"
+        if self.left_out:
+            first += f"; {self.left_out} more nodes do not lie over the other side, or cannot move, and are left out"
+        lines = [first, f"  area       {self.area.sum():.6g}{m2}"]
         if self.kind != "ground":
             worst = int(np.argmax(mismatch))
             what = "between partners" if self.kind == "pairs" else "beyond the edge"

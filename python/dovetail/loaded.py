@@ -29,7 +29,7 @@ class Loaded:
         vector = loads.numbers_of(vector, "force", (3,), "N")
         rows = self._loaded_rows(where, "force")
         said = f"no node of {said_of(where)} can take the force {vector.tolist()}"
-        return self._with_shares(self.dofs_of(rows), np.tile(vector / len(rows), (len(rows), 1)), name, phase, said)
+        return self._with_shares(self.dofs_of(rows), np.tile(vector / len(rows), (len(rows), 1)), name, phase, said, rows=rows)
 
     def with_moment(self, where, moment, *, name="force", phase=0.0):
         """With more excitation: `moment` (3,) [N m], as forces on the nodes of a set that together are no force.
@@ -40,7 +40,7 @@ class Loaded:
         rows = self._loaded_rows(where, "moment")
         shares = loads.of_moment(self.nodes[rows], moment, said_of(where))
         said = f"no node of {said_of(where)} can take the moment {moment.tolist()}"
-        return self._with_shares(self.dofs_of(rows), shares, name, phase, said)
+        return self._with_shares(self.dofs_of(rows), shares, name, phase, said, rows=rows)
 
     def with_pressure(self, where, pressure, *, fourier=None, name="pressure"):
         """With more excitation: a pressure onto a surface, against its outward normal.
@@ -97,23 +97,37 @@ class Loaded:
         vector = loads.real_vector(vector, "preload", "N")
         rows = self._loaded_rows(where, "preload")
         said = f"no node of {said_of(where)} can take the preload {vector.tolist()}"
-        return self._with_shares(self.dofs_of(rows), np.tile(vector / len(rows), (len(rows), 1)), PRELOAD, 0.0, said)
+        return self._with_shares(self.dofs_of(rows), np.tile(vector / len(rows), (len(rows), 1)), PRELOAD, 0.0, said, rows=rows)
+
+    def with_step(self, step):
+        """With more static load P: what a static step of the imported deck is loaded with, of those in `steps`."""
+        if step not in self.steps:
+            raise ValueError(f"there is no step {step!r} with loads in the deck, beside the one that writes the matrices; there are: "
+                             f"{', '.join(map(str, self.steps)) or 'none'}")
+        return self._with_values({PRELOAD: (self.steps[step], None)})
 
     def _loaded_rows(self, where, what):
-        rows = np.unique(self._nodes(where))
+        tied = isinstance(where, str) and where in self.tied_sets and where not in self.node_sets
+        rows = np.unique(self.tied_sets[where] if tied else self._nodes(where))
         if not rows.size:
             raise ValueError(f"no node to put the {what} on: {said_of(where)} is empty")
         return rows
 
-    def _with_shares(self, dofs, shares, name, phase, said, course=None):
-        """Forces (k, 3) on dofs (k, 3), those of clamped dofs left out; `said` begins the message where none is left."""
+    def _with_shares(self, dofs, shares, name, phase, said, course=None, rows=None):
+        """Forces (k, 3) on dofs (k, 3), those of clamped dofs left out; `said` begins the message where none is left.
+
+        With node `rows` (k,), forces on directions that follow others go through their equations.
+        """
         used = (dofs >= 0) & (shares != 0)
-        if np.any(shares) and not used.any():
-            raise ValueError(f"{said}: none has a free dof in its direction")
         values = np.zeros(self.n, dtype=shares.dtype)
         np.add.at(values, dofs[used], shares[used])
+        if rows is not None:
+            node, axis = np.nonzero((dofs < 0) & (shares != 0))
+            values += self.followers.force(rows[node], axis, shares[node, axis])
+        if np.any(shares) and not values.any():
+            raise ValueError(f"{said}: none has a free dof in its direction")
         if name is PRELOAD:
-            return self._with_values({PRELOAD: (values, None)}) if used.any() else self
+            return self._with_values({PRELOAD: (values, None)}) if values.any() else self
         parts = loads.with_phase(values, phase, name)
         return self._with_values({part: (load, course or usual) for part, (load, usual) in parts.items()})
 

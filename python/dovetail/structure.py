@@ -14,7 +14,9 @@ import scipy.sparse as sp
 
 from . import cells as cell_kinds
 from . import hdf5_parts
+from .followers import Followers
 from .loaded import Loaded, is_zero, said_of
+from .loads import real_vector
 from .model import Model
 from .parameters import CONTACT_WIDTH
 from .relative import change_of
@@ -81,6 +83,9 @@ class Structure(Loaded):
         self.damping = {}  # keys of [damping] that an import has found
         self.force, self.preload = self._load(force, "force"), self._load(preload, "preload")
         self.forces, self.courses = {}, {}  # further load patterns, and the series [a0, a1, b1, ...] of all that were added
+        self.followers, self.tied_sets = Followers.none(count, self.n), {}  # importers know equations, and sets of nodes tied by them
+        self.held_by_deck = False  # nodes that the matrices do not have, being held; nor the mass they share with their neighbours
+        self.steps = {}  # loads of static steps of a deck, by number of the step
 
     def surface(self, name):
         """The surface of that name, or the outer cell faces all of whose nodes are in the node set of that name.
@@ -144,6 +149,33 @@ class Structure(Loaded):
             result._each_matrix(lambda matrix: sp.csr_matrix(matrix)[kept][:, kept])
         result.force, result.preload = (self._kept(load, kept, result) for load in (self.force, self.preload))
         result.forces = {name: self._kept(load, kept, result) for name, load in self.forces.items()}
+        result.steps = {step: self._kept(load, kept, result) for step, load in self.steps.items()}
+        result.followers = self.followers.kept(kept)
+        return result
+
+    def with_springs(self, where, stiffness):
+        """With springs to the ground: `stiffness` (3,) [N/m] along x, y, z in all, in equal shares on the nodes of a set.
+
+        As in `clamped`, `where` names nodes; a share on a direction without a dof is left out.
+        """
+        stiffness = real_vector(stiffness, "stiffness", "N/m")
+        if np.any(stiffness < 0) or not np.any(stiffness):
+            raise ValueError(f"stiffness must not be negative, nor all zero, found {stiffness.tolist()}")
+        rows = np.unique(self._nodes(where))
+        dofs = self.dofs_of(rows)
+        free = (dofs >= 0) & (stiffness > 0)
+        if not free.any():
+            raise ValueError(f"no node of {said_of(where)} can take a spring: none has a free dof in its direction")
+        diagonal = np.zeros(self.n)
+        np.add.at(diagonal, dofs[free], np.tile(stiffness / len(rows), (len(rows), 1))[free])
+        result = copy.copy(self)
+        if is_petsc(self.K):
+            result.K = self.K.copy()
+            vector = result.K.getDiagonal()
+            vector.setArray(vector.getArray() + diagonal[slice(*vector.getOwnershipRange())])
+            result.K.setDiagonal(vector)
+        else:
+            result.K = sp.csr_matrix(self.K) + sp.diags(diagonal)
         return result
 
     def with_damping_matrix(self, C):

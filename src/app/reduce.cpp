@@ -153,8 +153,8 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
   FullModel model = stages.run("1 model", [&] { return full_model(comm, study, need_force); });
   refuse_too_many_modes(study, model);
   const Motion motion = agreed_motion(comm, study, model);
-  Source source{model.file,        model.hash,      model.units, study.modes,       kind_of(study),
-                study.check_modes, motion.in_words, "none",      model.contact_dofs};
+  Source source{model.file,        model.hash,      model.units, study.modes,        kind_of(study),
+                study.check_modes, motion.in_words, "none",      model.contact_dofs, model.contact.area};
   if (matches(comm, file, source)) {
     ReducedModel kept = stages.run("2 reduction", [&] { return read_reduced(comm, file); });
     if (kept.as_written) {

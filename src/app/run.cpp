@@ -48,6 +48,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     } else {
       const ReducedHeader header = read_reduced_header(study.reduced);
       check_patterns(study, header.loads, study.reduced);
+      from_model.area = header.area;
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     }

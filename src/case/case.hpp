@@ -23,6 +23,7 @@ struct ContactSetting {
   bool pairs = false;         ///< values are [t1, t2] pairs
   std::string where;          ///< "file.toml:12: contact.friction" or "model.h5: /contact/friction", for messages
   bool per_point = false;     ///< written as a list with one entry per point, even if that list is short
+  bool per_area = false;      ///< a stiffness per area [N/m^3], of the area that belongs to each point
 };
 
 /// The contact law as written: one word, or one per point.
@@ -37,7 +38,8 @@ struct LawSetting {
 struct ContactSettings {
   LawSetting law; ///< in the case file only
   std::optional<ContactSetting> normal_stiffness, tangential_stiffness, friction, gap;
-  std::string file; ///< where a missing one is to be added, for messages
+  std::string file;         ///< where a missing one is to be added, for messages
+  std::vector<double> area; ///< (N_x) of each point, from a model or reduced file; 0 or empty: not known [m^2]
 };
 
 /// Name of the load pattern in the dataset /force of a model.

@@ -26,22 +26,23 @@ struct Parameter {
   std::optional<ContactSetting> ContactSettings::*setting;
   bool tangential;
   Allowed allowed;
+  bool by_area; ///< may be given per area, under its name with _per_area
   const char *example;
   void (*store)(ContactPoint &point, double t1, double t2);
 };
 
 const Parameter parameters[] = {
-    {"normal_stiffness", &ContactSettings::normal_stiffness, false, Allowed::positive, "1e9",
+    {"normal_stiffness", &ContactSettings::normal_stiffness, false, Allowed::positive, true, "1e9",
      [](ContactPoint &point, double value, double) { point.kn = value; }},
-    {"tangential_stiffness", &ContactSettings::tangential_stiffness, true, Allowed::positive, "[1e6, 1e6]",
+    {"tangential_stiffness", &ContactSettings::tangential_stiffness, true, Allowed::positive, true, "[1e6, 1e6]",
      [](ContactPoint &point, double t1, double t2) {
        point.kt = {t1, t2};
      }},
-    {"friction", &ContactSettings::friction, true, Allowed::not_negative, "[0.3, 0.3]",
+    {"friction", &ContactSettings::friction, true, Allowed::not_negative, false, "[0.3, 0.3]",
      [](ContactPoint &point, double t1, double t2) {
        point.mu = {t1, t2};
      }},
-    {"gap", &ContactSettings::gap, false, Allowed::any, "0.0",
+    {"gap", &ContactSettings::gap, false, Allowed::any, false, "0.0",
      [](ContactPoint &point, double value, double) { point.gap = value; }},
 };
 
@@ -103,6 +104,21 @@ std::vector<std::array<double, 2>> spread(const ContactSetting &setting, bool ta
   return result;
 }
 
+/// Makes stiffnesses of single points [N/m] of ones per area [N/m^3].
+void times_area(std::vector<std::array<double, 2>> &values, const ContactSetting &setting,
+                const std::vector<double> &area) {
+  const auto unknown = std::find_if(area.begin(), area.end(), [](double value) { return !(value > 0); });
+  if (area.size() != values.size() || unknown != area.end())
+    throw InputError(setting.where + ": the area of " +
+                     (area.size() == values.size()
+                          ? "contact point " + std::to_string(unknown - area.begin()) + " (counted from 0)"
+                          : std::string("the contact points")) +
+                     " is not known: the model has no /contact/area for it, as models made of joints have; write the "
+                     "stiffness of each point [N/m] instead");
+  for (std::size_t i = 0; i < values.size(); ++i)
+    for (double &value : values[i]) value *= area[i];
+}
+
 Law read_law(const Entry &entry) {
   if (entry.is_words())
     for (const auto &[law, word] : law_words)
@@ -154,12 +170,17 @@ ContactSettings read_contact_settings(const Document &document) {
   ContactSettings result;
   if (const Entry law = document["contact.law"]) result.law = read_laws(law);
   for (const auto &parameter : parameters) {
-    const Entry entry = document[std::string("contact.") + parameter.name];
+    const std::string name = std::string("contact.") + parameter.name;
+    const Entry single = document[name],
+                by_area = parameter.by_area ? document[name + "_per_area"] : Entry("", name, nullptr);
+    if (single && by_area) by_area.refuse("and " + name + " both say the same; keep one");
+    const Entry &entry = by_area ? by_area : single;
     if (!entry) continue;
     if (parameter.tangential && !result.law.any(has_friction))
       entry.refuse("has no effect, because no contact point has friction; delete this key, or write contact.law = "
                    "\"coulomb\"");
     result.*parameter.setting = read_setting(entry, parameter);
+    (result.*parameter.setting)->per_area = bool(by_area);
   }
   return result;
 }
@@ -179,7 +200,8 @@ std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const
                        parameter.name + " = " + parameter.example + " under [contact]");
     }
     check_values(*setting, parameter.allowed);
-    const auto values = spread(*setting, parameter.tangential, n);
+    auto values = spread(*setting, parameter.tangential, n);
+    if (setting->per_area) times_area(values, *setting, from_model.area);
     for (size_t i = 0; i < points.size(); ++i) parameter.store(points[i], values[i][0], values[i][1]);
   }
   const auto &friction_setting = from_case.friction ? from_case.friction : from_model.friction;

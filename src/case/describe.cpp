@@ -58,6 +58,9 @@ std::string contact_origin(const Case &study, const std::string &key, const Span
   // A gap of zero in the model file looks the same here as none.
   if (key == "contact.gap" && span.low == 0 && span.high == 0)
     return study.model.empty() ? "default" : "model file or default";
+  const auto &setting =
+      key == "contact.normal_stiffness" ? study.contact.normal_stiffness : study.contact.tangential_stiffness;
+  if (key != "contact.friction" && setting && setting->per_area) return "per area, below";
   return "model file";
 }
 

@@ -37,6 +37,10 @@ std::string spread_text(const std::vector<double> &values) {
   return number_text(*low) + (*low == *high ? "" : " .. " + number_text(*high));
 }
 
+std::string per_area_text(const std::optional<ContactSetting> &setting) {
+  return setting && setting->per_area ? spread_text(setting->values) : "";
+}
+
 std::string manual(const Case &study, double value) {
   return study.scaling == ScalingKind::manual ? number_text(value) : "";
 }
@@ -97,6 +101,9 @@ const std::vector<Key> &keys() {
       {"contact.law", "", nullptr},
       {"contact.normal_stiffness", "N/m", nullptr},
       {"contact.tangential_stiffness", "N/m", nullptr},
+      {"contact.normal_stiffness_per_area", "N/m^3", [](C c) { return per_area_text(c.contact.normal_stiffness); }},
+      {"contact.tangential_stiffness_per_area", "N/m^3",
+       [](C c) { return per_area_text(c.contact.tangential_stiffness); }},
       {"contact.friction", "-", nullptr},
       {"contact.gap", "m", nullptr},
       {"preload.initial", "m", [](C c) { return spread_text(c.preload_initial); }},

@@ -161,6 +161,7 @@ ContactSettings read_contact(const h5::Reader &file) {
   read("tangential_stiffness", settings.tangential_stiffness, 0, true);
   read("friction", settings.friction, 0, false);
   read("gap", settings.gap, any, false);
+  if (file.has("/contact/area")) settings.area = file.doubles("/contact/area");
   return settings;
 }
 

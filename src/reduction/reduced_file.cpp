@@ -139,6 +139,8 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     std::vector<long> contact;
     for (const auto &point : source.contact_dofs) contact.insert(contact.end(), point.begin(), point.end());
     file.rows("/recovery/contact_dofs", {nc / 3, 3}, 0, rank == 0 ? nc / 3 : 0, contact.data());
+    if (const hsize_t points = source.area.size())
+      file.rows("/contact/area", {points}, 0, rank == 0 ? points : 0, source.area.data());
     unsigned long long kept = recovery.elastic_dofs.size(), before = 0, total = 0;
     MPI_Exscan(&kept, &before, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, model.comm);
     MPI_Allreduce(&kept, &total, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, model.comm);
@@ -203,7 +205,12 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
       want(letter + "xx", {nc, nc}, "(3 N_x, 3 N_x) = (" + std::to_string(nc) + ", " + contact);
     return true;
   };
-  return {static_cast<PetscInt>(na), static_cast<PetscInt>(nc / 3), loads, has_damping("/C"), has_damping("/S")};
+  std::vector<double> area;
+  if (file.has("/contact/area")) {
+    want("/contact/area", {nc / 3}, "(N_x,) = (" + std::to_string(nc / 3) + ",)");
+    area = file.doubles("/contact/area");
+  }
+  return {static_cast<PetscInt>(na), static_cast<PetscInt>(nc / 3), loads, has_damping("/C"), has_damping("/S"), area};
 }
 
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {

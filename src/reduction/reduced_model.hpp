@@ -114,6 +114,7 @@ struct Source {
   std::string motion;         ///< which rows of Phi and Psi are kept, in words or as a number made of them
   std::string ordering;
   std::vector<std::array<PetscInt, 3>> contact_dofs;
+  std::vector<double> area = {}; ///< (N_x) of the contact points [m^2], or empty
 };
 
 /// A number made of all numbers of a reduced model, the same on any number of ranks. Collective.
@@ -130,6 +131,7 @@ struct ReducedHeader {
   PetscInt modes = 0, points = 0;
   std::vector<std::string> loads; ///< names of the patterns
   bool has_c = false, has_structural = false;
+  std::vector<double> area = {}; ///< (N_x) of the contact points [m^2], or empty
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
 

@@ -41,6 +41,24 @@ normal = [0, 0, -1]
 t1 = [1, 0, 0]
 normal_stiffness = 1e3
 """
+BOLTED = """[[spring]]
+set = "FOOT"
+stiffness = [1.0, 2.0, 0]
+[[preload]]
+step = 1
+[[bolt]]
+between = ["TIP", "FOOT"]
+axis = [0, 0, -1]
+force = 0.5
+then = "lock"
+stiffness = 2.0
+tighten_with_friction = true
+[[joint]]
+ground = "BOTTOM"
+normal_stiffness = 1e3
+tangential_stiffness = 5e2
+friction = 0.3
+"""
 BLOCKS = """Name: Kee
 10, -10
 -10, 20
@@ -111,6 +129,28 @@ FOOT,
 TIP, 4, 6
 """
 CALCULIX = MESH + "*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n*CLOAD\nTIP, 1, 2.5\n*END STEP\n"
+LOADED = MESH.replace("TIP, 4, 6", "TIP, 1, 1") + """*EQUATION
+2
+4, 2, 2.0, 3, 2, -1.0
+*STEP
+*STATIC
+*CLOAD
+TIP, 3, -1.0
+*DLOAD, OP=NEW
+BODY, P1, 0.5
+*END STEP
+*STEP
+*FREQUENCY, SOLVER=MATRIXSTORAGE
+1
+*CLOAD, LOAD CASE=2
+TIP, 2, 1.5
+*DLOAD
+1, P3, 1.0
+BODY, GRAV, 9.81, 0., 0., -1.
+*DSLOAD
+BOTTOM, P, 0.5
+*END STEP
+"""
 ABAQUS = MESH + "*STEP\n*MATRIX GENERATE, STIFFNESS, MASS, LOAD\n*MATRIX OUTPUT, STIFFNESS, MASS, LOAD, FORMAT=MATRIX INPUT\n*END STEP\n"
 ARCHIVE = """/COM,ANSYS RELEASE 2019 R2
 /PREP7
@@ -189,6 +229,20 @@ def _calculix():
         return f"{i + 1} {j + 1} {value:.12e}\n"
     dofs = "".join(f"{node}.{direction}\n" for node, direction in DOFS)
     return {"job.inp": CALCULIX.encode(), "job.sti": triangle(K, entry), "job.mas": triangle(M, entry), "job.dof": dofs.encode()}
+
+
+def _loaded():
+    """Node 4 is held along x, and follows node 3 along y."""
+    T = np.zeros((12, 10))
+    kept = [k for k, dof in enumerate(DOFS) if dof not in ((4, 1), (4, 2))]
+    T[kept, range(10)] = 1
+    T[DOFS.index((4, 2)), kept.index(DOFS.index((3, 2)))] = 0.5
+
+    def text(matrix):
+        small = T.T @ matrix @ T
+        return "".join(f"{i + 1} {j + 1} {small[i, j]:.12e}\n" for j in range(10) for i in range(j + 1)).encode()
+    dofs = "".join(f"{DOFS[k][0]}.{DOFS[k][1]}\n" for k in kept)
+    return {"job.inp": LOADED.encode(), "job.sti": text(K), "job.mas": text(M), "job.dof": dofs.encode()}
 
 
 def _abaqus():
@@ -280,6 +334,7 @@ def jobs(folder):
              "csv_reduced": Job("csv", {"blocks.txt": REDUCED.encode()}, ("@blocks.txt",)),
              "calculix": Job("calculix", _calculix() | {"joints.toml": mesh}, ("@job.inp",), "joints.toml"),
              "setup": Job("calculix", _calculix() | {"joints.toml": CLAMPS.encode()}, ("@job.inp",), "joints.toml"),
+             "bolted": Job("calculix", _loaded() | {"joints.toml": BOLTED.encode()}, ("@job.inp",), "joints.toml"),
              "abaqus": Job("abaqus", _abaqus() | {"joints.toml": tet}, ("@job.inp",), "joints.toml")}
     files = _matrix_files(folder)
     plain = ("contact_dofs=@contact.txt", "index_base=1", "force=@force.txt", "gap=@gap.txt")

@@ -11,6 +11,7 @@ import pytest
 import dovetail
 from document_pages import anchors, alike, blocks, difference, links, prose, run, same_line, tracked
 from dovetail.__main__ import parser
+from dovetail.importers import setup_file
 from launch import ROOT
 
 sys.path.append(str(ROOT / "tests/fuzz"))
@@ -20,10 +21,7 @@ LINED = [page for page in PAGES if page.parent == ROOT or (DOCS in page.parents 
 FOLLOWED = [ROOT / "README.md", *(page for page in PAGES if page.parent in (DOCS / "tutorial", DOCS / "how-to"))]
 RUN = [page for page in FOLLOWED if any(block.is_run for block in blocks(page))]
 KEYS = dict(re.findall(r'\{"([a-z_.]+)", "([^"]*)",', (ROOT / "src/case/keys.cpp").read_text()))
-SETUP_KEYS = {"units", "clamp.set", "clamp.directions", "force.set", "force.vector", "preload.set", "preload.vector",
-              "force.pattern", "force.phase", "pressure.value", "pressure.fourier", "base.direction", "gravity.vector",
-              *(f"joint.{key}" for key in "between ground normal_stiffness tangential_stiffness friction gap t1 at normal tolerance "
-                "name".split())}
+SETUP_KEYS = {"units", *(f"{kind}.{key}" for kind, keys in setup_file.KEYS.items() for key in keys)}
 
 
 def name_of(page):
@@ -161,10 +159,8 @@ def test_case_file_reference_has_the_keys_in_their_sections():
 
 def test_set_up_file_reference_has_every_key():
     text = reference("joints-file")
-    source = (ROOT / "python/dovetail/importers/setup_file.py").read_text()
     for key in SETUP_KEYS:
         assert re.search(rf"`{key.split('.')[-1]}\b", text), key
-        assert key.split(".")[-1] in source, f"{key} is no key of the program"
 
 
 def test_event_reference_has_every_event_count_and_end():

@@ -86,6 +86,23 @@ def test_sets_of_part_and_assembly(job):
     assert not structure.force.any() and any("NOT taken: *CLOAD" in note and "no _LOAD1.mtx" in note for note in structure.notes)
 
 
+def test_a_pressed_surface_of_a_static_step_can_be_the_preload(job, tmp_path):
+    folder, held, _ = job
+    deck = (folder / "bar.inp").read_text()
+    at = deck.upper().index("*STEP")
+    step = "*Step, name=press\n*Static\n*Dsload\nUnder, P, 2.\n*Cload\nSet-1, 2, 1.\n*End Step\n"
+    (tmp_path / "bar.inp").write_text(deck[:at] + step + deck[at:])
+    for name in ("bar_STIF1.mtx", "bar_MASS1.mtx", "bar_LOAD1.mtx"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    structure = abaqus.read([tmp_path / "bar.inp"])
+    pressed = structure.with_step(1).preload
+    z, y = (structure.dof_direction == axis for axis in (2, 1))
+    bottom = np.isin(structure.labels[structure.dof_node], structure.labels[structure.node_sets["Set-1"]])
+    np.testing.assert_allclose(pressed[y], np.where(bottom[y], 1.0, 0.0))  # on each node of the set
+    np.testing.assert_allclose(pressed[z].sum(), 2 * (400 - 2 * 50 * (1 / 3 - 2 / 12)), rtol=1e-12)  # without the held edge
+    np.testing.assert_array_equal(structure.force, abaqus.read([folder / "bar.inp"]).force)
+
+
 def test_a_square_matrix_is_read_too(job, tmp_path):
     folder, held, names = job
     free = calculix.read([folder / "free.inp"])

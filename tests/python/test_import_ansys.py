@@ -202,6 +202,27 @@ def test_load_vector_of_the_full_file(tmp_path):
     assert any(note.startswith("NOT taken: the load vector") for note in ansys.read([tmp_path / "loaded.full", ARCHIVE]).notes)
 
 
+def test_forces_of_the_archive_are_the_excitation(tmp_path):
+    """Real and imaginary part, as CDWRITE writes them for a harmonic analysis."""
+    text = ARCHIVE.read_text()
+    plain = ansys.read([FULL, ARCHIVE])
+    top = plain.labels[np.argmax(plain.nodes[:, 2])]
+    path = tmp_path / "loaded.cdb"
+    lines = f"F,{top:8d},FX  ,  1.5000000    ,  0.5000000\nF,{top:8d},FZ  ,  -2.0    ,  0.0\nSFE,1,2,PRES,1,3.0\n"
+    path.write_text(text + lines)
+    structure = ansys.read([FULL, path])
+    dofs = structure.dofs_of(np.searchsorted(structure.labels, top))
+    np.testing.assert_array_equal(structure.force[dofs], [1.5, 0, -2])
+    np.testing.assert_array_equal(structure.forces["force_sin"][dofs], [-0.5, 0, 0])
+    assert np.count_nonzero(structure.force) == 2 and structure.courses["force_sin"] == [0, 0, 1]
+    said = "\n".join(structure.notes)
+    assert "force from 2 lines of F (" in said and "total (1.5, 0, -2)" in said and "NOT taken: SFE (" in said
+    for bad in ("F,      99999,FX,1.0,0.0", "F,many,FX,1.0,0.0", f"F,{top},FX,1e999,0.0"):
+        path.write_text(text + bad + "\n")
+        with pytest.raises(ValueError, match=r"loaded.cdb, line \d+: wanted .*F,"):
+            ansys.read([FULL, path])
+
+
 # what is refused
 
 def refused(files, *words):

@@ -10,8 +10,8 @@ import pytest
 import scipy.sparse.linalg as sla
 
 from brick_deck import DENSITY, bar, frequencies, material, matrices_step, mesh_text, on, rows, run_ccx
-from dovetail import Model
-from dovetail.importers import calculix
+from dovetail import Joint, Model
+from dovetail.importers import calculix, setup_file
 from dovetail.importers.elements import cell_of
 from launch import BINARY, SURROUNDINGS, words_of
 
@@ -90,7 +90,7 @@ def held_bar(tmp_path_factory):
     return run_ccx(tmp_path_factory.mktemp("held_bar"), "bar", deck())
 
 
-@pytest.mark.parametrize("kind", ["C3D20R", "C3D20", "C3D8I"])
+@pytest.mark.parametrize("kind", ["C3D20R", "C3D20"])
 @pytest.mark.slow
 def test_frequencies_on_the_ground_are_those_of_calculix(tmp_path, kind):
     path = run_ccx(tmp_path, "bar", deck(kind=kind))
@@ -144,13 +144,76 @@ def test_imaginary_forces_are_a_pattern_of_their_own(tmp_path):
     assert structure.courses["force_sin"] == [0, 0, 1]
 
 
-def test_other_loads_are_said_to_be_left_out(tmp_path):
-    before = "*STEP\n*STATIC\n*CLOAD\n265, 3, 1\n*DLOAD\nBODY, P2, 3.0\n*END STEP\n*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE"
-    text = deck().replace("*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE", before, 1)
+TWO_STEPS = """*STEP
+*STATIC
+*CLOAD
+265, 3, 1
+*DLOAD
+BODY, P2, 3.0
+*END STEP
+*STEP
+*STATIC
+*CLOAD
+265, 3, 4
+265, 2, 1
+*END STEP
+*STEP
+*FREQUENCY, SOLVER=MATRIXSTORAGE"""
+
+
+def test_loads_of_static_steps_can_be_the_preload(tmp_path):
+    """A later step has those of the earlier ones, too, but for what it gives anew."""
+    path = run_ccx(tmp_path, "bar", deck().replace("*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE", TWO_STEPS, 1))
+    structure = calculix.read([path])
+    assert not structure.force.any() and not structure.preload.any() and set(structure.steps) == {1, 2}
+    top = [label for label, place in bar()[0].items() if abs(place[2] - 5) < 1e-9]
+    assert len(top) == 37
+    taken = 3 * (400 - 2 * 50 * (-1 / 12 + 1 / 3 - 1 / 12))  # the pressure times the area, without the shares of the held edge
+    for step, total in ((1, f"(0, 0, {1 - taken:.6g})"), (2, f"(0, 1, {4 - taken:.6g})")):
+        assert any(re.search(rf"NOT taken: force from \d lines of \*CLOAD, \*DLOAD \(.*bar.inp, line \d+\), of step {step}, which "
+                             rf"\[\[preload\]\] step = {step} .*total {re.escape(total)}", note) for note in structure.notes)
+    (tmp_path / "joints.toml").write_text(GROUND + "[[preload]]\nstep = 2\n")
+    model = setup_file.apply(structure, tmp_path / "joints.toml")
+    np.testing.assert_array_equal(model.preload, structure.with_step(2).join([Joint.ground(structure.surface("Bottom"))]).preload)
+    (tmp_path / "joints.toml").write_text(GROUND + "[[preload]]\nstep = 3\n")
+    with pytest.raises(ValueError, match=r"\[\[preload\]\] number 1: there is no step 3 with loads .*; there are: 1, 2"):
+        setup_file.apply(structure, tmp_path / "joints.toml")
+
+
+@pytest.mark.parametrize("kind", ["C3D20R", "C3D20", "C3D8", "C3D8I"])
+def test_pressure_bends_it_as_in_calculix(tmp_path, kind):
+    """Distributed loads of the matrix step are its amplitude; internal unknowns of C3D8I change nothing."""
+    text = deck(kind=kind, inside="*DLOAD\nBODY, P2, 3.0\n1, P4, -2\n", cells=(4, 2, 2))
     structure = calculix.read([run_ccx(tmp_path, "bar", text)])
+    static = text.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n", "*STATIC\n") \
+                 .replace("*END STEP", "*NODE PRINT, NSET=NALL\nU\n*END STEP").replace("*NODE\n", "*NODE, NSET=NALL\n", 1)
+    printed = run_ccx(tmp_path, "static", static).with_suffix(".dat").read_text()
+    rows = np.array(re.findall(r"^ +(\d+) +(\S+) +(\S+) +(\S+)$", printed, re.M), dtype=float)
+    theirs = rows[np.searchsorted(rows[:, 0], structure.labels[structure.dof_node]), structure.dof_direction + 1]
+    u = sla.spsolve(structure.K.tocsc(), structure.force)
+    np.testing.assert_allclose(u, theirs, rtol=0, atol=2e-6 * abs(theirs).max())
+
+
+def test_weight_is_that_of_all_masses(tmp_path):
+    """Of a body that the deck holds, the matrices do not have the share of the held nodes, and it is not taken."""
+    text = deck(inside="*DLOAD\nBODY, GRAV, 9.81e3, 0, 3, -4\n")
+    structure = calculix.read([run_ccx(tmp_path, "free", text.replace("*BOUNDARY\nLEFT, 1, 3\n", ""))])
+    weight = 40 * 10 * 5 * DENSITY * 9.81e3
+    assert any("*DLOAD, GRAV (" in note and f"total (0, {0.6 * weight:.6g}, {-0.8 * weight:.6g})" in note for note in structure.notes)
+    structure = calculix.read([run_ccx(tmp_path, "held", text)])
     assert not structure.force.any()
-    assert any(re.search(r"NOT taken: \*CLOAD of other steps .*bar.inp, line \d+", note) for note in structure.notes)
-    assert any(re.search(r"NOT taken: \*DLOAD .*bar.inp, line \d+", note) for note in structure.notes)
+    assert any(re.search(r"NOT taken: the weight \(.*held.inp, line \d+\), .*\[\[clamp\]\]", note) for note in structure.notes)
+    (tmp_path / "joints.toml").write_text(GROUND + "[[gravity]]\nvector = [0, 0, -9810]\n")
+    notes = setup_file.apply(structure, tmp_path / "joints.toml").notes
+    assert any(note.startswith("CHECK: [[gravity]]") for note in notes)
+
+
+def test_other_loads_are_said_to_be_left_out(tmp_path):
+    text = deck(inside="*DLOAD\nBODY, CENTRIF, 100., 0, 0, 0, 0, 0, 1\n1, GRAV, 1, 0, 0, 1\n")
+    structure = calculix.read([run_ccx(tmp_path, "bar", text.replace("*BOUNDARY\nLEFT, 1, 3\n", ""))])
+    assert not structure.force.any()
+    assert any(re.search(r"NOT taken: \*DLOAD with CENTRIF \(.*bar.inp, line \d+\)", note) for note in structure.notes)
+    assert any(re.search(r"NOT taken: the weight of a part \(.*bar.inp, line \d+\)", note) for note in structure.notes)
 
 
 def test_damping_that_all_materials_have_is_taken(tmp_path):
@@ -183,16 +246,91 @@ def test_displacements_given_at_supports_are_said_to_be_left_out(tmp_path):
 EQUATION = "*EQUATION\n2\n265, 3, 1.0, 259, 3, -1.0\n*NSET, NSET=TIED\n265, 259\n*NSET, NSET=APART\n259,\n"
 
 
-def test_equations_stay_in_the_matrices_and_tied_sets_are_left_out(tmp_path):
+def test_equations_stay_in_the_matrices_and_tied_sets_are_for_loads_only(tmp_path):
     text = deck(extra=EQUATION)
     structure = calculix.read([run_ccx(tmp_path, "tied", text)])
     values = sla.eigsh(structure.K.tocsc(), 6, structure.M.tocsc(), sigma=0, return_eigenvectors=False)
     np.testing.assert_allclose(np.sqrt(np.sort(values)), frequencies(run_ccx(tmp_path, "modes", solved(text))), rtol=1e-6)
-    assert set(structure.node_sets) == {"Left", "Bottom", "APART"}
-    assert any("first node 265" in note and "NOT taken: TIED" in note for note in structure.notes)
+    assert set(structure.node_sets) == {"Left", "Bottom", "APART"} and set(structure.tied_sets) == {"TIED"}
+    assert any("first node 265" in note and "for loads only, which go through the equations: TIED" in note for note in structure.notes)
+    (tmp_path / "joints.toml").write_text('[[joint]]\nground = "TIED"\n')
+    with pytest.raises(ValueError, match="there is no set 'TIED'"):
+        setup_file.apply(structure, tmp_path / "joints.toml")
+
+
+def test_forces_on_tied_nodes_go_through_their_equations(tmp_path):
+    """*CLOAD on a node that follows, and a load of the set-up file on its set, bend the bar as in CalculiX."""
+    chain = "*EQUATION\n3\n265, 3, 2.0, 259, 3, -1.5, 256, 2, 0.5\n2\n259, 3, 1.0, 253, 3, -1.0\n*NSET, NSET=TIED\n265, 259\n"
+    text = deck(extra=chain, inside="*CLOAD\n265, 3, 3\n259, 3, 3\n265, 2, -1\n259, 2, -1\n")
+    structure = calculix.read([run_ccx(tmp_path, "bar", text)])
+    static = text.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n", "*STATIC\n") \
+                 .replace("*END STEP", "*NODE PRINT, NSET=NALL\nU\n*END STEP").replace("*NODE\n", "*NODE, NSET=NALL\n", 1)
+    printed = run_ccx(tmp_path, "static", static).with_suffix(".dat").read_text()
+    rows = np.array(re.findall(r"^ +(\d+) +(\S+) +(\S+) +(\S+)$", printed, re.M), dtype=float)
+    theirs = rows[np.searchsorted(rows[:, 0], structure.labels[structure.dof_node]), structure.dof_direction + 1]
+    for loaded in (structure.force, structure.with_preload("TIED", [0, -2, 6]).preload):
+        np.testing.assert_allclose(sla.spsolve(structure.K.tocsc(), loaded), theirs, rtol=0, atol=2e-6 * abs(theirs).max())
+
+
+def test_forces_on_nodes_tied_in_another_way_are_refused(tmp_path):
     path = run_ccx(tmp_path, "loaded", deck(extra=EQUATION, inside="*CLOAD\n265, 3, 1\n"))
+    path.write_text(path.read_text().replace("*EQUATION\n2\n265, 3, 1.0, 259, 3, -1.0\n", ""))  # as a *TIE would leave it
     with pytest.raises(ValueError, match=r"loaded.inp, line \d+: the force acts on node 265, direction 3, .*tied"):
         calculix.read([path])
+
+
+def notes_of(path):
+    return "\n".join(calculix.read([path]).notes)
+
+
+def test_what_holds_a_free_body_is_named(tmp_path):
+    """Nothing; an equation that rigid motion does not satisfy; a spring to the ground."""
+    free = deck().replace("*BOUNDARY\nLEFT, 1, 3\n", "")
+    path = run_ccx(tmp_path, "free", free)
+    said = notes_of(path)
+    assert "x 0, y 0, z 0, about x 0, about y 0, about z 0: nothing holds the mesh" in said and "CHECK" not in said
+    lines = path.with_suffix(".sti").read_text().splitlines()
+    row = path.with_suffix(".dof").read_text().split().index("265.3") + 1
+    at = next(i for i, line in enumerate(lines) if line.split()[:2] == [str(row)] * 2)
+    lines[at] = f"{row} {row} {float(lines[at].split()[2]) + 0.05:.13e}"  # 0.05 N/mm, a millionth of the stiffness of an element
+    path.with_suffix(".sti").write_text("\n".join(lines) + "\n")
+    said = notes_of(path)
+    assert re.search(r"x 0, y 0, z \S+e-1\d, ", said)
+    assert re.search(r"CHECK: 1 node away from all boundary conditions resists rigid motion \(z.*\), most of all node 265, "
+                     "direction 3", said)
+    wrong = deck(extra="*EQUATION\n2\n265, 1, 1.0, 259, 1, 1.0\n").replace("LEFT, 1, 3\n", "LEFT, 1, 1\n")
+    said = notes_of(run_ccx(tmp_path, "equation", wrong))
+    assert re.search(r"CHECK: \*EQUATION \(.*equation.inp, line \d+\) is not true when the whole mesh moves rigidly, x", said)
+
+
+def test_right_equations_hold_nothing(tmp_path):
+    """A node in the middle between two others that follows them."""
+    nodes, _ = bar()
+    label = next(label for label, place in nodes.items() if np.allclose(place, [40, 5, 5]))
+    ends = [other for other, place in nodes.items() if np.allclose(place, [40, 0, 5]) or np.allclose(place, [40, 10, 5])]
+    assert len(ends) == 2
+    text = "".join(f"*EQUATION\n3\n{label}, {d}, 1.0, {ends[0]}, {d}, -0.5, {ends[1]}, {d}, -0.5\n" for d in (1, 2, 3))
+    said = notes_of(run_ccx(tmp_path, "right", deck(extra=text).replace("*BOUNDARY\nLEFT, 1, 3\n", "")))
+    assert "nothing holds the mesh" in said and "CHECK" not in said
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_unknowns_inside_of_incompatible_elements_are_condensed(tmp_path, held):
+    """The mass is that of the body, the unknowns are those of the nodes, statics are kept and low frequencies nearly."""
+    shape = {"cells": (12, 3, 2)}
+    text = deck(kind="C3D8I", **shape)
+    text = text if held else text.replace("*BOUNDARY\nLEFT, 1, 3\n", "")
+    structure = calculix.read([run_ccx(tmp_path, "bar", text)])
+    assert (structure.dof_node >= 0).all()
+    said = "\n".join(structure.notes)
+    assert f"{9 * 72} unknowns inside of C3D8I elements are condensed" in said
+    if not held:
+        assert f"moving mass r^T M r: {40 * 10 * 5 * DENSITY:.6g} " in said and "nothing holds the mesh" in said
+        return
+    values = sla.eigsh(structure.K.tocsc(), 6, structure.M.tocsc(), sigma=-1e6, return_eigenvectors=False)
+    ours, theirs = np.sqrt(np.sort(values)), frequencies(run_ccx(tmp_path, "modes", solved(text)))
+    assert np.all(ours >= theirs * (1 - 1e-6))  # what moves statically only is stiffer
+    np.testing.assert_allclose(ours[:3], theirs[:3], rtol=1.5e-3)
 
 
 # One sheared element each: number of faces, corners, mid-side edges; and the part of a face's load that each of its nodes takes.

@@ -1,10 +1,14 @@
 """The set-up file of an import: what it does, and what is said about wrong ones."""
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from dovetail import Joint, Structure
+from dovetail.__main__ import main
 from dovetail.importers import convert, setup_file
 
 SIDE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
@@ -62,7 +66,30 @@ def test_the_same_model_as_by_hand(tmp_path):
         np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
     np.testing.assert_allclose(ours.contact["tangential_stiffness"], np.tile([1.0, 2.0], (4, 1)))  # a quarter of 1 m^2 each
     assert ours.units == "mm, t, s" and ours.force.sum() == 8
-    assert len(ours.notes) == 1 and "joint middle: 4 contact points" in ours.notes[0]
+    assert ours.notes[:2] == ["load pattern force: total (0, 0, 8) on 4 nodes, moment about the origin (4, -4, 0)",
+                              "preload: total (0, 1, 2.5) on 1 node, moment about the origin (-1, 0, 0)"]
+    assert len(ours.notes) == 4 and "joint middle: 4 contact points" in ours.notes[3]
+
+
+def test_what_was_read_is_said_when_an_entry_is_refused(tmp_path):
+    """Totals of the loads and the joints before the wrong one."""
+    path = written(tmp_path, FULL + '[[joint]]\nbetween = ["over", "LAD"]\n')
+    with pytest.raises(ValueError, match="number 2: there is no set 'LAD'") as caught:
+        setup_file.apply(two_cubes(), path)
+    assert "total (0, 0, 8)" in caught.value.notes[0] and "joint middle" in caught.value.notes[3]
+
+
+def test_the_command_prints_the_notes_of_an_import_that_fails(tmp_path, capsys):
+    sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+    import importer_jobs
+
+    (tmp_path / "scratch").mkdir()
+    importer_jobs.lay_out(importer_jobs.jobs(tmp_path / "scratch")["calculix"], tmp_path)
+    path = written(tmp_path, '[[preload]]\nset = "TIP"\nvector = [0, 2, 0]\n[[joint]]\nground = "NOWHERE"\n')
+    assert main(["import", "calculix", str(tmp_path / "job.inp"), "--setup", str(path), "-o", str(tmp_path / "m.h5")]) == 2
+    out, err = capsys.readouterr()
+    assert "m.h5: not written" in out and "4 nodes, 1 tetra cells" in out and "preload: total (0, 2, 0) on 1 node" in out
+    assert "there is no set 'NOWHERE'" in err and not (tmp_path / "m.h5").exists()
 
 
 def loose_cubes():

@@ -32,7 +32,11 @@ void judge_points(const std::filesystem::path &file, const std::filesystem::path
   ReducedModel reduced =
       reduced_model(PETSC_COMM_WORLD, study, results.parent_path() / "reduced.h5", stages, voice, figures);
   const int points = static_cast<int>(reduced.points), modes = static_cast<int>(reduced.modes);
-  const ContactSettings from_model = study.reduced.empty() ? read_model_header(study.model).contact : ContactSettings{};
+  ContactSettings from_model;
+  if (study.reduced.empty())
+    from_model = read_model_header(study.model).contact;
+  else
+    from_model.area = read_reduced_header(study.reduced).area;
   const std::vector<ContactPoint> contact = contact_points(study.contact, from_model, points);
   std::string note;
   PreloadedModel preloaded = contact_preload(std::move(reduced), contact, initial_preload(study, points), note);

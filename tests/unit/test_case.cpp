@@ -609,6 +609,30 @@ TEST_F(CaseFile, ContactPointsFromTheCase) {
             (std::array<double, 2>{0.2, 0.2}));
 }
 
+TEST_F(CaseFile, StiffnessPerAreaIsOfTheAreaOfEachPoint) {
+  ContactSettings model;
+  model.area = {2.0, 0.5};
+  model.normal_stiffness = ContactSetting{{7}, false, "model.h5: /contact/normal_stiffness"};
+  const auto settings = read({{11, "normal_stiffness_per_area = 10"}, {12, "tangential_stiffness_per_area = [4, 6]"}});
+  const auto points = contact_points(settings.contact, model, 2);
+  EXPECT_EQ(points[0].kn, 20);
+  EXPECT_EQ(points[1].kn, 5);
+  EXPECT_EQ(points[0].kt, (std::array<double, 2>{8, 12}));
+  EXPECT_EQ(points[1].kt, (std::array<double, 2>{2, 3}));
+
+  const auto message = [&](const std::vector<double> &area) {
+    model.area = area;
+    return message_of([&] { contact_points(settings.contact, model, 2); });
+  };
+  expect_words(message({}), {"case.toml:11: contact.normal_stiffness_per_area", "the area of the contact points",
+                             "no /contact/area", "[N/m]"});
+  expect_words(message({2.0, 0.0}), {"the area of contact point 1 (counted from 0) is not known"});
+  refused(11, "normal_stiffness_per_area = 1\nnormal_stiffness = 1",
+          {"contact.normal_stiffness_per_area", "contact.normal_stiffness both say the same"});
+  refused(11, "normal_stiffness_per_area = -1", {"contact.normal_stiffness_per_area = -1", "greater than 0"});
+  refused(13, "friction_per_area = 1", {"friction_per_area"});
+}
+
 TEST_F(CaseFile, ContactPointsOfWrongLength) {
   const auto message = [&](size_t line, const std::string &text, int n) {
     const auto settings = read({{line, text}}).contact;

@@ -52,7 +52,7 @@ def _refuse_foreign(output):
 
 
 def convert(kind, files, output, setup=None):
-    """Files of another program to a model file, or with csv a reduced file.
+    """Files of another program to a model file, or with csv a reduced file; with a set-up file, case.toml beside it, if there is none.
 
     Parameters
     ----------
@@ -68,6 +68,11 @@ def convert(kind, files, output, setup=None):
     -------
     str
         What was taken and written, in words.
+
+    Raises
+    ------
+    ValueError
+        `notes` of it, where there are any: what had been read until then, in words.
     """
     _refuse_foreign(output)
     module = importlib.import_module(f".{kind}", __name__)
@@ -78,11 +83,20 @@ def convert(kind, files, output, setup=None):
             return module.convert(files, output)
     if setup is None:
         raise ValueError(f"{kind} files hold no joints; say with --setup joints.toml which surfaces touch")
+    from . import case_file
     from .setup_file import apply
 
     with naming(files):
         structure = module.read(files)
-    model = apply(structure, setup)
+    try:
+        model = apply(structure, setup)
+    except ValueError as error:
+        error.notes = [*structure.notes, *_lines(error.notes)]
+        raise
     model.write(output)
     summary = f"full model: {model.n} degrees of freedom, {len(model.contact_dofs)} contact points"
-    return "\n  ".join([summary, *structure.notes, *"\n".join(model.notes).split("\n")])
+    return "\n  ".join([summary, *structure.notes, *_lines(model.notes), case_file.write(model, output)])
+
+
+def _lines(notes):
+    return "\n".join(notes).split("\n") if notes else []

@@ -126,9 +126,9 @@ def _matrix(key, pairs, values, path):
 
 def _loads(deck, path, notes):
     """Entry of every line of the load file, and of its imaginary ones."""
-    in_deck = [load.where for load in [*deck.loads, *deck.late_loads] if path is None]
-    if in_deck:
-        notes.append(f"NOT taken: *CLOAD ({in_deck[0]}), because there is no _LOAD1.mtx" + STEP)
+    in_step = [load.where for load in [*deck.loads, *deck.late_loads] if load.step in (0, deck.matrix_step)]
+    if in_step and path is None:
+        notes.append(f"NOT taken: *CLOAD and other loads of the matrix step ({in_step[0]}), because there is no _LOAD1.mtx" + STEP)
     if path is None:
         return [], []
     if deck.other_loads:

@@ -21,6 +21,7 @@ from .whole import missing, only, whole
 PACKAGE, VERSION = "ansys-mapdl-reader", "0.56.0"
 LABELS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 NAMED = ("K", "M", "load")
+MOST_DIGITS = 18  # of a node number
 
 
 def read(files, *, units="SI"):
@@ -37,7 +38,8 @@ def read(files, *, units="SI"):
     Returns
     -------
     dovetail.Structure
-        Node components are its node sets. Dofs that ANSYS constrained are not in it. `notes` says what was taken and what was not.
+        Node components are its node sets. Forces (F) of the archive are the excitation, unless "load=..." is given.
+        Dofs that ANSYS constrained are not in it. `notes` says what was taken and what was not.
 
     Raises
     ------
@@ -71,7 +73,12 @@ def read(files, *, units="SI"):
     else:
         held[deck.rows_of(constrained[:, 0]), constrained[:, 1]] = True
     sources = (source, source if constrained is not None else named["M"])
-    structure = build(deck, K, M, place, dofs[:, 1], held, [], sources=sources, units=units, notes=notes)
+    loads, late = deck.loads, deck.late_loads
+    if "load" in named and loads + late:
+        notes.append(f"NOT taken: F of the archive ({(loads + late)[0].where}), because load={named['load']} takes the vector that has "
+                     "them")
+        loads, late = [], []
+    structure = build(deck, K, M, place, dofs[:, 1], held, loads, sources=sources, units=units, notes=notes, late=late)
     if "load" in named:
         if load is None or not load.any():
             raise ValueError(f"load={named['load']}: {source} has no load vector other than zero")
@@ -189,7 +196,7 @@ def _mapping(path):
     rows = []
     for number, line in enumerate(Path(path).read_text(errors="replace").splitlines(), start=1):
         words = line.split()
-        if len(words) != 3 or not (words[0].isdigit() and words[1].isdigit()):
+        if len(words) != 3 or not (words[0].isdigit() and words[1].isdigit() and len(words[1]) <= MOST_DIGITS):
             if not rows or not words:
                 continue  # headings
             raise ValueError(f"{path}, line {number}: wanted row number, node and direction, found {line.strip()[:40]!r}")

@@ -1,14 +1,20 @@
 """ANSYS archives (CDWRITE): nodes, elements and node components, read by ansys-mapdl-reader."""
 
+import re
+
 import numpy as np
 
 from .apart import apart
 from .inp import Deck
+from .inp_sets import Entry
 
 CELLS = {10: ("tetra", 4), 24: ("tetra10", 10), 12: ("hexahedron", 8), 25: ("hexahedron20", 20), 13: ("wedge", 6),  # by VTK number
          26: ("wedge15", 15), 14: ("pyramid", 5), 27: ("pyramid13", 13), 5: ("triangle", 3), 22: ("triangle6", 6), 9: ("quad", 4),
          23: ("quad8", 8)}
 NO_CELLS = (22, *range(151, 160), *range(169, 179), 251, 252)  # surface effect, target and contact elements lie on other elements
+FORCES = {"FX": 1, "FY": 2, "FZ": 3, "MX": 4, "MY": 5, "MZ": 6}
+NUMBER = re.compile(r"[1-9]")  # CDWRITE writes accelerations of zero
+OTHER_LOADS = ("SFE", "BF", "BFE", "ACEL", "OMEGA")
 TYPE = 1  # where the number of the element type stands in an element's fields
 
 
@@ -26,6 +32,7 @@ def read(path, module, notes):
     _check_blocks(path)
     module("_reader")  # said here if the package is missing
     deck, element_components = apart(lambda: _deck(path, module), path)
+    _loads(path, deck)
     if element_components:
         notes.append(f"NOT taken: element components {', '.join(element_components)}")
     return deck
@@ -48,6 +55,33 @@ def _deck(path, module):
             raise ValueError(f"{path}, component {name}: node {members[~inside][0]} is not there")
         sets[name] = np.searchsorted(labels, members)
     return Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, shapeless=shapeless), list(raw["elem_comps"])
+
+
+def _loads(path, deck):
+    """Fills loads and late_loads from F,NODE,LABEL,REAL,IMAGINARY, and other_loads with the first of each other kind."""
+    seen = set()
+    with open(path, encoding="utf-8", errors="replace") as stream:
+        for number, line in enumerate(stream, start=1):
+            words = [word.strip() for word in line.upper().split(",")]
+            where = f"{path}, line {number}"
+            if words[0] in OTHER_LOADS and words[0] not in seen and NUMBER.search(line.partition(",")[2]):
+                seen.add(words[0])
+                deck.other_loads.append(f"{words[0]} ({where})")
+            if words[0] != "F" or len(words) < 4:
+                continue
+            try:
+                node, values = int(words[1]), [float(word or "0") for word in words[3:5]]
+            except ValueError:
+                raise ValueError(f"{where}: wanted F, node, direction and numbers, found {line.strip()[:60]!r}") from None
+            if words[2] not in FORCES:
+                deck.other_loads.append(f"F with {words[2]} ({where})")
+                continue
+            row = deck.rows_of([node])
+            if row[0] < 0 or not np.isfinite(values).all():
+                raise ValueError(f"{where}: wanted finite forces on a node of the mesh, found {line.strip()[:60]!r}")
+            for value, loads in zip(values, (deck.loads, deck.late_loads)):
+                if value:
+                    loads.append(Entry(row, FORCES[words[2]], FORCES[words[2]], value, 0, where, card="F"))
 
 
 def _check_blocks(path):

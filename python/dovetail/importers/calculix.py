@@ -8,6 +8,7 @@ import numpy as np
 from . import inp, triplets
 from .deck_structure import build
 
+PLANE = re.compile(r"CPS|CPE|CAX")
 SOLID = ("tetra", "hexahedron", "wedge")
 REFUSED = {"CONTACT PAIR": "CalculiX puts contact springs of its own into the stiffness, beside those of the joint; delete the pair "
                            "and run again: surfaces that touch are named with [[joint]] in the set-up file"}
@@ -40,6 +41,10 @@ def read(files, *, units="SI"):
     if thin:
         raise ValueError(f"{deck.path}: wanted solid elements only, found {', '.join(thin)}: CalculiX makes solids of shells and beams, on "
                          "nodes of its own that the deck does not have; mesh with solids")
+    plane = sorted(kind for kind in deck.types if PLANE.match(kind))
+    if plane:
+        raise ValueError(f"{deck.path}: wanted solid elements only, found {', '.join(plane)}, of which CalculiX makes solids; gmsh writes "
+                         "the faces of physical surfaces so: leave them out, as in docs/how-to/import-calculix.md, a mesh by gmsh")
     labels, direction = _dofs(paths[".dof"])
     n = len(labels)
     K, stiffness_lines = _matrix(paths[".sti"], n, labels, direction)
@@ -56,9 +61,6 @@ def read(files, *, units="SI"):
     held[dof_node[known], direction[known] - 1] = False  # a condition that another step lifted
     notes = []
     loads, late = ([load for load in all_loads if load.step == deck.matrix_step] for all_loads in (deck.loads, deck.late_loads))
-    others = [load.where for load in [*deck.loads, *deck.late_loads] if load.step != deck.matrix_step]
-    if others:
-        notes.append(f"NOT taken: *CLOAD of other steps than the one that writes the matrices ({others[0]})")
     return build(deck, K, M, dof_node, direction - 1, held, loads, sources=(str(paths[".sti"]), str(paths[".mas"])), units=units,
                  notes=notes, late=late)
 

@@ -5,9 +5,14 @@ For every program: the deck may be an input file, an archive or bulk data.
 
 import numpy as np
 
+from ..followers import from_equations
 from ..loads import LATE, LATER
 from ..structure import Structure
 from .deck_damping import notes_of
+from .deck_loads import Unknowns, standing
+from .echo import ROUNDING
+from .internal import INCOMPATIBLE, condensed
+from .rigid import MOTIONS, mass, motions, resisted, unsatisfied, with_inner
 
 RIGID = 1e-3  # a stiffness row resists rigid motion when its force is above this share of the forces that should cancel
 
@@ -24,8 +29,8 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
         As in dovetail.Structure; -1 for unknowns of nodes that are not in the deck.
     held : (n_nodes, 6) bool
         Directions that boundary conditions took out of the matrices.
-    loads, late : list of inp_sets.Entry
-        Forces to take: real and imaginary parts of F, the excitation being Re(F exp(i omega t)).
+    loads, late : list of inp_sets.Entry, inp_loads.Pressure and Weight
+        To take, all of one step: real and imaginary parts of F, the excitation being Re(F exp(i omega t)).
     sources : (str, str)
         Names of the files of stiffness and mass, for messages.
     units : str
@@ -39,8 +44,16 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
     Raises
     ------
     ValueError
-        When mesh and matrices do not belong together, a translation has no stiffness or no mass, or a force acts on a tied node.
+        When mesh and matrices do not belong together, a translation has no stiffness or no mass, or a force acts on a node that is
+        tied in a way that is not known.
     """
+    placed = dof_node >= 0
+    all_of_M, kept = M, np.ones(K.shape[0], dtype=bool)
+    if any(map(INCOMPATIBLE.fullmatch, deck.types)):
+        K, M, kept = condensed(K, M, ~placed)
+        dof_node, dof_direction = dof_node[kept], dof_direction[kept]
+        if not kept.all():
+            notes.append(f"{(~kept).sum()} unknowns inside of C3D8I elements are condensed, element by element, with their mass")
     number = np.full((len(deck.nodes), 6), -1)
     known = dof_node >= 0
     number[dof_node[known], dof_direction[known]] = np.flatnonzero(known)
@@ -49,12 +62,9 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
         used[rows] = True
     tied = used & ((number < 0) & ~held)[:, :3].any(axis=1)
     _check_diagonals(deck, K, M, dof_node, dof_direction, used, sources)
-    _check_rigid_motion(deck, K, dof_node, dof_direction, number, sources[0], notes)
 
     counts = ", ".join(f"{len(rows)} {name}" for name, rows in deck.cells.items())
     notes.append(f"{deck.path}: {len(deck.nodes)} nodes, {counts} cells; {K.shape[0]} degrees of freedom from {sources[0]}")
-    x = dof_direction == 0
-    notes.append(f"moving mass, the sum of M in x: {M[x][:, x].sum():.6g} (kg if the files are in SI; t if they are in t, mm, s, N)")
     if held.any():
         notes.append(f"held by the boundary conditions and so no unknowns: {held[:, :3].sum()} displacements of "
                      f"{held[:, :3].any(axis=1).sum()} nodes")
@@ -63,15 +73,27 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
                      "place in the mesh")
     if deck.shapeless:
         notes.append(f"elements {', '.join(deck.shapeless)} are in the matrices, but not in the mesh")
-    node_sets, surfaces = _without_tied(deck, tied, notes)
-    force = _force(deck, loads, number, held, K.shape[0], notes, "the amplitude F of the excitation")
+    followers = from_equations([equation.terms for equation in deck.equations], number, held)
+    moved, judged = _rigid(deck, K, dof_node, dof_direction)
+    spread = np.zeros((len(kept), 6))
+    spread[kept] = moved  # in a translation nothing moves inside of an element
+    _say_mass(mass(all_of_M, spread), notes)
+    _need_fitting_mesh(deck, K, moved, dof_node, dof_direction, number, judged, sources[0])
+    _say_rigid_motion(deck, K, moved, judged, dof_node, dof_direction, held, notes)
+    node_sets, surfaces, tied_sets = _without_tied(deck, tied, followers, notes)
+    moves = motions(deck.nodes, dof_node, dof_direction)[:, :3]
+    unknowns = Unknowns(deck, number, held, followers, K.shape[0], lambda g: M @ (moves @ g))
+    force = _force(unknowns, standing(loads, deck.matrix_step), notes, "as the amplitude F of the excitation")
     if deck.other_loads:
         notes.append(f"NOT taken: {', '.join(deck.other_loads)}; give such loads with [[force]] or [[preload]] in the set-up file")
     notes += notes_of(deck.damping, deck.damping_named)
     structure = Structure(K, M, deck.nodes, dof_node, dof_direction, labels=deck.labels, cells=deck.cells, node_sets=node_sets,
                           surfaces=surfaces, force=force, units=units)
+    structure.followers, structure.tied_sets = followers, tied_sets
+    structure.held_by_deck = bool(held.any())
+    structure.steps = _steps(deck, unknowns, notes)
     if late:
-        imaginary = _force(deck, late, number, held, K.shape[0], notes, "imaginary part of F, in the load pattern \"force_sin\"")
+        imaginary = _force(unknowns, standing(late, deck.matrix_step), notes, "as imaginary part of F, in the load pattern \"force_sin\"")
         structure.forces["force" + LATER], structure.courses["force" + LATER] = -imaginary, LATE
     structure.damping = deck.damping
     structure.notes = notes
@@ -85,79 +107,130 @@ def _check_diagonals(deck, K, M, dof_node, dof_direction, used, sources):
     for name, matrix, path, reason in (("stiffness", K, sources[0], ""), ("mass", M, sources[1], no_density)):
         bad = np.flatnonzero(moving & (matrix.diagonal() <= 0))
         if bad.size:
-            raise ValueError(f"{path}: the {name} of {place(deck, dof_node[bad[0]], dof_direction[bad[0]])} must be positive, "
+            raise ValueError(f"{path}: the {name} of {place_of(deck, dof_node[bad[0]], dof_direction[bad[0]])} must be positive, "
                              f"found {matrix.diagonal()[bad[0]]:g} ({bad.size} such unknowns): the file is cut short{reason}")
 
 
-def place(deck, node, direction):
+def place_of(deck, node, direction):
     """A degree of freedom in words."""
     label = deck.labels[node] if node >= 0 else "of the source program's own"
     return f"node {label}, direction {direction + 1}"
 
 
-def _check_rigid_motion(deck, K, dof_node, dof_direction, number, source, notes):
-    """Stiffness rows far from everything held or tied must give no force when the whole body moves rigidly.
+def _rigid(deck, K, dof_node, dof_direction):
+    """The six rigid motions (n, 6), and the rows (n,) bool of K that they can be judged by."""
+    placed = dof_node >= 0
+    plain = motions(deck.nodes, dof_node, dof_direction)
+    moved = with_inner(K, plain, placed)
+    if moved is not None:
+        return moved, np.ones(K.shape[0], dtype=bool)
+    return plain, abs(K[:, ~placed]).sum(axis=1).A1 == 0
+
+
+def _say_mass(total, notes):
+    alike = np.ptp(total) <= 1e-6 * total.max()
+    notes.append(f"moving mass r^T M r: {f'{total[0]:.6g}' if alike else 'x {:.6g}, y {:.6g}, z {:.6g}'.format(*total)} "
+                 "(kg if the files are in SI; t if they are in t, mm, s, N)")
+
+
+def _say_rigid_motion(deck, K, moved, judged, dof_node, dof_direction, held, notes):
+    """Energy of the six rigid motions over all of K, and what holds the mesh beside boundary conditions."""
+    energy, scale, resists = resisted(K, moved)
+    share = np.where(resists.any(axis=0), energy, 0.0) / scale.clip(min=np.finfo(float).tiny)
+    notes.append("energy of rigid motions r^T K r, as a part of r^T |K| r: "
+                 + ", ".join(f"{name} {value:.3g}" for name, value in zip(MOTIONS, share))
+                 + (" (boundary conditions hold it)" if held.any() else "" if share.any() else ": nothing holds the mesh"))
+    stuck = held.any(axis=1)
+    for equation in deck.equations:
+        if any(held[node, direction] for node, direction, _ in equation.terms):
+            stuck[[node for node, _, _ in equation.terms]] = True
+    rows = judged & (dof_node >= 0) & (dof_direction < 3)
+    rows[rows] = ~_beside(deck, stuck)[dof_node[rows]]
+    others = resists & rows[:, None]
+    free = [equation for equation in deck.equations if not any(held[node, direction] for node, direction, _ in equation.terms)]
+    for place, motion in unsatisfied([equation.terms for equation in free], deck.nodes):
+        notes.append(f"CHECK: *EQUATION ({free[place].where}) is not true when the whole mesh moves rigidly, {motion}: it holds the "
+                     "structure there")
+    if others.any():
+        first = int(np.argmax(np.where(rows, (np.abs(K @ moved) / scale.clip(min=np.finfo(float).tiny)).max(axis=1), -1)))
+        count = len(np.unique(dof_node[others.any(axis=1)]))
+        notes.append(f"CHECK: {count} node{'s' * (count != 1)} away from all boundary conditions resist{'s' * (count == 1)} rigid motion "
+                     f"({', '.join(name for name, some in zip(MOTIONS, others.any(axis=0)) if some)}), most of all "
+                     f"{place_of(deck, dof_node[first], dof_direction[first])}: a spring to the ground, an equation that is not true "
+                     "for rigid motion, or prestress")
+
+
+def _beside(deck, nodes):
+    """Nodes (n_nodes,) bool that share a cell with some of these, or are among them."""
+    near = nodes.copy()
+    for rows in deck.cells.values():
+        near[rows[nodes[rows].any(axis=1)]] = True
+    return near
+
+
+def _need_fitting_mesh(deck, K, moved, dof_node, dof_direction, number, judged, source):
+    """Far from everything held or tied, rigid motion must give no force.
 
     A deck that was changed after the matrices were written, or in which nodes have other numbers, does not pass.
     """
-    partial = (number[:, :3] < 0).any(axis=1)
-    near = partial.copy()
-    for rows in deck.cells.values():
-        near[rows[partial[rows].any(axis=1)]] = True
-    known = dof_node >= 0
-    rows = known & (dof_direction < 3)
+    near = _beside(deck, (number[:, :3] < 0).any(axis=1))
+    rows = judged & (dof_node >= 0) & (dof_direction < 3)
     rows[rows] = ~near[dof_node[rows]]
-    if not known.all():
-        rows &= abs(K[:, ~known]).sum(axis=1).A1 == 0
     if not rows.any():
         return
-    motion = np.zeros((len(known), 6))
-    X = deck.nodes - deck.nodes.mean(axis=0)
-    for axis in range(3):
-        turn = np.cross(np.eye(3)[axis], X)  # (n_nodes, 3)
-        motion[known & (dof_direction == axis), axis] = 1
-        motion[known & (dof_direction == 3 + axis), 3 + axis] = 1
-        moves = known & (dof_direction < 3)
-        motion[moves, 3 + axis] = turn[dof_node[moves], dof_direction[moves]]
-    K = K[rows]
-    left, all_of_it = abs(K @ motion), abs(K) @ abs(motion)
-    bad = (left > RIGID * all_of_it).any(axis=1)
+    own = K[rows]
+    bad = (abs(own @ moved) > RIGID * (abs(own) @ abs(moved))).any(axis=1)
     if bad.mean() > 0.5:
         first = np.flatnonzero(rows)[np.argmax(bad)]
         raise ValueError(f"{deck.path} and {source} do not belong together: {bad.sum()} of {len(bad)} rows of the stiffness give a force "
-                         f"when the whole mesh moves rigidly, the first for {place(deck, dof_node[first], dof_direction[first])}; was "
+                         f"when the whole mesh moves rigidly, the first for {place_of(deck, dof_node[first], dof_direction[first])}; was "
                          "the mesh changed after the matrices were written, or are its nodes numbered differently?")
-    if bad.any():
-        notes.append(f"{bad.sum()} rows of the stiffness resist rigid motion of the whole (springs to ground, equations or prestress)")
 
 
-def _without_tied(deck, tied, notes):
-    """Sets and surfaces without those that hold nodes whose motion an equation gives: a joint there would be wrong."""
+def _without_tied(deck, tied, followers, notes):
+    """Sets and surfaces without those that hold nodes whose motion an equation gives: a joint there would be wrong.
+
+    The third, sets of such nodes whose equations are known: for loads.
+    """
     kept_sets = {name: rows for name, rows in deck.node_sets.items() if not tied[rows].any()}
     kept_surfaces = {name: faces for name, faces in deck.surfaces.items() if not any(tied[rows].any() for rows in faces)}
-    lost = [name for name in (*deck.node_sets, *deck.surfaces) if name not in kept_sets and name not in kept_surfaces]
+    told = ~tied | (followers.table >= 0).any(axis=1)
+    for_loads = {name: rows for name, rows in deck.node_sets.items() if name not in kept_sets and told[rows].all()}
+    lost = [name for name in (*deck.node_sets, *deck.surfaces)
+            if name not in kept_sets and name not in kept_surfaces and name not in for_loads]
     if tied.any():
         notes.append(f"the motion of {tied.sum()} nodes follows from others (equations, ties, couplings, rigid elements), first node "
                      f"{deck.labels[tied][0]}; the matrices hold that"
-                     + (f", but the sets with such nodes are NOT taken: {', '.join(lost)}" if lost else ""))
-    return kept_sets, kept_surfaces
+                     + (f"; sets with such nodes are taken for loads only, which go through the equations: {', '.join(for_loads)}"
+                        if for_loads else "")
+                     + (f"; NOT taken are the sets with nodes tied in another way: {', '.join(lost)}" if lost else ""))
+    return kept_sets, kept_surfaces, for_loads
 
 
-def _force(deck, loads, number, held, n, notes, meaning):
-    force, lost = np.zeros(n), 0
-    for load in loads:
-        if not 1 <= load.first <= 6:
-            raise ValueError(f"{load.where}: wanted a direction from 1 to 6, found {load.first}")
-        dofs = number[load.rows, load.first - 1]
-        stuck = (dofs < 0) & ~held[load.rows, load.first - 1]
-        if stuck.any():
-            raise ValueError(f"{load.where}: the force acts on node {deck.labels[load.rows[stuck][0]]}, direction {load.first}, which is "
-                             "no unknown of the matrices (tied by an equation, or without that direction); load other nodes")
-        np.add.at(force, dofs[dofs >= 0], load.value)
-        lost += int((dofs < 0).sum())
+def _force(unknowns, loads, notes, meaning, before=""):
+    force, lost = unknowns.forces(loads, notes)
     if loads:
-        total = [sum(load.value * (number[load.rows, axis] >= 0).sum() for load in loads if load.first == axis + 1) for axis in range(3)]
-        notes.append(f"force from {len(loads)} lines of *CLOAD, as {meaning}: total "
-                     f"({', '.join(f'{value:.6g}' for value in total)})"
+        total = np.array([force[unknowns.number[unknowns.number[:, axis] >= 0, axis]].sum() for axis in range(3)])
+        total[abs(total) <= ROUNDING * abs(force).sum()] = 0.0
+        notes.append(f"{before}{_words(loads)}, {meaning}: total ({', '.join(f'{value:.6g}' for value in total)})"
                      + (f"; {lost} forces on held directions are left out" if lost else ""))
     return force
+
+
+def _words(loads):
+    """The cards of loads, with the place of the first."""
+    lines = {load.where: load.card for _, _, load in loads}
+    return f"force from {len(lines)} lines of {', '.join(sorted(set(lines.values())))} ({next(iter(lines))})"
+
+
+def _steps(deck, unknowns, notes):
+    """Loads (n,) of every step that has some but does not write the matrices."""
+    found = {}
+    for step in sorted({load.step for load in deck.loads} - {deck.matrix_step}):
+        loads = standing(deck.loads, step)
+        try:
+            found[step] = _force(unknowns, loads, notes, f"of step {step}, which [[preload]] step = {step} in the set-up file takes as "
+                                 "the preload", "NOT taken: ")
+        except ValueError as error:
+            notes.append(f"NOT taken: the loads of step {step}: {error}")
+    return found

@@ -7,6 +7,7 @@ import numpy as np
 from .deck_damping import DeckDamping
 from .elements import cell_of
 from .inp_blocks import read_blocks
+from .inp_loads import distributed, equations
 from .inp_sets import Sets, element_set, entries, node_set, surface
 
 GENERATED = "nodes or elements that the source program generates are not made here; write the deck out with all of them"
@@ -16,18 +17,20 @@ REFUSED = {
     "CYCLIC SYMMETRY MODEL": "matrices of a cyclic sector are not read; model the whole structure",
     "SUBMODEL": "a submodel is not read; use the whole model",
 }
-OTHER_LOADS = ("DLOAD", "DSLOAD", "TEMPERATURE", "BASE MOTION", "INERTIA RELIEF")
+OTHER_LOADS = ("TEMPERATURE", "BASE MOTION", "INERTIA RELIEF")
 
 
 @dataclass
 class Deck:
     """What `read` found.
 
-    labels (n,) sorted node numbers; nodes (n, 3); cells, node_sets and surfaces as in dovetail.Structure; loads and holds: lists
-    of inp_sets.Entry from *CLOAD and *BOUNDARY; matrix_step: number of the step that writes the matrices, or of the last one;
-    late_loads: imaginary ones, of *CLOAD, LOAD CASE=2;
-    other_loads: where loads stand that are not concentrated forces; damping: keys of [damping], the same of all materials;
-    damping_named: cards that are not in it; shapeless: element types that have no cell here.
+    labels (n,) sorted node numbers; nodes (n, 3); cells, node_sets and surfaces as in dovetail.Structure; holds: list of
+    inp_sets.Entry from *BOUNDARY; loads: list of inp_loads.Force, Pressure and Weight; late_loads: imaginary ones, of
+    LOAD CASE=2; matrix_step: number of the step that writes the matrices, or of the last one;
+    equations: list of inp_loads.Equation;
+    other_loads: where loads stand that are none of these; damping: keys of [damping], the same
+    of all materials; damping_named: cards that are not in it;
+    types: element types; shapeless: those that have no cell here.
     """
 
     path: str
@@ -40,9 +43,11 @@ class Deck:
     late_loads: list = field(default_factory=list)
     holds: list = field(default_factory=list)
     matrix_step: int = 0
+    equations: list = field(default_factory=list)
     other_loads: list = field(default_factory=list)
     damping: dict = field(default_factory=dict)
     damping_named: list = field(default_factory=list)
+    types: set = field(default_factory=set)
     shapeless: list = field(default_factory=list)
 
     def rows_of(self, labels):
@@ -85,9 +90,14 @@ def read(path, refused=None):
             element_set(block, element_sets, elements)
         elif block.keyword == "SURFACE":
             surface(deck, block, node_sets, element_sets, elements)
-        elif block.keyword in ("CLOAD", "BOUNDARY"):
+        elif block.keyword == "BOUNDARY":
+            deck.holds.extend(entries(deck, block, node_sets, step))
+        elif block.keyword in ("CLOAD", "DLOAD", "DSLOAD"):
             loads = deck.late_loads if block.parameters.get("LOAD CASE") == "2" else deck.loads
-            (loads if block.keyword == "CLOAD" else deck.holds).extend(entries(deck, block, node_sets, step))
+            loads.extend(entries(deck, block, node_sets, step) if block.keyword == "CLOAD" else
+                         distributed(deck, block, element_sets, elements, step))
+        elif block.keyword == "EQUATION":
+            deck.equations.extend(equations(deck, block))
         elif block.keyword in OTHER_LOADS and block.lines:
             deck.other_loads.append(f"*{block.keyword} ({block.where()})")
         damping.see(block)
@@ -144,6 +154,7 @@ def _elements(deck, blocks):
         if block.keyword != "ELEMENT" or not block.lines:
             continue
         kind = block.needed("TYPE").upper()
+        deck.types.add(kind)
         cell = cell_of(kind)
         if cell is None:
             deck.shapeless += [kind] * (kind not in deck.shapeless)

@@ -86,7 +86,7 @@ class Block:
                              int(starts[first]))
         try:
             return np.array(",".join(lines).split(","), dtype=np.int64).reshape(-1, width), starts
-        except ValueError:
+        except (ValueError, OverflowError):
             for row, words in self.fields():
                 for word in words:
                     self.number(row, word, int)

@@ -12,7 +12,10 @@ ABAQUS_HOLDS = {"ENCASTRE": (1, 6), "PINNED": (1, 3), "XSYMM": (1, 1), "YSYMM": 
 
 @dataclass
 class Entry:
-    """One line of *CLOAD or *BOUNDARY: node rows, first and last direction from 1, value, number of its step (0: before all)."""
+    """One line of *CLOAD or *BOUNDARY, or the like of another program's card.
+
+    Node rows, first and last direction from 1, value, number of its step (0: before all). anew: loads of earlier steps end (OP=NEW).
+    """
 
     rows: np.ndarray
     first: int
@@ -20,6 +23,8 @@ class Entry:
     value: float
     step: int
     where: str
+    anew: bool = False
+    card: str = "*CLOAD"
 
 
 class Sets:
@@ -140,7 +145,19 @@ def entries(deck, block, node_sets, step):
             last = block.number(row, words[2], int) if not load and len(words) > 2 and words[2] else first
         if not load and len(words) > 3 and words[3] and block.number(row, words[3]):
             deck.other_loads.append(f"*BOUNDARY with a displacement other than zero ({block.where(row)})")
-        yield Entry(rows, first, last, block.number(row, words[2]) if load else 0.0, step, block.where(row))
+        yield Entry(rows, first, last, block.number(row, words[2]) if load else 0.0, step, block.where(row), is_anew(block))
+
+
+def is_anew(block):
+    """Whether a card of loads ends those of earlier steps."""
+    return block.parameters.get("OP", "MOD").upper() == "NEW"
+
+
+def members_of(block, row, word, element_sets, elements):
+    """Element numbers that a word names, known to be in the mesh."""
+    members = _numbers(block, row, [word], element_sets)
+    _are_elements(block, row, members, elements)
+    return members
 
 
 def _numbers(block, row, words, sets):

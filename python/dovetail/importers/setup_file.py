@@ -23,19 +23,22 @@ import tomllib
 from contextlib import contextmanager
 
 from ..joint import Joint
+from . import echo, setup_bolts
 
 KEYS = {
     "clamp": {"set", "directions"},
+    "spring": {"set", "stiffness"},
     "force": {"set", "vector", "pattern", "phase"},
     "moment": {"set", "vector", "pattern", "phase"},
     "pressure": {"set", "value", "fourier", "pattern"},
     "base": {"direction", "pattern"},
-    "preload": {"set", "vector"},
+    "preload": {"set", "vector", "step"},
     "gravity": {"vector"},
+    "bolt": {"between", "force", "axis", "then", "stiffness", "tighten_with_friction", "name"},
     "joint": {"between", "ground", "normal_stiffness", "tangential_stiffness", "friction", "gap", "tolerance", "t1", "at", "normal",
-              "name"},
+              "name", "overlap"},
 }
-BETWEEN_ONLY = {"tolerance"}
+BETWEEN_ONLY = {"tolerance", "overlap"}
 DEEPEST = 32  # brackets within brackets, as in a case file
 
 
@@ -52,13 +55,25 @@ def apply(structure, path):
     Returns
     -------
     dovetail.Model
-        `notes` holds the report of each joint.
+        `notes` holds totals of the loads and the report of each joint.
 
     Raises
     ------
     ValueError
-        Naming file and entry, for an unknown key or set, and for whatever Structure and Joint refuse.
+        Naming file and entry, for an unknown key or set, and for whatever Structure and Joint refuse. `notes` of it: as above, as far
+        as it came.
     """
+    notes = []
+    try:
+        model = _applied(structure, path, notes)
+    except ValueError as error:
+        error.notes = notes
+        raise
+    model.notes = notes
+    return model
+
+
+def _applied(structure, path, notes):
     entries, units = _read(path)
     structure = copy.copy(structure)
     structure.units = structure.units if units is None else units
@@ -68,17 +83,28 @@ def apply(structure, path):
         with _named(f"{path}, [[{kind}]] number {number}"):
             if kind == "clamp":
                 structure = structure.clamped(_set(structure, _text(table, "set")), _directions(table))
-            elif kind != "joint":
+            elif kind == "spring":
+                structure = structure.with_springs(_set(structure, _text(table, "set")), _vector(table, "stiffness"))
+            elif kind not in ("joint", "bolt"):
                 structure = _loaded(structure, kind, table)
+    if structure.held_by_deck and any(kind == "gravity" for kind, _, _ in entries):
+        notes.append("CHECK: [[gravity]] has the weight beside nodes that the deck holds in part only, because the matrices have no more; "
+                     "hold them with [[clamp]] in the set-up file instead")
+    bolts = [(number, table) for kind, number, table in entries if kind == "bolt"]
+    for number, table in bolts:  # after all clamps, as joints are
+        with _named(f"{path}, [[bolt]] number {number}"):
+            structure = setup_bolts.pulled(structure, number, table, _set)
+    notes += echo.loads(setup_bolts.without(structure)) + echo.supports(structure)
     for kind, number, table in entries:  # after all clamps, which renumber the degrees of freedom
         if kind == "joint":
             with _named(f"{path}, [[joint]] number {number}"):
                 joints.append(_joint(structure, table))
+                notes.append(joints[-1].report(structure.units))
     with _named(path):
         model = structure.join(joints)
-    model.notes = [joint.report(structure.units) for joint in joints]
+        model = setup_bolts.tightened(model, bolts, notes)
     if model.forces:
-        model.notes.append("load patterns, as they stand in a case file:\n" + model.excitation().rstrip())
+        notes.append("load patterns, as they stand in a case file:\n" + model.excitation().rstrip())
     return model
 
 
@@ -143,7 +169,11 @@ def _loaded(structure, kind, table):
         return structure.with_gravity(_vector(table))
     if kind == "base":
         return structure.with_base_acceleration(_vector(table, "direction"), **named)
-    where = _set(structure, _text(table, "set"))
+    if kind == "preload" and "step" in table:
+        if type(table["step"]) is not int or len(table) > 1:
+            raise ValueError(f"step must be the number of a step of the deck, without other keys beside it, found {table!r}")
+        return structure.with_step(table["step"])
+    where = _set(structure, _text(table, "set"), tied=True)
     if kind == "preload":
         return structure.with_preload(where, _vector(table))
     if kind == "pressure":
@@ -168,6 +198,9 @@ def _joint(structure, table):
     for key, value in options.items():
         if key == "name":
             _text(table, key, "text")
+        elif key == "overlap":
+            if not isinstance(value, bool):
+                raise ValueError(f"overlap must be true or false, found {value!r}")
         elif not (_numeric(value) or key == "at" and isinstance(value, str) or key == "gap" and value == "geometry"):
             raise ValueError(f"{key} must be a number or a list of numbers, found {value!r}")
     if isinstance(options.get("at"), str):
@@ -189,9 +222,9 @@ def _numeric(value):
     return type(value) in (int, float) and abs(value) <= sys.float_info.max  # whole numbers may be larger than any float
 
 
-def _set(structure, name, surfaces=True):
-    """The name as the structure spells it."""
-    known = [*structure.node_sets, *(structure.surfaces if surfaces else ())]
+def _set(structure, name, surfaces=True, tied=False):
+    """The name as the structure spells it; `tied`: sets of nodes that follow others, too."""
+    known = [*structure.node_sets, *(structure.surfaces if surfaces else ()), *(structure.tied_sets if tied else ())]
     if name in known:
         return name
     alike = [other for other in known if other.upper() == name.upper()]

@@ -1,0 +1,176 @@
+"""Bolts: a force that pulls two sets of nodes together, kept or locked after tightening; and the static state it makes.
+
+Let c be the unit pull of a bolt, so that c^T u is the approach of its two ends, and F its force. Tightened:
+
+    K u + [0; g(x)] = P + sum c F
+
+A locked bolt keeps its length: its force is F - k_b (c^T u - a), a the approach when tightened. That is a stiffness
+k_b c c^T beside K and a load c (F + k_b a) beside P, under which the same u is the static state again.
+
+Without friction while tightening, the state is found with normal forces alone. Displacements are then measured from it, so that
+the sliders of friction begin there without force: the preload becomes the normal forces themselves, and the gaps of the contact
+points what is left of them: -g_n / k_n where they are pressed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
+
+from .model import Model
+from .sparse_rows import is_petsc
+
+RIGID = 1e4  # stiffness of a locked bolt that has none given, as a multiple of what the structure itself sets against its pull
+ITERATIONS = 60  # of Newton's method
+SOFT, ROUNDS = 1e-4, 30  # of tangential stiffness: springs that hold a joint without friction along itself until they carry nothing
+TOLERANCE = 1e-11  # of what is left of the forces, relative to the largest
+
+
+@dataclass(frozen=True)
+class Bolt:
+    """A bolt of a model.
+
+    pull : (n,) load of a unit force that draws both ends together
+    force : [N], when tightened
+    lock : afterwards its length stays; else its force does
+    stiffness : of a locked one [N/m]; None: as good as rigid
+    """
+
+    name: str
+    pull: np.ndarray
+    force: float
+    lock: bool = False
+    stiffness: float = None
+
+
+def tightened(model, bolts, friction=True):
+    """The model with its bolts tightened, all together, and what was done, one sentence each.
+
+    Parameters
+    ----------
+    model : dovetail.Model
+        With SciPy matrices.
+    bolts : list of Bolt
+    friction : bool
+        While tightening. Without it, or with a bolt that is locked, stiffnesses of the contact points must be known, and friction.
+
+    Returns
+    -------
+    Model, list of str
+    """
+    pulls = sum(bolt.pull * bolt.force for bolt in bolts)
+    locked = [bolt for bolt in bolts if bolt.lock]
+    if not locked and friction:
+        return (model.with_loads(preload=model.preload + pulls),
+                [f"bolt {bolt.name}: force {bolt.force:g}, which stays" for bolt in bolts])
+    u, g = static_state(model, model.preload + pulls, friction)
+    K, preload, notes = sp.csr_matrix(model.K), model.preload + pulls, []
+    for bolt in bolts:
+        approach = bolt.pull @ u
+        if not bolt.lock:
+            notes.append(f"bolt {bolt.name}: force {bolt.force:g}, which stays; its ends approach by {approach:.4g}")
+            continue
+        stiffness = bolt.stiffness or RIGID / (bolt.pull @ _solved(model, bolt.pull))
+        column = sp.csr_matrix(bolt.pull[:, None])
+        K = K + stiffness * (column @ column.T)
+        preload = preload + bolt.pull * (stiffness * approach)
+        notes.append(f"bolt {bolt.name}: tightened to {bolt.force:g}, its ends approach by {approach:.4g}; then locked by a stiffness of "
+                     f"{stiffness:.4g}")
+    contact = dict(model.contact)
+    if not friction:
+        normal = model.contact_dofs[:, 2]
+        preload = np.zeros(model.n)
+        preload[normal] = g[:, 2]
+        contact["gap"] = model.contact.get("gap", 0.0) - u[normal]
+        notes.append("tightened without friction: displacements count from that state, the preload is that of the contact points, and "
+                     "their gaps hold what presses them")
+    result = Model(K, model.M, model.contact_dofs, model.force, preload, contact, model.mesh, model.joint, model.units, model.comm,
+                   model.forces)
+    result.courses = model.courses
+    return result, notes
+
+
+def static_state(model, load, friction=True):
+    """Displacements u (n,) [m] and contact forces g (N_x, 3) [N] with K u + [0; g] = load, coulomb's law from rest. Newton's method."""
+    if is_petsc(model.K):
+        raise ValueError("bolts that are locked, or tightened without friction, need a model with SciPy matrices")
+    missing = [key for key in ("normal_stiffness", "tangential_stiffness", "friction") if key not in model.contact]
+    if missing:
+        raise ValueError(f"a bolt that is locked, or tightened without friction, needs {missing[0]} of the joints here, "
+                         "not in the case file")
+    u = _solved(model, load)
+    if friction:
+        return _newton(model, u, load, None)
+    for _ in range(ROUNDS):  # springs from where the last ones ended: what holds the joint besides takes over
+        u, g = _newton(model, u, load, u[model.contact_dofs[:, :2]])
+        if np.abs(g[:, :2]).max() <= 10 * TOLERANCE * np.abs(g).max():
+            return u, g * [0.0, 0.0, 1.0]
+    raise ValueError("the bolts cannot be tightened without friction: the loads push a part along the joint, and nothing else holds it "
+                     "there")
+
+
+def _newton(model, u, load, anchors):
+    """The static state from a start u; with `anchors` (N_x, 2) soft springs from there in place of friction."""
+    K, dofs = sp.csc_matrix(model.K), model.contact_dofs
+    rows, columns = np.repeat(dofs, 3, axis=1).ravel(), np.tile(dofs, (1, 3)).ravel()
+    left, g, slopes = _residual(K, u, load, model, anchors)
+    for _ in range(ITERATIONS):
+        if np.abs(left).max() <= TOLERANCE * max(np.abs(load).max(), np.abs(g).max()):
+            return u, g
+        J = K + sp.csc_matrix((slopes.ravel(), (rows, columns)), shape=K.shape)
+        try:
+            step = sla.splu(J).solve(-left)
+        except RuntimeError:
+            step = np.full(len(u), np.nan)
+        if not np.all(np.isfinite(step)) or np.abs(J @ step + left).max() > 1e-6 * np.abs(left).max():
+            raise ValueError("the bolts cannot be tightened: under their forces a part moves freely")
+        length = 1.0
+        while True:
+            tried = _residual(K, u + length * step, load, model, anchors)
+            if np.linalg.norm(tried[0]) < np.linalg.norm(left) or length < 1e-3:
+                break
+            length /= 2
+        u, (left, g, slopes) = u + length * step, tried
+    raise ValueError(f"the state under the forces of the bolts was not found in {ITERATIONS} iterations; what is left of the forces is "
+                     f"{np.abs(left).max():.3g}")
+
+
+def _solved(model, load):
+    """Displacements under a load with all contact points closed and stuck."""
+    springs = np.zeros(model.n)
+    springs[model.contact_dofs] = np.column_stack([model.contact["tangential_stiffness"], model.contact["normal_stiffness"]])
+    K = sp.csc_matrix(model.K + sp.diags(springs))
+    try:
+        u = sla.splu(K).solve(load)
+    except RuntimeError:
+        u = np.full(len(load), np.nan)
+    if not np.all(np.isfinite(u)) or np.abs(K @ u - load).max() > 1e-6 * np.abs(load).max():
+        raise ValueError("the bolts cannot be tightened: a part moves freely even with all contact points closed")
+    return u
+
+
+def _residual(K, u, load, model, anchors):
+    """K u + g - load, the contact forces g (N_x, 3) and their slopes (N_x, 3, 3)."""
+    x, contact = u[model.contact_dofs], model.contact
+    k_n = contact["normal_stiffness"]
+    pressed = x[:, 2] - contact.get("gap", 0.0)
+    closed = pressed > 0
+    g, slopes = np.zeros((len(x), 3)), np.zeros((len(x), 3, 3))
+    g[:, 2] = np.where(closed, k_n * pressed, 0.0)
+    slopes[:, 2, 2] = np.where(closed, k_n, 0.0)
+    for axis in (0, 1):
+        if anchors is not None:
+            slopes[:, axis, axis] = SOFT * contact["tangential_stiffness"][:, axis]
+            g[:, axis] = slopes[:, axis, axis] * (x[:, axis] - anchors[:, axis])
+            continue
+        k_t, bound = contact["tangential_stiffness"][:, axis], contact["friction"][:, axis] * g[:, 2]
+        trial = k_t * x[:, axis]
+        sticks = closed & (np.abs(trial) <= bound)
+        slips = closed & ~sticks
+        g[:, axis] = np.where(sticks, trial, np.where(slips, np.sign(trial) * bound, 0.0))
+        slopes[:, axis, axis] = np.where(sticks, k_t, 0.0)
+        slopes[:, axis, 2] = np.where(slips, np.sign(trial) * contact["friction"][:, axis] * k_n, 0.0)
+    left = K @ u - load
+    left[model.contact_dofs] += g
+    return left, g, slopes

@@ -1,0 +1,49 @@
+"""The recipe for meshes of gmsh on the page about CalculiX, step by step."""
+
+import re
+import shutil
+import subprocess
+import tomllib
+
+import numpy as np
+import pytest
+
+from brick_deck import CCX
+from dovetail import Model
+from dovetail.importers import calculix, convert
+from launch import ROOT
+
+PAGE = ROOT / "docs" / "how-to" / "import-calculix.md"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The files of the page, meshed and run."""
+    if CCX is None or shutil.which("gmsh") is None:
+        pytest.skip("CalculiX (ccx) or gmsh is not installed")
+    folder = tmp_path_factory.mktemp("gmsh")
+    part = PAGE.read_text().split("## A mesh by gmsh\n")[1].split("\n## ")[0]
+    blocks = re.findall(r"```\w+\n(.*?)```", part, re.S)
+    assert len(blocks) == 4
+    for name, block in zip(("bars.geo", "commands", "job.inp", "joints.toml"), blocks):
+        (folder / name).write_text(block)
+    subprocess.run(["bash", "-e", "commands"], cwd=folder, check=True, capture_output=True, timeout=120)
+    done = subprocess.run([CCX, "job"], cwd=folder, capture_output=True, text=True, timeout=120)
+    assert "Job finished" in done.stdout, done.stdout[-1000:]
+    return folder
+
+
+def test_it_gives_a_model_with_a_closed_joint(folder):
+    said = convert("calculix", [str(folder / "job.inp")], str(folder / "model.h5"), setup=str(folder / "joints.toml"))
+    model = Model.read(folder / "model.h5")
+    np.testing.assert_allclose(model.joint["area"].sum(), 400, rtol=1e-9)
+    assert "pairs of matching nodes" in said and "2 bodies, all held" in said and "nothing holds the mesh" in said
+    assert set(model.mesh["cells"]) == {"tetra10"}
+    assert f"moving mass r^T M r: {2 * 40 * 10 * 5 * 7.8e-9:.6g} " in said
+    assert "model" in tomllib.loads((folder / "case.toml").read_text())
+
+
+def test_faces_that_were_left_in_are_refused_with_the_recipe(folder):
+    (folder / "mesh.inp").write_text((folder / "gmsh.inp").read_text())
+    with pytest.raises(ValueError, match="found CPS6, of which CalculiX makes solids; gmsh writes .* a mesh by gmsh"):
+        calculix.read([folder / "job.inp"])
