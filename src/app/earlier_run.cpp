@@ -79,8 +79,8 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
   const double here = run.branch.y.back() * run.scales.frequency;
   if ((study.omega_to - here) * (study.omega_to - study.omega_from) <= 0)
     throw InputError(study.given.at("continuation.omega") + ": continuation.omega ends at " +
-                     number_text(study.omega_to) + " rad/s, but the run stands at " + number_text(here) + " already" +
-                     anew);
+                     study.frequency_unit.text(study.omega_to) + ", but the run stands at " +
+                     study.frequency_unit.text(here) + " already" + anew);
   return run;
 }
 

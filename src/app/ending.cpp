@@ -1,7 +1,5 @@
 #include "app/ending.hpp"
 
-#include <cstdio>
-
 #include "app/earlier_run.hpp"
 #include "support/signals.hpp"
 
@@ -9,11 +7,7 @@ namespace dovetail {
 
 std::string in_words(const BranchSummary &summary, const Case &study, double frequency_scale, int signal) {
   using End = BranchSummary::End;
-  const auto place = [&](double omega) {
-    char words[64];
-    std::snprintf(words, sizeof words, "%.8g rad/s", omega * frequency_scale);
-    return std::string(words);
-  };
+  const auto place = [&](double omega) { return study.frequency_unit.text(omega * frequency_scale, 8); };
   const std::string where = place(summary.omega);
   const std::string so_far =
       "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();

@@ -114,7 +114,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   };
   const double load = load_of(system, study.omega_from / w0);
   int points = earlier ? earlier->branch.counts.points : 0;
-  Progress progress(voice.speaks(), system.layout(), unit, points);
+  Progress progress(voice.speaks(), system.layout(), unit, study.frequency_unit, points);
   progress.heading();
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));
@@ -123,8 +123,8 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   BranchObserver observer;
   observer.point = [&](const BranchPoint &point) {
     if (without_bound(point, load))
-      throw ComputeError("at " + number_text(user_omega(point.omega)) +
-                         " rad/s an eigenfrequency is excited and nothing damps it: the motion is so large that "
+      throw ComputeError("at " + study.frequency_unit.text(user_omega(point.omega)) +
+                         " an eigenfrequency is excited and nothing damps it: the motion is so large that "
                          "rounding errors are more than a thousandth of the load. Give damping.stiffness, or leave "
                          "this frequency out. The " +
                          std::to_string(points) + " points before are in " + results_of(study).string());
@@ -152,7 +152,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
   if (beyond_belief(comm, story) && system.layout().dofs() <= most_judged)
     story.closed_contact_frequency = w0 * closed_contact_frequency(dense_model(system));
-  story.length_unit = unit;
+  story.length_unit = unit, story.frequency_unit = study.frequency_unit;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();
   return {std::move(story), signal, false, std::move(keeper)};

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "case/damping.hpp"
+#include "case/frequency_unit.hpp"
 #include "contact/contact_point.hpp"
 #include "recovery/strategies.hpp"
 
@@ -100,6 +101,7 @@ struct Case {
   ScalingKind scaling = ScalingKind::automatic;
   double scale_frequency = 0, scale_modal = 0, scale_contact = 0; ///< w0, alpha, beta when manual
 
+  FrequencyUnit frequency_unit;        ///< of the case file
   double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point
   double step = 0.02;                  ///< first arc length, in the scaled variables
   bool adaptive = true;

@@ -191,9 +191,18 @@ void read_scaling(const Document &document, Case &study) {
   }
 }
 
+// Before anything that is a frequency.
+void read_frequency_unit(const Document &document, Case &study) {
+  const Entry unit = document["continuation.unit"];
+  if (!unit) return;
+  if (!unit.is_words() || (unit.words() != "rad/s" && unit.words() != "Hz")) unit.refuse("must be \"rad/s\" or \"Hz\"");
+  study.frequency_unit.hertz = unit.words() == "Hz";
+}
+
 void read_continuation(const Document &document, Case &study) {
+  const FrequencyUnit unit = study.frequency_unit;
   const Entry omega = document["continuation.omega"], adaptive = document["continuation.adaptive"];
-  if (!omega) document.missing("continuation.omega", "omega = [from, to] in rad/s");
+  if (!omega) document.missing("continuation.omega", std::string("omega = [from, to] in ") + unit.name());
   if (!omega.is_list()) omega.refuse("must be [from, to]; for one point, write the same number twice");
   const auto ends = omega.numbers();
   if (ends.size() != 2) omega.refuse("must be two numbers, [from, to], not " + std::to_string(ends.size()));
@@ -202,7 +211,7 @@ void read_continuation(const Document &document, Case &study) {
   if (ends[0] != ends[1] && std::abs(ends[1] - ends[0]) < narrowest * ends[0])
     omega.refuse("the ends differ in their last digits only, and no points lie between; for one point, write the same "
                  "number twice");
-  study.omega_from = ends[0], study.omega_to = ends[1];
+  study.omega_from = ends[0] * unit.radians(), study.omega_to = ends[1] * unit.radians();
 
   read_positive(document["continuation.step"], study.step);
   if (adaptive) study.adaptive = adaptive.truth();
@@ -213,14 +222,14 @@ void read_continuation(const Document &document, Case &study) {
   if (!at) return;
   const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
   for (const auto &item : at.items()) {
-    const double wanted = item.number();
+    const double wanted = item.number() * unit.radians();
     if (wanted < low || wanted > high)
-      item.refuse("outside continuation.omega = [" + number_text(study.omega_from) + ", " +
-                  number_text(study.omega_to) + "]");
+      item.refuse("outside continuation.omega = [" + unit.number(study.omega_from) + ", " +
+                  unit.number(study.omega_to) + "] " + unit.name());
     if (!study.at.empty() &&
         (study.omega_to < study.omega_from ? wanted >= study.at.back() : wanted <= study.at.back()))
       item.refuse("must come in the order of the sweep, each once; the entry before is " +
-                  number_text(study.at.back()));
+                  unit.number(study.at.back()));
     study.at.push_back(wanted);
   }
 }
@@ -290,6 +299,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_tolerance(document["newton.residual_tolerance"], study.residual_tolerance);
   read_whole(document["newton.max_iterations"], study.max_iterations, 1, most);
   read_scaling(document, study);
+  read_frequency_unit(document, study);
   read_continuation(document, study);
   read_stops(document, study);
   read_recovery(document, study);

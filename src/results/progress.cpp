@@ -44,9 +44,10 @@ double largest_motion(const PointRecord &record, PetscInt modes) {
 
 } // namespace
 
-Progress::Progress(bool speaks, const Layout &layout, std::string length_unit, int points)
+Progress::Progress(bool speaks, const Layout &layout, std::string length_unit, FrequencyUnit frequency_unit, int points)
     : speaks_(speaks), terminal_(on_terminal()), modes_(layout.modes), length_unit_(std::move(length_unit)),
-      begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)), points_(points) {}
+      frequency_unit_(frequency_unit), begin_(std::chrono::steady_clock::now()),
+      last_line_(begin_ - std::chrono::hours(1)), points_(points) {}
 
 double Progress::elapsed() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
@@ -54,8 +55,8 @@ double Progress::elapsed() const {
 
 void Progress::heading() const {
   if (speaks_)
-    std::printf("  step   Omega [rad/s]   motion [%s]   Newton   stick  slip  open   done     time     left\n",
-                length_unit_.c_str());
+    std::printf("  step %15s   motion [%s]   Newton   stick  slip  open   done     time     left\n",
+                frequency_unit_.hertz ? "frequency [Hz]" : "Omega [rad/s]", length_unit_.c_str());
 }
 
 void Progress::point(const PointRecord &record) {
@@ -69,15 +70,16 @@ void Progress::point(const PointRecord &record) {
   const double made = record.progress - before_; // since this run was begun or continued
   char left[32] = "";
   if (made > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 - record.progress) / made);
-  std::printf("%6d %15.8g %12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", points_, record.omega,
-              largest_motion(record, modes_), record.newton, 100 * record.stick, 100 * record.slip, 100 * record.open,
-              100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
+  std::printf("%6d %15.8g %12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", points_,
+              record.omega / frequency_unit_.radians(), largest_motion(record, modes_), record.newton,
+              100 * record.stick, 100 * record.slip, 100 * record.open, 100 * std::clamp(record.progress, 0.0, 1.0),
+              elapsed(), left);
   std::fflush(stdout);
 }
 
 void Progress::event(const BranchEvent &event, double frequency_scale) {
   if (!speaks_ || (!terminal_ && event.kind == BranchEvent::Kind::cut)) return;
-  std::printf("       %15.8g %s\n", event.omega * frequency_scale, event.text.c_str());
+  std::printf("       %15.8g %s\n", event.omega * frequency_scale / frequency_unit_.radians(), event.text.c_str());
   std::fflush(stdout);
 }
 

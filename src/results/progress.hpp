@@ -11,7 +11,7 @@ namespace dovetail {
 class Progress {
 public:
   /// `speaks`: rank 0 only. `length_unit`: shown behind the amplitude. `points`: already there, of earlier parts.
-  Progress(bool speaks, const Layout &layout, std::string length_unit, int points);
+  Progress(bool speaks, const Layout &layout, std::string length_unit, FrequencyUnit frequency_unit, int points);
 
   void heading() const;
   void point(const PointRecord &record);
@@ -22,6 +22,7 @@ private:
   bool speaks_, terminal_;
   PetscInt modes_;
   std::string length_unit_;
+  FrequencyUnit frequency_unit_;
   std::chrono::steady_clock::time_point begin_, last_line_;
   int points_;
   double before_ = -1; // progress at the first point seen

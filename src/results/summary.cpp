@@ -114,6 +114,31 @@ std::string accuracy_in_json(const BranchStory &story) {
   return out + "},\n";
 }
 
+std::string in_json(const Resonances &found) {
+  const std::pair<const char *, const ResonanceSet *> sets[] = {
+      {"stuck", &found.stuck}, {"slipping", &found.slipping}, {"open", &found.open}};
+  std::string out = "  \"resonances\": {", in_sweep;
+  for (const auto &[name, set] : sets) {
+    std::string values, met;
+    for (std::size_t j = 0; j < set->omega.size(); ++j) {
+      values += (values.empty() ? "" : ", ") + number("%.17g", set->omega[j]);
+      if (set->in_sweep[j] > 0) met += (met.empty() ? "" : ", ") + std::to_string(j + 1);
+    }
+    out += quoted(name) + ": [" + values + "],\n    ";
+    in_sweep += (in_sweep.empty() ? "" : ", ") + quoted(name) + ": [" + met + "]";
+  }
+  return out + "\"in_sweep\": {" + in_sweep + "},\n    \"closed_points\": " + std::to_string(found.closed) +
+         ", \"clamping\": " + number("%.17g", found.clamping) + "},\n";
+}
+
+std::string in_json(const std::vector<Warning> &warnings) {
+  std::string out;
+  for (const Warning &warning : warnings)
+    out += (out.empty() ? "\n    " : ",\n    ") + std::string("{\"kind\": ") + quoted(warning.kind) +
+           ", \"text\": " + quoted(warning.text) + "}";
+  return "  \"warnings\": [" + out + (out.empty() ? "" : "\n  ") + "],\n";
+}
+
 std::string in_json(const BranchStory &story) {
   const BranchSummary &branch = story.summary;
   std::string out = "  \"end\": " + quoted(name_of(branch.end)) + ",\n  \"why\": " + quoted(branch.why) +
@@ -122,6 +147,8 @@ std::string in_json(const BranchStory &story) {
     out += "  " + quoted(name) + ": " + std::to_string(count) + ",\n";
   });
   out += accuracy_in_json(story);
+  if (story.resonances && story.resonances->known) out += in_json(*story.resonances);
+  out += in_json(story.warnings);
   out += "  \"last_omega\": " + number("%.17g", branch.omega * story.frequency_scale) +
          ",\n  \"parts\": " + std::to_string(story.parts) +
          ",\n  \"branch_seconds\": " + number("%.6g", story.seconds_all_parts) + ",\n  \"located\": {\n";
@@ -141,8 +168,8 @@ void tell_accuracy(const BranchStory &story) {
   const Accuracy found = accuracy_of(story);
   const int points = static_cast<int>(story.estimates.size());
   if (found.unknown < points)
-    std::printf("  estimated errors: at most %.1e (at %.9g rad/s), %.1e or less at 95 %% of the points%s\n",
-                found.largest, found.omega, found.most_points,
+    std::printf("  estimated errors: at most %.1e (at %s), %.1e or less at 95 %% of the points%s\n", found.largest,
+                story.frequency_unit.text(found.omega).c_str(), found.most_points,
                 found.modes > std::max(found.sampling, found.harmonics) ? "; mostly by modes left out: more of them "
                                                                           "with a larger reduction.modes"
                 : found.sampling > found.harmonics                      ? "; mostly by too few samples"
@@ -155,8 +182,8 @@ void tell_accuracy(const BranchStory &story) {
             ? ("contacts that open and close want some " + std::to_string(found.wanted) + " harmonics there").c_str()
             : "more harmonics are wanted");
   if (found.between > 0)
-    std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %.9g rad/s)%s\n",
-                found.between, found.before,
+    std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %s)%s\n",
+                found.between, story.frequency_unit.text(found.before).c_str(),
                 found.between > much_between ? "; look closer there with continuation.at" : "");
   if (found.unknown > 0)
     std::printf("  no estimate at %d of %d points%s\n", found.unknown, points,
@@ -191,10 +218,11 @@ void tell(const BranchStory &story) {
     std::printf("  after a leap the branch may be another one: look at the curve there\n");
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::peak))
-      std::printf("  peak %.7g %s at %.9g rad/s\n", event.amplitude, story.length_unit.c_str(), event.omega);
+      std::printf("  peak %.7g %s at %s\n", event.amplitude, story.length_unit.c_str(),
+                  story.frequency_unit.text(event.omega).c_str());
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::stability))
-      std::printf("  stability changes at %.9g rad/s\n", event.omega);
+      std::printf("  stability changes at %s\n", story.frequency_unit.text(event.omega).c_str());
   if (counts.missed > 0) std::printf("  %d frequencies of continuation.at without solution\n", counts.missed);
 }
 

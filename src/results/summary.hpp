@@ -1,8 +1,11 @@
 #pragma once
 // summary.json beside the results, and the same in words at the end of a run.
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "harmonic/resonances.hpp"
 #include "results/point_record.hpp"
 #include "support/stage.hpp"
 
@@ -16,16 +19,24 @@ struct ReductionFigures {
   bool kept_psi = true;      ///< false: Psi was computed a block at a time
 };
 
+/// Something that the user should look at: a word for programs, and a sentence.
+struct Warning {
+  std::string kind, text;
+};
+
 /// What became of the branch.
 struct BranchStory {
   BranchSummary summary;
   double frequency_scale = 1;
   std::vector<EventRecord> events; ///< on rank 0, as the rest of it
   std::vector<EstimateRecord> estimates;
-  double tolerance = 0;                ///< asked for; 0: none
-  double closed_contact_frequency = 0; ///< [rad/s], where estimates are large; 0: not asked for
+  double tolerance = 0;                 ///< asked for; 0: none
+  double closed_contact_frequency = 0;  ///< [rad/s], where estimates are large; 0: not asked for
+  std::optional<Resonances> resonances; ///< nothing where they could not be computed
+  std::vector<Warning> warnings;
   std::string length_unit = "m";
-  int parts = 1; ///< how often the run was begun or continued
+  FrequencyUnit frequency_unit; ///< of the case file
+  int parts = 1;                ///< how often the run was begun or continued
   double seconds_all_parts = 0;
 };
 

@@ -23,7 +23,7 @@ SECTION_OF = {
     "step_tolerance": "newton", "residual_tolerance": "newton", "max_iterations": "newton",
     "kind": "scaling", "frequency": "scaling", "modal": "scaling", "contact": "scaling",
     "omega": "continuation", "step": "continuation", "adaptive": "continuation", "max_points": "continuation",
-    "at": "continuation", "tolerance": "accuracy", "estimates": "accuracy",
+    "at": "continuation", "unit": "continuation", "tolerance": "accuracy", "estimates": "accuracy",
 }
 TIGHT = {"step_tolerance": 1e-10, "residual_tolerance": 1e-10}
 
