@@ -54,7 +54,7 @@ double shift_of(const ReducedModel &model, const std::vector<double> &diagonal, 
   return std::isfinite(least) ? least : 1;
 }
 
-// K + shift M and M, whole, by the rows of the harmonic system.
+// K + shift M and M, whole, by the rows of the harmonic system. Dense on one rank: LAPACK's factors are quicker there.
 struct Operators {
   UniqueMat A, M;
 };
@@ -70,7 +70,10 @@ Operators operators(const ReducedModel &model, const std::vector<double> &spring
   Operators made;
   for (UniqueMat *matrix : {&made.A, &made.M}) {
     const bool mass = matrix == &made.M;
-    check(MatCreateAIJ(layout.comm, own, own, n, n, 0, entries.data(), 0, elsewhere.data(), matrix->out()), doing);
+    if (layout.size == 1)
+      check(MatCreateSeqDense(layout.comm, n, n, nullptr, matrix->out()), doing);
+    else
+      check(MatCreateAIJ(layout.comm, own, own, n, n, 0, entries.data(), 0, elsewhere.data(), matrix->out()), doing);
     const auto put = [&](PetscInt row, PetscInt column, double value) {
       check(MatSetValue(*matrix, row, column, value, INSERT_VALUES), doing);
     };
@@ -112,7 +115,7 @@ void set_start(EPS eps, Mat A, const Layout &layout) {
 }
 
 // Shift-and-invert about 0 with Cholesky factors of A.
-void set_inverse(EPS eps) {
+void set_inverse(EPS eps, const Layout &layout) {
   ST st;
   KSP ksp;
   PC pc;
@@ -122,7 +125,7 @@ void set_inverse(EPS eps) {
   check(KSPSetType(ksp, KSPPREONLY), doing);
   check(KSPGetPC(ksp, &pc), doing);
   check(PCSetType(pc, PCCHOLESKY), doing);
-  check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), doing);
+  check(PCFactorSetMatSolverType(pc, layout.size == 1 ? MATSOLVERPETSC : MATSOLVERMUMPS), doing);
 }
 
 bool solved(EPS eps) { // false if M is not positive definite
@@ -165,7 +168,7 @@ std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const st
   check(EPSSetDimensions(eps, wanted, PETSC_DEFAULT, PETSC_DEFAULT), doing);
   check(EPSSetTolerances(eps, lanczos_tolerance, PETSC_DEFAULT), doing);
   check(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE), doing);
-  set_inverse(eps);
+  set_inverse(eps, layout);
   set_start(eps, pencil.A, layout);
   if (!solved(eps)) return {};
   PetscInt converged;
