@@ -88,6 +88,19 @@ def test_stuck_modes_are_counted_as_ratios_count_them(tmp_path):
     assert amplitudes[1] < 0.05 * min(amplitudes[0], amplitudes[2])
 
 
+def test_modes_that_ratios_count_are_told_where_points_are_open(tmp_path):
+    """damping.ratios takes all points for closed."""
+    case = cases.several_points(tmp_path, **ALL_MODES, gap=[-0.1, 2.0, -0.2, 0.1], ratios=[[1, 0.01]], estimates=False)
+    s, contact = case.structure, case.contact
+    springs = np.zeros(len(s.K))
+    springs[s.contact_dofs] = np.column_stack([contact.kt, contact.kn])
+    first = frequencies(s.K + np.diag(springs), s.M)[0]
+    (line,) = [line for line in run(case).out.splitlines() if line.startswith("resonances closed ")]
+    assert f"1: {first / (2 * np.pi):.6g} Hz = {first:.6g} rad/s" in line and "2 are open at rest" in line
+    closed = cases.several_points(tmp_path, **ALL_MODES, gap=-1.0, ratios=[[1, 0.01]], estimates=False)
+    assert "resonances closed " not in run(closed).out
+
+
 def held_by_friction(folder, force, law="coulomb", k=0.0, **settings):
     """One mass of 1 kg, pressed on one contact point with 800 N, with springs k of its own and mu = 0.3."""
     case = cases.single_mass(folder, 1, friction=0.3, law=law, **settings)
