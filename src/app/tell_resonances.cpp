@@ -79,8 +79,9 @@ std::vector<std::string> in_lines(const Resonances &found, const Case &study) {
   std::vector<std::string> lines{line_of("stuck", found.stuck), line_of("slipping", found.slipping),
                                  line_of("open", found.open)};
   if (!found.all_stuck.omega.empty())
-    lines.push_back(line_of("closed", found.all_stuck) + "; all points closed and stuck, as damping.ratios of = \"" +
-                    "stuck\" counts: " + std::to_string(found.points - found.closed) + " are open at rest");
+    lines.push_back(line_of("closed", found.all_stuck) + "; all points closed and stuck, as damping.ratios counts (" +
+                    std::to_string(found.points - found.closed) + " of " + std::to_string(found.points) +
+                    " are open at rest)");
   const double high = std::max(study.omega_from, study.omega_to);
   if (found.reach < high)
     lines.push_back("resonances: of " + std::to_string(found.open.omega.size()) + " modes; there are more below " +
@@ -116,7 +117,7 @@ std::string in_table(const Resonances &found, const Case &study) {
     if (k > 1) harmonics += (harmonics.empty() ? "" : ", ") + std::to_string(k);
   if (marked && !harmonics.empty()) out += ", or in its " + harmonics + "-fold, where the load's harmonics are";
   if (!found.all_stuck.omega.empty()) {
-    out += "\nall points closed and stuck, as damping.ratios of = \"stuck\" counts:";
+    out += "\nall points closed and stuck, as damping.ratios counts:";
     for (std::size_t j = 0; j < std::min(in_a_table, found.all_stuck.omega.size()); ++j)
       out += (j ? ", " : " ") + in_both_units(found.all_stuck.omega[j]);
   }
