@@ -11,8 +11,8 @@ namespace {
 
 class StoredCurve { // as it stands in the file
 public:
-  explicit StoredCurve(const std::filesystem::path &file)
-      : file_(file), omega_(file_.doubles("/points/omega")), points_(file_.extent("/points/contact/slip").at(1)) {}
+  StoredCurve(const std::filesystem::path &file, std::size_t contact_points)
+      : file_(file), omega_(file_.doubles("/points/omega")), points_(contact_points) {}
 
   std::size_t size() const { return omega_.size(); }
   double omega(std::size_t i) const { return omega_[i]; }
@@ -56,7 +56,7 @@ void passed_over(const Resonances &found, const Case &study, const StoredCurve &
       if (place <= std::min(study.omega_from, study.omega_to) || place >= std::max(study.omega_from, study.omega_to))
         continue;
       for (std::size_t i = 1; i < curve.size(); ++i) {
-        if ((curve.omega(i - 1) - place) * (curve.omega(i) - place) >= 0) continue;
+        if ((curve.omega(i - 1) - place) * (curve.omega(i) - place) > 0) continue;
         if (!curve.rests(i - 1, found.closed) || !curve.rests(i, found.closed)) continue;
         warnings.push_back(
             {"undamped_resonance",
@@ -76,7 +76,7 @@ void passed_over(const Resonances &found, const Case &study, const StoredCurve &
 std::vector<Warning> warnings_of_curve(const std::optional<Resonances> &found, const Case &study,
                                        const std::vector<ContactPoint> &contact, bool finished) {
   std::vector<Warning> warnings;
-  const StoredCurve curve(results_of(study));
+  const StoredCurve curve(results_of(study), contact.size());
   const bool friction = std::any_of(contact.begin(), contact.end(), [](const ContactPoint &point) {
     return has_friction(point.law) && std::max(point.mu[0], point.mu[1]) > 0;
   });

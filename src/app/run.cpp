@@ -113,7 +113,6 @@ std::vector<Warning> say(const Resonances &found, const Case &study, const Voice
 
 // Of a dry run, which takes a preload without equilibrium for no error.
 void show_resonances(const Checked &checked, std::optional<ReducedModel> reduced, const Voice &voice) {
-  voice.say("");
   if (!reduced) return voice.say("resonances come with the reduction: dovetail modes, reduce or run");
   try {
     const PreloadedModel preloaded = preload(checked, std::move(*reduced), voice);

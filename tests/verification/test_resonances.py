@@ -280,6 +280,25 @@ def test_resonances_without_damping_are_not_stepped_over_in_silence(tmp_path, fo
     assert [line for line in warned(done.out) if "without damping" in line] == ["warning: " + line for line in lines]
 
 
+@pytest.mark.parametrize("ranks", [None, 2])
+def test_without_contact_points(tmp_path, ranks):
+    """Four modes by themselves, of which the load drives two."""
+    with h5py.File(tmp_path / "reduced.h5", "w") as file:
+        for name, values in (("Kaa", [1.0, 4, 9, 16]), ("Max", np.zeros((4, 0))), ("Mxx", np.zeros((0, 0))), ("Kxx", np.zeros((0, 0))),
+                             ("Fa", [1.0, 0, 1, 0]), ("Fx", np.zeros(0)), ("R", np.zeros(0))):
+            file[name] = values
+        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
+    case = cases.write(tmp_path, "modes alone", "reduced.h5", None, None, {}, fourier=[0, 1], normal_stiffness=1.0,
+                       tangential_stiffness=1.0, friction=0.3, harmonics=1, omega=[1.53, 3.57], stiffness=0.0)
+    done = run(case, ranks=ranks)
+    assert kinds(done.summary) == ["undamped_resonance"] and ", at 3 rad/s" in done.summary["warnings"][0]["text"]
+    for state in STATES:
+        np.testing.assert_allclose(done.summary["resonances"][state], [1, 2, 3, 4], rtol=1e-12)
+        assert done.summary["resonances"]["in_sweep"][state] == [2, 3]
+    case.edit("stiffness = 0.0", "stiffness = 0.01")
+    assert kinds(run(case, ranks=ranks).summary) == []
+
+
 def test_friction_that_bounds_a_resonance_is_no_missing_damping(tmp_path):
     """The points beside the resonance slip."""
     case = cases.single_mass(tmp_path, 2, stiffness=0.0, friction=0.3, omega=[5, 12])
