@@ -75,6 +75,10 @@ class UserCase:
             self.content = tomllib.loads(self.path.read_text(encoding="utf-8"))
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ValueError(f"{path}: {error}") from None
+        continuation = self.content.get("continuation", {})
+        if continuation.pop("unit", "rad/s") == "Hz":  # copies are in rad/s, as results are
+            for key in {"omega", "at"} & continuation.keys():
+                continuation[key] = [2 * np.pi * value for value in continuation[key]]
 
     @property
     def frequencies(self):

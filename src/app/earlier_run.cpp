@@ -77,11 +77,10 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
   if (!holds(file, "/points/omega", run.branch.counts.points) || !holds(file, "/events/omega", run.events))
     throw InputError(results.string() + ": holds fewer points than " + path.string() + " knows of" + anew);
   const CurveRange range = study.range();
-  const double here = run.branch.y.back() * run.scales.of(range.parameter);
+  const double here = run.branch.y.back() * run.scales.of(*range.parameter);
   if ((range.to - here) * (range.to - range.from) <= 0)
-    throw InputError(study.given.at(range.key) + ": " + range.key + " ends at " +
-                     place_text(range.parameter, range.to) + ", but the run stands at " + number_text(here) +
-                     " already" + anew);
+    throw InputError(study.given.at(range.key) + ": " + range.key + " ends at " + range.text(range.to) +
+                     ", but the run stands at " + range.text(here) + " already" + anew);
   return run;
 }
 

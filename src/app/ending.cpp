@@ -8,7 +8,7 @@ namespace dovetail {
 
 std::string in_words(const BranchSummary &summary, const Case &study, double scale, int signal) {
   using End = BranchSummary::End;
-  const auto place = [&](double value) { return place_text(study.range().parameter, value * scale, "%.8g"); };
+  const auto place = [&](double value) { return study.range().text(value * scale, 8); };
   const std::string where = place(summary.parameter);
   const std::string so_far =
       "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();

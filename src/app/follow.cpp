@@ -71,7 +71,7 @@ double watched_scale(const Case &study, const Layout &layout, const Scales &scal
 BranchSettings settings_of(const Case &study, const Layout &layout, const Scales &scales) {
   BranchSettings settings;
   const CurveRange range = study.range();
-  const double scale = scales.of(range.parameter);
+  const double scale = scales.of(*range.parameter);
   settings.from = range.from / scale, settings.to = range.to / scale;
   settings.step = study.step;
   settings.adaptive = study.adaptive;
@@ -98,13 +98,13 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   HarmonicSystem system = stages.run("4 scaling", [&] {
     const Scales scales = earlier ? earlier->scales : choose_scales(study, preloaded);
     ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
-    if (range.parameter.changes_joint) varied = std::make_shared<VariedPreload>(model.model);
+    if (range.parameter->changes_joint) varied = std::make_shared<VariedPreload>(model.model);
     return HarmonicSystem(std::move(model), study.harmonics, study.samples, study.loads,
                           study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   const Scales &scales = system.scales();
-  system.vary(ResponseParameter(range.parameter, study.omega_from / scales.frequency), varied);
-  const double scale = scales.of(range.parameter), amplitude_unit = watched_scale(study, system.layout(), scales);
+  system.vary(ResponseParameter(*range.parameter, study.omega_from / scales.frequency), varied);
+  const double scale = scales.of(*range.parameter), amplitude_unit = watched_scale(study, system.layout(), scales);
   const BranchSettings settings = settings_of(study, system.layout(), scales);
   UniqueVec y = system.unknowns();
   if (earlier)
@@ -122,7 +122,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   const auto user_omega = [&](double value) { return study.path ? study.omega_from : user_value(value); };
   const double load = load_of(system, settings.from);
   int points = earlier ? earlier->branch.counts.points : 0;
-  Progress progress(voice.speaks(), system.layout(), unit, range.parameter, points);
+  Progress progress(voice.speaks(), system.layout(), unit, range, points);
   progress.heading();
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));
@@ -136,8 +136,8 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   const PetscInt watched = settings.watched;
   observer.point = [&](const BranchPoint &point) {
     if (without_bound(point, load))
-      throw ComputeError("at " + number_text(user_omega(point.parameter)) +
-                         " rad/s an eigenfrequency is excited and nothing damps it: the motion is so large that "
+      throw ComputeError("at " + study.frequency_unit.text(user_omega(point.parameter)) +
+                         " an eigenfrequency is excited and nothing damps it: the motion is so large that "
                          "rounding errors are more than a thousandth of the load. Give damping.stiffness, or leave "
                          "this frequency out. The " +
                          std::to_string(points) + " points before are in " + results_of(study).string());
@@ -170,7 +170,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
                          observer, earlier ? &earlier->branch : nullptr);
   });
-  story.parameter = &range.parameter, story.scale = scale, story.omega = study.omega_from;
+  story.range = range, story.scale = scale, story.omega = study.omega_from;
   story.events = results.events();
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
   if (beyond_belief(comm, story) && system.layout().dofs() <= most_judged)

@@ -29,8 +29,11 @@ constexpr const char *usage =
     "dovetail: forced response of structures with frictional joints\n\n"
     "  dovetail run CASE.toml [--out DIR] [--restart] [--dry-run] [-petsc_options ...]\n"
     "  dovetail reduce CASE.toml [--out DIR] [--dry-run] [-petsc_options ...]\n"
+    "  dovetail modes CASE.toml [--out DIR] [-petsc_options ...]\n"
     "  dovetail --help | --version [-v]\n\n"
-    "run does the whole job, reduce stops after the reduction; both work under mpirun -n RANKS.\n"
+    "run does the whole job, reduce stops after the reduction, modes shows where the structure resonates with its "
+    "joint\n"
+    "stuck, slipping and open; all work under mpirun -n RANKS.\n"
     "  --out DIR    write there instead of output.directory\n"
     "  --restart    continue the run in the output directory where it was cut off or stopped\n"
     "  --dry-run    check the case, print every value in force with its unit and the forecast sizes, stop\n"
@@ -64,24 +67,25 @@ dovetail::Request parse(std::vector<std::string> words) {
   using dovetail::InputError;
   dovetail::Request request;
   if (words.empty()) throw InputError(std::string("no command given\n\n") + usage);
-  if (words[0] != "run" && words[0] != "reduce")
-    throw InputError("\"" + words[0] + "\" is not a command; run, reduce, --help or --version are");
-  request.reduce_only = words[0] == "reduce";
+  if (words[0] != "run" && words[0] != "reduce" && words[0] != "modes")
+    throw InputError("\"" + words[0] + "\" is not a command; run, reduce, modes, --help or --version are");
+  request.reduce_only = words[0] == "reduce", request.modes_only = words[0] == "modes";
   bool petsc = false; // from the first word with a single dash on, words without two dashes are PETSc's
   for (std::size_t i = 1; i < words.size(); ++i) {
     const bool one_dash = words[i].rfind("-", 0) == 0 && words[i].rfind("--", 0) != 0;
     if (one_dash) refuse_one_dash(words[i]);
     petsc = petsc || one_dash;
-    if (words[i] == "--dry-run")
+    if (words[i] == "--dry-run" && !request.modes_only)
       request.dry_run = true;
-    else if (words[i] == "--restart" && !request.reduce_only)
+    else if (words[i] == "--restart" && !request.reduce_only && !request.modes_only)
       request.restart = true;
     else if (words[i] == "--out") {
       if (++i == words.size()) throw InputError("--out wants a folder behind it");
       if (words[i].empty()) throw InputError("--out \"\": wants the name of a folder; write --out . for this one");
       request.out = words[i];
     } else if (words[i].rfind("--", 0) == 0)
-      throw InputError(words[i] + " is not an option here; --out DIR, --dry-run and, for run, --restart are");
+      throw InputError(words[i] +
+                       " is not an option here; --out DIR, for run and reduce --dry-run, and for run --restart are");
     else if (petsc)
       continue;
     else if (request.file.empty())

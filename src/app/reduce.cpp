@@ -77,6 +77,11 @@ Motion agreed_motion(MPI_Comm comm, const Case &study, const FullModel &model) {
   return motion;
 }
 
+Source source_of(const Case &study, const FullModel &model, const Motion &motion) {
+  return {model.file,        model.hash,      model.units, study.modes,       kind_of(study),
+          study.check_modes, motion.in_words, "none",      model.contact_dofs};
+}
+
 // Results in the folder need the reduced file they were computed from, until others take their place.
 void keep_for_results(MPI_Comm comm, const std::filesystem::path &file) {
   on_all_ranks(comm, [&] {
@@ -153,8 +158,7 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
   FullModel model = stages.run("1 model", [&] { return full_model(comm, study, need_force); });
   refuse_too_many_modes(study, model);
   const Motion motion = agreed_motion(comm, study, model);
-  Source source{model.file,        model.hash,      model.units, study.modes,        kind_of(study),
-                study.check_modes, motion.in_words, "none",      model.contact_dofs, model.contact.area};
+  Source source = source_of(study, model, motion);
   if (matches(comm, file, source)) {
     ReducedModel kept = stages.run("2 reduction", [&] { return read_reduced(comm, file); });
     if (kept.as_written) {
@@ -206,10 +210,15 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
   });
 }
 
-std::string forecast_reduction(MPI_Comm comm, const Case &study) {
+std::string forecast_reduction(MPI_Comm comm, const Case &study, const std::filesystem::path &file,
+                               std::optional<ReducedModel> &kept) {
   FullModel model = full_model(comm, study);
   refuse_too_many_modes(study, model);
   const Motion motion = agreed_motion(comm, study, model);
+  if (matches(comm, file, source_of(study, model, motion))) {
+    kept = read_reduced(comm, file);
+    if (!kept->as_written) kept.reset();
+  }
   const Prepared prepared = prepare(study, std::move(model), motion);
   refuse_if_too_large(prepared.parts, prepared.plan);
   return in_words(prepared.plan);

@@ -20,8 +20,9 @@ ReducedModel given_reduced_model(MPI_Comm comm, const Case &study);
 /// Where the reduced file goes that results in its folder were computed from, when another takes its place.
 std::filesystem::path old_reduced(const std::filesystem::path &file);
 
-/// In words, what the reduction of the case's model will take. Reads the model and analyses its K_ee. Collective.
-/// InputError; ComputeError if it cannot fit.
-std::string forecast_reduction(MPI_Comm comm, const Case &study);
+/// In words, what the reduction of the case's model will take. Reads the model and analyses its K_ee. `kept`: the
+/// reduced model in `file`, if that still fits the case. Collective. InputError; ComputeError if it cannot fit.
+std::string forecast_reduction(MPI_Comm comm, const Case &study, const std::filesystem::path &file,
+                               std::optional<ReducedModel> &kept);
 
 } // namespace dovetail

@@ -10,6 +10,7 @@
 #include "app/follow.hpp"
 #include "app/forecast.hpp"
 #include "app/own_files.hpp"
+#include "app/tell_resonances.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/blas_kernel.hpp"
@@ -60,7 +61,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     check_damping(study, modes, points, checked.has_c);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points);
-    refuse_foreign_files(study, request.reduce_only);
+    refuse_foreign_files(study, request.reduce_only || request.modes_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
     check_path(study, checked.contact);
@@ -99,26 +100,83 @@ std::vector<std::string> notes_on_damping(const Checked &checked) {
 }
 
 std::string in_words(const SavedRun &earlier, const Case &study) {
-  const PathParameter &parameter = study.range().parameter;
-  return "restart: goes on at " +
-         place_text(parameter, earlier.branch.y.back() * earlier.scales.of(parameter), "%.17g") + " after " +
-         std::to_string(earlier.branch.counts.points) + " points";
+  const CurveRange range = study.range();
+  return "restart: goes on at " + range.text(earlier.branch.y.back() * earlier.scales.of(*range.parameter), 17) +
+         " after " + std::to_string(earlier.branch.counts.points) + " points";
+}
+
+// The state the vibration starts from (eq 7), told if it took more than plain Newton.
+PreloadedModel preload(const Checked &checked, ReducedModel reduced, const Voice &voice) {
+  const Range own = reduced.own_points;
+  std::string note;
+  PreloadedModel preloaded =
+      contact_preload(std::move(reduced), {checked.contact.begin() + own.begin, checked.contact.begin() + own.end},
+                      {checked.initial.begin() + 3 * own.begin, checked.initial.begin() + 3 * own.end}, note);
+  voice.say(note);
+  return preloaded;
+}
+
+std::vector<Warning> say(const Resonances &found, const Case &study, const Voice &voice) {
+  for (const std::string &line : in_lines(found, study)) voice.say(line);
+  const std::vector<Warning> warnings = warnings_of(found, study);
+  for (const Warning &warning : warnings) voice.say("warning: " + warning.text);
+  return warnings;
+}
+
+// Of a dry run, which takes a preload without equilibrium for no error.
+void show_resonances(const Checked &checked, std::optional<ReducedModel> reduced, const Voice &voice) {
+  if (!reduced) return voice.say("resonances come with the reduction: dovetail modes, reduce or run");
+  try {
+    const PreloadedModel preloaded = preload(checked, std::move(*reduced), voice);
+    if (const auto found = try_resonances(preloaded, checked.study, voice)) say(*found, checked.study, voice);
+  } catch (const ComputeError &error) {
+    voice.say("resonances: not known, " + text_of(error));
+  }
 }
 
 // Everything in force and the forecast sizes, after reading the model once for its checks and analysing its K_ee.
 void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   const Case &study = checked.study;
   std::string reduction;
+  std::optional<ReducedModel> reduced;
   if (study.reduced.empty())
-    reduction = forecast_reduction(comm, study);
+    reduction = forecast_reduction(comm, study, study.directory / "reduced.h5", reduced);
   else
-    given_reduced_model(comm, study);
-  if (!voice.speaks()) return;
-  describe(std::cout, study, checked.contact);
-  describe(std::cout, checked.sizes);
-  if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
-  for (const std::string &note : notes_on_damping(checked)) std::cout << note << "\n";
-  if (checked.earlier) std::cout << in_words(*checked.earlier, study) << "\n";
+    reduced = given_reduced_model(comm, study);
+  if (voice.speaks()) {
+    describe(std::cout, study, checked.contact);
+    describe(std::cout, checked.sizes);
+    if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
+    for (const std::string &note : notes_on_damping(checked)) std::cout << note << "\n";
+    if (checked.earlier) std::cout << in_words(*checked.earlier, study) << "\n";
+    std::cout.flush();
+  }
+  show_resonances(checked, std::move(reduced), voice);
+}
+
+// `dovetail modes`: of earlier runs in the folder it replaces nothing but a reduced file that no longer fits.
+void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
+  const Case &study = checked.study;
+  Stages stages;
+  std::optional<ReductionFigures> figures;
+  const auto lock = study.reduced.empty() ? take_folder(comm, study, voice) : nullptr;
+  ReducedModel reduced = reduced_model(comm, study, study.directory / "reduced.h5", stages, voice, figures, false);
+  const std::filesystem::path file = study.reduced.empty() ? study.model : study.reduced;
+  const Resonances found = resonances(preload(checked, std::move(reduced), voice), study);
+  if (!found.known) throw InputError(mass_not_positive(file));
+  voice.say(in_table(found, study));
+  for (const Warning &warning : warnings_of(found, study)) voice.say("warning: " + warning.text);
+}
+
+// Warns of what the curve shows, and of that alone: the rest was said before it.
+void judge(MPI_Comm comm, const Checked &checked, BranchStory &story, const Voice &voice) {
+  std::vector<Warning> found;
+  on_all_ranks(comm, [&] {
+    if (voice.speaks())
+      found = warnings_of_curve(story.resonances, checked.study, checked.contact, story.summary.good());
+  });
+  for (const Warning &warning : found) voice.say("warning: " + warning.text);
+  story.warnings.insert(story.warnings.end(), found.begin(), found.end());
 }
 
 // The job; ends with summary.json written unless it throws.
@@ -141,13 +199,12 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   }
   reduced.stuck_file = study.directory / "stuck.h5";
   reduced.file = study.reduced.empty() ? study.model : study.reduced;
-  const Range own = reduced.own_points;
-  std::string note;
-  PreloadedModel preloaded = stages.run("3 preload", [&] { // eq (7)
-    return contact_preload(std::move(reduced), {checked.contact.begin() + own.begin, checked.contact.begin() + own.end},
-                           {checked.initial.begin() + 3 * own.begin, checked.initial.begin() + 3 * own.end}, note);
-  });
-  voice.say(note);
+  PreloadedModel preloaded =
+      stages.run("3 preload", [&] { return preload(checked, std::move(reduced), voice); }); // eq (7)
+  const std::optional<Resonances> found =
+      stages.run("3a resonances", [&] { return try_resonances(preloaded, study, voice); });
+  std::vector<Warning> warnings;
+  if (found) warnings = say(*found, study, voice);
   SavedRun begin = earlier ? *earlier : SavedRun{};
   if (!earlier) begin.run = new_run_name();
   begin.problem = problem_of(study, checked.contact), begin.limits = limits_of(study), begin.end.clear();
@@ -170,7 +227,9 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
     return followed;
   };
   Followed followed = into_file();
-  const BranchStory &story = followed.story;
+  BranchStory &story = followed.story;
+  story.resonances = found, story.warnings = std::move(warnings);
+  if (followed.kept || earlier) judge(comm, checked, story, voice);
   write_summary(comm, followed.kept || earlier ? study.directory : "", &story, stages, reduction);
   const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
   followed.keeper.finish(cut_off ? "" : name_of(story.summary.end)); // last: ended, nothing is missing
@@ -189,6 +248,7 @@ void run_case(MPI_Comm comm, const Request &request) {
   Checked checked = check_input(comm, request);
   const Case &study = checked.study;
   if (request.dry_run) return show(comm, checked, voice);
+  if (request.modes_only) return show_modes(comm, checked, voice);
   const auto done = [&] {
     if (!checked.earlier || !nothing_left(study, *checked.earlier)) return false;
     voice.say("nothing to do: this run ended well (" + checked.earlier->end +

@@ -11,6 +11,7 @@ struct Request {
   std::filesystem::path out;  ///< --out, or empty
   bool dry_run = false;       ///< check, print what is in force, stop
   bool reduce_only = false;   ///< stop after the reduction
+  bool modes_only = false;    ///< show the resonances, stop
   bool restart = false;       ///< continue the run in the output directory
 };
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "case/curve_range.hpp"
 #include "case/damping.hpp"
 #include "contact/contact_point.hpp"
-#include "contact/path_parameter.hpp"
 #include "recovery/strategies.hpp"
 
 namespace dovetail {
@@ -74,13 +74,6 @@ struct Path {
   double from = 0, to = 0; ///< factors, or an offset of the gap [m]
 };
 
-/// What the curve is followed over, and how far.
-struct CurveRange {
-  const PathParameter &parameter;
-  double from, to;
-  const char *key; ///< that gives it
-};
-
 /// How the harmonic balance is solved: [harmonic_balance] solver.
 enum class SolverKind { modal, assembled };
 
@@ -116,6 +109,7 @@ struct Case {
   ScalingKind scaling = ScalingKind::automatic;
   double scale_frequency = 0, scale_modal = 0, scale_contact = 0; ///< w0, alpha, beta when manual
 
+  FrequencyUnit frequency_unit;        ///< of the case file
   double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point, or the frequency of a path
   std::optional<Path> path;
   double step = 0.02; ///< first arc length, in the scaled variables
@@ -143,8 +137,8 @@ struct Case {
       given; ///< key -> "case.toml:12" or "--out", of every key that is not left at its default
 
   CurveRange range() const {
-    if (path) return {*path->parameter, path->from, path->to, "path.range"};
-    return {frequency_parameter(), omega_from, omega_to, "continuation.omega"};
+    if (path) return {path->parameter, path->from, path->to, "path.range", frequency_unit};
+    return {&frequency_parameter(), omega_from, omega_to, "continuation.omega", frequency_unit};
   }
 };
 

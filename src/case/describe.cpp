@@ -78,12 +78,18 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
       row.origin = contact_origin(study, key.name, span);
     }
     if (row.value.empty()) continue;
+    if (row.key == "continuation.omega" || row.key == "continuation.at" || row.key == "path.omega")
+      row.unit = study.frequency_unit.name();
     if (const auto found = study.given.find(key.name); found != study.given.end())
       row.origin = found->second == "--out" ? "--out" : "given";
     rows.push_back(row);
     if (row.key == "continuation.omega") {
-      const auto hertz = [](double omega) { return number_text(std::round(omega / (2 * M_PI) * 1e6) / 1e6); };
-      rows.push_back({"", "[" + hertz(study.omega_from) + ", " + hertz(study.omega_to) + "]", "Hz", row.origin});
+      const bool other = !study.frequency_unit.hertz;
+      const auto in_other = [&](double omega) {
+        return number_text(std::round(omega / (other ? 2 * M_PI : 1) * 1e6) / 1e6);
+      };
+      rows.push_back({"", "[" + in_other(study.omega_from) + ", " + in_other(study.omega_to) + "]",
+                      FrequencyUnit{other}.name(), row.origin});
     }
   }
   return rows;

@@ -13,6 +13,12 @@ std::string numbers_text(const std::vector<double> &values) {
   return result.empty() ? result : result + "]";
 }
 
+std::string frequencies_text(const Case &study, const std::vector<double> &omegas) {
+  std::string result;
+  for (const double omega : omegas) result += (result.empty() ? "[" : ", ") + study.frequency_unit.number(omega);
+  return result.empty() ? result : result + "]";
+}
+
 std::string fourier_text(std::vector<double> values) {
   while (values.size() > 1 && values.back() == 0) values.pop_back(); // padded to 2H+1 by the parser
   return numbers_text(values);
@@ -120,14 +126,15 @@ const std::vector<Key> &keys() {
       {"scaling.frequency", "rad/s", [](C c) { return manual(c, c.scale_frequency); }},
       {"scaling.modal", "m kg^1/2", [](C c) { return manual(c, c.scale_modal); }},
       {"scaling.contact", "m", [](C c) { return manual(c, c.scale_contact); }},
+      {"continuation.unit", "", [](C c) { return std::string(c.frequency_unit.name()); }},
       {"continuation.omega", "rad/s",
        [](C c) {
-         return c.path ? "" : numbers_text({c.omega_from, c.omega_to});
+         return c.path ? "" : frequencies_text(c, {c.omega_from, c.omega_to});
        }},
       {"continuation.step", "-", [](C c) { return number_text(c.step); }},
       {"continuation.adaptive", "", [](C c) { return std::string(c.adaptive ? "true" : "false"); }},
       {"continuation.max_points", "-", [](C c) { return std::to_string(c.max_points); }},
-      {"continuation.at", "rad/s", [](C c) { return c.path ? "" : numbers_text(c.at); }},
+      {"continuation.at", "rad/s", [](C c) { return c.path ? "" : frequencies_text(c, c.at); }},
       {"continuation.start", "", [](C c) { return c.start.empty() ? "zero" : c.start.string(); }},
       {"continuation.watch", "", [](C c) { return c.watch.name.empty() ? "what moves most" : c.watch.name; }},
       {"continuation.stop_after_peaks", "-",
@@ -139,7 +146,7 @@ const std::vector<Key> &keys() {
        [](C c) {
          return c.path ? numbers_text({c.path->from, c.path->to}) : "";
        }},
-      {"path.omega", "rad/s", [](C c) { return c.path ? number_text(c.omega_from) : ""; }},
+      {"path.omega", "rad/s", [](C c) { return c.path ? c.frequency_unit.number(c.omega_from) : ""; }},
       {"path.at", "-", [](C c) { return c.path ? numbers_text(c.at) : ""; }},
       {"sensitivity.of", "", [](C c) { return c.sensitivity ? c.watch.name : ""; }},
       {"recovery.strategies", "", [](C c) { return c.strategies.text(); }},

@@ -191,9 +191,18 @@ void read_scaling(const Document &document, Case &study) {
   }
 }
 
+// Before anything that is a frequency.
+void read_frequency_unit(const Document &document, Case &study) {
+  const Entry unit = document["continuation.unit"];
+  if (!unit) return;
+  if (!unit.is_words() || (unit.words() != "rad/s" && unit.words() != "Hz")) unit.refuse("must be \"rad/s\" or \"Hz\"");
+  study.frequency_unit.hertz = unit.words() == "Hz";
+}
+
 void read_sweep(const Document &document, Case &study) {
+  const FrequencyUnit unit = study.frequency_unit;
   const Entry omega = document["continuation.omega"];
-  if (!omega) document.missing("continuation.omega", "omega = [from, to] in rad/s");
+  if (!omega) document.missing("continuation.omega", std::string("omega = [from, to] in ") + unit.name());
   if (!omega.is_list()) omega.refuse("must be [from, to]; for one point, write the same number twice");
   const auto ends = omega.numbers();
   if (ends.size() != 2) omega.refuse("must be two numbers, [from, to], not " + std::to_string(ends.size()));
@@ -202,8 +211,8 @@ void read_sweep(const Document &document, Case &study) {
   if (ends[0] != ends[1] && std::abs(ends[1] - ends[0]) < narrowest * ends[0])
     omega.refuse("the ends differ in their last digits only, and no points lie between; for one point, write the same "
                  "number twice");
-  study.omega_from = ends[0], study.omega_to = ends[1];
-  read_wanted(document["continuation.at"], study.omega_from, study.omega_to, "continuation.omega", study);
+  study.omega_from = ends[0] * unit.radians(), study.omega_to = ends[1] * unit.radians();
+  read_wanted(document["continuation.at"], study.range(), study);
 }
 
 void read_continuation(const Document &document, Case &study) {
@@ -295,6 +304,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_tolerance(document["newton.residual_tolerance"], study.residual_tolerance);
   read_whole(document["newton.max_iterations"], study.max_iterations, 1, most);
   read_scaling(document, study);
+  read_frequency_unit(document, study);
   read_continuation(document, study);
   read_stops(document, study);
   read_recovery(document, study);

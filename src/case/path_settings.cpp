@@ -19,16 +19,18 @@ std::string names_of_parameters() {
 
 } // namespace
 
-void read_wanted(const Entry &at, double from, double to, const char *key, Case &study) {
+void read_wanted(const Entry &at, const CurveRange &range, Case &study) {
   if (!at) return;
-  const auto [low, high] = std::minmax(from, to);
+  const double unit = range.is_sweep() ? range.unit.radians() : 1;
+  const auto number = [&](double value) { return range.is_sweep() ? range.unit.number(value) : number_text(value); };
+  const auto [low, high] = std::minmax(range.from, range.to);
   for (const auto &item : at.items()) {
-    const double wanted = item.number();
+    const double wanted = item.number() * unit;
     if (wanted < low || wanted > high)
-      item.refuse("outside " + std::string(key) + " = [" + number_text(from) + ", " + number_text(to) + "]");
-    if (!study.at.empty() && (to < from ? wanted >= study.at.back() : wanted <= study.at.back()))
-      item.refuse("must come in the order of the sweep, each once; the entry before is " +
-                  number_text(study.at.back()));
+      item.refuse("outside " + std::string(range.key) + " = [" + number(range.from) + ", " + number(range.to) + "]" +
+                  (range.is_sweep() ? std::string(" ") + range.unit.name() : ""));
+    if (!study.at.empty() && (range.to < range.from ? wanted >= study.at.back() : wanted <= study.at.back()))
+      item.refuse("must come in the order of the sweep, each once; the entry before is " + number(study.at.back()));
     study.at.push_back(wanted);
   }
 }
@@ -58,11 +60,12 @@ void read_path(const Document &document, Case &study) {
   if (path.parameter->positive() && std::min(ends[0], ends[1]) <= 0)
     range.refuse("is a factor on the value that the case has: both ends must be greater than 0");
   path.from = ends[0], path.to = ends[1];
-  if (!omega) document.missing("path.omega", "the frequency, omega = 1.5 in rad/s,");
-  study.omega_from = study.omega_to = omega.number();
+  if (!omega)
+    document.missing("path.omega", std::string("the frequency, omega = 1.5 in ") + study.frequency_unit.name() + ",");
+  study.omega_from = study.omega_to = omega.number() * study.frequency_unit.radians();
   if (study.omega_from <= 0) omega.refuse("must be greater than 0");
-  read_wanted(at, path.from, path.to, "path.range", study);
   study.path = path;
+  read_wanted(at, study.range(), study);
 }
 
 } // namespace dovetail

@@ -8,7 +8,7 @@ namespace dovetail {
 /// Leaves the case as it is where the table is not given. The frequency goes to omega_from and omega_to.
 void read_path(const Document &document, Case &study);
 
-/// The values of `at`, within from .. to of `key` and in that order, into the case.
-void read_wanted(const Entry &at, double from, double to, const char *key, Case &study);
+/// The values of `at`, within the range and in its order, into the case.
+void read_wanted(const Entry &at, const CurveRange &range, Case &study);
 
 } // namespace dovetail

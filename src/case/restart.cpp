@@ -22,6 +22,7 @@ const std::set<std::string> no_matter = {"title",
                                          "reduced",
                                          "reduction.check_modes",
                                          "reduction.memory",
+                                         "continuation.unit",
                                          "continuation.at",
                                          "path.at",
                                          "continuation.start",
@@ -82,7 +83,8 @@ void refuse_other_problem(const Case &study, const std::vector<ContactPoint> &po
     const auto found = study.given.find(name);
     const std::string place = found == study.given.end() ? study.file.string() : found->second;
     if (name == "contact") throw InputError(place + ": [contact] is not what it was when this run began" + advice);
-    throw InputError(place + ": " + key + " = " + new_line.substr(key.size() + 3) + ": this run began with " +
+    const std::string unit = name == "continuation.omega" && study.frequency_unit.hertz ? " [rad/s]" : "";
+    throw InputError(place + ": " + key + unit + " = " + new_line.substr(key.size() + 3) + ": this run began with " +
                      (old_line.rfind(key + " = ", 0) == 0 ? old_line.substr(key.size() + 3) : "another version") +
                      advice);
   }

@@ -14,23 +14,30 @@ constexpr PetscInt large = 1000; // dofs; the modes of fewer are found within a 
 
 } // namespace
 
-StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout) {
+Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout) {
   const std::size_t na = layout.modes, nc = 3 * layout.points, n = na + nc, own = layout.own_dofs(),
                     own_modes = layout.own_modes.size();
-  StuckBasis basis;
-  basis.springs = std::move(springs);
-  std::vector<double> phi(own * n), M(own * n); // K_s, until its modes take the place
+  Pencil pencil{std::vector<double>(own * n), std::vector<double>(own * n)};
+  auto &[K, M] = pencil;
   for (std::size_t d = 0; d < own_modes; ++d) {
     const std::size_t number = layout.number(d);
-    phi[d * n + number] = model.kaa[number], M[d * n + number] = 1;
+    K[d * n + number] = model.kaa[number], M[d * n + number] = 1;
   }
   for (std::size_t i = 0; i < own - own_modes; ++i) {
     const std::size_t row = (own_modes + i) * n, number = layout.number(own_modes + i);
-    std::copy_n(&model.kxx[i * nc], nc, &phi[row + na]);
+    std::copy_n(&model.kxx[i * nc], nc, &K[row + na]);
     std::copy_n(model.mxa.data() + i * na, na, &M[row]);
     std::copy_n(&model.mxx[i * nc], nc, &M[row + na]);
-    phi[row + number] += basis.springs[i];
+    K[row + number] += springs[i];
   }
+  return pencil;
+}
+
+StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout) {
+  const std::size_t n = layout.dofs(), own = layout.own_dofs(), own_modes = layout.own_modes.size();
+  StuckBasis basis;
+  basis.springs = std::move(springs);
+  auto [phi, M] = own_pencil(model, basis.springs, layout); // K_s, until its modes take the place
   const bool kept = layout.dofs() >= large && !model.stuck_file.empty();
   const std::uint64_t of = kept ? fingerprint(layout, phi, M) : 0;
   if (!kept || !read_modes(layout, model.stuck_file, of, basis.lambda, phi)) {

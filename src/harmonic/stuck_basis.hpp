@@ -31,6 +31,13 @@ struct StuckBasis {
   }
 };
 
+/// K plus springs on the contact dofs, and M: the own rows (own dofs, n). Those of modes have diagonals only, so M's
+/// rows of the contact dofs hold the coupling.
+struct Pencil {
+  std::vector<double> K, M;
+};
+Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout);
+
 /// With those springs, (own contact dofs). A dense eigenproblem of all n dofs, a large one on all ranks; solved already
 /// if `model` names a file that holds it. Collective.
 /// InputError: M is not positive definite.

@@ -44,10 +44,9 @@ double largest_motion(const PointRecord &record, PetscInt modes) {
 
 } // namespace
 
-Progress::Progress(bool speaks, const Layout &layout, std::string length_unit, const PathParameter &parameter,
-                   int points)
+Progress::Progress(bool speaks, const Layout &layout, std::string length_unit, const CurveRange &range, int points)
     : speaks_(speaks), terminal_(on_terminal()), modes_(layout.modes), length_unit_(std::move(length_unit)),
-      parameter_(parameter), begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)),
+      range_(range), begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)),
       points_(points) {}
 
 double Progress::elapsed() const {
@@ -55,11 +54,9 @@ double Progress::elapsed() const {
 }
 
 void Progress::heading() const {
-  const bool sweep = &parameter_ == &frequency_parameter();
-  const std::string followed = (sweep ? "Omega" : parameter_.name) + std::string(" [") + parameter_.unit + "]";
   if (speaks_)
-    std::printf("  step %15s   motion [%s]   Newton   stick  slip  open   done     time     left\n", followed.c_str(),
-                length_unit_.c_str());
+    std::printf("  step %15s   motion [%s]   Newton   stick  slip  open   done     time     left\n",
+                range_.heading().c_str(), length_unit_.c_str());
 }
 
 void Progress::point(const PointRecord &record) {
@@ -74,7 +71,7 @@ void Progress::point(const PointRecord &record) {
   char left[32] = "";
   if (made > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 - record.progress) / made);
   std::printf("%6d %15.8g %12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", points_,
-              &parameter_ == &frequency_parameter() ? record.omega : record.parameter, largest_motion(record, modes_),
+              range_.shown(range_.is_sweep() ? record.omega : record.parameter), largest_motion(record, modes_),
               record.newton, 100 * record.stick, 100 * record.slip, 100 * record.open,
               100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
   std::fflush(stdout);
@@ -82,7 +79,7 @@ void Progress::point(const PointRecord &record) {
 
 void Progress::event(const BranchEvent &event, double scale) {
   if (!speaks_ || (!terminal_ && event.kind == BranchEvent::Kind::cut)) return;
-  std::printf("       %15.8g %s\n", event.parameter * scale, event.text.c_str());
+  std::printf("       %15.8g %s\n", range_.shown(event.parameter * scale), event.text.c_str());
   std::fflush(stdout);
 }
 

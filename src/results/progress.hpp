@@ -10,9 +10,9 @@ namespace dovetail {
 
 class Progress {
 public:
-  /// `speaks`: rank 0 only. `length_unit`: shown behind the amplitude. `parameter`: what is followed over. `points`:
-  /// already there, of earlier parts.
-  Progress(bool speaks, const Layout &layout, std::string length_unit, const PathParameter &parameter, int points);
+  /// `speaks`: rank 0 only. `length_unit`: shown behind the amplitude. `range`: of the curve. `points`: already there,
+  /// of earlier parts.
+  Progress(bool speaks, const Layout &layout, std::string length_unit, const CurveRange &range, int points);
 
   void heading() const;
   void point(const PointRecord &record);
@@ -23,7 +23,7 @@ private:
   bool speaks_, terminal_;
   PetscInt modes_;
   std::string length_unit_;
-  const PathParameter &parameter_;
+  CurveRange range_;
   std::chrono::steady_clock::time_point begin_, last_line_;
   int points_;
   double before_ = -1; // progress at the first point seen

@@ -47,7 +47,7 @@ using Kind = BranchEvent::Kind;
 
 // The places of one kind as a JSON list.
 std::string places(const BranchStory &story, Kind kind, bool amplitude) {
-  const bool path = story.parameter != &frequency_parameter();
+  const bool path = !story.range.is_sweep();
   std::string out = "[";
   for (const EventRecord &event : story.events) {
     if (event.kind != static_cast<int>(kind)) continue;
@@ -73,7 +73,7 @@ struct Accuracy {
 };
 
 template <class Record> double value_of(const BranchStory &story, const Record &record) {
-  return story.parameter == &frequency_parameter() ? record.omega : record.parameter;
+  return story.range.is_sweep() ? record.omega : record.parameter;
 }
 
 Accuracy accuracy_of(const BranchStory &story) {
@@ -122,6 +122,31 @@ std::string accuracy_in_json(const BranchStory &story) {
   return out + "},\n";
 }
 
+std::string in_json(const Resonances &found) {
+  const std::pair<const char *, const ResonanceSet *> sets[] = {
+      {"stuck", &found.stuck}, {"slipping", &found.slipping}, {"open", &found.open}};
+  std::string out = "  \"resonances\": {", in_sweep;
+  for (const auto &[name, set] : sets) {
+    std::string values, met;
+    for (std::size_t j = 0; j < set->omega.size(); ++j) {
+      values += (values.empty() ? "" : ", ") + number("%.17g", set->omega[j]);
+      if (set->in_sweep[j] > 0) met += (met.empty() ? "" : ", ") + std::to_string(j + 1);
+    }
+    out += quoted(name) + ": [" + values + "],\n    ";
+    in_sweep += (in_sweep.empty() ? "" : ", ") + quoted(name) + ": [" + met + "]";
+  }
+  return out + "\"in_sweep\": {" + in_sweep + "},\n    \"closed_points\": " + std::to_string(found.closed) +
+         ", \"clamping\": " + number("%.17g", found.clamping) + "},\n";
+}
+
+std::string in_json(const std::vector<Warning> &warnings) {
+  std::string out;
+  for (const Warning &warning : warnings)
+    out += (out.empty() ? "\n    " : ",\n    ") + std::string("{\"kind\": ") + quoted(warning.kind) +
+           ", \"text\": " + quoted(warning.text) + "}";
+  return "  \"warnings\": [" + out + (out.empty() ? "" : "\n  ") + "],\n";
+}
+
 std::string in_json(const BranchStory &story) {
   const BranchSummary &branch = story.summary;
   std::string out = "  \"end\": " + quoted(name_of(branch.end)) + ",\n  \"why\": " + quoted(branch.why) +
@@ -130,11 +155,13 @@ std::string in_json(const BranchStory &story) {
     out += "  " + quoted(name) + ": " + std::to_string(count) + ",\n";
   });
   out += accuracy_in_json(story);
+  if (story.resonances && story.resonances->known) out += in_json(*story.resonances);
+  out += in_json(story.warnings);
   const double last = branch.parameter * story.scale;
-  const bool sweep = story.parameter == &frequency_parameter();
+  const bool sweep = story.range.is_sweep();
   if (!sweep)
-    out += "  \"parameter\": " + quoted(story.parameter->name) + ",\n  \"last_parameter\": " + number("%.17g", last) +
-           ",\n";
+    out += "  \"parameter\": " + quoted(story.range.parameter->name) +
+           ",\n  \"last_parameter\": " + number("%.17g", last) + ",\n";
   out += "  \"last_omega\": " + number("%.17g", sweep ? last : story.omega) +
          ",\n  \"parts\": " + std::to_string(story.parts) +
          ",\n  \"branch_seconds\": " + number("%.6g", story.seconds_all_parts) + ",\n  \"located\": {\n";
@@ -154,7 +181,7 @@ void tell_accuracy(const BranchStory &story) {
   const int points = static_cast<int>(story.estimates.size());
   if (found.unknown < points)
     std::printf("  estimated errors: at most %.1e (at %s), %.1e or less at 95 %% of the points%s\n", found.largest,
-                place_text(*story.parameter, found.omega).c_str(), found.most_points,
+                story.range.text(found.omega).c_str(), found.most_points,
                 found.modes > std::max(found.sampling, found.harmonics) ? "; mostly by modes left out: more of them "
                                                                           "with a larger reduction.modes"
                 : found.sampling > found.harmonics                      ? "; mostly by too few samples"
@@ -168,7 +195,7 @@ void tell_accuracy(const BranchStory &story) {
             : "more harmonics are wanted");
   if (found.between > 0)
     std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %s)%s\n",
-                found.between, place_text(*story.parameter, found.before).c_str(),
+                found.between, story.range.text(found.before).c_str(),
                 found.between > much_between ? "; look closer there with continuation.at" : "");
   if (found.unknown > 0)
     std::printf("  no estimate at %d of %d points%s\n", found.unknown, points,
@@ -204,22 +231,16 @@ void tell(const BranchStory &story) {
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::peak))
       std::printf("  peak %.7g %s at %s\n", event.amplitude, story.length_unit.c_str(),
-                  place_text(*story.parameter, value_of(story, event)).c_str());
+                  story.range.text(value_of(story, event)).c_str());
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::stability))
-      std::printf("  stability changes at %s\n", place_text(*story.parameter, value_of(story, event)).c_str());
-  const bool sweep = story.parameter == &frequency_parameter();
+      std::printf("  stability changes at %s\n", story.range.text(value_of(story, event)).c_str());
   if (counts.missed > 0)
     std::printf("  %d %s without solution\n", counts.missed,
-                sweep ? "frequencies of continuation.at" : "values of path.at");
+                story.range.is_sweep() ? "frequencies of continuation.at" : "values of path.at");
 }
 
 } // namespace
-
-std::string place_text(const PathParameter &parameter, double value, const char *format) {
-  return &parameter == &frequency_parameter() ? number(format, value) + " rad/s"
-                                              : parameter.name + (" " + number(format, value));
-}
 
 const char *name_of(BranchSummary::End end) {
   switch (end) {

@@ -1,8 +1,11 @@
 #pragma once
 // summary.json beside the results, and the same in words at the end of a run.
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "harmonic/resonances.hpp"
 #include "results/point_record.hpp"
 #include "support/stage.hpp"
 
@@ -16,6 +19,11 @@ struct ReductionFigures {
   bool kept_psi = true;      ///< false: Psi was computed a block at a time
 };
 
+/// Something that the user should look at: a word for programs, and a sentence.
+struct Warning {
+  std::string kind, text;
+};
+
 /// What became of the branch.
 struct BranchStory {
   BranchSummary summary;
@@ -24,8 +32,10 @@ struct BranchStory {
   double omega = 0;                ///< of a path [rad/s]
   std::vector<EventRecord> events; ///< on rank 0, as the rest of it
   std::vector<EstimateRecord> estimates;
-  double tolerance = 0;                ///< asked for; 0: none
-  double closed_contact_frequency = 0; ///< [rad/s], where estimates are large; 0: not asked for
+  double tolerance = 0;                 ///< asked for; 0: none
+  double closed_contact_frequency = 0;  ///< [rad/s], where estimates are large; 0: not asked for
+  std::optional<Resonances> resonances; ///< nothing where they could not be computed
+  std::vector<Warning> warnings;
   std::string length_unit = "m";
   int parts = 1; ///< how often the run was begun or continued
   double seconds_all_parts = 0;
@@ -33,9 +43,6 @@ struct BranchStory {
 
 /// An estimated error of which nothing follows but that the point means nothing.
 constexpr double no_error = 0.1;
-
-/// A value of the parameter with its unit, or its name, in a sentence: at "1.3 rad/s", at "friction 0.5".
-std::string place_text(const PathParameter &parameter, double value, const char *format = "%.9g");
 
 /// How a branch ended, as it stands in summary.json.
 const char *name_of(BranchSummary::End end);

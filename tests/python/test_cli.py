@@ -79,7 +79,8 @@ def test_template_case_explains_every_key():
         "accuracy": {"tolerance", "estimates"}, "harmonic_balance": {"harmonics", "samples"},
         "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
         "scaling": {"kind", "frequency", "modal", "contact"},
-        "continuation": {"omega", "step", "adaptive", "max_points", "at", "start", "watch", "stop_after_peaks", "stop_at_amplitude"},
+        "continuation": {"unit", "omega", "step", "adaptive", "max_points", "at", "start", "watch", "stop_after_peaks",
+                             "stop_at_amplitude"},
         "recovery": {"strategies", "allow_branch_change", "work"}, "stability": {"enabled"}, "output": {"directory", "motion"}}
     assert {"title", "model", "reduced"} <= set(case)
 

@@ -166,7 +166,10 @@ def test_set_up_file_reference_has_every_key():
 def test_event_reference_has_every_event_count_and_end():
     source = (ROOT / "src/results/point_record.cpp").read_text()
     names = re.search(r"event_names\(\) \{(.*?)\n\}", source, re.DOTALL)[1]
-    events, counts, ends = re.split(r"^## (?:Events|Counts|How a run ends)\n", reference("events"), flags=re.MULTILINE)[1:]
+    headings = r"^## (?:Events|Warnings|Counts|How a run ends)\n"
+    events, warnings, counts, ends = re.split(headings, reference("events"), flags=re.MULTILINE)[1:]
+    said = "".join(path.read_text() for path in (ROOT / "src/app").glob("*.cpp"))
+    assert listed(warnings) == set(re.findall(r'push_back\(\s*\{"(\w+)"', said))
     assert listed(events) == set(re.findall(r'"(\w+)"', names))
     assert listed(counts) == set(re.findall(r'act\("(\w+)"', (ROOT / "src/results/counts.hpp").read_text()))
     summary = (ROOT / "src/results/summary.cpp").read_text()

@@ -162,6 +162,14 @@ def test_folds_are_compared_pass_by_pass():
     assert study_errors.errors(stuck, stuck) == {"amplitude": 0, "frequency": 0, "curve": 0, "dissipation": None}
 
 
+def test_a_study_of_a_case_in_hertz_is_one_in_radians(tmp_path):
+    turn, other = 2 * np.pi, tmp_path / "other"
+    other.mkdir()
+    hertz = UserCase(cases.dof5(tmp_path, omega=[0.2, 0.3], at=[0.25], unit="Hz").path)
+    radians = UserCase(cases.dof5(other, omega=[turn * 0.2, turn * 0.3], at=[turn * 0.25]).path)
+    assert hertz.frequencies == radians.frequencies and hertz.content == radians.content
+
+
 def test_frequencies_follow_the_sweep(tmp_path):
     up = UserCase(cases.dof5(tmp_path, omega=[1.0, 1.5], at=[1.25]).path).frequencies
     down = UserCase(cases.dof5(tmp_path, omega=[1.5, 1.0], at=[1.25]).path).frequencies

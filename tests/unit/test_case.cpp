@@ -370,6 +370,28 @@ TEST_F(CaseFile, Sweep) {
   refused({{27, "omega = [1.3, 0.9]"}}, 31, {"entry 2 of continuation.at = 1.1", "order of the sweep"});
 }
 
+TEST_F(CaseFile, FrequenciesInHertz) {
+  const Changes hertz = {{27, "omega = [0.1, 0.3]"}, {30, "unit = \"Hz\""}, {31, "at = [0.2]"}};
+  const Case study = read(hertz);
+  EXPECT_EQ(study.omega_from, 0.1 * (2 * M_PI));
+  EXPECT_EQ(study.omega_to, 0.3 * (2 * M_PI));
+  EXPECT_EQ(study.at, std::vector<double>{0.2 * (2 * M_PI)});
+  EXPECT_EQ(study.frequency_unit.number(study.omega_to), "0.3");
+  EXPECT_EQ(study.frequency_unit.text(study.omega_to, 6), "0.3 Hz = 1.88496 rad/s");
+  std::ostringstream out;
+  describe(out, study, contact_points(study.contact, {}, 2));
+  EXPECT_NE(out.str().find("[0.1, 0.3]"), std::string::npos) << out.str();
+  EXPECT_NE(out.str().find("[0.628319, 1.884956]"), std::string::npos) << out.str();
+  Changes outside = hertz;
+  outside.back() = {31, "at = [0.4]"};
+  refused(outside, 31, {"entry 1 of continuation.at = 0.4", "outside continuation.omega = [0.1, 0.3] Hz"});
+  outside.back() = {31, "at = [0.2, 0.15]"};
+  refused(outside, 31, {"entry 2 of continuation.at", "the entry before is 0.2"});
+  refused(30, "unit = \"rpm\"", {"continuation.unit = \"rpm\"", "\"rad/s\" or \"Hz\""});
+  refused(30, "unit = 1", {"continuation.unit = 1", "\"rad/s\" or \"Hz\""});
+  EXPECT_EQ(read({{30, "unit = \"rad/s\""}}).omega_to, 1.3);
+}
+
 TEST_F(CaseFile, WatchAndStops) {
   const Case plain = read();
   EXPECT_EQ(watched_dof(plain, 2, 3), -1);
@@ -460,6 +482,7 @@ TEST_F(CaseFile, RestartKnowsAnotherProblem) {
   EXPECT_TRUE(same({{9, "fourier = [0, 0, 1.0, 0]"}, {12, "tangential_stiffness = [[1, 2], [1, 2]]"}}));
   EXPECT_TRUE(same({{27, "omega = [0.9, 1.5]"}, {30, "max_points = 9"}, {23, "max_iterations = 7"}, {34, ""}}));
   EXPECT_TRUE(same({{30, "stop_after_peaks = 1\nstop_at_amplitude = 2"}, {31, ""}, {32, ""}}));
+  EXPECT_TRUE(same({{27, "omega = [0.14323944878270581, 0.25]"}, {30, "unit = \"Hz\""}, {31, ""}})); // 0.9 rad/s
   const Changes others = {{7, "stiffness = 0.06"},
                           {7, "stiffness = 0.05\nmass = 0.01"},
                           {7, "stiffness = 0.05\nstructural = 0.01"},

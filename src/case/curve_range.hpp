@@ -1,0 +1,29 @@
+#pragma once
+// What a curve is followed over, how far, and how its values are shown.
+#include "case/frequency_unit.hpp"
+#include "contact/path_parameter.hpp"
+
+namespace dovetail {
+
+struct CurveRange {
+  const PathParameter *parameter = &frequency_parameter();
+  double from = 0, to = 0;                ///< frequencies [rad/s], factors, or an offset of the gap [m]
+  const char *key = "continuation.omega"; ///< that gives it
+  FrequencyUnit unit;
+
+  bool is_sweep() const { return parameter == &frequency_parameter(); } ///< over the frequency
+  double shown(double value) const { return is_sweep() ? value / unit.radians() : value; }
+  std::string heading() const {
+    if (is_sweep()) return unit.hertz ? "frequency [Hz]" : "Omega [rad/s]";
+    return std::string(parameter->name) + " [" + parameter->unit + "]";
+  }
+  /// For messages, behind "at": "3.2 rad/s", or "friction 0.5".
+  std::string text(double value, int digits = 9) const {
+    if (is_sweep()) return unit.text(value, digits);
+    char number[40];
+    std::snprintf(number, sizeof number, "%.*g", digits, value);
+    return std::string(parameter->name) + " " + number;
+  }
+};
+
+} // namespace dovetail
