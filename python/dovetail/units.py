@@ -121,4 +121,3 @@ def _derived(kind, size, names):
         found = next((name for known, name in MASSES.items() if _same(size, known)), None)
         return found or f"{names['force']} {names['time']}²/{names['length']}"
     return next((name for name, known in SIZES[kind].items() if _same(size, known)), "")
-

@@ -58,7 +58,7 @@ fs::path place_aside(const Case &study) {
 
 } // namespace
 
-SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points, PetscInt dofs) {
+SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points, PetscInt dofs, const Units &units) {
   const fs::path path = state_of(study), results = results_of(study);
   if (!fs::exists(path))
     throw InputError(path.string() + ": no such file, so there is no run to continue in this folder" + anew);
@@ -79,8 +79,8 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
   const double here = run.branch.y.back() * run.scales.frequency;
   if ((study.omega_to - here) * (study.omega_to - study.omega_from) <= 0)
     throw InputError(study.given.at("continuation.omega") + ": continuation.omega ends at " +
-                     number_text(study.omega_to) + " rad/s, but the run stands at " + number_text(here) + " already" +
-                     anew);
+                     number_text(study.omega_to) + " " + units.omega + ", but the run stands at " + number_text(here) +
+                     " already" + anew);
   return run;
 }
 

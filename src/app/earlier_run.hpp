@@ -12,7 +12,7 @@ inline std::filesystem::path state_of(const Case &study) { return study.director
 
 /// The run that --restart continues. Throws InputError if there is none, if it was another problem, or if its results
 /// are not there. Each rank on its own.
-SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points, PetscInt dofs);
+SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points, PetscInt dofs, const Units &units);
 
 /// True if that run had come to a good end, and the case asks for no more.
 bool nothing_left(const Case &study, const SavedRun &run);

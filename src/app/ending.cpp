@@ -7,11 +7,12 @@
 
 namespace dovetail {
 
-std::string in_words(const BranchSummary &summary, const Case &study, double frequency_scale, int signal) {
+std::string in_words(const BranchSummary &summary, const Case &study, const Units &units, double frequency_scale,
+                     int signal) {
   using End = BranchSummary::End;
   const auto place = [&](double omega) {
     char words[64];
-    std::snprintf(words, sizeof words, "%.8g rad/s", omega * frequency_scale);
+    std::snprintf(words, sizeof words, "%.8g %s", omega * frequency_scale, units.omega.c_str());
     return std::string(words);
   };
   const std::string where = place(summary.omega);

@@ -8,6 +8,7 @@
 namespace dovetail {
 
 /// Empty when it arrived. `signal`: the one that interrupted it, or 0.
-std::string in_words(const BranchSummary &summary, const Case &study, double frequency_scale, int signal);
+std::string in_words(const BranchSummary &summary, const Case &study, const Units &units, double frequency_scale,
+                     int signal);
 
 } // namespace dovetail

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "app/earlier_run.hpp"
+#include "app/watching.hpp"
 #include "case/number_text.hpp"
 #include "problems/needed_harmonics.hpp"
 #include "results/progress.hpp"
@@ -58,16 +59,11 @@ bool without_bound(const BranchPoint &point, double load) {
   return modal_forces(point) * std::numeric_limits<double>::epsilon() > share * load;
 }
 
-// Unit of the watched unknown's amplitude.
-double watched_scale(const Case &study, const Layout &layout, const Scales &scales) {
-  const PetscInt dof = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
-  const bool modal = dof < 0 ? layout.points == 0 : dof < layout.modes;
-  return modal ? scales.modal : scales.contact;
-}
-
 } // namespace
 
-BranchSettings settings_of(const Case &study, const Layout &layout, const Scales &scales) {
+BranchSettings settings_of(const Case &study, const HarmonicSystem &system) {
+  const Scales &scales = system.scales();
+  const Watching watching(study, system);
   BranchSettings settings;
   settings.from = study.omega_from / scales.frequency;
   settings.to = study.omega_to / scales.frequency;
@@ -75,9 +71,9 @@ BranchSettings settings_of(const Case &study, const Layout &layout, const Scales
   settings.adaptive = study.adaptive;
   settings.max_points = study.max_points;
   for (const double omega : study.at) settings.at.push_back(omega / scales.frequency);
-  settings.watched = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
+  settings.watched = watching.scaled();
   settings.stop_after_peaks = study.stop_after_peaks;
-  settings.stop_at_amplitude = study.stop_at_amplitude / watched_scale(study, layout, scales);
+  settings.stop_at_amplitude = study.stop_at_amplitude / watching.unit();
   settings.strategies = study.strategies;
   if (!study.allow_branch_change) settings.strategies.keep_branch();
   settings.work = study.work;
@@ -90,15 +86,15 @@ BranchSettings settings_of(const Case &study, const Layout &layout, const Scales
 Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, const SavedRun *earlier,
                 SavedRun begin, Stages &stages, const Voice &voice) {
   const MPI_Comm comm = preloaded.reduced.comm;
-  const std::string unit = preloaded.reduced.units == "SI" ? "m" : "length";
   HarmonicSystem system = stages.run("4 scaling", [&] {
     const Scales scales = earlier ? earlier->scales : choose_scales(study, preloaded);
     return HarmonicSystem(scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples,
                           study.loads, study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   const Scales &scales = system.scales();
-  const double w0 = scales.frequency, amplitude_unit = watched_scale(study, system.layout(), scales);
-  const BranchSettings settings = settings_of(study, system.layout(), scales);
+  const Watching watching(study, system);
+  const double w0 = scales.frequency;
+  const BranchSettings settings = settings_of(study, system);
   UniqueVec y = system.unknowns();
   if (earlier)
     check_place(system, study, earlier->branch);
@@ -114,31 +110,38 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   };
   const double load = load_of(system, study.omega_from / w0);
   int points = earlier ? earlier->branch.counts.points : 0;
-  Progress progress(voice.speaks(), system.layout(), unit, points);
+  Progress progress(voice.speaks(), {watching.units(), study.watch.name, system.layout().modes}, settings.watched.dof,
+                    points);
   progress.heading();
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));
   int signal = 0;
   double clock = MPI_Wtime();
+  CurveEnds ends(earlier == nullptr);
+  int unknown = static_cast<int>(settings.watched.dof); // watched at the last point
   BranchObserver observer;
   observer.point = [&](const BranchPoint &point) {
     if (without_bound(point, load))
-      throw ComputeError("at " + number_text(user_omega(point.omega)) +
-                         " rad/s an eigenfrequency is excited and nothing damps it: the motion is so large that "
+      throw ComputeError("at " + number_text(user_omega(point.omega)) + " " + watching.units().omega +
+                         " an eigenfrequency is excited and nothing damps it: the motion is so large that "
                          "rounding errors are more than a thousandth of the load. Give damping.stiffness, or leave "
                          "this frequency out. The " +
                          std::to_string(points) + " points before are in " + results_of(study).string());
     const double now = MPI_Wtime();
     PointRecord record = collect(point, now - clock);
     record.omega = user_omega(point.omega);
+    if (voice.speaks()) watching.measure(record);
     results.append(record);
     progress.point(record);
-    ++points, clock = now;
+    ends.add({record.omega, record.amplitude, record.unknown});
+    ++points, clock = now, unknown = record.unknown;
   };
   observer.event = [&](const BranchEvent &event) {
-    results.append(EventRecord{static_cast<int>(event.kind), points - 1, user_omega(event.omega),
-                               event.amplitude * amplitude_unit});
-    progress.event(event, w0);
+    const EventRecord record{static_cast<int>(event.kind), points - 1, user_omega(event.omega),
+                             event.amplitude * watching.unit(), event.amplitude > 0 ? unknown : -1};
+    results.append(record);
+    if (is_jump(event.kind)) ends.jump();
+    progress.event(event, record);
   };
   observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };
   observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };
@@ -152,7 +155,8 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
   if (beyond_belief(comm, story) && system.layout().dofs() <= most_judged)
     story.closed_contact_frequency = w0 * closed_contact_frequency(dense_model(system));
-  story.length_unit = unit;
+  story.told = {watching.units(), study.watch.name, system.layout().modes};
+  story.ends = ends;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();
   return {std::move(story), signal, false, std::move(keeper)};

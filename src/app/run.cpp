@@ -27,8 +27,9 @@ struct Checked {
   std::vector<ContactPoint> contact; // all points
   std::vector<double> initial;       // (3 N_x) [m]
   PetscInt dofs = 0;                 // of the reduced model
-  std::optional<SavedRun> earlier;   // the run to be continued
-  bool has_results = false;          // on rank 0: results.h5 is this run's
+  Units units;
+  std::optional<SavedRun> earlier; // the run to be continued
+  bool has_results = false;        // on rank 0: results.h5 is this run's
 };
 
 Checked check_input(MPI_Comm comm, const Request &request) {
@@ -42,10 +43,13 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       from_model = header.contact;
       if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
       check_patterns(study, header.forces, study.model);
+      checked.units = units_of(header.units);
+      if (!study.watch.node.empty()) node_motion(study.model, study.watch);
       checked.sizes = forecast(header, study);
     } else {
       const ReducedHeader header = read_reduced_header(study.reduced);
       check_patterns(study, header.loads, study.reduced);
+      checked.units = units_of(header.units);
       checked.sizes = forecast(header, study);
     }
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));
@@ -61,7 +65,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     checked.contact = contact_points(study.contact, from_model, points);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
-    if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
+    if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs, checked.units);
   });
   return checked;
 }
@@ -87,9 +91,9 @@ std::string in_words(const Damping &damping) {
                                    : "damping.ratios: stability is not judged, and nothing is integrated in time";
 }
 
-std::string in_words(const SavedRun &earlier) {
-  return "restart: goes on at " + number_text(earlier.branch.y.back() * earlier.scales.frequency) + " rad/s after " +
-         std::to_string(earlier.branch.counts.points) + " points";
+std::string in_words(const SavedRun &earlier, const Units &units) {
+  return "restart: goes on at " + number_text(earlier.branch.y.back() * earlier.scales.frequency) + " " + units.omega +
+         " after " + std::to_string(earlier.branch.counts.points) + " points";
 }
 
 // Everything in force and the forecast sizes, after reading the model once for its checks and analysing its K_ee.
@@ -101,11 +105,11 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   else
     given_reduced_model(comm, study);
   if (!voice.speaks()) return;
-  describe(std::cout, study, checked.contact);
+  describe(std::cout, study, checked.contact, checked.units);
   describe(std::cout, checked.sizes);
   if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
   if (const std::string note = in_words(study.damping); !note.empty()) std::cout << note << "\n";
-  if (checked.earlier) std::cout << in_words(*checked.earlier) << "\n";
+  if (checked.earlier) std::cout << in_words(*checked.earlier, checked.units) << "\n";
 }
 
 // The job; ends with summary.json written unless it throws.
@@ -162,7 +166,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
   followed.keeper.finish(cut_off ? "" : name_of(story.summary.end)); // last: ended, nothing is missing
   const std::string message =
-      in_words(story.summary, study, story.frequency_scale, followed.signal) +
+      in_words(story.summary, study, story.told.units, story.frequency_scale, followed.signal) +
       (followed.kept ? "" : "; the results of the run before stay in " + results_of(study).string());
   if (!story.summary.good()) throw ComputeError(message);
   voice.say(message);
@@ -185,7 +189,7 @@ void run_case(MPI_Comm comm, const Request &request) {
   if (done()) return;
   const auto lock = take_folder(comm, study, voice);
   if (request.restart) { // again: it may have gone on, and ended, since it was looked at
-    on_all_ranks(comm, [&] { checked.earlier = earlier_run(study, checked.contact, checked.dofs); });
+    on_all_ranks(comm, [&] { checked.earlier = earlier_run(study, checked.contact, checked.dofs, checked.units); });
     if (done()) return;
   }
   on_all_ranks(comm, [&] {
@@ -195,7 +199,7 @@ void run_case(MPI_Comm comm, const Request &request) {
   voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
             (study.title.empty() ? "" : ": " + study.title));
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
-  if (checked.earlier) voice.say(in_words(*checked.earlier));
+  if (checked.earlier) voice.say(in_words(*checked.earlier, checked.units));
   voice.say(in_words(study.damping));
   Stages stages;
   try {

@@ -61,10 +61,10 @@ std::string contact_origin(const Case &study, const std::string &key, const Span
   return "model file";
 }
 
-std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &points) {
+std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &points, const Units &units) {
   std::vector<Row> rows;
   for (const auto &key : keys()) {
-    Row row{key.name, "", key.unit, "default"};
+    Row row{key.name, "", units.instead_of(key.unit), "default"};
     if (key.text) {
       row.value = key.text(study);
     } else if (row.key == "contact.law") {
@@ -79,7 +79,7 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
       row.origin = found->second == "--out" ? "--out" : "given";
     rows.push_back(row);
     if (row.key == "continuation.omega") {
-      const auto hertz = [](double omega) { return number_text(std::round(omega / (2 * M_PI) * 1e6) / 1e6); };
+      const auto hertz = [&](double omega) { return number_text(std::round(units.hertz(omega) * 1e6) / 1e6); };
       rows.push_back({"", "[" + hertz(study.omega_from) + ", " + hertz(study.omega_to) + "]", "Hz", row.origin});
     }
   }
@@ -88,8 +88,8 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
 
 } // namespace
 
-void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points) {
-  const auto rows = rows_of(study, points);
+void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points, const Units &units) {
+  const auto rows = rows_of(study, points, units);
   size_t key_width = 0, value_width = 0;
   for (const auto &row : rows) {
     key_width = std::max(key_width, row.key.size());

@@ -229,18 +229,27 @@ void read_continuation(const Document &document, Case &study) {
 void read_watch(const Entry &entry, Watch &watch) {
   if (!entry) return;
   watch.name = entry.words(), watch.where = entry.where();
-  static const std::regex mode("a([1-9][0-9]{0,8})"), contact("x([1-9][0-9]{0,8})\\.(t1|t2|n)");
+  static const std::regex mode("a([1-9][0-9]{0,8})"), contact("x([1-9][0-9]{0,8})\\.(t1|t2|n)"), node("(.+)\\.([xyz])");
   std::smatch found;
+  if (std::regex_match(watch.name, found, node)) {
+    watch.node = found[1], watch.direction = *found[2].first - 'x';
+    return;
+  }
   if (std::regex_match(watch.name, found, contact))
     watch.direction = found[2] == "n" ? 2 : found[2] == "t2" ? 1 : 0;
   else if (!std::regex_match(watch.name, found, mode))
-    entry.refuse("must be the name of an unknown: \"x1.t1\", \"x1.t2\" or \"x1.n\" of contact point 1, or \"a1\", the "
-                 "first mode");
+    entry.refuse(
+        "must be \"tip.y\", a node set or the row of a node and x, y or z; or the name of an unknown: \"x1.t1\", "
+        "\"x1.t2\" or \"x1.n\" of contact point 1, or \"a1\", the first mode");
   watch.number = std::stoi(found[1]);
 }
 
 void read_stops(const Document &document, Case &study) {
   read_watch(document["continuation.watch"], study.watch);
+  if (!study.watch.node.empty() && study.model.empty())
+    document["continuation.watch"].refuse(
+        "names a node, whose motion the reduced model alone does not say; give  model =  in "
+        "place of  reduced =, or name an unknown such as \"x1.t1\"");
   read_whole(document["continuation.stop_after_peaks"], study.stop_after_peaks, 1, most);
   read_positive(document["continuation.stop_at_amplitude"], study.stop_at_amplitude);
   if (const Entry enabled = document["stability.enabled"]) study.stability = enabled.truth();

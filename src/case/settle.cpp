@@ -6,7 +6,7 @@ namespace dovetail {
 
 int watched_dof(const Case &study, int modes, int points) {
   const Watch &watch = study.watch;
-  if (watch.name.empty()) return -1;
+  if (watch.name.empty() || !watch.node.empty()) return -1;
   const bool mode = watch.direction < 0;
   if (watch.number > (mode ? modes : points))
     throw InputError(watch.where + " = \"" + watch.name + "\": the model has " +

@@ -4,24 +4,25 @@
 #include <chrono>
 #include <string>
 
-#include "results/point_record.hpp"
+#include "results/told.hpp"
 
 namespace dovetail {
 
 class Progress {
 public:
-  /// `speaks`: rank 0 only. `length_unit`: shown behind the amplitude. `points`: already there, of earlier parts.
-  Progress(bool speaks, const Layout &layout, std::string length_unit, int points);
+  /// `speaks`: rank 0 only. `watched`: the unknown whose amplitude is shown, -1 where the case names none, or a node.
+  /// `points`: already there, of earlier parts.
+  Progress(bool speaks, Told told, PetscInt watched, int points);
 
   void heading() const;
   void point(const PointRecord &record);
-  void event(const BranchEvent &event, double frequency_scale);
+  void event(const BranchEvent &event, const EventRecord &record);
 
 private:
   double elapsed() const;
   bool speaks_, terminal_;
-  PetscInt modes_;
-  std::string length_unit_;
+  Told told_;
+  PetscInt watched_;
   std::chrono::steady_clock::time_point begin_, last_line_;
   int points_;
   double before_ = -1; // progress at the first point seen

@@ -46,13 +46,15 @@ std::string number(const char *format, double value) {
 using Kind = BranchEvent::Kind;
 
 // The places of one kind as a JSON list.
-std::string places(const std::vector<EventRecord> &events, Kind kind, bool amplitude) {
+std::string places(const BranchStory &story, Kind kind, bool amplitude) {
   std::string out = "[";
-  for (const EventRecord &event : events) {
+  for (const EventRecord &event : story.events) {
     if (event.kind != static_cast<int>(kind)) continue;
     out += (out.size() > 1 ? ", " : "") + std::string("{\"point\": ") + std::to_string(event.point) +
            ", \"omega\": " + number("%.17g", event.omega);
-    if (amplitude) out += ", \"amplitude\": " + number("%.17g", event.amplitude);
+    if (amplitude)
+      out += ", \"amplitude\": " + number("%.17g", event.amplitude) +
+             ", \"unknown\": " + quoted(story.told.name(event.unknown));
     out += "}";
   }
   return out + "]";
@@ -125,10 +127,9 @@ std::string in_json(const BranchStory &story) {
   out += "  \"last_omega\": " + number("%.17g", branch.omega * story.frequency_scale) +
          ",\n  \"parts\": " + std::to_string(story.parts) +
          ",\n  \"branch_seconds\": " + number("%.6g", story.seconds_all_parts) + ",\n  \"located\": {\n";
-  out += "    \"peaks\": " + places(story.events, Kind::peak, true) +
-         ",\n    \"folds\": " + places(story.events, Kind::fold, true) +
-         ",\n    \"branch_points\": " + places(story.events, Kind::branch, false) +
-         ",\n    \"stability_changes\": " + places(story.events, Kind::stability, false) + "\n  },\n";
+  out += "    \"peaks\": " + places(story, Kind::peak, true) + ",\n    \"folds\": " + places(story, Kind::fold, true) +
+         ",\n    \"branch_points\": " + places(story, Kind::branch, false) +
+         ",\n    \"stability_changes\": " + places(story, Kind::stability, false) + "\n  },\n";
   return out;
 }
 
@@ -141,8 +142,8 @@ void tell_accuracy(const BranchStory &story) {
   const Accuracy found = accuracy_of(story);
   const int points = static_cast<int>(story.estimates.size());
   if (found.unknown < points)
-    std::printf("  estimated errors: at most %.1e (at %.9g rad/s), %.1e or less at 95 %% of the points%s\n",
-                found.largest, found.omega, found.most_points,
+    std::printf("  estimated errors: at most %.1e (at %.9g %s), %.1e or less at 95 %% of the points%s\n", found.largest,
+                found.omega, story.told.units.omega.c_str(), found.most_points,
                 found.modes > std::max(found.sampling, found.harmonics) ? "; mostly by modes left out: more of them "
                                                                           "with a larger reduction.modes"
                 : found.sampling > found.harmonics                      ? "; mostly by too few samples"
@@ -155,8 +156,8 @@ void tell_accuracy(const BranchStory &story) {
             ? ("contacts that open and close want some " + std::to_string(found.wanted) + " harmonics there").c_str()
             : "more harmonics are wanted");
   if (found.between > 0)
-    std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %.9g rad/s)%s\n",
-                found.between, found.before,
+    std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %.9g %s)%s\n",
+                found.between, found.before, story.told.units.omega.c_str(),
                 found.between > much_between ? "; look closer there with continuation.at" : "");
   if (found.unknown > 0)
     std::printf("  no estimate at %d of %d points%s\n", found.unknown, points,
@@ -189,12 +190,21 @@ void tell(const BranchStory &story) {
   tell_accuracy(story);
   if (counts.leaps + counts.integrations > 0)
     std::printf("  after a leap the branch may be another one: look at the curve there\n");
+  const char *unit = story.told.units.omega.c_str();
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::peak))
-      std::printf("  peak %.7g %s at %.9g rad/s\n", event.amplitude, story.length_unit.c_str(), event.omega);
+      std::printf("  peak of %s at %.9g %s\n", story.told.amplitude(event.unknown, event.amplitude).c_str(),
+                  event.omega, unit);
+  const std::pair<const CurveEnds::End *, const char *> ends[] = {
+      {story.ends.falling(), "falling from the beginning of the curve"},
+      {story.ends.rising(), "still rising at the end of the curve"}};
+  for (const auto &[end, words] : ends)
+    if (end)
+      std::printf("  no peak, %s: %s at %.9g %s\n", words, story.told.amplitude(end->unknown, end->amplitude).c_str(),
+                  end->omega, unit);
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::stability))
-      std::printf("  stability changes at %.9g rad/s\n", event.omega);
+      std::printf("  stability changes at %.9g %s\n", event.omega, unit);
   if (counts.missed > 0) std::printf("  %d frequencies of continuation.at without solution\n", counts.missed);
 }
 

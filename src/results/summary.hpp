@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "results/point_record.hpp"
+#include "results/told.hpp"
 #include "support/stage.hpp"
 
 namespace dovetail {
@@ -24,7 +24,8 @@ struct BranchStory {
   std::vector<EstimateRecord> estimates;
   double tolerance = 0;                ///< asked for; 0: none
   double closed_contact_frequency = 0; ///< [rad/s], where estimates are large; 0: not asked for
-  std::string length_unit = "m";
+  Told told;
+  CurveEnds ends;
   int parts = 1; ///< how often the run was begun or continued
   double seconds_all_parts = 0;
 };

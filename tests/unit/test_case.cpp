@@ -640,7 +640,7 @@ TEST_F(CaseFile, DescriptionNamesValueUnitAndOrigin) {
   ContactSettings model;
   model.friction = ContactSetting{{0.25}, false, "model.h5: /contact/friction"};
   std::ostringstream out;
-  describe(out, study, contact_points(study.contact, model, 2));
+  describe(out, study, contact_points(study.contact, model, 2), units_of("SI"));
   const auto line_of = [&](const std::string &key) {
     std::istringstream lines(out.str());
     for (std::string line; std::getline(lines, line);)
@@ -674,7 +674,7 @@ TEST_F(CaseFile, DescriptionOfTheLaws) {
   const auto lines = [&](const Changes &changes) {
     const Case study = read(changes);
     std::ostringstream out;
-    describe(out, study, contact_points(study.contact, {}, 3));
+    describe(out, study, contact_points(study.contact, {}, 3), units_of("SI"));
     return out.str();
   };
   const Changes mixed = {
