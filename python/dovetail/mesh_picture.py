@@ -159,6 +159,7 @@ def _view(axis, places, names, length, elevation=ELEVATION):
             line.set_major_locator(plt.NullLocator())
             continue
         dress_axis(line, name, length)
+        line.labelpad = 8  # clear of the numbers
         line.set_major_locator(plt.MaxNLocator(3))
     axis.zaxis.set_tick_params(pad=1)
     plt.setp(axis.get_zticklabels(), ha="left")

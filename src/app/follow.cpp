@@ -92,7 +92,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
                           study.loads, study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   const Scales &scales = system.scales();
-  const Watching watching(study, system);
+  Watching watching(study, system);
   const double w0 = scales.frequency;
   const BranchSettings settings = settings_of(study, system);
   UniqueVec y = system.unknowns();

@@ -23,16 +23,16 @@ Watched Watching::scaled() const {
   return {-1, std::move(row)};
 }
 
-void Watching::measure(PointRecord &point) const {
+void Watching::measure(PointRecord &point) {
   const int width = coefficient_count(point.harmonics);
   const auto dofs = static_cast<PetscInt>(point.coefficients.size()) / width, modes = system_.layout().modes;
-  Swing swing(point.harmonics);
+  if (!swing_ || harmonics_ != point.harmonics) swing_.emplace(harmonics_ = point.harmonics);
   if (!study_.watch.node.empty()) {
     const std::vector<double> &row = system_.scaled().model.reduced.watched;
     std::vector<double> sum(width, 0.0);
     for (PetscInt d = 0; d < dofs; ++d)
       for (int i = 0; i < width; ++i) sum[i] += row[d] * point.coefficients[d * width + i];
-    point.amplitude = swing.amplitude(sum.data()), point.unknown = -1;
+    point.amplitude = swing_->amplitude(sum.data()), point.unknown = -1;
     return;
   }
   point.amplitude = -1;
@@ -41,7 +41,7 @@ void Watching::measure(PointRecord &point) const {
     double bound = 0;
     for (int k = 1; k <= point.harmonics; ++k) bound += std::hypot(c[cosine(k)], c[sine(k)]);
     if (bound <= point.amplitude) continue;
-    if (const double here = swing.amplitude(c); here > point.amplitude)
+    if (const double here = swing_->amplitude(c); here > point.amplitude)
       point.amplitude = here, point.unknown = static_cast<int>(d);
   }
 }
