@@ -10,6 +10,7 @@ namespace dovetail {
 namespace {
 
 constexpr int per_harmonic = 16, polishing_steps = 8; // as in python/dovetail/fourier.py
+constexpr double near = 1e-11;                        // to the instant: the value is off by the square of it
 
 struct Moment { // the deviation from the mean and its first two derivatives by theta
   double value, slope, bend;
@@ -51,7 +52,7 @@ double Swing::highest(const double *c, double sign) const {
       if (sign * m.value > best) best = sign * m.value, found = theta;
       const double move = sign * m.bend < 0 ? -m.slope / m.bend : std::copysign(step / 4, sign * m.slope);
       const double next = std::clamp(theta + move, start - step / 2, start + step / 2);
-      if (std::abs(next - theta) < 1e-14) break;
+      if (std::abs(next - theta) < near) break;
       theta = next;
     }
   }
