@@ -17,7 +17,7 @@ from .reference import LAWS
 VERSION = 1  # of the format
 DIRECTIONS = ("t1", "t2", "n")
 NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
-EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f", "unknown": "i"}
+EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f"}
 ESTIMATED = ("error_harmonics", "error_sampling", "error_modes")
 JUDGED = {"stable": "i", "multiplier": "f", "instability": "i"}
 BLOCK = 1 << 23  # numbers of coefficients in memory at a time
@@ -177,9 +177,9 @@ class Results:
     def _load_events(self, file):
         if "events" not in file:  # older files
             return Events(*(np.zeros(0, kind) for kind in (str, int, float, float, int)))
-        columns = [numbers(file, f"events/{name}", (None,), kind) for name, kind in EVENT_COLUMNS.items() if f"events/{name}" in file]
-        if "unknown" not in file["events"]:  # older files do not say whose amplitudes they are
-            columns.append(np.full(len(columns[0]), -1))
+        columns = [numbers(file, f"events/{name}", (None,), kind) for name, kind in EVENT_COLUMNS.items()]
+        known = "events/unknown" in file  # older files do not say whose amplitudes they are
+        columns.append(numbers(file, "events/unknown", (None,), "i") if known else np.full(len(columns[0]), -1))
         kind, point, omega, amplitude, unknown = (column[:min(map(len, columns))] for column in columns)
         names = np.array(words(file["events/kind"], "names").split())
         if np.any((kind < 0) | (kind >= len(names))) or np.any(point < -1):

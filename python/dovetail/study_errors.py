@@ -49,7 +49,7 @@ def curve_of(results, dof, frequencies):
         energy = [results.contact_activity(int(i)).dissipation.sum() for i in points]
         passes.append(np.column_stack([amplitude[points], energy]))
     largest = float(results.omega[top]), float(amplitude[top])
-    return Curve(max(largest, *results.peaks(dof), key=lambda place: place[1]), passes, results.unit)
+    return Curve(max([largest, *results.peaks(dof)], key=lambda place: place[1]), passes, results.unit)
 
 
 def errors(curve, reference):
