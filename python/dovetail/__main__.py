@@ -1,7 +1,6 @@
 """Set-up and post-processing: python3 -m dovetail new | import | plot | info | study."""
 
 import argparse
-import math
 import platform
 import shutil
 import sys
@@ -49,13 +48,16 @@ def plot(arguments):
 
 
 def _picture_of_model(path, up):
+    from .hdf5_read import opened, words
     from .mesh_picture import mesh_picture
     from .motion import read_model_parts
 
     mesh, joint = read_model_parts(path)
     if mesh is None:
         raise ValueError(f"{path}: has no mesh to draw")
-    return mesh_picture(mesh, joint, up, path.name)
+    with opened(path) as file:
+        units = words(file, "units", "SI")
+    return mesh_picture(mesh, joint, up, path.name, units)
 
 
 def _picture_of_results(path, arguments):
@@ -64,21 +66,25 @@ def _picture_of_results(path, arguments):
     from .contact_map import contact_map
     from .results import Results
 
-    results = Results(path)
+    results = Results(path, arguments.model)
     if arguments.kind == "pressure":
         from .pressure_map import pressure_map
 
         return pressure_map(results, arguments.model), "_pressure.png"
     if len(results) == 0:
         raise ValueError(f"{path}: no point has been computed yet")
-    at = None if arguments.at is None else arguments.at * (2 * math.pi if arguments.hz else 1.0)
+    at = results.unit.from_hertz(arguments.at) if arguments.hz and arguments.at is not None else arguments.at
     if arguments.kind == "response":
         return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
-    first = (arguments.dof or pictures.default_dofs(results))[0]
-    point = results.peak_point(first) if at is None else results.at(at)
+    point = results.at(at) if at is not None else _top(results, (arguments.dof or pictures.contact_dofs(results))[0])
     if arguments.kind == "map":
         return contact_map(results, point, arguments.model, arguments.hz), "_map.png"
     return getattr(pictures, arguments.kind)(results, point, arguments.dof, arguments.hz), f"_{arguments.kind}.png"
+
+
+def _top(results, dof):
+    """The point at the peak, or the largest where the curve has none."""
+    return results.peak_point(dof) if results.peaks(dof) else results.largest_point(dof)
 
 
 def info(arguments):
@@ -135,16 +141,18 @@ def parser():
                                   "that is still being written, or of the mesh and contact points of a model file. Prints the name of "
                                   "the picture.")
     command.add_argument("file", metavar="FILE.h5", help="results or model")
-    command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points); "
-                         "default: the contact point that moves most")
+    command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points), "
+                         "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
+                         "is watched or moves most")
     command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure"], default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
                               "pressure: the joints under their preload")
-    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in rad/s (in Hz with --hz): marked in the response, "
-                         "chosen for the others; default there: the peak of the first dof")
-    command.add_argument("--model", metavar="MODEL.h5", help="map, pressure: the model file, if it is not where it was")
+    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz): marked in "
+                         "the response, chosen for the others; default there: the peak of the first dof")
+    command.add_argument("--model", metavar="MODEL.h5", help="the model file, for maps, pressures and nodes, if it is not where it "
+                         "was when the run started")
     command.add_argument("--up", choices="xyz", default="z", help="mesh: the axis that points upwards; default: %(default)s")
-    command.add_argument("--hz", action="store_true", help="frequencies in Hz instead of rad/s")
+    command.add_argument("--hz", action="store_true", help="frequencies in Hz")
     command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")
     command.set_defaults(run=plot)
 

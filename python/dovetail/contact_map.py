@@ -6,10 +6,11 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.ticker import EngFormatter, MaxNLocator  # noqa: E402
+from matplotlib.ticker import MaxNLocator  # noqa: E402
 
 from .motion import find_model, read_model_parts  # noqa: E402
-from .plot import STYLE  # noqa: E402
+from .plot import STYLE, point_title  # noqa: E402
+from .plot_units import dress as dress_axis, formatter, labelled  # noqa: E402
 
 STATES = (("sticks", "o"), ("slips", "s"), ("opens at times", "^"), ("open throughout", "x"))  # with their markers
 COLOURS = plt.get_cmap("YlOrBr")  # falls in brightness all the way: readable in grey
@@ -26,7 +27,7 @@ def contact_map(results, point, model=None, hz=False):
     model : path-like, optional
         The model file; default the one the reduced file names.
     hz : bool
-        Frequency in Hz instead of rad/s.
+        Frequency in Hz.
     """
     path = find_model(results, model)
     _, joint = read_model_parts(path)
@@ -50,20 +51,20 @@ def contact_map(results, point, model=None, hz=False):
         for i, (number, places) in enumerate(zip(numbers, flat)):
             row = [figure.add_subplot(grid[i, column]) for column in (0, 1)]
             mine = joint["joint"] == number
-            shares = _panel(row[0], places, names[i], 100 * slipping[mine], state[mine], 100.0)
-            works = _panel(row[1], places, names[i], work[mine], state[mine], largest)
+            length = results.unit.length
+            shares = _panel(row[0], places, names[i], 100 * slipping[mine], state[mine], 100.0, length)
+            works = _panel(row[1], places, names[i], work[mine], state[mine], largest, length)
             row[0].set_title(f"{joint['names'][number]}: slips [% of the period]", loc="left", fontsize=10)
             scale(row[0], shares)
-            unit = ("J/m²" if per_area else "J") if results.units == "SI" else ""
-            row[1].set_title("friction work per period" + " and area" * per_area, loc="left", fontsize=10)
-            scale(row[1], works, formatter=EngFormatter(unit))
+            unit = results.unit.work_per_area if per_area else results.unit.energy
+            row[1].set_title(labelled("friction work per period" + " and area" * per_area, unit), loc="left", fontsize=10)
+            scale(row[1], works, formatter=formatter(unit))
         handles = [plt.Line2D([], [], marker=marker, linestyle="", color="black", markerfacecolor="#d0d0d0", markersize=7,
                               label=f"{name} ({np.count_nonzero(state == i)})") for i, (name, marker) in enumerate(STATES)]
         below = figure.add_subplot(grid[-1, :])
         below.axis("off")
         below.legend(handles=handles, loc="center", ncols=len(STATES))
-        where = f"{results.frequency[point]:.6g} Hz" if hz else f"{results.omega[point]:.6g} rad/s"
-        figure.suptitle(f"{results.title or results.path.name}, at {where}")
+        figure.suptitle(point_title(results, point, hz))
     return figure
 
 
@@ -109,18 +110,17 @@ def scale(axis, drawn, label="", formatter=None):
     bar.set_label(label)
 
 
-def dress(axis, places, names=("t1", "t2")):
-    """Equal scales, a margin, ticks in metres."""
+def dress(axis, places, names=("t1", "t2"), length="m"):
+    """Equal scales, a margin, ticks in the unit of length."""
     x, y = np.ptp(places, axis=0)
     margin = 0.12 * max(x, y) or 1.0
     for axis_, values in ((axis.set_xlim, places[:, 0]), (axis.set_ylim, places[:, 1])):
         axis_(values.min() - margin, values.max() + margin)
     axis.set_aspect("equal")
-    axis.xaxis.set_major_formatter(EngFormatter("m"))
-    axis.yaxis.set_major_formatter(EngFormatter("m"))
+    for line, name in ((axis.xaxis, names[0]), (axis.yaxis, names[1])):
+        dress_axis(line, name, length)
     axis.locator_params(axis="x", nbins=int(np.clip(5 * x / max(y, 1e-12), 2, 4)))
     axis.locator_params(axis="y", nbins=int(np.clip(5 * y / max(x, 1e-12), 2, 6)))
-    axis.set(xlabel=names[0], ylabel=names[1])
 
 
 def marker_area(places, width=3.6):
@@ -130,12 +130,12 @@ def marker_area(places, width=3.6):
     return float(np.clip((0.45 * between) ** 2, 4, 120))
 
 
-def _panel(axis, places, names, values, state, top):
+def _panel(axis, places, names, values, state, top, length):
     size = marker_area(places)
     for i, (_, marker) in enumerate(STATES):
         mine = state == i
         edge = {"edgecolors": "black", "linewidths": 0.8 if size > 20 else 0.3} if marker != "x" else {"linewidths": 1.2}
         colour = {"c": values[mine], "cmap": COLOURS, "vmin": 0, "vmax": top} if marker != "x" else {"c": "black"}
         axis.scatter(*places[mine].T, s=size * (1.0 if marker != "x" else 0.6), marker=marker, **colour, **edge)
-    dress(axis, places, names)
+    dress(axis, places, names, length)
     return plt.cm.ScalarMappable(norm=plt.Normalize(0, top), cmap=COLOURS)

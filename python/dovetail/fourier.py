@@ -38,7 +38,7 @@ def phases(n):
 
 
 def amplitude(coefficients):
-    """Largest |q| over the period, taken from the polynomial and not from samples of it.
+    """Half the peak-to-peak of the motion over the period, taken from the polynomial and not from samples of it.
 
     Parameters
     ----------
@@ -50,31 +50,33 @@ def amplitude(coefficients):
 
     Notes
     -----
-    On a grid of spacing h, |q| within h/2 of grid point j is at most |q_j| + h/2 |q'_j| + h^2/8 sum k^2 |c_k|. Only grid points
-    where this reaches the largest grid value can have the maximum beside them; those are polished by Newton steps on q' = 0.
+    Means do not count. On a grid of spacing h, q within h/2 of grid point j is at most q_j + h/2 |q'_j| + h^2/8 sum k^2 |c_k|. Only
+    grid points where this reaches the largest grid value can have the maximum beside them; those are polished by Newton steps
+    on q' = 0. The minimum is the maximum of -q.
     """
-    coefficients = np.asarray(coefficients, dtype=float)
+    coefficients = np.array(coefficients, dtype=float)
+    coefficients[:, 0] = 0.0  # a large mean would cost digits
     harmonics = (coefficients.shape[-1] - 1) // 2
     theta = phases(GRID_PER_HARMONIC * max(harmonics, 1))
-    step = theta[1]
     value = coefficients @ basis(harmonics, theta).T  # (n, grid)
     slope = coefficients @ basis(harmonics, theta, 1).T
-    largest = np.abs(value).max(axis=1)
-
     size = np.hypot(coefficients[:, 1::2], coefficients[:, 2::2])
-    curvature = size @ np.arange(1, harmonics + 1) ** 2
-    reach = np.abs(value) + step / 2 * np.abs(slope) + (step**2 / 8 * curvature)[:, None]
-    row, column = np.nonzero(reach >= largest[:, None])
+    beyond = theta[1] / 2 * np.abs(slope) + (theta[1] ** 2 / 8 * (size @ np.arange(1, harmonics + 1) ** 2))[:, None]
+    return (_highest(coefficients, value, beyond, theta) + _highest(-coefficients, -value, beyond, theta)) / 2
 
-    c, sign, start = coefficients[row], np.sign(value[row, column]), theta[column]
-    position = start
-    best = np.abs(value[row, column])
+
+def _highest(coefficients, value, beyond, theta):
+    """The largest q, (n,), from its values on the grid theta and how far they may be below those `beyond`."""
+    largest, step, harmonics = value.max(axis=1), theta[1], (coefficients.shape[-1] - 1) // 2
+    row, column = np.nonzero(value + beyond >= largest[:, None])
+    c, start = coefficients[row], theta[column]
+    position, best = start, value[row, column]
     for _ in range(POLISHING_STEPS):
-        first = sign * np.einsum("ij,ij->i", basis(harmonics, position, 1), c)
-        second = sign * np.einsum("ij,ij->i", basis(harmonics, position, 2), c)
+        first = np.einsum("ij,ij->i", basis(harmonics, position, 1), c)
+        second = np.einsum("ij,ij->i", basis(harmonics, position, 2), c)
         downhill = np.where(second < 0, second, 1.0)
         move = np.where(second < 0, -first / downhill, np.sign(first) * step / 4)
         position = np.clip(position + move, start - step / 2, start + step / 2)
-        best = np.maximum(best, np.abs(np.einsum("ij,ij->i", basis(harmonics, position), c)))
+        best = np.maximum(best, np.einsum("ij,ij->i", basis(harmonics, position), c))
     np.maximum.at(largest, row, best)
     return largest

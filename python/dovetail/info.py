@@ -10,10 +10,11 @@ from .hdf5_read import dataset, members, numbers, opened, words
 from .model_mesh import read_joint, read_mesh
 from .motion import find_model
 from .parameters import CONTACT_WIDTH
-from .plot import default_dofs
 from .preload_state import in_words, joint_states
 from .reference import LAWS
 from .results import INSTABILITIES, READ_ATTEMPTS, READ_PAUSE, Results, STABLE, UNCERTAIN, UNSTABLE
+from .shown import default_dofs
+from .units import parse, with_unit
 
 
 def format_of(path):
@@ -55,8 +56,9 @@ def _range(values):
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
-def _contact_lines(values):
-    return [(name.replace("_", " "), _range(values[name])) for name in CONTACT_WIDTH if name in values]
+def _contact_lines(values, unit):
+    units = {"normal_stiffness": unit.stiffness, "tangential_stiffness": unit.stiffness, "gap": unit.length}
+    return [(name.replace("_", " "), with_unit(_range(values[name]), units.get(name, ""))) for name in CONTACT_WIDTH if name in values]
 
 
 def _laws(numbers):
@@ -69,18 +71,21 @@ def _laws(numbers):
 
 def _model(file):
     n, points = dataset(file, "K/jc", (None,), "i").size - 1, len(dataset(file, "contact/dofs", (None, 3), "i"))
+    unit = parse(words(file, "units"))
     entries = [dataset(file, f"{name}/data", (None,)).size for name in ("K", "M")]
     lines = [("units", words(file, "units", "not given")), ("degrees of freedom", f"{n} ({n - 3 * points} elastic)"),
              ("contact points", points), ("entries of K, M", f"{entries[0]}, {entries[1]}")]
     for name in ("force", *(f"forces/{name}" for name in members(file, "forces")), "preload"):
         if name in file:
             values = numbers(file, name)
-            lines.append((name, f"{np.count_nonzero(values)} entries, largest {np.abs(values).max(initial=0):g}"))
-    lines += _contact_lines({name: numbers(file, f"contact/{name}") for name in CONTACT_WIDTH if f"contact/{name}" in file})
+            lines.append((name, f"{np.count_nonzero(values)} entries, largest "
+                          + with_unit(f"{np.abs(values).max(initial=0):g}", unit.force)))
+    lines += _contact_lines({name: numbers(file, f"contact/{name}") for name in CONTACT_WIDTH if f"contact/{name}" in file}, unit)
     joint = read_joint(file)
     if joint:
         lines += [("joint", f"{name}: {np.count_nonzero(joint['joint'] == i)} contact points, "
-                            f"area {joint['area'][joint['joint'] == i].sum():g}") for i, name in enumerate(joint["names"])]
+                            "area " + with_unit(f"{joint['area'][joint['joint'] == i].sum():g}", unit.area))
+                  for i, name in enumerate(joint["names"])]
     mesh = read_mesh(file)
     if mesh:
         cells = ", ".join(f"{len(rows)} {kind}" for kind, rows in mesh["cells"].items())
@@ -92,9 +97,10 @@ def _model(file):
 
 def _reduced(file):
     squares, preload = numbers(file, "Kaa", (None,)), numbers(file, "R", (None,))
-    frequencies = np.sqrt(np.maximum(squares, 0))
-    lines = [("modes", f"{squares.size}, {_range(frequencies)} rad/s ({_range(frequencies / (2 * np.pi))} Hz), contact points held"),
-             ("contact points", preload.size // 3), ("largest contact preload", f"{np.abs(preload).max(initial=0):g}")]
+    frequencies, unit = np.sqrt(np.maximum(squares, 0)), parse(words(file, "units", "SI"))
+    lines = [("modes", f"{squares.size}, {_range(frequencies)} {unit.omega} ({_range(unit.hertz(frequencies))} Hz), contact points held"),
+             ("contact points", preload.size // 3),
+             ("largest contact preload", with_unit(f"{np.abs(preload).max(initial=0):g}", unit.force))]
     if "recovery" in file:
         kept = f"; {len(dataset(file, 'recovery/Phi', (None, None)))} elastic dofs" if "recovery/Phi" in file else ""
         lines.append(("recovery", ", ".join(sorted(members(file, "recovery"))) + kept))
@@ -103,12 +109,31 @@ def _reduced(file):
     return lines
 
 
+def _amplitude(results, unit, amplitude, omega, digits=7):
+    value = with_unit(f"{amplitude:.{digits}g}", unit)
+    return f"{value} at {omega:.{digits}g} {results.unit.omega} ({results.unit.hertz(omega):.{digits}g} Hz)"
+
+
+def _peaks(results):
+    lines = []
+    for dof in default_dofs(results):
+        peaks = results.peaks(dof)
+        if peaks:
+            omega, amplitude = max(peaks, key=lambda peak: peak[1])
+            lines.append((f"peak of {dof}", _amplitude(results, results.unit_of(dof), amplitude, omega)))
+        lines += [(f"no peak: {dof}", f"{words}, {_amplitude(results, results.unit_of(dof), amplitude, omega)}")
+                  for omega, amplitude, words in results.ends(dof)]
+    return lines
+
+
 def _events(results):
-    places = results.events.of("peak")
-    lines = [("located peak", f"{amplitude:.9g} at {omega:.9g} rad/s, without its mean")
-             for omega, amplitude in zip(places.omega, places.amplitude)]
-    lines += [("turning point", f"{omega:.9g} rad/s") for omega in results.events.of("fold").omega]
-    lines += [("crossing branch", f"{omega:.9g} rad/s") for omega in results.events.of("branch").omega]
+    places, names, omega_unit = results.events.of("peak"), results.dof_names(), results.unit.omega
+    watched = [names[row] if row >= 0 else results.watch for row in places.unknown]
+    lines = [(f"located peak of {dof}" if dof else "located peak",
+              _amplitude(results, results.unit_of(dof) if dof else "", amplitude, omega, 9))
+             for dof, omega, amplitude in zip(watched, places.omega, places.amplitude)]
+    lines += [("turning point", f"{omega:.9g} {omega_unit}") for omega in results.events.of("fold").omega]
+    lines += [("crossing branch", f"{omega:.9g} {omega_unit}") for omega in results.events.of("branch").omega]
     kinds = ("corner", "harmonics", "leap", "integration", "missed", "outside")
     helped = [(kind, len(results.events.of(kind))) for kind in kinds]
     said = ", ".join(f"{kind} ({count})" for kind, count in helped if count)
@@ -124,25 +149,25 @@ def _stability(results):
     said = ", ".join(f"{count} points {words}" for words, count in counts if count)
     named = ", ".join(INSTABILITIES[kind] for kind in kinds if 0 < kind < len(INSTABILITIES))
     lines = [("stability", said + (f" ({named})" if named else ""))]
-    return lines + [("changes", f"{omega:.9g} rad/s") for omega in results.events.of("stability").omega]
+    return lines + [("changes", f"{omega:.9g} {results.unit.omega}") for omega in results.events.of("stability").omega]
 
 
 def _results(results):
     n = len(results)
-    lines = [("title", results.title or "none"), ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, "
-              f"{results.harmonics} harmonics"), ("contact forces", f"{results.samples} samples" if results.samples else "exact"),
+    lines = [("title", results.title or "none"), ("units", results.units + ("" if results.unit.known else ", plain numbers")),
+             ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, {results.harmonics} harmonics"),
+             ("contact forces", f"{results.samples} samples" if results.samples else "exact"),
              ("points", n)]
     if n:
-        lines.append(("omega", f"{_range(results.omega)} rad/s ({_range(results.frequency)} Hz), last {results.omega[-1]:g} rad/s"))
-        for dof in default_dofs(results):
-            omega, amplitude = results.peak(dof)
-            lines.append((f"peak of {dof}", f"{amplitude:.7g} at {omega:.7g} rad/s"))
+        unit = results.unit.omega
+        lines.append(("omega", f"{_range(results.omega)} {unit} ({_range(results.frequency)} Hz), last {results.omega[-1]:g} {unit}"))
+        lines += _peaks(results)
         lines += _events(results) + _stability(results)
         lines += [(f"points that {verb}", f"at most {100 * results.points(name).max():.4g} %, in {np.count_nonzero(results.points(name))}"
                    f" of {n} responses") for name, verb in (("slip", "slip"), ("open", "open"))]
         lines.append(("effort", f"{results.points('newton_iterations').sum():.0f} Newton iterations, "
                                 f"{results.points('seconds').sum():.3g} s"))
-    return lines + _preload(results) + [("contact law", _laws(results.contact["law"]))] + _contact_lines(results.contact)
+    return lines + _preload(results) + [("contact law", _laws(results.contact["law"]))] + _contact_lines(results.contact, results.unit)
 
 
 def _preload(results):

@@ -18,6 +18,7 @@ from .matching import partners
 from .overlap import over
 from .parameters import contact_parameters
 from .projection import project
+from .units import parse
 
 
 @dataclass(frozen=True)
@@ -172,9 +173,10 @@ class Joint:
     def report(self, units="SI"):
         """What the joint is, in a few lines: points, area, worst mismatch, spread of the normals, distance and gap.
 
-        Other `units` than SI are those of the model, and their names are left out.
+        `units` are those of the model.
         """
-        m, m2, per_m = (" m", " m^2", " N/m") if units == "SI" else ("", "", "")
+        unit = parse(units)
+        m, m2, per_m = (f" {name}" if name else "" for name in (unit.length, unit.length and f"{unit.length}^2", unit.stiffness))
         n = self.axes[:, 2]
         mean = n.mean(axis=0)
         mean = (mean / max(np.linalg.norm(mean), np.finfo(float).tiny)).round(6) + 0.0

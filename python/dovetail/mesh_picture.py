@@ -6,12 +6,13 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.ticker import EngFormatter  # noqa: E402
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
 
 from .cells import outer_faces  # noqa: E402
 from .contact_map import COLOURS, dress, in_plane, marker_area, panel_height, scale  # noqa: E402
 from .plot import LINES, STYLE  # noqa: E402
+from .plot_units import dress as dress_axis, formatter, labelled  # noqa: E402
+from .units import parse, with_unit  # noqa: E402
 
 MOST_TRIANGLES = 40000  # drawn; beyond it nodes are merged on a coarser and coarser lattice
 LIGHT = np.array([-0.3, -0.75, 0.6])
@@ -19,7 +20,7 @@ ELEVATION, AZIMUTH = 22.0, -58.0  # of the eye [degrees]
 METAL = np.array([0.62, 0.67, 0.73])
 
 
-def mesh_picture(mesh, joint=None, up="z", title=""):
+def mesh_picture(mesh, joint=None, up="z", title="", units="SI"):
     """The outer skin of a mesh, shaded, and its contact points.
 
     Parameters
@@ -28,6 +29,8 @@ def mesh_picture(mesh, joint=None, up="z", title=""):
         As in `Model`; joint may be None.
     up : "x", "y" or "z"
         The axis that points upwards.
+    units : str
+        Of the model.
     """
     triangles = skin(mesh["nodes"], mesh["cells"])
     if not len(triangles):
@@ -48,17 +51,20 @@ def mesh_picture(mesh, joint=None, up="z", title=""):
         axis.add_collection3d(Poly3DCollection(corners, facecolors=colours, edgecolors=colours, linewidths=0.3))
         if joint is not None:
             _points(axis, joint["position"][:, order], joint["joint"], joint["names"])
-        _view(axis, triangles.reshape(-1, 3)[:, order], ["xyz"[i] for i in order])
+        _view(axis, triangles.reshape(-1, 3)[:, order], ["xyz"[i] for i in order], parse(units).length)
         if title:
             figure.suptitle(title)
     return figure
 
 
-def joint_picture(joints):
+def joint_picture(joints, units="SI"):
     """Joints before they are used: for each its points with normals in space, and area and gap in its plane.
 
     joints : list of Joint, or one
+    units : str
+        Of the model.
     """
+    unit = parse(units)
     joints = list(joints) if isinstance(joints, (list, tuple)) else [joints]
     flat = [in_plane(joint.position, joint.axes) for joint in joints]
     tall = [max(panel_height(places, 2.9), 2.8) for places in flat]
@@ -69,10 +75,10 @@ def joint_picture(joints):
         for row, (joint, places) in enumerate(zip(joints, flat)):
             height = tall[row] / sum(tall)
             box = (0.02, 1 - sum(tall[:row + 1]) / sum(tall) + 0.1 * height, 0.27, 0.8 * height)
-            _in_space(figure.add_axes(box, projection="3d", proj_type="ortho"), joint)
+            _in_space(figure.add_axes(box, projection="3d", proj_type="ortho"), joint, unit.length)
             size = float(np.ptp(joint.position, axis=0).max()) or 1.0
-            _in_plane(figure.add_subplot(grid[row, 0]), places, joint.area, "area [m²]", None, size**2)
-            _in_plane(figure.add_subplot(grid[row, 1]), places, joint.contact["gap"], "gap", EngFormatter("m"), size)
+            _in_plane(figure.add_subplot(grid[row, 0]), places, joint.area, "area", unit.area, size**2, unit.length)
+            _in_plane(figure.add_subplot(grid[row, 1]), places, joint.contact["gap"], "gap", unit.length, size, unit.length)
     return figure
 
 
@@ -129,16 +135,16 @@ def _points(axis, places, number, names):
     axis.legend(loc="upper left", title="contact points", alignment="left")
 
 
-def _in_space(axis, joint):
+def _in_space(axis, joint, length):
     size = np.ptp(joint.position, axis=0).max() or 1.0
     axis.scatter(*joint.position.T, s=8, color="black", depthshade=False)
     axis.quiver(*joint.position.T, *(0.12 * size * joint.axes[:, 2].T), color=LINES[1][0], linewidths=0.8, arrow_length_ratio=0.3)
     axis.set_in_layout(False)
     axis.set_title(f"{joint.name}: {len(joint)} points, normals", fontsize=10)
-    _view(axis, np.vstack([joint.position, joint.position + 0.12 * size * joint.axes[:, 2]]), "xyz", ELEVATION + 10)
+    _view(axis, np.vstack([joint.position, joint.position + 0.12 * size * joint.axes[:, 2]]), "xyz", length, ELEVATION + 10)
 
 
-def _view(axis, places, names, elevation=ELEVATION):
+def _view(axis, places, names, length, elevation=ELEVATION):
     """Equal scales, the eye in its place, ticks along the longer sides only."""
     low, high = places.min(axis=0), places.max(axis=0)
     least = 0.15 * (high - low).max() or 1.0
@@ -152,21 +158,21 @@ def _view(axis, places, names, elevation=ELEVATION):
         if h < 0.4 * half.max():
             line.set_major_locator(plt.NullLocator())
             continue
-        line.set_major_formatter(EngFormatter("m"))
+        dress_axis(line, name, length)
+        line.labelpad = 8  # clear of the numbers
         line.set_major_locator(plt.MaxNLocator(3))
-        line.set_label_text(name)
     axis.zaxis.set_tick_params(pad=1)
     plt.setp(axis.get_zticklabels(), ha="left")
 
 
-def _in_plane(axis, places, values, label, formatter, size):
+def _in_plane(axis, places, values, label, unit, size, length):
     """One quantity of the contact points; differences below round-off of `size` are none."""
     low, high = float(np.min(values)), float(np.max(values))
     style = {"s": marker_area(places, 2.9), "edgecolors": "black", "linewidths": 0.5}
     if high - low > 1e-10 * size:
-        scale(axis, axis.scatter(*places.T, c=values, cmap=COLOURS, **style), label, formatter)
+        scale(axis, axis.scatter(*places.T, c=values, cmap=COLOURS, **style), labelled(label, unit), formatter(unit))
     else:
         axis.scatter(*places.T, color=COLOURS(0.3), **style)
         value = 0.0 if abs(high) < 1e-10 * size else high
-        axis.set_title(f"{label}: {formatter(value) if formatter else f'{value:.4g}'} everywhere", fontsize=10)
-    dress(axis, places)
+        axis.set_title(f"{label}: {formatter(unit)(value) if formatter(unit) else with_unit(f'{value:.4g}', unit)} everywhere", fontsize=10)
+    dress(axis, places, length=length)

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from . import model_mesh
 from .hdf5_read import opened, words
-from .recovery import reduced_file
+from .recovery import reduced_file, rows
 
 
 def find_model(results, given=None):
@@ -83,13 +83,38 @@ def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None)
     place[nodes] = np.arange(len(nodes))
     node, direction = mesh["dof_node"], mesh["dof_direction"]
     wanted = np.flatnonzero((node >= 0) & (place[node] >= 0) & (direction >= 0) & (direction < 3))
-    rows = _rows_of_T(mesh, wanted)
-    columns, compact = np.unique(rows.indices, return_inverse=True)
-    rows = sp.csr_matrix((rows.data, compact, rows.indptr), shape=(len(wanted), len(columns)))
-    u = (rows @ results.unknowns(point, columns, n, times).T).T
+    T = _rows_of_T(mesh, wanted)
+    columns, compact = np.unique(T.indices, return_inverse=True)
+    T = sp.csr_matrix((T.data, compact, T.indptr), shape=(len(wanted), len(columns)))
+    u = (T @ results.unknowns(point, columns, n, times).T).T
     field = np.zeros((len(u), len(nodes), 3))
     field[:, place[node[wanted]], direction[wanted]] = u
     return field[:, again]
+
+
+def node_row(results, name):
+    """The motion of a node or node set by the unknowns of `coefficients`, (N_a + 3 N_x,): "tip.y" or "17.z".
+
+    Of a set with several nodes it is the mean; a node that is held in the direction counts as zero.
+    """
+    path = find_model(results, results.model)
+    mesh, _ = read_model_parts(path)
+    if mesh is None:
+        raise ValueError(f"{path}: has no mesh, so the node of {name!r} is not known")
+    where, axis = name.rsplit(".", 1)
+    if where in mesh["sets"]:
+        nodes = np.unique(mesh["sets"][where])
+    elif where.isdecimal() and int(where) < len(mesh["nodes"]):
+        nodes = np.array([int(where)])
+    else:
+        raise ValueError(f"{path}: no node or node set {where!r}, as in {name!r}; there are nodes 0 to {len(mesh['nodes']) - 1}, and sets "
+                         f"{', '.join(sorted(mesh['sets'])) or 'none'}")
+    wanted = np.flatnonzero(np.isin(mesh["dof_node"], nodes) & (mesh["dof_direction"] == "xyz".index(axis)))
+    if not wanted.size:
+        raise ValueError(f"{path}: {where} does not move along {axis}: it is held there, or has no such degree of freedom")
+    mean = np.asarray(_rows_of_T(mesh, wanted).sum(axis=0)).ravel() / len(nodes)
+    dofs = np.flatnonzero(mean)
+    return mean[dofs] @ rows(results, dofs)
 
 
 def _rows_of_T(mesh, dofs):

@@ -6,12 +6,13 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.ticker import EngFormatter  # noqa: E402
 
 from .contact_map import COLOURS, dress, lying, marker_area, panel_height, scale  # noqa: E402
 from .motion import find_model, read_model_parts  # noqa: E402
 from .plot import STYLE  # noqa: E402
+from .plot_units import formatter  # noqa: E402
 from .preload_state import joint_states  # noqa: E402
+from .units import with_unit  # noqa: E402
 
 STATES = (("closed", "o"), ("open, inside", "x"), ("open, at the edge", "+"))  # with their markers
 
@@ -39,18 +40,18 @@ def pressure_map(results, model=None):
     largest = max(max(value.max() for value in values), np.finfo(float).tiny)
     flat, names = zip(*(lying(state.places) for state in states))
     tall = [panel_height(places, 6.0) for places in flat]
-    unit = ("Pa" if per_area else "N") if results.units == "SI" else ""
+    unit = results.unit.stress if per_area else results.unit.force
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(8.6, 1.2 + sum(tall)), layout="constrained")
         grid = figure.add_gridspec(len(states) + 1, 1, height_ratios=[*tall, 0.35])
         counts = np.zeros(len(STATES), dtype=int)
         for i, state in enumerate(states):
             axis = figure.add_subplot(grid[i, 0])
-            counts += _panel(axis, flat[i], names[i], state, values[i], largest)
-            scale(axis, plt.cm.ScalarMappable(norm=plt.Normalize(0, largest), cmap=COLOURS), formatter=EngFormatter(unit))
+            counts += _panel(axis, flat[i], names[i], state, values[i], largest, results.unit.length)
+            scale(axis, plt.cm.ScalarMappable(norm=plt.Normalize(0, largest), cmap=COLOURS), formatter=formatter(unit))
             axis.set_title(f"{state.name}: {'pressure' if per_area else 'normal force of each point'} under preload\n"
                            f"{np.count_nonzero(state.closed)} of {len(state.closed)} points closed, normal force "
-                           f"{state.normal.sum():.5g}{' N' if results.units == 'SI' else ''}", loc="left", fontsize=10)
+                           f"{with_unit(f'{state.normal.sum():.5g}', results.unit.force)}", loc="left", fontsize=10)
         handles = [plt.Line2D([], [], marker=marker, linestyle="", color="black", markerfacecolor="#d0d0d0", markersize=7,
                               label=f"{name} ({count})") for (name, marker), count in zip(STATES, counts)]
         below = figure.add_subplot(grid[-1, :])
@@ -60,7 +61,7 @@ def pressure_map(results, model=None):
     return figure
 
 
-def _panel(axis, places, names, state, values, top):
+def _panel(axis, places, names, state, values, top, length):
     """Draws the points of a joint; returns how many there are of each state."""
     size = marker_area(places, 6.0)
     kinds = [state.closed, ~state.closed & ~state.edge, ~state.closed & state.edge]
@@ -68,5 +69,5 @@ def _panel(axis, places, names, state, values, top):
     axis.scatter(*places[kinds[0]].T, s=size, marker="o", c=values[kinds[0]], cmap=COLOURS, vmin=0, vmax=top, **edge)
     for mine, (_, marker) in zip(kinds[1:], STATES[1:]):
         axis.scatter(*places[mine].T, s=0.6 * size, marker=marker, c="black", linewidths=1.2)
-    dress(axis, places, names)
+    dress(axis, places, names, length)
     return np.array([np.count_nonzero(mine) for mine in kinds])

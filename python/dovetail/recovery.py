@@ -17,13 +17,8 @@ def elastic(results, point, n, times):
 
 def unknowns(results, point, dofs, n, times):
     """As `Results.unknowns`."""
-    recovery, dofs = _stored(results, ("elastic_dofs", "contact_dofs")), np.asarray(dofs, dtype=np.int64)
-    elastic, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
-    row, column = _places(elastic, dofs), _places(contact, dofs)
-    missing = dofs[(row < 0) & (column < 0)]
-    if missing.size:
-        raise ValueError(f"{results.reduced}: keeps {elastic.size} elastic degrees of freedom, and {missing.size} of the ones wanted "
-                         f"are not among them, the first number {missing[0]}")
+    dofs = np.asarray(dofs, dtype=np.int64)
+    row, column = _found(results, dofs)
     motion = results.motion(point, n, times)
     contact_motion = motion[:, results.modes:] + results.xp
     values = np.empty((len(motion), dofs.size))
@@ -33,6 +28,19 @@ def unknowns(results, point, dofs, n, times):
         part = _stored(results, ("xe0", "Phi", "Psi"), slice(row.min(), row.max() + 1))
         xe0, Phi, Psi = (part[name][row - row.min()] for name in ("xe0", "Phi", "Psi"))
         values[:, column < 0] = xe0 + motion[:, :results.modes] @ Phi.T + contact_motion @ Psi.T
+    return values
+
+
+def rows(results, dofs):
+    """Rows (k, N_a + 3 N_x): motion from the preload state of some unknowns of the full model, by those of `coefficients`."""
+    dofs = np.asarray(dofs, dtype=np.int64)
+    row, column = _found(results, dofs)
+    values = np.zeros((dofs.size, results.modes + 3 * results.contact_points))
+    values[np.flatnonzero(column >= 0), results.modes + column[column >= 0]] = 1.0
+    row = row[column < 0]
+    if row.size:
+        part = _stored(results, ("Phi", "Psi"), slice(row.min(), row.max() + 1))
+        values[column < 0] = np.hstack([part["Phi"], part["Psi"]])[row - row.min()]
     return values
 
 
@@ -68,6 +76,18 @@ def reduced_file(results):
         raise ValueError(f"{others[0]}: is not the one that {results.path} was computed with (another fingerprint); put that one back, or "
                          "run the case again")
     raise ValueError(f"{results.path}: the reduced file it was computed from is not there ({results.reduced})")
+
+
+def _found(results, dofs):
+    """For each of some dofs, its row among the elastic ones kept and its place among the contact dofs, -1 where it is not there."""
+    recovery = _stored(results, ("elastic_dofs", "contact_dofs"))
+    elastic = recovery["elastic_dofs"]
+    row, column = _places(elastic, dofs), _places(recovery["contact_dofs"].reshape(-1), dofs)
+    missing = dofs[(row < 0) & (column < 0)]
+    if missing.size:
+        raise ValueError(f"{results.reduced}: keeps {elastic.size} elastic degrees of freedom, and {missing.size} of the ones wanted "
+                         f"are not among them, the first number {missing[0]}; output.motion says which are kept")
+    return row, column
 
 
 def _stored(results, names, rows=slice(None)):

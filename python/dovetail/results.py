@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from . import fourier, recovery
+from . import curves, fourier, recovery, units
 from .hdf5_read import dataset, members, numbers, whole, words
 from .parameters import CONTACT_WIDTH
 from .reference import LAWS
@@ -21,6 +21,7 @@ NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip",
 EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f"}
 ESTIMATED = ("error_harmonics", "error_sampling", "error_modes")
 JUDGED = {"stable": "i", "multiplier": "f", "instability": "i"}
+BLOCK = 1 << 23  # numbers of coefficients in memory at a time
 READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
 
 
@@ -52,13 +53,15 @@ class Events:
     point : int
         The point that is this place, or the last point before; -1 before the first.
     omega : rad/s
-    amplitude : of the watched unknown, without its mean; 0 where it is no place on the curve
+    amplitude : of the watched unknown, half its peak-to-peak; 0 where it is no place on the curve
+    unknown : row in `coefficients` of the unknown that it is of; -1 where that is a node (`watch`), or there is none
     """
 
     kind: np.ndarray
     point: np.ndarray
     omega: np.ndarray
     amplitude: np.ndarray
+    unknown: np.ndarray
 
     def __len__(self):
         return len(self.kind)
@@ -66,7 +69,7 @@ class Events:
     def of(self, *kinds):
         """Those of some kinds."""
         chosen = np.isin(self.kind, kinds)
-        return Events(self.kind[chosen], self.point[chosen], self.omega[chosen], self.amplitude[chosen])
+        return Events(*(column[chosen] for column in (self.kind, self.point, self.omega, self.amplitude, self.unknown)))
 
 
 STABLE, UNSTABLE, UNCERTAIN = 1, 0, -1
@@ -79,12 +82,19 @@ class Results:
     Every number is in the user's own units. Coefficients are measured from the preload state
     (docs/theory/equations.md, section 4).
     `point` below is the zero-based index of a point of the branch (see `at`, `peak_point`); `contact` is the one-based number
-    of a contact point, as in the name "x3.t1".
+    of a contact point, as in the name "x3.t1". `dof` is the name of an unknown, "a1" or "x3.n", or of the motion of a node:
+    "tip.y", with a node set of the model (the mean of its nodes) or the row of a node, and x, y or z.
+
+    Parameters
+    ----------
+    path : path-like
+    model : path-like, optional
+        The model file, for nodes; default the one that the reduced file names.
 
     Attributes
     ----------
     omega : (n,) array
-        Excitation frequency [rad/s]; `frequency` is the same in Hz.
+        Excitation frequency in units of the model, [rad/s] in SI; `frequency` is the same in Hz.
     parameter : (n,) array or None
         Of a sweep over another parameter than the frequency, its value at every point; `parameter_name` is its name in the case
         file, `parameter_unit` "-" for a factor on what the case has.
@@ -108,10 +118,14 @@ class Results:
     xp, g, w : (3 N_x,), (3 N_x,), (N_x, 2) arrays
         Displacement, force and slider positions of the preload state, equation (7).
     title, case, units : str
+    unit : units.Units
+        What `units` stands for: names for axes and numbers, empty where it is not understood.
+    watch : str
+        The unknown of `continuation.watch`; empty where the case names none.
     """
 
-    def __init__(self, path):
-        self.path = Path(path)
+    def __init__(self, path, model=None):
+        self.path, self.model, self._node_rows = Path(path), model, {}
         self._read(self._load_header)
 
     def _load_header(self, file):
@@ -122,6 +136,7 @@ class Results:
             raise ValueError(f"version {version} of the results format; this package reads version {VERSION}")
         self.title, self.case, self.units = words(file, "title"), words(file, "case"), words(file, "units", "SI")
         self.parameter_name, self.parameter_unit = words(file, "parameter"), words(file, "parameter_unit")
+        self.unit, self.watch = units.parse(self.units), words(file, "watch")
         self.harmonics, self.samples, self.modes, self.contact_points = (
             whole(file, key) for key in ("harmonics", "samples", "modes", "contact_points"))
         reduced = words(file, "reduced")
@@ -169,14 +184,18 @@ class Results:
 
     def _load_events(self, file):
         if "events" not in file:  # older files
-            return Events(*(np.zeros(0, kind) for kind in (str, int, float, float)))
+            return Events(*(np.zeros(0, kind) for kind in (str, int, float, float, int)))
         columns = [numbers(file, f"events/{name}", (None,), kind) for name, kind in EVENT_COLUMNS.items()]
-        kind, point, omega, amplitude = (column[:min(map(len, columns))] for column in columns)
+        known = "events/unknown" in file  # older files do not say whose amplitudes they are
+        columns.append(numbers(file, "events/unknown", (None,), "i") if known else np.full(len(columns[0]), -1))
+        kind, point, omega, amplitude, unknown = (column[:min(map(len, columns))] for column in columns)
         names = np.array(words(file["events/kind"], "names").split())
         if np.any((kind < 0) | (kind >= len(names))) or np.any(point < -1):
             raise ValueError("/events/kind must hold numbers of the attribute names, and /events/point numbers of points")
+        if np.any((unknown < -1) | (unknown >= self.modes + 3 * self.contact_points)):
+            raise ValueError("/events/unknown must hold rows of /points/coefficients, or -1")
         known = point < self._n
-        return Events(names[kind[known]], point[known], omega[known], amplitude[known])
+        return Events(names[kind[known]], point[known], omega[known], amplitude[known], unknown[known])
 
     def _read(self, function):
         """function(open file). The file is closed at once, so that a run that is still writing is never kept waiting."""
@@ -199,7 +218,7 @@ class Results:
     @property
     def frequency(self):
         """Excitation frequency [Hz], (n,)."""
-        return self.omega / (2 * np.pi)
+        return self.unit.hertz(self.omega)
 
     @cached_property
     def coefficients(self):
@@ -228,22 +247,42 @@ class Results:
             if match and match[2] and 1 <= int(match[2]) <= self.contact_points:
                 return self.modes + 3 * (int(match[2]) - 1) + DIRECTIONS.index(match[3])
         raise KeyError(f"no degree of freedom {name!r}; there are a1 to a{self.modes}, and x1 to x{self.contact_points} "
-                       f"each with .t1, .t2 and .n")
+                       "each with .t1, .t2 and .n, and node sets or nodes of the model with .x, .y and .z")
+
+    def unit_of(self, dof):
+        """Name of the unit of an unknown or a node's motion; empty where units are not known."""
+        return self.unit.modal if curves.is_reduced(dof) and self.dof_index(dof) < self.modes else self.unit.length
+
+    @cached_property
+    def watched(self):
+        """Name of the unknown whose peaks the run names: that of `continuation.watch`, else the one that moves most at the largest
+        of them, or, where there is none, anywhere."""
+        if self.watch:
+            return self.watch
+        peaks = self.events.of("peak")
+        if np.any(peaks.unknown >= 0):
+            return self.dof_names()[peaks.unknown[np.argmax(np.where(peaks.unknown >= 0, peaks.amplitude, -1.0))]]
+        first = self.modes if self.contact_points else 0
+        return self.dof_names()[first + curves.moves_most(self.coefficients[:, first:])]
 
     def at(self, omega):
         """Index of the point whose frequency [rad/s] is nearest; the first one where the branch passes it several times."""
         self._need_points()
         return int(np.argmin(np.abs(self.omega - omega)))
 
-    def amplitude(self, dof, mean=True):
-        """Largest |q(t)| over the period at every point, (n,), from the trigonometric polynomial (not from samples).
+    def amplitude(self, dof):
+        """Half the peak-to-peak of the motion over the period at every point, (n,), of the trigonometric polynomial (not of samples).
 
-        With mean=False the constant part a0/2 is left out.
+        The mean does not count.
         """
+        return fourier.amplitude(self._of_dof(dof))
+
+    def response(self, dof):
+        """The curve of an unknown or of a node, a `curves.Response`; of a list of names, a list of them."""
+        if isinstance(dof, (list, tuple)):
+            return [self.response(name) for name in dof]
         coefficients = self._of_dof(dof)
-        if not mean:
-            coefficients[:, 0] = 0.0
-        return fourier.amplitude(coefficients)
+        return curves.Response(str(dof), self.unit_of(dof), self.omega, self.frequency, fourier.amplitude(coefficients), coefficients)
 
     def harmonic(self, dof, k):
         """Amplitude sqrt(a_k^2 + b_k^2) of harmonic k at every point, (n,); |a0|/2 for k = 0."""
@@ -252,39 +291,58 @@ class Results:
         coefficients = self._of_dof(dof)
         return np.abs(coefficients[:, 0]) / 2 if k == 0 else np.hypot(coefficients[:, 2 * k - 1], coefficients[:, 2 * k])
 
-    def peak_point(self, dof, mean=True):
-        """Index of the point with the largest amplitude."""
-        self._need_points()
-        return int(np.argmax(self.amplitude(dof, mean)))
+    @property
+    def jumps(self):
+        """Numbers of the points behind which the branch goes on elsewhere: after a leap, or a stay outside the sweep."""
+        return np.unique(self.events.of(*curves.JUMPS).point)
 
-    def peak(self, dof, mean=True):
-        """(omega, amplitude) at the top of the response curve.
+    def peaks(self, dof):
+        """(omega, amplitude) of each peak, in the order of the branch: local maxima strictly inside it, as an end is no peak.
 
-        Where the run has located it, it is that point. Else the largest point and its two neighbours give one parabola for the
-        amplitude and one for omega, both as functions of arc length, so that a curve that leans over is no trouble. At an end
-        of the branch it is the point itself.
+        A peak that the run has located is that point. Else a point and its two neighbours give one parabola for the amplitude and
+        one for omega, both as functions of arc length, so that a curve that leans over is no trouble.
         """
-        amplitude, i = self.amplitude(dof, mean), self.peak_point(dof, mean)
-        if not 0 < i < self._n - 1 or (i in self.located_peaks(dof) and np.isclose(amplitude[i], self.amplitude(dof, False)[i])):
-            return float(self.omega[i]), float(amplitude[i])
-        near = slice(i - 1, i + 2)
-        s = self.points("arclength")[near] - self.points("arclength")[i]
-        if not s[0] < 0 < s[2]:
-            s = np.array([-1.0, 0.0, 1.0])
-        curve, frequency = np.polyfit(s, amplitude[near], 2), np.polyfit(s, self.omega[near], 2)
-        top = np.clip(-curve[1] / (2 * curve[0]), s[0], s[2]) if curve[0] < 0 else 0.0
-        return float(np.polyval(frequency, top)), float(np.polyval(curve, top))
+        amplitude, located = self.amplitude(dof), set(self.located_peaks(dof))
+        return [(float(self.omega[i]), float(amplitude[i])) if i in located else
+                curves.top(self.omega, self.points("arclength"), amplitude, i) for i in curves.maxima(amplitude, self.jumps)]
+
+    def peak(self, dof):
+        """(omega, amplitude) of the largest of `peaks`. Raises ValueError where there is none: an end of the sweep is no peak."""
+        peaks = self.peaks(dof)
+        if not peaks:
+            raise ValueError(self._no_peak(dof))
+        return max(peaks, key=lambda peak: peak[1])
+
+    def peak_point(self, dof):
+        """Index of the point with the largest amplitude of those that are peaks. Raises ValueError where there is none."""
+        amplitude = self.amplitude(dof)
+        tops = curves.maxima(amplitude, self.jumps)
+        if not len(tops):
+            raise ValueError(self._no_peak(dof))
+        return int(tops[np.argmax(amplitude[tops])])
+
+    def largest_point(self, dof):
+        """Index of the point with the largest amplitude, be it a peak or an end of the branch."""
+        self._need_points()
+        return int(np.argmax(self.amplitude(dof)))
+
+    def ends(self, dof):
+        """(omega, amplitude, words) where the amplitude rises towards an end of the branch, so that a peak may lie beyond."""
+        amplitude = self.amplitude(dof)
+        return [(float(self.omega[i]), float(amplitude[i]), words) for i, words in curves.at_the_ends(amplitude)]
 
     def located_peaks(self, dof):
-        """Points that the run has located as maxima of this degree of freedom: all of them if it was the one watched, else none."""
+        """Points that the run has located as maxima of this unknown or node: where it was the one watched, or moved most."""
         peaks = self.events.of("peak")
-        if len(peaks) == 0:
-            return peaks.point
-        return peaks.point[np.isclose(peaks.amplitude, self.amplitude(dof, mean=False)[peaks.point], rtol=1e-7, atol=0)]
+        if curves.is_reduced(dof):
+            return peaks.point[peaks.unknown == self.dof_index(dof)]
+        return peaks.point[(peaks.unknown == -1) & (self.watch == dof)]
 
     def time_history(self, point, dof, n=256):
         """One period of a degree of freedom: time [s] and value, both (n,), without the end point."""
-        coefficients, theta = self._of_point(point)[self.dof_index(dof)], fourier.phases(n)
+        self._check_point(point)
+        coefficients = self._of_dof(dof, slice(point % self._n, point % self._n + 1))[0]
+        theta = fourier.phases(n)
         return theta / self.omega[point], fourier.basis(self.harmonics, theta) @ coefficients
 
     def contact_force(self, point, contact, n=None):
@@ -363,7 +421,7 @@ class Results:
         """Total displacement of nodes of the mesh, (N, k, 3) [m]; see `motion.nodal_displacement`."""
         from . import motion
 
-        return motion.nodal_displacement(self, point, nodes, n, times, model)
+        return motion.nodal_displacement(self, point, nodes, n, times, model or self.model)
 
     def full(self, point, n=64, times=None):
         """All unknowns of the full model in its order, (N, n_full), total values; arguments as `elastic`.
@@ -376,9 +434,26 @@ class Results:
         if self._n == 0:
             raise ValueError(f"{self.path}: no point has been computed yet")
 
-    def _of_dof(self, dof):
-        index = self.dof_index(dof)
-        return self._coefficients(slice(self._n), index)
+    def _no_peak(self, dof):
+        self._need_points()
+        said = " and ".join(f"{words}, {units.with_unit(f'{amplitude:.7g}', self.unit_of(dof))} at {omega:.9g} {self.unit.omega}"
+                            for omega, amplitude, words in self.ends(dof))
+        return f"{self.path}: {dof} has no peak between the ends of the sweep" + (f": it is {said}" if said else "")
+
+    def _of_dof(self, dof, points=None):
+        """Coefficients (n, 2H+1) of an unknown, or of a node, at some points (a slice)."""
+        points = slice(self._n) if points is None else points
+        if curves.is_reduced(dof):
+            return self._coefficients(points, self.dof_index(dof))
+        if dof not in self._node_rows:
+            from . import motion
+
+            self._node_rows[dof] = motion.node_row(self, dof)
+        row, width = self._node_rows[dof], 2 * self.harmonics + 1
+        begin, end, _ = points.indices(self._n)
+        block = max(1, BLOCK // (row.size * width))  # points in memory at a time
+        parts = [np.tensordot(self._coefficients(slice(i, min(i + block, end))), row, (1, 0)) for i in range(begin, end, block)]
+        return np.concatenate([np.zeros((0, width)), *parts])
 
     def _check_point(self, point):
         if not -self._n <= point < self._n:

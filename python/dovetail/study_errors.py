@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import fourier
+from .units import Units
 
 KINDS = ("amplitude", "frequency", "curve", "dissipation")
 SAME_FREQUENCY = 1e-9  # relative; the points of continuation.at lie there to rounding
@@ -14,27 +15,26 @@ SAME_FREQUENCY = 1e-9  # relative; the points of continuation.at lie there to ro
 class Curve:
     """What of a run is compared.
 
-    peak : (omega [rad/s], amplitude) of the watched unknown, without its mean
+    peak : (omega [rad/s], amplitude) of the watched unknown where it moves most, be that an end of the sweep
     passes : for every common frequency, (k, 2): amplitude and energy dissipated per cycle by all contact points together [J] each
         time the branch passes it
+    unit : of the model
     """
 
     peak: tuple
     passes: list
+    unit: Units = Units()
 
 
 def moves_most(results):
-    """Name of the contact dof with the largest amplitude, without its mean, at the top of the curve."""
-    contact = results.coefficients[:, results.modes:].copy()
-    contact[:, :, 0] = 0.0
-    top = np.argmax(np.sum(contact**2, axis=2).max(axis=1))
+    """Name of the contact dof with the largest amplitude at the top of the curve."""
+    contact = results.coefficients[:, results.modes:]
+    top = np.argmax(np.sum(contact[:, :, 1:] ** 2, axis=2).max(axis=1))
     return results.dof_names()[results.modes + int(np.argmax(fourier.amplitude(contact[top])))]
 
 
 def curve_of(results, dof, frequencies):
     """The Curve of a results file.
-
-    Means are left out: those of sticking sliders depend on the way there.
 
     Parameters
     ----------
@@ -42,13 +42,14 @@ def curve_of(results, dof, frequencies):
     dof : str
     frequencies : (m,) [rad/s]
     """
-    amplitude = results.amplitude(dof, mean=False)
+    amplitude, top = results.amplitude(dof), results.largest_point(dof)
     passes = []
     for omega in frequencies:
         points = np.flatnonzero(np.abs(results.omega - omega) <= SAME_FREQUENCY * omega)
         energy = [results.contact_activity(int(i)).dissipation.sum() for i in points]
         passes.append(np.column_stack([amplitude[points], energy]))
-    return Curve(results.peak(dof, mean=False), passes)
+    largest = float(results.omega[top]), float(amplitude[top])
+    return Curve(max([largest, *results.peaks(dof)], key=lambda place: place[1]), passes, results.unit)
 
 
 def errors(curve, reference):

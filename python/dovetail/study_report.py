@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, field
 
 from . import study_errors
 from .results import Results
+from .units import with_unit
 
 TARGETS = (1e-2, 1e-3, 1e-4)
 HELP = {"harmonics": "more harmonics", "leaps": "leaps", "integrations": "time integrations"}  # counts of summary.json: there the
@@ -59,7 +60,7 @@ class Report:
         if finer:
             notes.append(f"up to {used} harmonics, more than the reference, whose errors these may be")
         if summary["end"] != self.reference.summary["end"]:
-            notes.append(f"ended at {summary['last_omega']:.5g} rad/s: {summary['why']}")
+            notes.append(f"ended at {summary['last_omega']:.5g} {results.unit.omega}: {summary['why']}")
         if absent := study_errors.missed(curve, self.curve):
             notes.append(f"no point at {absent} of the frequencies")
         return Row(run.setting, study_errors.errors(curve, self.curve), summary["points"], run.seconds_per_point,
@@ -101,7 +102,7 @@ class Report:
         lines = [f"study of {self.case.path}: {self.title}",
                  f"reference: {self.reference.setting}; {summary['points']} points, "
                  f"{1e3 * self.reference.seconds_per_point:.4g} ms per point",
-                 f"its peak: {amplitude:.7g} of {self.dof} at {omega:.7g} rad/s",
+                 f"its peak: {with_unit(f'{amplitude:.7g}', self.curve.unit.length)} of {self.dof} at {omega:.7g} {self.curve.unit.omega}",
                  f"curves and energies are compared at {len(self.case.frequencies)} frequencies"]
         lines += [f"caution: where no step converged the reference took {note}" for note in helped(summary)]
         if self.doubt is not None:

@@ -6,6 +6,7 @@
 
 #include "analyses/branch_state.hpp"
 #include "continuation/curve.hpp"
+#include "problems/amplitude.hpp"
 #include "problems/estimator.hpp"
 #include "recovery/strategies.hpp"
 #include "stability/stability.hpp"
@@ -18,11 +19,10 @@ struct BranchSettings {
   double step = 0;         ///< first arc length
   bool adaptive = true;    ///< false: `step` throughout, as the original
   int max_points = 1;
-  std::vector<double> at; ///< solved exactly whenever the branch passes them, between from and to
-  PetscInt watched = -1;  ///< reduced dof (modes first) whose amplitude is followed; -1: the contact dof (mode, without
-                          ///< contact) that moves most
+  std::vector<double> at;                    ///< solved exactly whenever the branch passes them, between from and to
+  Watched watched;                           ///< whose amplitude is followed
   int stop_after_peaks = 0;                  ///< 0: never
-  double stop_at_amplitude = 0;              ///< of the watched dof; 0: never
+  double stop_at_amplitude = 0;              ///< of what is watched; 0: never
   Strategies strategies = Strategies::all(); ///< what is tried besides steps along the curve
   double work = 1;                           ///< that they may take, so many times the default
   bool stability = false;                    ///< judge every point
@@ -63,8 +63,14 @@ struct BranchEvent {
   } kind;
   std::string text;
   double parameter;     ///< scaled
-  double amplitude = 0; ///< of the watched dof, scaled; of the places only
+  double amplitude = 0; ///< of what is watched, scaled; of the places only
 };
+
+/// Whether the branch goes on elsewhere behind it.
+inline bool is_jump(BranchEvent::Kind kind) {
+  using Kind = BranchEvent::Kind;
+  return kind == Kind::leap || kind == Kind::integration || kind == Kind::outside;
+}
 
 struct BranchObserver {
   std::function<void(const BranchPoint &)> point;

@@ -30,7 +30,7 @@ Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
   const Scales scales = choose_scales(study, preloaded);
   HarmonicSystem system(scaled(std::move(preloaded), study.damping, scales), harmonics_of(study), 0, study.loads,
                         study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
-  BranchSettings settings = settings_of(study, system.layout(), scales);
+  BranchSettings settings = settings_of(study, system);
   settings.stability = false, settings.tolerance = 0, settings.at.clear();
   Trial trial;
   BranchObserver observer;

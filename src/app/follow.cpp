@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "app/earlier_run.hpp"
+#include "app/watching.hpp"
 #include "case/number_text.hpp"
 #include "problems/needed_harmonics.hpp"
 #include "problems/peak_sensitivity.hpp"
@@ -59,16 +60,11 @@ bool without_bound(const BranchPoint &point, double load) {
   return modal_forces(point) * std::numeric_limits<double>::epsilon() > share * load;
 }
 
-// Unit of the watched unknown's amplitude.
-double watched_scale(const Case &study, const Layout &layout, const Scales &scales) {
-  const PetscInt dof = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
-  const bool modal = dof < 0 ? layout.points == 0 : dof < layout.modes;
-  return modal ? scales.modal : scales.contact;
-}
-
 } // namespace
 
-BranchSettings settings_of(const Case &study, const Layout &layout, const Scales &scales) {
+BranchSettings settings_of(const Case &study, const HarmonicSystem &system) {
+  const Scales &scales = system.scales();
+  const Watching watching(study, system);
   BranchSettings settings;
   const CurveRange range = study.range();
   const double scale = scales.of(*range.parameter);
@@ -77,9 +73,9 @@ BranchSettings settings_of(const Case &study, const Layout &layout, const Scales
   settings.adaptive = study.adaptive;
   settings.max_points = study.max_points;
   for (const double wanted : study.at) settings.at.push_back(wanted / scale);
-  settings.watched = watched_dof(study, static_cast<int>(layout.modes), static_cast<int>(layout.points));
+  settings.watched = watching.scaled();
   settings.stop_after_peaks = study.stop_after_peaks;
-  settings.stop_at_amplitude = study.stop_at_amplitude / watched_scale(study, layout, scales);
+  settings.stop_at_amplitude = study.stop_at_amplitude / watching.unit();
   settings.strategies = study.strategies;
   if (!study.allow_branch_change) settings.strategies.keep_branch();
   settings.work = study.work;
@@ -92,7 +88,6 @@ BranchSettings settings_of(const Case &study, const Layout &layout, const Scales
 Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, const SavedRun *earlier,
                 SavedRun begin, Stages &stages, const Voice &voice) {
   const MPI_Comm comm = preloaded.reduced.comm;
-  const std::string unit = preloaded.reduced.units == "SI" ? "m" : "length";
   const CurveRange range = study.range();
   std::shared_ptr<VariedPreload> varied;
   HarmonicSystem system = stages.run("4 scaling", [&] {
@@ -104,8 +99,9 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   });
   const Scales &scales = system.scales();
   system.vary(ResponseParameter(*range.parameter, study.omega_from / scales.frequency), varied);
-  const double scale = scales.of(*range.parameter), amplitude_unit = watched_scale(study, system.layout(), scales);
-  const BranchSettings settings = settings_of(study, system.layout(), scales);
+  Watching watching(study, system);
+  const double scale = scales.of(*range.parameter);
+  const BranchSettings settings = settings_of(study, system);
   UniqueVec y = system.unknowns();
   if (earlier)
     check_place(system, study, earlier->branch);
@@ -122,18 +118,20 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   const auto user_omega = [&](double value) { return study.path ? study.omega_from : user_value(value); };
   const double load = load_of(system, settings.from);
   int points = earlier ? earlier->branch.counts.points : 0;
-  Progress progress(voice.speaks(), system.layout(), unit, range, points);
+  Progress progress(voice.speaks(), {watching.units(), study.watch.name, system.layout().modes}, settings.watched.dof,
+                    range, points);
   progress.heading();
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));
   int signal = 0;
   double clock = MPI_Wtime();
+  CurveEnds ends(earlier == nullptr);
+  int unknown = static_cast<int>(settings.watched.dof); // watched at the last point
   BranchObserver observer;
   struct { // the place that was reported last, for its sensitivity
     UniqueVec y;
     const HarmonicSystem *system = nullptr;
   } place;
-  const PetscInt watched = settings.watched;
   observer.point = [&](const BranchPoint &point) {
     if (without_bound(point, load))
       throw ComputeError("at " + study.frequency_unit.text(user_omega(point.parameter)) +
@@ -144,9 +142,11 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     const double now = MPI_Wtime();
     PointRecord record = collect(point, now - clock);
     record.omega = user_omega(point.parameter), record.parameter = user_value(point.parameter);
+    if (voice.speaks()) watching.measure(record);
     results.append(record);
     progress.point(record);
-    ++points, clock = now;
+    ends.add({record.parameter, record.amplitude, record.unknown});
+    ++points, clock = now, unknown = record.unknown;
     place.system = point.located ? &point.system : nullptr;
     if (study.sensitivity && point.located) {
       check(VecDuplicate(point.y, place.y.out()), "keeping a place");
@@ -154,12 +154,15 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     }
   };
   observer.event = [&](const BranchEvent &event) {
-    results.append(EventRecord{static_cast<int>(event.kind), points - 1, user_omega(event.parameter),
-                               event.amplitude * amplitude_unit, user_value(event.parameter)});
-    progress.event(event, scale);
+    const EventRecord record{static_cast<int>(event.kind),       points - 1,
+                             user_omega(event.parameter),        event.amplitude * watching.unit(),
+                             event.amplitude > 0 ? unknown : -1, user_value(event.parameter)};
+    results.append(record);
+    if (is_jump(event.kind)) ends.jump();
+    progress.event(event, record);
     if (!study.sensitivity || event.kind != BranchEvent::Kind::peak || !place.system) return;
-    if (const auto found = peak_sensitivity(*place.system, place.y, watched))
-      results.append(collect(*found, *place.system, amplitude_unit, points - 1));
+    if (const auto found = peak_sensitivity(*place.system, place.y, settings.watched))
+      results.append(collect(*found, *place.system, watching.unit(), points - 1));
     else
       voice.say("  no sensitivity: this peak lies in a corner of the curve");
   };
@@ -175,7 +178,8 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
   if (beyond_belief(comm, story) && system.layout().dofs() <= most_judged)
     story.closed_contact_frequency = scales.frequency * closed_contact_frequency(dense_model(system));
-  story.length_unit = unit;
+  story.told = {watching.units(), study.watch.name, system.layout().modes};
+  story.ends = ends;
   story.parts = keeper.parts();
   story.seconds_all_parts = keeper.seconds();
   return {std::move(story), signal, false, std::move(keeper)};

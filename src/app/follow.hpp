@@ -17,7 +17,7 @@ struct Followed {
 };
 
 /// What the case asks of the branch, in scaled numbers.
-BranchSettings settings_of(const Case &study, const Layout &layout, const Scales &scales);
+BranchSettings settings_of(const Case &study, const HarmonicSystem &system);
 
 /// `earlier`: where to go on from, or null; `begin`: what the state file says of this run before its first step.
 /// Collective.

@@ -43,7 +43,7 @@ private:
 };
 
 bool undamped(const Damping &damping) {
-  return damping.stiffness == 0 && damping.mass == 0 && damping.structural == 0 &&
+  return damping.stiffness == 0 && damping.mass == 0 && damping.structural == 0 && !damping.matrix &&
          std::all_of(damping.ratios.begin(), damping.ratios.end(), [](const ModeRatio &one) { return one.ratio == 0; });
 }
 

@@ -33,6 +33,12 @@ Motion wanted_motion(const Case &study, PetscInt elastic, PetscInt columns) {
   const MotionWish &wish = study.motion;
   motion.all = wish.given ? wish.all : static_cast<double>(elastic) * columns <= few;
   if (!motion.all) motion.dofs = motion_dofs(study.model, wish);
+  if (!motion.all && !study.watch.node.empty()) {
+    const NodeMotion watched = node_motion(study.model, study.watch);
+    motion.dofs.insert(motion.dofs.end(), watched.dofs.begin(), watched.dofs.end());
+    std::sort(motion.dofs.begin(), motion.dofs.end());
+    motion.dofs.erase(std::unique(motion.dofs.begin(), motion.dofs.end()), motion.dofs.end());
+  }
   std::uint64_t hash = 0;
   for (const PetscInt dof : motion.dofs) hash = mix(hash + static_cast<std::uint64_t>(dof) + 1);
   motion.in_words = motion.all ? "all" : std::to_string(motion.dofs.size()) + " dofs " + std::to_string(hash);
@@ -78,8 +84,8 @@ Motion agreed_motion(MPI_Comm comm, const Case &study, const FullModel &model) {
 }
 
 Source source_of(const Case &study, const FullModel &model, const Motion &motion) {
-  return {model.file,        model.hash,      model.units, study.modes,       kind_of(study),
-          study.check_modes, motion.in_words, "none",      model.contact_dofs};
+  return {model.file,        model.hash,      model.units, study.modes,        kind_of(study),
+          study.check_modes, motion.in_words, "none",      model.contact_dofs, model.contact.area};
 }
 
 // Results in the folder need the reduced file they were computed from, until others take their place.
@@ -147,8 +153,11 @@ ReducedModel given_reduced_model(MPI_Comm comm, const Case &study) {
   return model;
 }
 
-ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
-                           const Voice &voice, std::optional<ReductionFigures> &figures, bool need_force) {
+namespace {
+
+// As reduced_model(), without what is watched.
+ReducedModel reduced_from(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
+                          const Voice &voice, std::optional<ReductionFigures> &figures, bool need_force) {
   if (!study.reduced.empty()) {
     ReducedModel given = stages.run("1 model", [&] { return given_reduced_model(comm, study); });
     if (!given.as_written)
@@ -194,9 +203,11 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
     });
     char line[160];
     if (study.modes > 0) {
+      const auto &squares = reduction.model.kaa;
+      const Units units = units_of(reduction.model.units);
       std::snprintf(line, sizeof line, "  fixed-interface frequencies %.6g .. %.6g Hz%s",
-                    std::sqrt(reduction.model.kaa[0]) / (2 * M_PI),
-                    std::sqrt(*std::max_element(reduction.model.kaa.begin(), reduction.model.kaa.end())) / (2 * M_PI),
+                    units.hertz(std::sqrt(squares[0])),
+                    units.hertz(std::sqrt(*std::max_element(squares.begin(), squares.end()))),
                     study.residuals     ? ", residuals of the others among them"
                     : study.check_modes ? ", none missed"
                                         : " (reduction.check_modes = true counts them)");
@@ -208,6 +219,19 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
                                prepared.plan.keep_psi};
     return std::move(reduction.model);
   });
+}
+
+} // namespace
+
+ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
+                           const Voice &voice, std::optional<ReductionFigures> &figures, bool need_force) {
+  ReducedModel model = reduced_from(comm, study, file, stages, voice, figures, need_force);
+  if (!study.watch.node.empty())
+    on_all_ranks(comm, [&] {
+      const NodeMotion motion = node_motion(study.model, study.watch);
+      model.watched = recovered_row(file, motion.dofs, motion.factors);
+    });
+  return model;
 }
 
 std::string forecast_reduction(MPI_Comm comm, const Case &study, const std::filesystem::path &file,

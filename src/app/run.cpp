@@ -29,8 +29,9 @@ struct Checked {
   std::vector<double> initial;                // (3 N_x) [m]
   PetscInt dofs = 0;                          // of the reduced model
   bool has_c = false, has_structural = false; // damping matrices of the model
-  std::optional<SavedRun> earlier;            // the run to be continued
-  bool has_results = false;                   // on rank 0: results.h5 is this run's
+  Units units;
+  std::optional<SavedRun> earlier; // the run to be continued
+  bool has_results = false;        // on rank 0: results.h5 is this run's
 };
 
 Checked check_input(MPI_Comm comm, const Request &request) {
@@ -44,15 +45,19 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       from_model = header.contact;
       if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
       check_patterns(study, header.forces, study.model);
+      checked.units = units_of(header.units);
+      if (!study.watch.node.empty()) node_motion(study.model, study.watch);
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     } else {
       const ReducedHeader header = read_reduced_header(study.reduced);
       check_patterns(study, header.loads, study.reduced);
       from_model.area = header.area;
+      checked.units = units_of(header.units);
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     }
+    settle_units(study, checked.units);
     const auto [modes, points] = std::pair(int(checked.sizes.modes), int(checked.sizes.points));
     if (modes + points == 0)
       throw InputError(study.given.at("reduction.modes") + ": reduction.modes = 0: " + study.model.string() +
@@ -144,7 +149,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   else
     reduced = given_reduced_model(comm, study);
   if (voice.speaks()) {
-    describe(std::cout, study, checked.contact);
+    describe(std::cout, study, checked.contact, checked.units);
     describe(std::cout, checked.sizes);
     if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
     for (const std::string &note : notes_on_damping(checked)) std::cout << note << "\n";

@@ -17,16 +17,18 @@ std::string number(double value) {
   return text;
 }
 
-std::string in_both_units(double omega) { return FrequencyUnit{true}.text(omega, 6); }
+std::string in_both_units(const FrequencyUnit &unit, double omega) {
+  return FrequencyUnit{true, unit.seconds, unit.omega}.text(omega, 6);
+}
 
-std::string line_of(const char *state, const ResonanceSet &set) {
+std::string line_of(const char *state, const ResonanceSet &set, const FrequencyUnit &unit) {
   char head[40];
   std::snprintf(head, sizeof head, "resonances %-9s ", state);
   std::string out = head;
   std::size_t told = 0;
   for (std::size_t j = 0; j < set.omega.size() && told < 2 * shown; ++j) {
     if (j >= shown && set.in_sweep[j] == 0) continue;
-    out += (told++ ? ", " : "") + std::to_string(j + 1) + ": " + in_both_units(set.omega[j]);
+    out += (told++ ? ", " : "") + std::to_string(j + 1) + ": " + in_both_units(unit, set.omega[j]);
     if (set.in_sweep[j] > 0) out += " in the sweep";
     if (set.in_sweep[j] > 1) out += " by harmonic " + std::to_string(set.in_sweep[j]);
   }
@@ -35,7 +37,7 @@ std::string line_of(const char *state, const ResonanceSet &set) {
 
 std::string sweep_in_words(const Case &study) {
   const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
-  return in_both_units(low) + " to " + in_both_units(high);
+  return in_both_units(study.frequency_unit, low) + " to " + in_both_units(study.frequency_unit, high);
 }
 
 // A resonance of the joint in motion lies between those of the joint slipping and stuck.
@@ -76,30 +78,36 @@ std::optional<Resonances> try_resonances(const PreloadedModel &model, const Case
 }
 
 std::vector<std::string> in_lines(const Resonances &found, const Case &study) {
-  std::vector<std::string> lines{line_of("stuck", found.stuck), line_of("slipping", found.slipping),
-                                 line_of("open", found.open)};
+  const FrequencyUnit &unit = study.frequency_unit;
+  std::vector<std::string> lines{line_of("stuck", found.stuck, unit), line_of("slipping", found.slipping, unit),
+                                 line_of("open", found.open, unit)};
   if (!found.all_stuck.omega.empty())
-    lines.push_back(line_of("closed", found.all_stuck) + "; all points closed and stuck, as damping.ratios counts (" +
-                    std::to_string(found.points - found.closed) + " of " + std::to_string(found.points) +
-                    " are open at rest)");
+    lines.push_back(
+        line_of("closed", found.all_stuck, unit) + "; all points closed and stuck, as damping.ratios counts (" +
+        std::to_string(found.points - found.closed) + " of " + std::to_string(found.points) + " are open at rest)");
   const double high = std::max(study.omega_from, study.omega_to);
   if (found.reach < high)
     lines.push_back("resonances: of " + std::to_string(found.open.omega.size()) + " modes; there are more below " +
-                    in_both_units(high));
+                    in_both_units(unit, high));
   return lines;
 }
 
 std::string in_table(const Resonances &found, const Case &study) {
+  const FrequencyUnit &unit = study.frequency_unit;
+  const FrequencyUnit hertz{true, unit.seconds, unit.omega};
+  char columns[120];
+  std::snprintf(columns, sizeof columns, "      %12s %12s   %12s %12s   %12s %12s\n", "Hz", unit.omega.c_str(), "Hz",
+                unit.omega.c_str(), "Hz", unit.omega.c_str());
   std::string out = "joint at rest: " + std::to_string(found.closed) + " of " + std::to_string(found.points) +
-                    " contact points closed, pressed with " + number(found.clamping) + " N in all\n\n" +
-                    "  mode             stuck                     slipping                       open\n" +
-                    "            Hz        rad/s            Hz        rad/s            Hz        rad/s\n";
+                    " contact points closed, pressed with " + number(found.clamping) +
+                    behind_number(study.units.force) + " in all\n\n" +
+                    "  mode             stuck                     slipping                       open\n" + columns;
   const ResonanceSet *sets[] = {&found.stuck, &found.slipping, &found.open};
   bool marked = false;
   const auto cell = [&](const ResonanceSet &set, std::size_t j) {
     char text[64];
     if (j >= set.omega.size()) return std::string(29, ' ');
-    std::snprintf(text, sizeof text, " %12.6g %12.6g %-2s", set.omega[j] / (2 * M_PI), set.omega[j],
+    std::snprintf(text, sizeof text, " %12.6g %12.6g %-2s", set.omega[j] / hertz.radians(), set.omega[j],
                   set.in_sweep[j] > 0 ? "*" : "");
     marked = marked || set.in_sweep[j] > 0;
     return std::string(text);
@@ -119,7 +127,7 @@ std::string in_table(const Resonances &found, const Case &study) {
   if (!found.all_stuck.omega.empty()) {
     out += "\nall points closed and stuck, as damping.ratios counts:";
     for (std::size_t j = 0; j < std::min(in_a_table, found.all_stuck.omega.size()); ++j)
-      out += (j ? ", " : " ") + in_both_units(found.all_stuck.omega[j]);
+      out += (j ? ", " : " ") + in_both_units(unit, found.all_stuck.omega[j]);
   }
   return out;
 }
@@ -132,17 +140,19 @@ std::vector<Warning> warnings_of(const Resonances &found, const Case &study) {
   if (study.omega_from != study.omega_to && all_known && !some_in_sweep(found, study)) {
     const double omega = nearest(found, study);
     out.push_back({"no_resonance", "no resonance lies in the sweep, " + sweep_in_words(study) + "; " +
-                                       (omega > 0 ? "the nearest is at " + in_both_units(omega) : "there is none")});
+                                       (omega > 0 ? "the nearest is at " + in_both_units(study.frequency_unit, omega)
+                                                  : "there is none")});
   }
   if (found.may_lift > 0 && !(found.clamping > 0))
     out.push_back({"not_pressed", "nothing presses the joint: at rest no contact point bears a normal force. Check the "
                                   "sign of /preload and of the normals (positive x_n closes), and contact.gap "
                                   "(positive is a clearance)"});
   if (found.sliding.without_bound())
-    out.push_back({"slides", "a body that the joint alone keeps from sliding is pushed with " +
-                                 number(found.sliding.force) + " N, and friction at rest holds " +
-                                 number(found.sliding.held) + " N (mu times the clamping): it slides as a whole, and " +
-                                 "nothing but its inertia bounds the motion"});
+    out.push_back(
+        {"slides", "a body that the joint alone keeps from sliding is pushed with " + number(found.sliding.force) +
+                       behind_number(study.units.force) + ", and friction at rest holds " + number(found.sliding.held) +
+                       behind_number(study.units.force) + " (mu times the clamping): it slides as a whole, and " +
+                       "nothing but its inertia bounds the motion"});
   return out;
 }
 

@@ -13,6 +13,7 @@
 #include "case/damping.hpp"
 #include "contact/contact_point.hpp"
 #include "recovery/strategies.hpp"
+#include "support/units.hpp"
 
 namespace dovetail {
 
@@ -60,11 +61,12 @@ struct MotionWish {
   std::string where;               ///< place in the case file, for messages
 };
 
-/// The unknown whose amplitude is followed, as written: [continuation] watch.
+/// The unknown or node whose amplitude is followed, as written: [continuation] watch.
 struct Watch {
-  std::string name;   ///< "a1", "x3.n"; empty: the contact dof that moves most
+  std::string name;   ///< "a1", "x3.n", "tip.y"; empty: the contact dof that moves most
   int number = 0;     ///< of the mode or contact point, from 1
-  int direction = -1; ///< 0, 1, 2 for t1, t2, n; -1: a mode
+  int direction = -1; ///< 0, 1, 2 for t1, t2, n, or of a node for x, y, z; -1: a mode
+  std::string node;   ///< a node set, or the row of a node, in the model file; empty: an unknown
   std::string where;  ///< place in the case file, for messages
 };
 
@@ -109,6 +111,7 @@ struct Case {
   ScalingKind scaling = ScalingKind::automatic;
   double scale_frequency = 0, scale_modal = 0, scale_contact = 0; ///< w0, alpha, beta when manual
 
+  Units units;                         ///< of the model, once it is read
   FrequencyUnit frequency_unit;        ///< of the case file
   double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point, or the frequency of a path
   std::optional<Path> path;
@@ -150,6 +153,9 @@ Case read_case(const std::filesystem::path &file, const std::filesystem::path &o
 /// Throws InputError naming the place when a length is wrong or a parameter is missing.
 std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const ContactSettings &from_model, int n);
 
+/// Frequencies in Hz become those of the model's unit of time, and are shown with its name.
+void settle_units(Case &study, const Units &units);
+
 /// Throws InputError where the path of a case is over what these contact points have not.
 void check_path(const Case &study, const std::vector<ContactPoint> &points);
 
@@ -160,7 +166,7 @@ void check_patterns(const Case &study, const std::vector<std::string> &patterns,
 std::vector<double> initial_preload(const Case &study, int n);
 
 /// Row of the watched unknown among the reduced dofs (modes first, then t1, t2, n of each contact point), or -1 where
-/// none is named. Throws InputError when the model has no such one.
+/// none is named, or a node. Throws InputError when the model has no such one.
 int watched_dof(const Case &study, int modes, int points);
 
 /// Throws InputError where [damping] names a mode, or a matrix, that the model does not have.
@@ -169,8 +175,8 @@ void check_damping(const Case &study, int modes, int points, bool has_matrix);
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);
 
-/// Every value in force, one per line: key, value, unit, and whether it was given or is the default.
-void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points);
+/// Every value in force, one per line: key, value, unit of the model, and whether it was given or is the default.
+void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points, const Units &units);
 
 /// Makes the output directory and checks that results.h5 can be written there. Throws InputError. For one
 /// rank only.

@@ -2,6 +2,7 @@
 // What a curve is followed over, how far, and how its values are shown.
 #include "case/frequency_unit.hpp"
 #include "contact/path_parameter.hpp"
+#include "support/units.hpp"
 
 namespace dovetail {
 
@@ -13,9 +14,9 @@ struct CurveRange {
 
   bool is_sweep() const { return parameter == &frequency_parameter(); } ///< over the frequency
   double shown(double value) const { return is_sweep() ? value / unit.radians() : value; }
-  std::string heading() const {
-    if (is_sweep()) return unit.hertz ? "frequency [Hz]" : "Omega [rad/s]";
-    return std::string(parameter->name) + " [" + parameter->unit + "]";
+  std::string heading(const Units &units) const {
+    if (is_sweep()) return unit.hertz ? "frequency [Hz]" : "Omega [" + unit.omega + "]";
+    return std::string(parameter->name) + " [" + units.instead_of(parameter->unit) + "]";
   }
   /// For messages, behind "at": "3.2 rad/s", or "friction 0.5".
   std::string text(double value, int digits = 9) const {

@@ -64,10 +64,10 @@ std::string contact_origin(const Case &study, const std::string &key, const Span
   return "model file";
 }
 
-std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &points) {
+std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &points, const Units &units) {
   std::vector<Row> rows;
   for (const auto &key : keys()) {
-    Row row{key.name, "", key.unit, "default"};
+    Row row{key.name, "", units.instead_of(key.unit), "default"};
     if (key.text) {
       row.value = key.text(study);
     } else if (row.key == "contact.law") {
@@ -84,12 +84,10 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
       row.origin = found->second == "--out" ? "--out" : "given";
     rows.push_back(row);
     if (row.key == "continuation.omega") {
-      const bool other = !study.frequency_unit.hertz;
-      const auto in_other = [&](double omega) {
-        return number_text(std::round(omega / (other ? 2 * M_PI : 1) * 1e6) / 1e6);
-      };
-      rows.push_back({"", "[" + in_other(study.omega_from) + ", " + in_other(study.omega_to) + "]",
-                      FrequencyUnit{other}.name(), row.origin});
+      const FrequencyUnit &unit = study.frequency_unit, other{!unit.hertz, unit.seconds, unit.omega};
+      const auto in_other = [&](double omega) { return number_text(std::round(omega / other.radians() * 1e6) / 1e6); };
+      rows.push_back(
+          {"", "[" + in_other(study.omega_from) + ", " + in_other(study.omega_to) + "]", other.name(), row.origin});
     }
   }
   return rows;
@@ -97,8 +95,8 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
 
 } // namespace
 
-void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points) {
-  const auto rows = rows_of(study, points);
+void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points, const Units &units) {
+  const auto rows = rows_of(study, points, units);
   size_t key_width = 0, value_width = 0;
   for (const auto &row : rows) {
     key_width = std::max(key_width, row.key.size());

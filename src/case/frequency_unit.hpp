@@ -1,5 +1,6 @@
 #pragma once
-// In which unit the case file gives frequencies: [continuation] unit. The program itself knows rad/s only.
+// In which unit the case file gives frequencies: [continuation] unit. Inside, they are as the model counts: rad/s, or
+// rad per its unit of time.
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -10,9 +11,11 @@ namespace dovetail {
 
 struct FrequencyUnit {
   bool hertz = false;
+  double seconds = 1;          ///< the model's unit of time [s], once it is known,
+  std::string omega = "rad/s"; ///< and the name of its excitation frequencies
 
-  const char *name() const { return hertz ? "Hz" : "rad/s"; }
-  double radians() const { return hertz ? 2 * M_PI : 1; } ///< one of it [rad/s]
+  const char *name() const { return hertz ? "Hz" : omega.c_str(); }
+  double radians() const { return hertz ? 2 * M_PI * seconds : 1; } ///< one of it, as the model counts
 
   /// omega [rad/s] as a number of this unit, with the digits that the user wrote.
   std::string number(double omega) const {
@@ -24,11 +27,12 @@ struct FrequencyUnit {
 
   /// omega [rad/s] for messages: "3.2 rad/s", or "0.51 Hz = 3.2 rad/s".
   std::string text(double omega, int digits = 9) const {
-    char words[80];
+    char words[96];
     if (hertz)
-      std::snprintf(words, sizeof words, "%.*g Hz = %.*g rad/s", digits, omega / radians(), digits, omega);
+      std::snprintf(words, sizeof words, "%.*g Hz = %.*g %s", digits, omega / radians(), digits, omega,
+                    this->omega.c_str());
     else
-      std::snprintf(words, sizeof words, "%.*g rad/s", digits, omega);
+      std::snprintf(words, sizeof words, "%.*g %s", digits, omega, this->omega.c_str());
     return words;
   }
 };

@@ -229,20 +229,22 @@ void read_continuation(const Document &document, Case &study) {
 void read_watch(const Entry &entry, Watch &watch) {
   if (!entry) return;
   watch.name = entry.words(), watch.where = entry.where();
-  static const std::regex mode("a([1-9][0-9]{0,8})"), contact("x([1-9][0-9]{0,8})\\.(t1|t2|n)");
+  static const std::regex mode("a([1-9][0-9]{0,8})"), contact("x([1-9][0-9]{0,8})\\.(t1|t2|n)"), node("(.+)\\.([xyz])");
   std::smatch found;
+  if (std::regex_match(watch.name, found, node)) {
+    watch.node = found[1], watch.direction = *found[2].first - 'x';
+    return;
+  }
   if (std::regex_match(watch.name, found, contact))
     watch.direction = found[2] == "n" ? 2 : found[2] == "t2" ? 1 : 0;
   else if (!std::regex_match(watch.name, found, mode))
-    entry.refuse("must be the name of an unknown: \"x1.t1\", \"x1.t2\" or \"x1.n\" of contact point 1, or \"a1\", the "
-                 "first mode");
+    entry.refuse(
+        "must be \"tip.y\", a node set or the row of a node and x, y or z; or the name of an unknown: \"x1.t1\", "
+        "\"x1.t2\" or \"x1.n\" of contact point 1, or \"a1\", the first mode");
   watch.number = std::stoi(found[1]);
 }
 
-void read_watched(const Document &document, Case &study) {
-  const Entry of = document["sensitivity.of"];
-  read_watch(document["continuation.watch"], study.watch);
-  if (!of) return;
+void read_sensitivity(const Entry &of, Case &study) {
   if (study.path) of.refuse("is asked at peaks over the frequency, but [path] is given; delete one of the two");
   Watch asked;
   read_watch(of, asked);
@@ -251,6 +253,16 @@ void read_watched(const Document &document, Case &study) {
               "\" is another unknown, and the peaks are of that; write one "
               "of them");
   study.watch = asked, study.sensitivity = true;
+}
+
+void read_watched(const Document &document, Case &study) {
+  const Entry of = document["sensitivity.of"];
+  read_watch(document["continuation.watch"], study.watch);
+  if (of) read_sensitivity(of, study);
+  if (!study.watch.node.empty() && study.model.empty())
+    (of ? of : document["continuation.watch"])
+        .refuse("names a node, whose motion the reduced model alone does not say; give  model =  in "
+                "place of  reduced =, or name an unknown such as \"x1.t1\"");
 }
 
 void read_stops(const Document &document, Case &study) {

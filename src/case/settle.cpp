@@ -8,12 +8,21 @@ namespace dovetail {
 
 int watched_dof(const Case &study, int modes, int points) {
   const Watch &watch = study.watch;
-  if (watch.name.empty()) return -1;
+  if (watch.name.empty() || !watch.node.empty()) return -1;
   const bool mode = watch.direction < 0;
   if (watch.number > (mode ? modes : points))
     throw InputError(watch.where + " = \"" + watch.name + "\": the model has " +
                      (mode ? std::to_string(modes) + " modes" : std::to_string(points) + " contact points"));
   return mode ? watch.number - 1 : modes + 3 * (watch.number - 1) + watch.direction;
+}
+
+void settle_units(Case &study, const Units &units) {
+  FrequencyUnit &unit = study.frequency_unit;
+  study.units = units;
+  unit.seconds = units.seconds, unit.omega = units.omega;
+  if (!unit.hertz) return;
+  study.omega_from *= units.seconds, study.omega_to *= units.seconds;
+  for (std::size_t i = 0; i < study.at.size() && !study.path; ++i) study.at[i] *= units.seconds;
 }
 
 void check_path(const Case &study, const std::vector<ContactPoint> &points) {

@@ -99,7 +99,7 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &
   auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, like.samples_);
   if (like.form_ == LinearForm::assembled) return system;
   auto part = std::make_unique<Assembled>(like.couplings(), system->layout_, like.structure(1).damps_mass());
-  if (const Dampers *dampers = like.dampers()) part->take(std::make_shared<Dampers>(*dampers));
+  if (auto dampers = like.linear_->shared_dampers()) part->take(std::move(dampers));
   system->linear_ = std::move(part);
   system->form_ = LinearForm::assembled;
   return system;

@@ -52,6 +52,7 @@ public:
   virtual void multiply(const double *q, double *stiffness_force, double *inertia_force) = 0;
   /// Damping that is not proportional to K and M, or none.
   const Dampers *dampers() const { return dampers_.get(); }
+  std::shared_ptr<const Dampers> shared_dampers() const { return dampers_; }
   /// This rank's share of K and M.
   virtual std::vector<Coupling> couplings() const = 0;
 

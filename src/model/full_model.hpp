@@ -36,11 +36,21 @@ struct ModelHeader {
   ContactSettings contact;
   std::vector<std::string> forces; ///< names of the patterns
   bool has_c = false, has_structural = false;
+  std::string units = "SI";
 };
 
 /// The dofs, ascending, whose motion gives that of the sets and nodes wished for; `all` is left to the caller. Each
 /// rank on its own. InputError.
 std::vector<PetscInt> motion_dofs(const std::filesystem::path &file, const MotionWish &wish);
+
+/// The motion of the node or node set that is watched, as a sum over dofs of the model.
+struct NodeMotion {
+  std::vector<PetscInt> dofs; ///< ascending
+  std::vector<double> factors;
+};
+
+/// Of a set of several nodes the mean; nodes held in the direction count as zero. Each rank on its own. InputError.
+NodeMotion node_motion(const std::filesystem::path &file, const Watch &watch);
 
 /// Sizes and contact parameters only, for checks and forecasts. Each rank on its own.
 ModelHeader read_model_header(const std::filesystem::path &file);

@@ -272,6 +272,7 @@ ModelHeader read_model_header(const std::filesystem::path &path) {
   const h5::Reader file(path);
   check_format(file, path);
   ModelHeader header;
+  if (const std::string units = file.text_attribute("units"); !units.empty()) header.units = units;
   header.dofs = matrix_size(file, "/K");
   const Extent entries = file.extent("/K/data");
   if (entries.size() != 1) throw InputError(file.place("/K/data") + ": one list of values is wanted");

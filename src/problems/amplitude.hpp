@@ -1,5 +1,7 @@
 #pragma once
-// How far the watched dof moves within the period, and how that changes along a curve.
+// How far what is watched moves within the period, and how that changes along a curve. Amplitude: half the
+// peak-to-peak.
+#include <optional>
 #include <vector>
 
 #include "contact/wave_transform.hpp"
@@ -9,22 +11,47 @@
 
 namespace dovetail {
 
-class AmplitudeMeter {
+/// What is watched. Neither of the two: the contact dof that moves most (the mode, without contact).
+struct Watched {
+  PetscInt dof = -1; ///< a reduced dof, modes first
+  /// Or a sum of reduced dofs, such as the motion of a node: (N_a + 3 N_x) factors of the scaled ones, on every rank.
+  std::optional<std::vector<double>> row;
+};
+
+/// The extremes of one trigonometric polynomial, not of samples of it.
+class Swing {
 public:
-  /// `watched`: a reduced dof, modes first, or -1: the contact dof that moves most (the mode, without contact).
-  AmplitudeMeter(const Layout &layout, PetscInt watched);
-  /// Largest |q(t) - mean| over the period, scaled, at y and along t. The extreme is that of the trigonometric
-  /// polynomial, not of samples. Collective.
-  Amplitude operator()(Vec y, Vec t);
+  explicit Swing(int harmonics);
+  /// Instants of the largest and the smallest value, from coefficients [a0, a1, b1, ...].
+  struct Extremes {
+    double high, low;
+  };
+  Extremes extremes(const double *coefficients);
+  /// Half the peak-to-peak.
+  double amplitude(const double *coefficients);
 
 private:
-  double extreme(const double *coefficients);
+  double highest(const double *coefficients, double sign) const;
 
-  const Layout &layout_;
-  PetscInt watched_;
   int harmonics_;
   std::vector<double> values_, slopes_; // on a grid of instants
   WaveTransform grid_;
+};
+
+class AmplitudeMeter {
+public:
+  AmplitudeMeter(const Layout &layout, const Watched &watched);
+  /// Half the peak-to-peak over the period, scaled, at y and along t. Collective.
+  Amplitude operator()(Vec y, Vec t);
+
+private:
+  Amplitude of_row(const double *y, const double *t);
+  Amplitude of_one(const double *coefficients, const double *along);
+
+  const Layout &layout_;
+  Watched watched_;
+  int harmonics_;
+  Swing swing_;
 };
 
 } // namespace dovetail

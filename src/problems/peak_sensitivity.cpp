@@ -27,11 +27,13 @@ double dot(Vec a, Vec b) {
 // Equations at a motion and a frequency, with the adjoint of the watched amplitude. c = -dA/dOmega, 2 A = amplitude^2.
 class Peak {
 public:
-  Peak(const HarmonicSystem &like, Vec y, PetscInt watched)
+  Peak(const HarmonicSystem &like, Vec y, const Watched &watched)
       : system_(HarmonicSystem::assembled(like)), jacobian_(system_->matrix()), fixed_(system_->unknowns()) {
     const Layout &layout = system_->layout();
-    row_ = (watched < layout.modes ? layout.mode_row(watched) : layout.contact_row(watched - layout.modes)) -
-           layout.first_dof();
+    for (PetscInt d = 0; d < layout.own_dofs(); ++d) {
+      const PetscInt number = layout.number(d);
+      row_.push_back(watched.row ? (*watched.row)[number] : number == watched.dof);
+    }
     for (UniqueVec *v : {&y_, &f_, &along_, &gradient_, &adjoint_, &turned_, &at_}) *v = system_->unknowns();
     check(VecCopy(y, y_), doing);
     set_last(fixed_, 1);
@@ -40,7 +42,7 @@ public:
   }
 
   double omega() const { return system_->parameter_in(y_); }
-  double amplitude() const { return std::sqrt(dot(gradient_, gradient_)); }
+  double amplitude() const { return std::sqrt(dot(gradient_, y_)); } // a quadratic's
 
   // Newton's method at the frequency at hand.
   bool solve() {
@@ -137,15 +139,20 @@ private:
     return reason > 0;
   }
 
-  // out += the harmonics of the watched row of v.
+  // out += H v, where 2 A = v . H v.
   void watch(Vec v, Vec out) const {
     const Layout &layout = system_->layout();
+    const int n = layout.width;
     const double *from;
     double *to;
+    std::vector<double> motion(n, 0.0); // of what is watched, without its mean
     check(VecGetArrayRead(v, &from), doing);
     check(VecGetArray(out, &to), doing);
-    if (row_ >= 0 && row_ < layout.own_dofs())
-      for (int i = 1; i < layout.width; ++i) to[row_ * layout.width + i] += from[row_ * layout.width + i];
+    for (std::size_t d = 0; d < row_.size(); ++d)
+      for (int i = 1; i < n; ++i) motion[i] += row_[d] * from[d * n + i];
+    MPI_Allreduce(MPI_IN_PLACE, motion.data(), n, MPI_DOUBLE, MPI_SUM, layout.comm);
+    for (std::size_t d = 0; d < row_.size(); ++d)
+      for (int i = 1; i < n; ++i) to[d * n + i] += row_[d] * motion[i];
     check(VecRestoreArray(out, &to), doing);
     check(VecRestoreArrayRead(v, &from), doing);
   }
@@ -200,7 +207,7 @@ private:
   std::unique_ptr<HarmonicSystem> system_;
   UniqueMat jacobian_;
   UniqueKSP ksp_;
-  PetscInt row_; // own number of the watched dof, if it is among them
+  std::vector<double> row_; // (own dofs): what is watched is this times q
   UniqueVec y_, f_, along_, gradient_, adjoint_, turned_, at_;
   UniqueVec fixed_; // border that holds Omega: the last unit vector
   double c_ = 0, step_ = 0, omega_of_last_ = 0;
@@ -208,7 +215,7 @@ private:
 
 } // namespace
 
-std::optional<PeakSensitivity> peak_sensitivity(const HarmonicSystem &system, Vec y, PetscInt watched) {
+std::optional<PeakSensitivity> peak_sensitivity(const HarmonicSystem &system, Vec y, const Watched &watched) {
   Peak peak(system, y, watched);
   const double begin = peak.omega();
   for (int i = 0; i < most_moves; ++i) {

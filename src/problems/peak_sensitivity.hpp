@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "harmonic/harmonic_system.hpp"
+#include "problems/amplitude.hpp"
 
 namespace dovetail {
 
@@ -15,13 +16,13 @@ struct PeakSlope {
 
 struct PeakSensitivity {
   double omega = 0;     ///< of the peak, scaled
-  double amplitude = 0; ///< sqrt(sum over k >= 1 of a_k^2 + b_k^2) of the watched unknown, scaled
+  double amplitude = 0; ///< sqrt(sum over k >= 1 of a_k^2 + b_k^2) of what is watched, scaled
   PeakSlope amplitude_by, omega_by;
 };
 
-/// At the maximum over Omega of that amplitude next to y = [X; Omega], a point of a response curve. `watched`: a
-/// reduced dof, modes first. Nothing where no smooth maximum is near: it lies in a corner, or is not one. Memories w_p
-/// of points that slip in the preload count as fixed. Collective.
-std::optional<PeakSensitivity> peak_sensitivity(const HarmonicSystem &system, Vec y, PetscInt watched);
+/// At the maximum over Omega of that amplitude next to y = [X; Omega], a point of a response curve. Nothing where no
+/// smooth maximum is near: it lies in a corner, or is not one. Memories w_p of points that slip in the preload count as
+/// fixed. Collective.
+std::optional<PeakSensitivity> peak_sensitivity(const HarmonicSystem &system, Vec y, const Watched &watched);
 
 } // namespace dovetail

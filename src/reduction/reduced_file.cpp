@@ -210,7 +210,9 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
     want("/contact/area", {nc / 3}, "(N_x,) = (" + std::to_string(nc / 3) + ",)");
     area = file.doubles("/contact/area");
   }
-  return {static_cast<PetscInt>(na), static_cast<PetscInt>(nc / 3), loads, has_damping("/C"), has_damping("/S"), area};
+  const std::string units = file.text_attribute("units");
+  return {static_cast<PetscInt>(na),   static_cast<PetscInt>(nc / 3), loads, has_damping("/C"), has_damping("/S"), area,
+          units.empty() ? "SI" : units};
 }
 
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
@@ -223,7 +225,7 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
     model.own_modes = own_share(comm, model.modes);
     model.own_points = own_share(comm, model.points);
     const h5::Reader file(path);
-    if (const std::string units = file.text_attribute("units"); !units.empty()) model.units = units;
+    model.units = header.units;
     const hsize_t na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin,
                   rows = model.own_contact_dofs();
     const auto finite = [&](const std::string &name, std::vector<double> values) {

@@ -59,6 +59,7 @@ struct ReducedModel {
   /// Number of the pattern of that name. InputError if there is none.
   std::size_t load(const std::string &name) const;
 
+  std::vector<double> watched; ///< (N_a + 3 N_x) the motion of the node watched, on every rank; empty: none is
   LeftOut left_out;
   std::filesystem::path stuck_file; ///< where the modes of the stuck structure may be kept; empty: nowhere
 
@@ -126,12 +127,18 @@ void write_reduced(const std::filesystem::path &file, const Source &source, cons
 /// Reads a reduced file; each rank its own rows. Collective. InputError.
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &file);
 
+/// The sum of some dofs of the full model, each with a factor, by the reduced unknowns: (N_a + 3 N_x). From a reduced
+/// file that keeps their motion. Each rank on its own. InputError.
+std::vector<double> recovered_row(const std::filesystem::path &file, const std::vector<PetscInt> &dofs,
+                                  const std::vector<double> &factors);
+
 /// What a reduced file holds of modes, contact points and load patterns. Each rank on its own. InputError.
 struct ReducedHeader {
   PetscInt modes = 0, points = 0;
   std::vector<std::string> loads; ///< names of the patterns
   bool has_c = false, has_structural = false;
   std::vector<double> area = {}; ///< (N_x) of the contact points [m^2], or empty
+  std::string units = "SI";
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
 

@@ -33,6 +33,28 @@ const std::vector<const char *> &event_names() {
   return names;
 }
 
+std::string name_of_unknown(int unknown, PetscInt modes, const std::string &watch) {
+  if (unknown < 0) return watch;
+  const long contact = unknown - static_cast<long>(modes);
+  if (contact < 0) return "a" + std::to_string(unknown + 1);
+  return "x" + std::to_string(contact / 3 + 1) + (contact % 3 == 0 ? ".t1" : contact % 3 == 1 ? ".t2" : ".n");
+}
+
+void CurveEnds::add(const End &point) {
+  if (!first_known_) first_.push_back(point);
+  first_known_ = first_known_ || first_.size() == 2;
+  last_.push_back(point);
+  if (last_.size() > 2) last_.erase(last_.begin());
+}
+
+const CurveEnds::End *CurveEnds::falling() const {
+  return first_.size() == 2 && first_[0].amplitude > first_[1].amplitude ? &first_[0] : nullptr;
+}
+
+const CurveEnds::End *CurveEnds::rising() const {
+  return last_.size() == 2 && last_[1].amplitude > last_[0].amplitude ? &last_[1] : nullptr;
+}
+
 PointRecord collect(const BranchPoint &point, double seconds) {
   const HarmonicSystem &system = point.system;
   const Layout &layout = system.layout();

@@ -1,6 +1,7 @@
 #pragma once
 // A point of the branch and what happened there, in user units: what one line on the screen and one row of the file
 // need.
+#include <string>
 #include <vector>
 
 #include "analyses/branch.hpp"
@@ -30,6 +31,8 @@ struct PointRecord {
   int stable = 0, instability = 0; ///< numbers of Stability's Verdict and Kind, where points are judged
   double multiplier = 0;
   double harmonics_error = 0, sampling_error = 0, modes_error = 0; ///< where they are estimated
+  double amplitude = 0;                                            ///< of what is watched, half its peak-to-peak
+  int unknown = -1;         ///< that it is of: a row of coefficients, or -1 for the node that the case names
   double between_error = 0; ///< of the amplitude since the point before; NaN: unknown
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
@@ -40,8 +43,32 @@ struct EventRecord {
   int kind = 0;         ///< number of a BranchEvent::Kind
   int point = 0;        ///< the last point before it, or the point that it is
   double omega = 0;     ///< [rad/s]
-  double amplitude = 0; ///< of the watched unknown [user units]; 0 unless it is a place on the curve
+  double amplitude = 0; ///< of what is watched [user units]; 0 unless it is a place on the curve
+  int unknown = -1;     ///< that the amplitude is of, as in PointRecord
   double parameter = 0; ///< where it is not the frequency
+};
+
+/// An unknown in words: "a1", "x3.n", or `watch`, the node that the case names.
+std::string name_of_unknown(int unknown, PetscInt modes, const std::string &watch);
+
+/// The first and the last two points of a curve, as far as it did not jump between them.
+class CurveEnds {
+public:
+  struct End {
+    double value; ///< of the parameter
+    double amplitude;
+    int unknown;
+  };
+  /// `begins`: the first point is that of the curve, not of a run that is continued.
+  explicit CurveEnds(bool begins = true) : first_known_(!begins) {}
+  void add(const End &point);
+  void jump() { last_.clear(), first_known_ = true; }
+  const End *falling() const; ///< the first point, if the amplitude falls behind it; else null
+  const End *rising() const;  ///< the last point, if the amplitude rises before it; else null
+
+private:
+  bool first_known_; // all that there will be
+  std::vector<End> first_, last_;
 };
 
 /// Of a point, how far it is from the exact curve.

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -29,34 +28,22 @@ bool on_terminal() {
   return output.rfind("/dev/pts/", 0) == 0 || output.rfind("/dev/tty", 0) == 0;
 }
 
-// Largest motion of any contact dof (any mode, without contact), by the root of the sum of squared harmonics.
-double largest_motion(const PointRecord &record, PetscInt modes) {
-  const int width = 2 * record.harmonics + 1;
-  const PetscInt dofs = static_cast<PetscInt>(record.coefficients.size()) / width;
-  double largest = 0;
-  for (PetscInt d = modes < dofs ? modes : 0; d < dofs; ++d) {
-    double sum = 0;
-    for (int i = 1; i < width; ++i) sum += std::pow(record.coefficients[d * width + i], 2);
-    largest = std::max(largest, sum);
-  }
-  return std::sqrt(largest);
-}
-
 } // namespace
 
-Progress::Progress(bool speaks, const Layout &layout, std::string length_unit, const CurveRange &range, int points)
-    : speaks_(speaks), terminal_(on_terminal()), modes_(layout.modes), length_unit_(std::move(length_unit)),
-      range_(range), begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)),
-      points_(points) {}
+Progress::Progress(bool speaks, Told told, PetscInt watched, const CurveRange &range, int points)
+    : speaks_(speaks), terminal_(on_terminal()), told_(std::move(told)), watched_(watched), range_(range),
+      begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)), points_(points) {}
 
 double Progress::elapsed() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
 }
 
 void Progress::heading() const {
-  if (speaks_)
-    std::printf("  step %15s   motion [%s]   Newton   stick  slip  open   done     time     left\n",
-                range_.heading().c_str(), length_unit_.c_str());
+  if (!speaks_) return;
+  const std::string unit = told_.unit(static_cast<int>(watched_));
+  const std::string what = (told_.watch.empty() ? "motion" : told_.watch) + (unit.empty() ? "" : " [" + unit + "]");
+  std::printf("  step %15s %12s %8s   stick  slip  open   done     time     left\n",
+              range_.heading(told_.units).c_str(), what.c_str(), "Newton");
 }
 
 void Progress::point(const PointRecord &record) {
@@ -71,15 +58,16 @@ void Progress::point(const PointRecord &record) {
   char left[32] = "";
   if (made > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 - record.progress) / made);
   std::printf("%6d %15.8g %12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", points_,
-              range_.shown(range_.is_sweep() ? record.omega : record.parameter), largest_motion(record, modes_),
-              record.newton, 100 * record.stick, 100 * record.slip, 100 * record.open,
-              100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
+              range_.shown(record.parameter), record.amplitude, record.newton, 100 * record.stick, 100 * record.slip,
+              100 * record.open, 100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
   std::fflush(stdout);
 }
 
-void Progress::event(const BranchEvent &event, double scale) {
+void Progress::event(const BranchEvent &event, const EventRecord &record) {
   if (!speaks_ || (!terminal_ && event.kind == BranchEvent::Kind::cut)) return;
-  std::printf("       %15.8g %s\n", range_.shown(event.parameter * scale), event.text.c_str());
+  const std::string whose =
+      event.kind == BranchEvent::Kind::peak ? " of " + told_.amplitude(record.unknown, record.amplitude) : "";
+  std::printf("       %15.8g %s%s\n", range_.shown(record.parameter), event.text.c_str(), whose.c_str());
   std::fflush(stdout);
 }
 

@@ -4,25 +4,25 @@
 #include <chrono>
 #include <string>
 
-#include "results/point_record.hpp"
+#include "results/told.hpp"
 
 namespace dovetail {
 
 class Progress {
 public:
-  /// `speaks`: rank 0 only. `length_unit`: shown behind the amplitude. `range`: of the curve. `points`: already there,
-  /// of earlier parts.
-  Progress(bool speaks, const Layout &layout, std::string length_unit, const CurveRange &range, int points);
+  /// `speaks`: rank 0 only. `watched`: the unknown whose amplitude is shown, -1 where the case names none, or a node.
+  /// `range`: of the curve. `points`: already there, of earlier parts.
+  Progress(bool speaks, Told told, PetscInt watched, const CurveRange &range, int points);
 
   void heading() const;
   void point(const PointRecord &record);
-  void event(const BranchEvent &event, double scale); ///< of the parameter
+  void event(const BranchEvent &event, const EventRecord &record);
 
 private:
   double elapsed() const;
   bool speaks_, terminal_;
-  PetscInt modes_;
-  std::string length_unit_;
+  Told told_;
+  PetscInt watched_;
   CurveRange range_;
   std::chrono::steady_clock::time_point begin_, last_line_;
   int points_;

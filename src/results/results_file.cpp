@@ -128,6 +128,7 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
   file_->attribute("title", study.title);
   file_->attribute("case", study.text);
   file_->attribute("units", model.units);
+  file_->attribute("watch", study.watch.name);
   file_->attribute("reduced", reduced.string());
   file_->attribute("reduced_fingerprint", model.fingerprint);
   file_->attribute("harmonics", study.harmonics);
@@ -213,6 +214,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   event("kind", H5T_NATIVE_INT, &EventRecord::kind);
   event("point", H5T_NATIVE_INT, &EventRecord::point);
   event("amplitude", H5T_NATIVE_DOUBLE, &EventRecord::amplitude);
+  event("unknown", H5T_NATIVE_INT, &EventRecord::unknown);
   if (over_path_) event("parameter", H5T_NATIVE_DOUBLE, &EventRecord::parameter);
   event("omega", H5T_NATIVE_DOUBLE, &EventRecord::omega);
   if (study.sensitivity) make_sensitivity_columns(points);
@@ -309,12 +311,14 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
       estimates_.push_back({at[i], harmonics[i], sampling[i], modes[i], between[i], parameter[i], open[i]});
   }
   const h5::Extent from{0}, count{kept.events};
-  const auto kinds = old.integers("/events/kind", from, count), at = old.integers("/events/point", from, count);
+  const auto kinds = old.integers("/events/kind", from, count), at = old.integers("/events/point", from, count),
+             unknowns = old.integers("/events/unknown", from, count);
   const auto omegas = old.doubles("/events/omega", from, count),
              amplitudes = old.doubles("/events/amplitude", from, count),
              parameters = over_path_ ? old.doubles("/events/parameter", from, count) : omegas;
   for (hsize_t i = 0; i < kept.events; ++i)
-    events_.push_back({static_cast<int>(kinds[i]), static_cast<int>(at[i]), omegas[i], amplitudes[i], parameters[i]});
+    events_.push_back({static_cast<int>(kinds[i]), static_cast<int>(at[i]), omegas[i], amplitudes[i],
+                       static_cast<int>(unknowns[i]), parameters[i]});
 }
 
 void ResultsFile::widen(hsize_t width) {

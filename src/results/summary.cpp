@@ -54,7 +54,9 @@ std::string places(const BranchStory &story, Kind kind, bool amplitude) {
     out += (out.size() > 1 ? ", " : "") + std::string("{\"point\": ") + std::to_string(event.point) +
            ", \"omega\": " + number("%.17g", event.omega);
     if (path) out += ", \"parameter\": " + number("%.17g", event.parameter);
-    if (amplitude) out += ", \"amplitude\": " + number("%.17g", event.amplitude);
+    if (amplitude)
+      out += ", \"amplitude\": " + number("%.17g", event.amplitude) +
+             ", \"unknown\": " + quoted(story.told.name(event.unknown));
     out += "}";
   }
   return out + "]";
@@ -230,8 +232,15 @@ void tell(const BranchStory &story) {
     std::printf("  after a leap the branch may be another one: look at the curve there\n");
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::peak))
-      std::printf("  peak %.7g %s at %s\n", event.amplitude, story.length_unit.c_str(),
+      std::printf("  peak of %s at %s\n", story.told.amplitude(event.unknown, event.amplitude).c_str(),
                   story.range.text(value_of(story, event)).c_str());
+  const std::pair<const CurveEnds::End *, const char *> ends[] = {
+      {story.ends.falling(), "falling from the beginning of the curve"},
+      {story.ends.rising(), "still rising at the end of the curve"}};
+  for (const auto &[end, words] : ends)
+    if (end)
+      std::printf("  no peak, %s: %s at %s\n", words, story.told.amplitude(end->unknown, end->amplitude).c_str(),
+                  story.range.text(end->value).c_str());
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::stability))
       std::printf("  stability changes at %s\n", story.range.text(value_of(story, event)).c_str());

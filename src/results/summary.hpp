@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "harmonic/resonances.hpp"
-#include "results/point_record.hpp"
+#include "results/told.hpp"
 #include "support/stage.hpp"
 
 namespace dovetail {
@@ -27,7 +27,7 @@ struct Warning {
 /// What became of the branch.
 struct BranchStory {
   BranchSummary summary;
-  const PathParameter *parameter = &frequency_parameter();
+  CurveRange range;
   double scale = 1;                ///< of its values
   double omega = 0;                ///< of a path [rad/s]
   std::vector<EventRecord> events; ///< on rank 0, as the rest of it
@@ -36,7 +36,8 @@ struct BranchStory {
   double closed_contact_frequency = 0;  ///< [rad/s], where estimates are large; 0: not asked for
   std::optional<Resonances> resonances; ///< nothing where they could not be computed
   std::vector<Warning> warnings;
-  std::string length_unit = "m";
+  Told told;
+  CurveEnds ends;
   int parts = 1; ///< how often the run was begun or continued
   double seconds_all_parts = 0;
 };

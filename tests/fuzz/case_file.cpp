@@ -24,7 +24,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
       const auto contact = contact_points(study.contact, {}, points);
       initial_preload(study, points);
       std::ostringstream out;
-      describe(out, study, contact);
+      describe(out, study, contact, {});
       describe(out, sizes);
     });
   return 0;

@@ -22,7 +22,7 @@ def results(path):
     if not len(found):
         return
     for dof in found.dof_names()[:3]:
-        found.amplitude(dof), found.peak(dof), found.time_history(0, dof, 8)
+        found.response(dof), found.peaks(dof), found.ends(dof), found.time_history(0, dof, 8)
     if found.contact_points:
         found.located_peaks("x1.t1"), found.events.of("fold", "peak")
         found.contact_force(0, 1, 8), found.contact_activity(0), found.dissipated(-1, 1)
@@ -40,6 +40,8 @@ def from_model(path):
     found.reduced = path.with_name("good_reduced.h5")
     found.displacement(0, n=4, model=path)
     found.displacement(0, nodes="tip", n=4, model=path)
+    found.model = path
+    found.amplitude("tip.x"), found.amplitude("0.z")
 
 
 READERS = {"model": Model.read, "parts": read_model_parts, "info": describe, "results": results, "elastic": from_reduced,

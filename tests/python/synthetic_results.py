@@ -8,8 +8,10 @@ from dovetail import reference
 SAMPLES = 256  # per period
 
 
-def write(path, omega, coefficients, modes, contact, xp=None, w=None, reduced="", title="synthetic", samples=SAMPLES, **points):
-    """contact: dict of (N_x,) or (N_x, 2) arrays; points: extra (n,) datasets; returns path."""
+def write(path, omega, coefficients, modes, contact, xp=None, w=None, reduced="", title="synthetic", samples=SAMPLES, events=None,
+          units="SI", watch="", **points):
+    """contact: dict of (N_x,) or (N_x, 2) arrays; events: list of (kind, point, omega, amplitude, unknown); points: extra (n,) datasets;
+    returns path."""
     coefficients = np.asarray(coefficients, dtype=float)
     n, rows, size = coefficients.shape
     n_points = (rows - modes) // 3
@@ -19,7 +21,8 @@ def write(path, omega, coefficients, modes, contact, xp=None, w=None, reduced=""
                 "residual": np.zeros(n), "seconds": 0.1 * np.ones(n), "stick": np.ones(n), "slip": np.zeros(n), "open": np.zeros(n)}
     with h5py.File(path, "w") as file:
         file.attrs.update({"format": "dovetail-results", "version": 1, "harmonics": (size - 1) // 2, "samples": samples, "modes": modes,
-                           "contact_points": n_points, "case": "title = 'x'", "title": title, "reduced": str(reduced)})
+                           "contact_points": n_points, "case": "title = 'x'", "title": title, "reduced": str(reduced),
+                           "units": units, "watch": watch})
         file["points/omega"] = np.asarray(omega, dtype=float)
         file["points/coefficients"] = coefficients
         for name, values in {**defaults, **points}.items():
@@ -29,6 +32,13 @@ def write(path, omega, coefficients, modes, contact, xp=None, w=None, reduced=""
             file[f"points/contact/{name}"] = values
         for name, values in {"law": np.zeros(n_points, int), **contact}.items():
             file[f"contact/{name}"] = values
+        if events is not None:
+            kinds = sorted({event[0] for event in events})
+            columns = list(zip(*events)) or [()] * 5
+            file["events/kind"] = np.array([kinds.index(kind) for kind in columns[0]], int)
+            file["events/kind"].attrs["names"] = " ".join(kinds)
+            for name, values, kind in zip(("point", "omega", "amplitude", "unknown"), columns[1:], (int, float, float, int)):
+                file[f"events/{name}"] = np.array(values, kind)
         file["preload/xp"] = xp
         file["preload/g"] = np.zeros(3 * n_points)
         file["preload/w"] = w

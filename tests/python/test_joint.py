@@ -232,7 +232,9 @@ def test_report():
     assert "joint upper - lower: 9 contact points, pairs of matching nodes" in text
     assert "area       2 m^2" in text and "k_n        1 to 4 N/m per point" in text and "within 0 degrees of (0, 0, -1)" in text
     other = joint.report("t, mm, s, N")
-    assert "area       2\n" in other and "k_n        1 to 4 per point" in other and "distance   0 along the normal" in other
+    assert "area       2 mm^2\n" in other and "k_n        1 to 4 N/mm per point" in other and "distance   0 mm along the normal" in other
+    plain = joint.report("none")
+    assert "area       2\n" in plain and "k_n        1 to 4 per point" in plain and "distance   0 along the normal" in plain
 
 
 def surfaces(**changes):

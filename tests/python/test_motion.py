@@ -12,7 +12,11 @@ from test_joint import transformation
 from dovetail import Joint, Results
 from dovetail.__main__ import main
 from dovetail.contact_map import contact_map, in_plane, lying, over_period
+from dovetail.info import describe
 from dovetail.mesh_picture import MOST_TRIANGLES, joint_picture, mesh_picture, skin
+from dovetail.motion import find_model, read_model_parts
+from dovetail.plot import history, response
+from dovetail.shown import default_dofs, loaded_node
 
 
 @pytest.fixture
@@ -81,6 +85,89 @@ def test_model_file_is_found_or_asked_for(run, tmp_path):
     results.displacement(0, [0], model=tmp_path / "moved.h5")
     with pytest.raises(ValueError, match="format must be dovetail-model, found dovetail-results"):
         results.displacement(0, [0], model=results.path)
+
+
+def test_curve_of_a_node_is_the_motion_of_that_node(run):
+    _, results, _ = run
+    mesh, _ = read_model_parts(find_model(results))
+    upper, free = mesh["sets"]["upper"], int(mesh["dof_node"].max())
+    for name, nodes in (("upper.x", upper), (f"{free}.y", [free]), ("upper.z", upper)):
+        motion = results.displacement(0, nodes, n=8)[:, :, "xyz".index(name[-1])].mean(axis=1)
+        curve = results.response(name)
+        t, q = results.time_history(0, name, 8)
+        np.testing.assert_allclose(q - q.mean(), motion - motion.mean(), atol=1e-12)  # one is from the preload state
+        assert curve.amplitude[0] == results.amplitude(name)[0] == pytest.approx(np.hypot(*curve.coefficients[0, 1:]), rel=1e-12)
+        assert curve.unit == "m" and curve.frequency[0] == pytest.approx(1 / np.pi)
+    assert [curve.name for curve in results.response([f"{free}.y", "x1.t1"])] == [f"{free}.y", "x1.t1"]
+
+
+def test_names_of_nodes_and_their_errors(run):
+    _, results, _ = run
+    for name, message in (("uper.x", "no node or node set 'uper', as in 'uper.x'; there are nodes 0 to .*, and sets bottom"),
+                          ("4000.x", "no node or node set '4000'"), ("bottom.z", "bottom does not move along z: it is held there")):
+        with pytest.raises(ValueError, match=message):
+            results.amplitude(name)
+    with pytest.raises(KeyError, match="and node sets or nodes of the model with .x, .y and .z"):
+        results.amplitude("upper.q")
+
+
+def test_default_picture_shows_the_loaded_node_first(run, tmp_path, capsys):
+    model, results, _ = run
+    assert loaded_node(results) is None  # nothing is
+    force = np.zeros(model.n)
+    mesh = model.mesh
+    free = np.setdiff1d(np.flatnonzero(mesh["dof_direction"] == 1), mesh["changed"]["dof"])
+    force[free[-1]] = -3.0
+    model.with_loads(force=force).write(tmp_path / "model.h5")
+    node = mesh["dof_node"][free[-1]]
+    names = [name for name, nodes in mesh["sets"].items() if list(nodes) == [node]]
+    wanted = f"{names[0] if names else node}.y"
+    assert loaded_node(results) == wanted and default_dofs(results)[0] == wanted
+    figure = response(results)
+    assert [axis.get_ylabel() for axis in figure.axes] == ["amplitude", "relative amplitude", "points [%]"]
+    assert figure.axes[0].get_legend().get_texts()[0].get_text().startswith(wanted)
+    assert main(["plot", str(results.path), "--dof", "upper.x", "x1.t1", "--model", str(tmp_path / "model.h5")]) == 0
+    (tmp_path / "model.h5").unlink()
+    assert loaded_node(Results(results.path)) is None  # and there is still a picture
+    assert len(response(Results(results.path)).axes) == 2
+    assert main(["plot", str(results.path), "--dof", "upper.x"]) == 2
+    assert "name it with --model" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("units, length, work, place", [("t, mm, s, N", "[mm]", "[mJ/mm²]", "x [mm]"), ("furlongs", "", "", "x")])
+def test_pictures_are_in_the_units_of_the_model(run, tmp_path, units, length, work, place):
+    model, results, _ = run
+    with h5py.File(results.path, "r+") as file:
+        file.attrs["units"] = units
+    results = Results(results.path)
+    axes = response(results, ["upper.x", "x1.t1", "a1"]).axes
+    assert [axis.get_ylabel() for axis in axes[:3]] == [f"{word} {unit}".strip() for word, unit in (
+        ("amplitude", length), ("relative amplitude", length), ("modal amplitude", "[mm √t]" if length else ""))]
+    axis = history(results, 0, ["x1.t1"]).axes[0]
+    assert axis.get_ylabel() == f"motion from preload {length}".strip()
+    figure = contact_map(results, 0)
+    figure.canvas.draw()
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
+    assert f"friction work per period and area {work}".strip() in titles
+    assert figure.axes[0].get_xlabel() == f"t1 {length}".strip() or figure.axes[0].get_xlabel() == f"t2 {length}".strip()
+    figure = mesh_picture(model.mesh, model.joint, units=units)
+    assert figure.axes[0].get_xlabel() == place
+    everything = [*axes, axis, *contact_map(results, 0).axes, *figure.axes]
+    for axis in everything:
+        assert not any(tick.get_text().endswith("m") for tick in axis.get_xticklabels() + axis.get_yticklabels())
+
+
+def test_frequencies_are_right_where_time_is_in_milliseconds(run):
+    _, results, _ = run
+    with h5py.File(results.path, "r+") as file:
+        file.attrs["units"] = "kg, mm, ms"
+    results = Results(results.path)
+    assert results.frequency[0] == pytest.approx(2.0 / (2 * np.pi) * 1000)
+    assert response(results, ["x1.t1"]).axes[-1].get_xlabel() == "excitation frequency [rad/ms]"
+    figure = response(results, ["x1.t1"], hz=True)
+    assert figure.axes[-1].get_xlabel() == "excitation frequency [Hz]"
+    assert figure.axes[0].lines[0].get_xdata()[0] == pytest.approx(results.frequency[0])
+    assert "2 rad/ms (318.31 Hz)" in describe(results.path)
 
 
 def test_states_and_work_over_a_period(tmp_path):

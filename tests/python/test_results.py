@@ -23,15 +23,15 @@ def one_point(path, coefficients, modes=1, omega=(1.0,), **more):
 
 def brute_force(coefficients, n):
     theta = 2 * np.pi * np.arange(n) / n
-    value = np.repeat(coefficients[:, :1] / 2, n, axis=1)
+    value = np.zeros((len(coefficients), n))
     for k in range(1, (coefficients.shape[1] - 1) // 2 + 1):
         value += coefficients[:, [2 * k - 1]] * np.cos(k * theta) + coefficients[:, [2 * k]] * np.sin(k * theta)
-    return np.abs(value).max(axis=1)
+    return np.ptp(value, axis=1) / 2
 
 
 @pytest.mark.parametrize("harmonics", [0, 1, 3, 10])
 @pytest.mark.parametrize("mean", [0.0, 1.0, 1e4])
-def test_amplitude_is_the_maximum_over_the_period(tmp_path, harmonics, mean):
+def test_amplitude_is_half_the_peak_to_peak_whatever_the_mean(tmp_path, harmonics, mean):
     coefficients = np.random.default_rng(harmonics).standard_normal((40, 4, 2 * harmonics + 1))
     coefficients[:, :, 0] *= mean
     results = one_point(tmp_path / "r.h5", coefficients, omega=np.arange(1, 41.0))
@@ -40,19 +40,19 @@ def test_amplitude_is_the_maximum_over_the_period(tmp_path, harmonics, mean):
     missed = (np.pi / n) ** 2 / 2 * np.abs(coefficients[:, 0, 1:]).sum(axis=1) * harmonics**2  # sampling error at most
     found = results.amplitude("a1")
     assert np.all(found >= sampled * (1 - 1e-14)) and np.all(found <= sampled + missed + 1e-12 * sampled)
-    coefficients[:, 0, 0] = 0
-    np.testing.assert_allclose(results.amplitude("a1", mean=False), brute_force(coefficients[:, 0], n), rtol=1e-7, atol=1e-14)
 
 
 def test_amplitude_closed_forms(tmp_path):
-    # cos - cos(3 .)/9 is flat-topped; sin + 0.3 sin(2 .) has its extreme where cos th = (-1 + sqrt(1 + 8 0.6^2)) / (4 0.6)
-    rows = np.zeros((2, 4, 7))
+    # cos - cos(3 .)/9 is flat-topped; sin + 0.3 sin(2 .) has its extreme where cos th = (-1 + sqrt(1 + 8 0.6^2)) / (4 0.6);
+    # cos + cos(2 .) goes from -9/8 to 2: half of it is 25/16, not 2
+    rows = np.zeros((3, 4, 7))
     rows[0, 0, [1, 5]] = 1, -1 / 9
     rows[1, 0, [2, 4]] = 1, 0.3
+    rows[2, 0, [0, 1, 3]] = 7, 1, 1
     c = (-1 + np.sqrt(1 + 8 * 0.6**2)) / (4 * 0.6)
     exact = np.sqrt(1 - c**2) * (1 + 0.6 * c)
-    results = one_point(tmp_path / "r.h5", rows, omega=[1.0, 2.0])
-    np.testing.assert_allclose(results.amplitude("a1"), [8 / 9, exact], rtol=2e-15)
+    results = one_point(tmp_path / "r.h5", rows, omega=[1.0, 2.0, 3.0])
+    np.testing.assert_allclose(results.amplitude("a1"), [8 / 9, exact, 25 / 16], rtol=2e-15)
 
 
 @pytest.mark.slow
@@ -84,8 +84,89 @@ def test_peak_of_a_curve_that_leans_over(tmp_path):
     results = one_point(tmp_path / "r.h5", coefficients, omega=omega, arclength=s)
     np.testing.assert_allclose(results.peak("x1.t1"), [3 - 0.01, 5], rtol=1e-12)
     assert results.peak_point("x1.t1") == np.argmin(np.abs(s - 0.2))
-    coefficients[:, 1, 1] = s + 2
-    assert one_point(tmp_path / "r.h5", coefficients, omega=omega, arclength=s).peak("x1.t1") == (omega[-1], 3.0)
+
+
+def test_an_end_of_the_sweep_is_no_peak(tmp_path):
+    omega, coefficients = np.linspace(1, 2, 11), np.zeros((11, 4, 3))
+    coefficients[:, 1, 1] = omega
+    coefficients[:, 2, 1] = 3 - omega
+    coefficients[:, 3, 1] = (omega - 1.3) ** 2 * (2.5 - omega) + 1  # falls, rises, and rises most at the end
+    coefficients[:, 0, 1] = np.minimum(omega - 1, 1.61 - omega) + 10 * np.maximum(omega - 1.75, 0)  # a peak, and higher beyond it
+    results = one_point(tmp_path / "r.h5", coefficients, omega=omega, units="t, mm, s, N")
+    assert results.peaks("x1.t1") == results.peaks("x1.t2") == results.peaks("x1.n") == []
+    with pytest.raises(ValueError, match="x1.t1 has no peak .* still rising at the end of the curve, 2 mm at 2 rad/s"):
+        results.peak("x1.t1")
+    with pytest.raises(ValueError, match="x1.t2 has no peak .* falling from the beginning of the curve, 2 mm at 1 rad/s"):
+        results.peak_point("x1.t2")
+    assert results.largest_point("x1.t1") == 10 and results.largest_point("x1.t2") == 0
+    assert [words.split()[0] for *_, words in results.ends("x1.n")] == ["falling", "still"]
+    assert results.peak("a1")[0] == pytest.approx(1.3, abs=0.05) and results.peak_point("a1") == 3 != results.largest_point("a1")
+    said = describe(results.path)
+    assert "no peak: x1.t1" in said and "still rising at the end of the curve, 2 mm at 2 rad/s (0.3183099 Hz)" in said
+    assert "peak of x1.t1" not in said
+    figure = plot.response(results, ["x1.t1"])
+    assert "still rising at the end" in figure.axes[0].get_legend().get_texts()[0].get_text()
+
+
+def test_a_peak_does_not_lie_across_a_jump(tmp_path):
+    coefficients = np.zeros((6, 4, 3))
+    coefficients[:, 1, 1] = [1, 2, 3, 1, 1.5, 1.2]
+    events = [("leap", 2, 3.0, 0.0, -1)]
+    results = one_point(tmp_path / "r.h5", coefficients, omega=np.arange(1, 7.0), events=events)
+    assert [round(omega) for omega, _ in results.peaks("x1.t1")] == [5] and list(results.jumps) == [2]
+
+
+def test_pictures_have_gaps_where_the_branch_jumped(tmp_path):
+    coefficients = np.zeros((8, 4, 3))
+    coefficients[:, 1, 1] = [1, 2, 3, 1, 1.5, 1.2, 1.0, 0.5]
+    events = [("leap", 2, 3.0, 0.0, -1), ("integration", 5, 6.0, 0.0, -1), ("leap", 7, 8.0, 0.0, -1)]
+    results = one_point(tmp_path / "r.h5", coefficients, omega=np.arange(1, 9.0), events=events)
+
+    def pieces(axis, label):
+        line = next(line for line in axis.lines if line.get_label().startswith(label))
+        breaks = np.flatnonzero(np.isnan(line.get_ydata(orig=False)))
+        return [len(piece) for piece in np.split(line.get_ydata(orig=False), breaks)]
+
+    axes = plot.response(results, ["x1.t1"]).axes
+    assert pieces(axes[0], "x1.t1") == pieces(axes[-1], "slip") == [3, 4, 3]  # the NaN counts with the piece behind it
+    results.stable = np.array([1, 1, 1, 0, 0, 0, 0, 0])
+    drawn = [line for line in plot.response(results, ["x1.t1"]).axes[0].lines if len(line.get_xdata()) > 8]
+    for line in drawn:  # nobody draws from point 2 to 3, or from 5 to 6
+        x = line.get_xdata(orig=False)
+        for before in (3.0, 6.0):
+            assert not any(a == before and b == before + 1 for a, b in zip(x, x[1:]))
+
+
+def test_labels_of_folds_do_not_pile_up(tmp_path):
+    s = np.linspace(0, 1, 400)
+    coefficients = np.zeros((400, 4, 3))
+    coefficients[:, 1, 1] = 1 + 0.001 * s
+    omega = 5 + 3 * s + 0.04 * np.sin(120 * s)  # many folds close together
+    folds = 1 + np.flatnonzero(np.diff(omega)[1:] * np.diff(omega)[:-1] < 0)
+    assert len(folds) > 5
+    events = [("fold", int(i), omega[i], 1 + s[i], -1) for i in folds]
+    results = one_point(tmp_path / "r.h5", coefficients, omega=omega, events=events)
+    figure = plot.response(results, ["x1.t1"])
+    figure.canvas.draw()
+    axis, renderer = figure.axes[0], figure.canvas.get_renderer()
+    boxes = [text.get_window_extent(renderer) for text in axis.texts]
+    assert boxes and not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    assert not any(box.overlaps(axis.get_legend().get_window_extent(renderer)) for box in boxes)
+
+
+def test_peaks_name_their_unknown(tmp_path):
+    omega, coefficients = np.linspace(1, 3, 21), np.zeros((21, 7, 3))
+    coefficients[:, 2, 1] = 1 / (1 + 50 * (omega - 1.5) ** 2)
+    coefficients[:, 4, 1] = 3 / (1 + 50 * (omega - 2.5) ** 2)
+    events = [("peak", 5, omega[5], 1.0, 2), ("fold", 9, omega[9], 0.1, -1), ("peak", 15, omega[15], 3.0, 4)]
+    results = Results(synthetic_results.write(tmp_path / "r.h5", omega, coefficients, 1, TWO, events=events, units="t, mm, s, N"))
+    assert list(results.located_peaks("x1.t2")) == [5] and list(results.located_peaks("x2.t1")) == [15]
+    assert results.watched == "x2.t1" == plot.default_dofs(results)[0]
+    said = describe(results.path)
+    assert "located peak of x1.t2" in said and "1 mm at 1.5 rad/s (0.238732415 Hz)" in said
+    assert "located peak of x2.t1" in said and "peak of x2.t1 " in said
+    label = plot.response(results).axes[0].get_legend().get_texts()[0].get_text()
+    assert label.startswith("x2.t1   peak 3 mm at 2.5 rad/s")
 
 
 def test_names_and_their_errors(tmp_path):

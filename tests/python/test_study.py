@@ -49,7 +49,7 @@ def by_hand(out, folder, dof, frequencies):
     c = results.coefficients[:, results.dof_index(dof)]
     k = np.arange(1, results.harmonics + 1)
     q = c[:, 1::2] @ np.cos(np.outer(k, theta)) + c[:, 2::2] @ np.sin(np.outer(k, theta))
-    amplitude = np.abs(q).max(axis=1)
+    amplitude = np.ptp(q, axis=1) / 2
     at = [int(np.argmin(np.abs(results.omega - omega))) for omega in frequencies]
     np.testing.assert_allclose(results.omega[at], frequencies, rtol=1e-9)
     top = np.argmax(amplitude)

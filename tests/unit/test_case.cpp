@@ -379,7 +379,7 @@ TEST_F(CaseFile, FrequenciesInHertz) {
   EXPECT_EQ(study.frequency_unit.number(study.omega_to), "0.3");
   EXPECT_EQ(study.frequency_unit.text(study.omega_to, 6), "0.3 Hz = 1.88496 rad/s");
   std::ostringstream out;
-  describe(out, study, contact_points(study.contact, {}, 2));
+  describe(out, study, contact_points(study.contact, {}, 2), units_of("SI"));
   EXPECT_NE(out.str().find("[0.1, 0.3]"), std::string::npos) << out.str();
   EXPECT_NE(out.str().find("[0.628319, 1.884956]"), std::string::npos) << out.str();
   Changes outside = hertz;
@@ -707,7 +707,7 @@ TEST_F(CaseFile, DescriptionNamesValueUnitAndOrigin) {
   ContactSettings model;
   model.friction = ContactSetting{{0.25}, false, "model.h5: /contact/friction"};
   std::ostringstream out;
-  describe(out, study, contact_points(study.contact, model, 2));
+  describe(out, study, contact_points(study.contact, model, 2), units_of("SI"));
   const auto line_of = [&](const std::string &key) {
     std::istringstream lines(out.str());
     for (std::string line; std::getline(lines, line);)
@@ -741,7 +741,7 @@ TEST_F(CaseFile, DescriptionOfTheLaws) {
   const auto lines = [&](const Changes &changes) {
     const Case study = read(changes);
     std::ostringstream out;
-    describe(out, study, contact_points(study.contact, {}, 3));
+    describe(out, study, contact_points(study.contact, {}, 3), units_of("SI"));
     return out.str();
   };
   const Changes mixed = {

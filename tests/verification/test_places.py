@@ -97,7 +97,7 @@ def test_peak_and_turning_points_of_a_mass_against_a_stop(tmp_path, stiffness, g
     np.testing.assert_allclose((omega[0], amplitude[0]), curve.peak(), rtol=1e-6)
     results = Results(tmp_path / "results.h5")
     assert results.omega[point[0]] == omega[0]  # the place is a point of the branch
-    assert results.amplitude("x1.n", mean=False)[point[0]] == pytest.approx(amplitude[0], rel=1e-9)
+    assert results.amplitude("x1.n")[point[0]] == pytest.approx(amplitude[0], rel=1e-9)
 
     top = curve.peak()[1]
     folds = []

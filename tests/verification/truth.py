@@ -11,6 +11,8 @@ from math import factorial
 import numpy as np
 from scipy.optimize import brentq
 
+from dovetail import curves
+
 STICK, OPEN = 0, 2
 ORDER = 16  # of the Taylor series; the remainder is below 1e-15 while the step times the norm of A stays below 0.7
 
@@ -209,6 +211,16 @@ def linear_response(K, M, damping, force, fourier, omega, springs, loss=0.0):
 def jenkins_loop_area(X, kt, limit):
     """Energy per cycle [J] that a slider of stiffness kt [N/m] and slip force `limit` [N] takes from x = X cos [m]."""
     return 4 * limit * max(0, X - limit / kt)
+
+
+def over_the_cycle(results, dof):
+    """Largest absolute value over the cycle at every point, (n,), mean included, as published curves have it."""
+    return np.array([peak(row) for row in results.coefficients[:, results.dof_index(dof)]])
+
+
+def top(results, values):
+    """(omega, value) at the top of a curve, by a parabola through three points."""
+    return curves.top(results.omega, results.points("arclength"), values, int(np.argmax(values)))
 
 
 def peak(coefficients):

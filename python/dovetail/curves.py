@@ -1,0 +1,85 @@
+"""Response curves: pieces between jumps of the branch, peaks, what happens at the ends. See `Results`."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import fourier
+
+JUMPS = ("leap", "integration", "outside")  # events behind which the branch goes on elsewhere
+
+
+@dataclass(frozen=True)
+class Response:
+    """The curve of one unknown.
+
+    name, unit : str
+    omega, frequency : (n,) excitation frequency in units of the model, and in Hz
+    amplitude : (n,) half the peak-to-peak of the motion
+    coefficients : (n, 2H+1) of its motion from the preload state
+    """
+
+    name: str
+    unit: str
+    omega: np.ndarray
+    frequency: np.ndarray
+    amplitude: np.ndarray
+    coefficients: np.ndarray
+
+
+def is_reduced(dof):
+    """Whether a name is that of a reduced unknown (or a row), and not of the motion of a node, "tip.y"."""
+    return re.fullmatch(r".+\.[xyz]", str(dof)) is None
+
+
+def moves_most(coefficients):
+    """Number of the unknown with the largest amplitude anywhere; coefficients (n, m, 2H+1)."""
+    bound = np.abs(coefficients[:, :, 1:]).sum(axis=2).max(axis=0, initial=0.0)
+    best, found = -1.0, 0
+    for row in np.argsort(-bound, kind="stable"):
+        if bound[row] <= best:
+            break
+        if (largest := fourier.amplitude(coefficients[:, row]).max(initial=0.0)) > best:
+            best, found = largest, int(row)
+    return found
+
+
+def pieces(n, jumps):
+    """Slices of n points without a jump between any of them; jumps are the numbers of the points before one."""
+    ends = [-1, *(int(i) for i in np.unique(jumps) if 0 <= i < n - 1), n - 1]
+    return [slice(a + 1, b + 1) for a, b in zip(ends, ends[1:])]
+
+
+def maxima(amplitude, jumps):
+    """Numbers of the points that are larger than their neighbours: strictly inside a piece, as an end is no peak."""
+    found = []
+    for piece in pieces(len(amplitude), jumps):
+        a = amplitude[piece]
+        inside = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])
+        found += list(piece.start + 1 + np.flatnonzero(inside))
+    return np.array(found, int)
+
+
+def top(omega, arclength, amplitude, i):
+    """(omega, amplitude) between points i - 1 and i + 1: one parabola for each, as functions of arc length."""
+    near = slice(i - 1, i + 2)
+    s = arclength[near] - arclength[i]
+    if not s[0] < 0 < s[2]:
+        s = np.array([-1.0, 0.0, 1.0])
+    curve, frequency = np.polyfit(s, amplitude[near], 2), np.polyfit(s, omega[near], 2)
+    highest = np.clip(-curve[1] / (2 * curve[0]), s[0], s[2]) if curve[0] < 0 else 0.0
+    return float(np.polyval(frequency, highest)), float(np.polyval(curve, highest))
+
+
+def at_the_ends(amplitude):
+    """(number of a point, words) for each end of the curve where the amplitude is still rising outwards."""
+    if len(amplitude) < 2:
+        return []
+    found = [(0, "falling from the beginning of the curve")] if amplitude[0] > amplitude[1] else []
+    return found + ([(len(amplitude) - 1, "still rising at the end of the curve")] if amplitude[-1] > amplitude[-2] else [])
+
+
+def with_gaps(values, jumps):
+    """The values with NaN behind each jump, so that no line is drawn there."""
+    return np.concatenate([part for piece in pieces(len(values), jumps) for part in (values[piece], [np.nan])][:-1])

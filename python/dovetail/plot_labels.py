@@ -1,0 +1,46 @@
+"""Labels of places in a picture that do not lie on each other."""
+
+OFFSETS = ((4, 4), (4, -9), (-4, 4), (-4, -9))  # tried in this order [points]
+SIZE = 7  # of the letters [points]
+MOST = 5  # labels of a kind
+
+
+def place_labels(axis, kinds):
+    """Writes text beside places where it is free; where nothing is, there is no label.
+
+    To be called when everything else is in the picture.
+
+    Parameters
+    ----------
+    kinds : list of lists of (x, y, text), the most important first; MOST labels of each
+    """
+    if not any(kinds):
+        return
+    figure = axis.figure
+    figure.draw_without_rendering()  # settles the layout, of which labels are no part
+    renderer = figure.canvas.get_renderer()
+    legend = axis.get_legend()
+    taken, frame = [legend.get_window_extent(renderer)] if legend else [], axis.get_window_extent(renderer)
+    for wanted in kinds:
+        written = 0
+        for place in wanted:
+            box = _written(axis, place, taken, frame, renderer)
+            written += box is not None
+            if written == MOST:
+                break
+
+
+def _written(axis, place, taken, frame, renderer):
+    """The box of a new label, which is `taken` then, or None."""
+    x, y, text = place
+    for dx, dy in OFFSETS:
+        label = axis.annotate(text, (x, y), xytext=(dx, dy), textcoords="offset points", fontsize=SIZE,
+                              horizontalalignment="left" if dx > 0 else "right")
+        label.set_in_layout(False)
+        box = label.get_window_extent(renderer)
+        inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
+        if inside and not any(box.overlaps(other) for other in taken):
+            taken.append(box)
+            return box
+        label.remove()
+    return None

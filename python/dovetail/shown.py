@@ -1,0 +1,67 @@
+"""Which unknowns a picture or a list shows where none are named: the loaded node, the one watched, the contact point that moves."""
+
+import h5py
+import numpy as np
+
+from .curves import is_reduced
+from .hdf5_read import members, numbers, opened
+from .motion import find_model, node_row, read_model_parts
+from .results import DIRECTIONS
+
+NEGLIGIBLE = 0.01  # a direction that moves less than this part of the largest one is left out
+LOADED = 1e-6  # of the largest force: what counts as a force
+
+
+def default_dofs(results):
+    """The loaded node, where it can be known, then those of `contact_dofs`."""
+    loaded = loaded_node(results)
+    watched = [] if is_reduced(results.watched) else [results.watched]
+    return list(dict.fromkeys([*([loaded] if loaded else []), *watched, *contact_dofs(results)]))
+
+
+def contact_dofs(results):
+    """The unknown that is watched, and the directions of its contact point, or of the one that moves most, without those that hardly
+    move."""
+    if results.contact_points == 0:
+        return [results.watched] if is_reduced(results.watched) else ["a1"]
+    size = np.sqrt(np.sum(results.coefficients[:, results.modes:, 1:] ** 2, axis=2)).max(axis=0, initial=0.0)
+    first, names = [results.watched], results.dof_names()[results.modes:]
+    if results.watched in names:
+        j = names.index(results.watched) // 3
+    else:
+        j, first = int(np.argmax(size)) // 3, first if is_reduced(results.watched) else []
+    moving = size[3 * j:3 * j + 3] > NEGLIGIBLE * size.max()
+    found = [f"x{j + 1}.{d}" for d, moves in zip(DIRECTIONS, moving) if moves]
+    return list(dict.fromkeys([*first, *found])) or [f"x{j + 1}.t1"]
+
+
+def loaded_node(results):
+    """Name of the node with the largest force in its direction, such as "tip.y": by the set of all loaded nodes, if there is one, else
+    by its row. None where the model, its mesh or the motion of that node is not known."""
+    try:
+        path = find_model(results, results.model)
+        mesh, _ = read_model_parts(path)
+        force = _force(path)
+        if mesh is None or len(force) != len(mesh["dof_node"]):
+            return None
+        force[mesh["changed"]["dof"]] = 0.0  # of relative motion, not of a node
+        force[(mesh["dof_node"] < 0) | (mesh["dof_direction"] < 0) | (mesh["dof_direction"] > 2)] = 0.0
+        if not force.any():
+            return None
+        largest = int(np.argmax(force))
+        axis, node = mesh["dof_direction"][largest], mesh["dof_node"][largest]
+        along = np.unique(mesh["dof_node"][(force > LOADED * force[largest]) & (mesh["dof_direction"] == axis)])
+        names = [name for name, nodes in sorted(mesh["sets"].items()) if np.array_equal(np.unique(nodes), along)]
+        name = f"{names[0] if names else node}.{'xyz'[axis]}"
+        node_row(results, name)
+        return name
+    except (ValueError, OSError):
+        return None
+
+
+def _force(path):
+    """(n,) largest size of the force at each dof, of all load patterns of a model file."""
+    with opened(path) as file:
+        names = [name for name in ("force", *(f"forces/{name}" for name in members(file, "forces"))) if name in file]
+        loads = [np.abs(numbers(file, name)) for name in names if isinstance(file[name], h5py.Dataset)]
+    return np.max(loads, axis=0) if loads else np.zeros(0)

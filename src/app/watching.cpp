@@ -1,0 +1,49 @@
+#include "app/watching.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace dovetail {
+
+Watching::Watching(const Case &study, const HarmonicSystem &system)
+    : study_(study), system_(system), units_(units_of(system.scaled().model.reduced.units)),
+      dof_(watched_dof(study, static_cast<int>(system.layout().modes), static_cast<int>(system.layout().points))) {}
+
+double Watching::unit() const {
+  const Layout &layout = system_.layout();
+  const bool modal = study_.watch.node.empty() && (dof_ < 0 ? layout.points == 0 : dof_ < layout.modes);
+  return modal ? system_.scales().modal : system_.scales().contact;
+}
+
+Watched Watching::scaled() const {
+  if (study_.watch.node.empty()) return {dof_, {}};
+  std::vector<double> row = system_.scaled().model.reduced.watched;
+  const Scales &scales = system_.scales();
+  for (PetscInt i = 0; i < system_.layout().modes; ++i) row[i] *= scales.modal / scales.contact;
+  return {-1, std::move(row)};
+}
+
+void Watching::measure(PointRecord &point) {
+  const int width = coefficient_count(point.harmonics);
+  const auto dofs = static_cast<PetscInt>(point.coefficients.size()) / width, modes = system_.layout().modes;
+  if (!swing_ || harmonics_ != point.harmonics) swing_.emplace(harmonics_ = point.harmonics);
+  if (!study_.watch.node.empty()) {
+    const std::vector<double> &row = system_.scaled().model.reduced.watched;
+    std::vector<double> sum(width, 0.0);
+    for (PetscInt d = 0; d < dofs; ++d)
+      for (int i = 0; i < width; ++i) sum[i] += row[d] * point.coefficients[d * width + i];
+    point.amplitude = swing_->amplitude(sum.data()), point.unknown = -1;
+    return;
+  }
+  point.amplitude = -1;
+  for (PetscInt d = dof_ >= 0 ? dof_ : modes < dofs ? modes : 0; d < (dof_ >= 0 ? dof_ + 1 : dofs); ++d) {
+    const double *c = &point.coefficients[d * width];
+    double bound = 0;
+    for (int k = 1; k <= point.harmonics; ++k) bound += std::hypot(c[cosine(k)], c[sine(k)]);
+    if (bound <= point.amplitude) continue;
+    if (const double here = swing_->amplitude(c); here > point.amplitude)
+      point.amplitude = here, point.unknown = static_cast<int>(d);
+  }
+}
+
+} // namespace dovetail
