@@ -131,7 +131,7 @@ CASES = [
     ("stiffness = 0.05", "of = \"open\"\nratios = [[1, 0.1]]", ["damping.of = \"open\"", "must be \"stuck\" or \"fixed\""]),
     ("stiffness = 0.05", "ratios = [[3, 0.1]]\nof = \"fixed\"", ["damping.ratios", "mode 3", "2 fixed-interface modes"]),
     ("stiffness = 0.05", "matrix = true", ["damping.matrix = true", "has no /C"]),
-    ("stiffness = 0.05", "mass = 0.1\ncontact = true", ["damping.contact = true", "damping.stiffness"]),
+    ("stiffness = 0.05", "contact = true\nmass = 0.1", ["damping.contact = true", "damping.stiffness"]),
     ("stiffness = 0.05", "of = \"stuck\"", ["damping.of = \"stuck\"", "not given"]),
     ("stiffness = 0.05", "structual = 0.01", ["damping.structual = 0.01", "did you mean structural"]),
     ("fourier = [0, 0, 1]", "fourier = [0, 0, 0]", ["excitation.fourier = [0, 0, 0]", "nothing would move"]),
