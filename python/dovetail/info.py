@@ -109,9 +109,10 @@ def _reduced(file):
     return lines
 
 
-def _amplitude(results, unit, amplitude, omega, digits=7):
+def _amplitude(results, unit, amplitude, place, digits=7):
     value = with_unit(f"{amplitude:.{digits}g}", unit)
-    return f"{value} at {omega:.{digits}g} {results.unit.omega} ({results.unit.hertz(omega):.{digits}g} Hz)"
+    hertz = "" if results.parameter is not None else f" ({results.unit.hertz(place):.{digits}g} Hz)"
+    return f"{value} at {results.place(place, digits)}{hertz}"
 
 
 def _peaks(results):
@@ -127,13 +128,13 @@ def _peaks(results):
 
 
 def _events(results):
-    places, names, omega_unit = results.events.of("peak"), results.dof_names(), results.unit.omega
+    places, names = results.events.of("peak"), results.dof_names()
     watched = [names[row] if row >= 0 else results.watch for row in places.unknown]
     lines = [(f"located peak of {dof}" if dof else "located peak",
-              _amplitude(results, results.unit_of(dof) if dof else "", amplitude, omega, 9))
-             for dof, omega, amplitude in zip(watched, places.omega, places.amplitude)]
-    lines += [("turning point", f"{omega:.9g} {omega_unit}") for omega in results.events.of("fold").omega]
-    lines += [("crossing branch", f"{omega:.9g} {omega_unit}") for omega in results.events.of("branch").omega]
+              _amplitude(results, results.unit_of(dof) if dof else "", amplitude, place, 9))
+             for dof, place, amplitude in zip(watched, places.place, places.amplitude)]
+    lines += [(words, results.place(place)) for kind, words in (("fold", "turning point"), ("branch", "crossing branch"))
+              for place in results.events.of(kind).place]
     kinds = ("corner", "harmonics", "leap", "integration", "missed", "outside")
     helped = [(kind, len(results.events.of(kind))) for kind in kinds]
     said = ", ".join(f"{kind} ({count})" for kind, count in helped if count)
@@ -149,7 +150,7 @@ def _stability(results):
     said = ", ".join(f"{count} points {words}" for words, count in counts if count)
     named = ", ".join(INSTABILITIES[kind] for kind in kinds if 0 < kind < len(INSTABILITIES))
     lines = [("stability", said + (f" ({named})" if named else ""))]
-    return lines + [("changes", f"{omega:.9g} {results.unit.omega}") for omega in results.events.of("stability").omega]
+    return lines + [("changes", results.place(place)) for place in results.events.of("stability").place]
 
 
 def _results(results):
@@ -161,6 +162,8 @@ def _results(results):
     if n:
         unit = results.unit.omega
         lines.append(("omega", f"{_range(results.omega)} {unit} ({_range(results.frequency)} Hz), last {results.omega[-1]:g} {unit}"))
+        if results.parameter is not None:
+            lines.append((results.parameter_name, f"{_range(results.parameter)}, last {results.parameter[-1]:g}"))
         lines += _peaks(results)
         lines += _events(results) + _stability(results)
         lines += [(f"points that {verb}", f"at most {100 * results.points(name).max():.4g} %, in {np.count_nonzero(results.points(name))}"

@@ -14,6 +14,7 @@ from .plot_units import dress, value_text  # noqa: E402
 from .reference import LAWS  # noqa: E402
 from .results import STABLE, UNCERTAIN, UNSTABLE  # noqa: E402
 from .shown import contact_dofs, default_dofs  # noqa: E402
+from .units import bracket  # noqa: E402
 
 LINES = [("#000000", "-"), ("#c1440e", "--"), ("#1f6f9f", "-."), ("#6a9a1f", ":"), ("#8a4f9e", (0, (6, 1, 1, 1, 1, 1))),
          ("#7f7f7f", (0, (1, 1)))]  # colours of falling darkness, each with its own dash pattern
@@ -27,7 +28,7 @@ PANELS = {"node": "amplitude", "contact": "relative amplitude", "modal": "modal 
 
 
 def response(results, dofs=None, at=None, hz=False):
-    """Amplitude over excitation frequency; beneath, the share of contact points that slip or are open at some time.
+    """Amplitude over the excitation frequency, or the parameter that is varied; beneath, the share of points that slip or open.
 
     Where some points are not stable, unstable parts are dashed and uncertain ones dotted. Circles are peaks, triangles turning
     points (they point to where the curve goes on). Where the branch jumped there is a gap.
@@ -38,12 +39,13 @@ def response(results, dofs=None, at=None, hz=False):
     dofs : list of str, optional
         Default: `shown.default_dofs`. Nodes, contact points and modes get a panel each.
     at : float, optional
-        A frequency in units of the model ([rad/s]) to mark.
+        A frequency in units of the model ([rad/s]), or a value of the parameter, to mark.
     hz : bool
         Frequency axis in Hz.
     """
     panels = _panels(results, dofs or default_dofs(results))
-    frequency, unit, scale = (results.frequency, "Hz", results.unit.hertz(1.0)) if hz else (results.omega, results.unit.omega, 1.0)
+    hz = hz and results.parameter is None
+    frequency, scale = (results.frequency, results.unit.hertz(1.0)) if hz else (results.along, 1.0)
     mixed = results.stable is not None and np.any(results.stable != STABLE)
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(len(panels) + 1, 1, sharex=True, figsize=(7.5, 2.0 + 3.2 * len(panels)),
@@ -52,7 +54,7 @@ def response(results, dofs=None, at=None, hz=False):
         for axis, (kind, names) in zip(axes, panels.items()):
             for i, dof in enumerate(names):
                 curve = results.response(dof)
-                label = f"{dof}   {_top(results, curve, scale, unit)}"
+                label = f"{dof}   {_top(results, curve, hz)}"
                 if mixed:
                     _curve_by_stability(axis, results, frequency, curve.amplitude, i, label)
                 else:
@@ -72,7 +74,8 @@ def response(results, dofs=None, at=None, hz=False):
         for i, state in enumerate(("slip", "open")):
             axes[-1].plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(100 * results.points(state), results.jumps),
                           **_line(i), label=state)
-        axes[-1].set(ylim=(-4, 104), yticks=(0, 50, 100), ylabel="points [%]", xlabel=f"excitation frequency [{unit}]")
+        axes[-1].set(ylim=(-4, 104), yticks=(0, 50, 100), ylabel="points [%]",
+                     xlabel=_what(results) + bracket("Hz" if hz else results.along_unit))
         axes[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3.2)
         if at is not None:
             for axis in axes:
@@ -81,6 +84,13 @@ def response(results, dofs=None, at=None, hz=False):
         for axis, places in labels.items():
             place_labels(axis, places)
     return figure
+
+
+def _what(results):
+    """The name of what the curve is drawn over."""
+    if results.parameter is None:
+        return "excitation frequency"
+    return f"{results.parameter_name.replace('_', ' ')}, {'offset' if results.parameter_unit == 'm' else 'factor'}"
 
 
 def _panels(results, dofs):
@@ -92,12 +102,13 @@ def _panels(results, dofs):
     return {kind: names for kind, names in kinds.items() if names}
 
 
-def _top(results, curve, scale, unit):
+def _top(results, curve, hz):
     """In words: the largest peak, or that there is none."""
     peaks = results.peaks(curve.name)
     if peaks:
-        omega, top = max(peaks, key=lambda peak: peak[1])
-        return f"peak {value_text(top, curve.unit)} at {scale * omega:.5g} {unit}"
+        place, top = max(peaks, key=lambda peak: peak[1])
+        where = f"{results.unit.hertz(place):.5g} Hz" if hz else results.place(place, 5)
+        return f"peak {value_text(top, curve.unit)} at {where}"
     return ", ".join(dict.fromkeys(words for _, _, words in results.ends(curve.name))) or "no peak"
 
 

@@ -2,7 +2,7 @@
 
 import re
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 
@@ -55,6 +55,7 @@ class Events:
     omega : rad/s
     amplitude : of the watched unknown, half its peak-to-peak; 0 where it is no place on the curve
     unknown : row in `coefficients` of the unknown that it is of; -1 where that is a node (`watch`), or there is none
+    place : value of `Results.along` there
     """
 
     kind: np.ndarray
@@ -62,6 +63,7 @@ class Events:
     omega: np.ndarray
     amplitude: np.ndarray
     unknown: np.ndarray
+    place: np.ndarray
 
     def __len__(self):
         return len(self.kind)
@@ -69,7 +71,7 @@ class Events:
     def of(self, *kinds):
         """Those of some kinds."""
         chosen = np.isin(self.kind, kinds)
-        return Events(*(column[chosen] for column in (self.kind, self.point, self.omega, self.amplitude, self.unknown)))
+        return Events(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
 STABLE, UNSTABLE, UNCERTAIN = 1, 0, -1
@@ -184,18 +186,19 @@ class Results:
 
     def _load_events(self, file):
         if "events" not in file:  # older files
-            return Events(*(np.zeros(0, kind) for kind in (str, int, float, float, int)))
+            return Events(*(np.zeros(0, kind) for kind in (str, int, float, float, int, float)))
         columns = [numbers(file, f"events/{name}", (None,), kind) for name, kind in EVENT_COLUMNS.items()]
         known = "events/unknown" in file  # older files do not say whose amplitudes they are
         columns.append(numbers(file, "events/unknown", (None,), "i") if known else np.full(len(columns[0]), -1))
-        kind, point, omega, amplitude, unknown = (column[:min(map(len, columns))] for column in columns)
+        columns.append(columns[2] if self.parameter is None else numbers(file, "events/parameter", (None,)))
+        kind, point, omega, amplitude, unknown, place = (column[:min(map(len, columns))] for column in columns)
         names = np.array(words(file["events/kind"], "names").split())
         if np.any((kind < 0) | (kind >= len(names))) or np.any(point < -1):
             raise ValueError("/events/kind must hold numbers of the attribute names, and /events/point numbers of points")
         if np.any((unknown < -1) | (unknown >= self.modes + 3 * self.contact_points)):
             raise ValueError("/events/unknown must hold rows of /points/coefficients, or -1")
         known = point < self._n
-        return Events(names[kind[known]], point[known], omega[known], amplitude[known], unknown[known])
+        return Events(names[kind[known]], point[known], omega[known], amplitude[known], unknown[known], place[known])
 
     def _read(self, function):
         """function(open file). The file is closed at once, so that a run that is still writing is never kept waiting."""
@@ -265,10 +268,27 @@ class Results:
         first = self.modes if self.contact_points else 0
         return self.dof_names()[first + curves.moves_most(self.coefficients[:, first:])]
 
-    def at(self, omega):
-        """Index of the point whose frequency [rad/s] is nearest; the first one where the branch passes it several times."""
+    @property
+    def along(self):
+        """What the branch is followed over, (n,): `omega`, or `parameter` where that is another."""
+        return self.omega if self.parameter is None else self.parameter
+
+    @property
+    def along_unit(self):
+        """Its unit, "" for a factor on what the case has."""
+        if self.parameter is None:
+            return self.unit.omega
+        return self.unit.length if self.parameter_unit == "m" else ""
+
+    def place(self, value, digits=9):
+        """A value of `along` in words: "1.3 rad/s", or "friction 0.5"."""
+        number = f"{value:.{digits}g}"
+        return units.with_unit(number, self.along_unit) if self.parameter is None else f"{self.parameter_name} {number}"
+
+    def at(self, value):
+        """Index of the point nearest to a value of `along`, omega [rad/s]; the first one where the branch passes it several times."""
         self._need_points()
-        return int(np.argmin(np.abs(self.omega - omega)))
+        return int(np.argmin(np.abs(self.along - value)))
 
     def amplitude(self, dof):
         """Half the peak-to-peak of the motion over the period at every point, (n,), of the trigonometric polynomial (not of samples).
@@ -299,12 +319,13 @@ class Results:
     def peaks(self, dof):
         """(omega, amplitude) of each peak, in the order of the branch: local maxima strictly inside it, as an end is no peak.
 
-        A peak that the run has located is that point. Else a point and its two neighbours give one parabola for the amplitude and
-        one for omega, both as functions of arc length, so that a curve that leans over is no trouble.
+        Over another parameter than the frequency, its value in place of omega. A peak that the run has located is that point. Else
+        a point and its two neighbours give one parabola for the amplitude and one for omega, both as functions of arc length, so
+        that a curve that leans over is no trouble.
         """
         amplitude, located = self.amplitude(dof), set(self.located_peaks(dof))
-        return [(float(self.omega[i]), float(amplitude[i])) if i in located else
-                curves.top(self.omega, self.points("arclength"), amplitude, i) for i in curves.maxima(amplitude, self.jumps)]
+        return [(float(self.along[i]), float(amplitude[i])) if i in located else
+                curves.top(self.along, self.points("arclength"), amplitude, i) for i in curves.maxima(amplitude, self.jumps)]
 
     def peak(self, dof):
         """(omega, amplitude) of the largest of `peaks`. Raises ValueError where there is none: an end of the sweep is no peak."""
@@ -329,7 +350,7 @@ class Results:
     def ends(self, dof):
         """(omega, amplitude, words) where the amplitude rises towards an end of the branch, so that a peak may lie beyond."""
         amplitude = self.amplitude(dof)
-        return [(float(self.omega[i]), float(amplitude[i]), words) for i, words in curves.at_the_ends(amplitude)]
+        return [(float(self.along[i]), float(amplitude[i]), words) for i, words in curves.at_the_ends(amplitude)]
 
     def located_peaks(self, dof):
         """Points that the run has located as maxima of this unknown or node: where it was the one watched, or moved most."""
@@ -436,8 +457,8 @@ class Results:
 
     def _no_peak(self, dof):
         self._need_points()
-        said = " and ".join(f"{words}, {units.with_unit(f'{amplitude:.7g}', self.unit_of(dof))} at {omega:.9g} {self.unit.omega}"
-                            for omega, amplitude, words in self.ends(dof))
+        said = " and ".join(f"{words}, {units.with_unit(f'{amplitude:.7g}', self.unit_of(dof))} at {self.place(value)}"
+                            for value, amplitude, words in self.ends(dof))
         return f"{self.path}: {dof} has no peak between the ends of the sweep" + (f": it is {said}" if said else "")
 
     def _of_dof(self, dof, points=None):

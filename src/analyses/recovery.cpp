@@ -212,7 +212,7 @@ bool Follower::rebuild(std::unique_ptr<HarmonicSystem> system, int most) {
   }
   if (!found) return false;
   check(VecAXPY(padded, -1, there.y), "changing harmonics");
-  if (curve.norm.length(padded) > most_change) return false; // that is another branch
+  if (!stay && curve.norm.length(padded) > most_change) return false; // that is another branch
   adopt(std::move(system));
   here_ = std::move(there);
   begin_amplitude();

@@ -32,7 +32,7 @@ Stability LargeStabilityTest::judge(Vec y) {
   const Layout &layout = system_.layout();
   const int harmonics = system_.harmonics();
   own_.contact = system_.contact(), own_.standstill = system_.standstill();
-  const double omega = system_.setting().omega;
+  const double omega = system_.parameter().at(system_.parameter_in(y)).omega;
   const double *values;
   check(VecGetArrayRead(y, &values), "judging stability");
   reading_.read({values + layout.own_point_offset(0), values + layout.own_coefficients()});

@@ -13,9 +13,9 @@ public:
   /// `system` must outlive it, and stay as it is.
   explicit LargeStabilityTest(const HarmonicSystem &system);
 
-  /// y = [X; Omega] of the system. Uncertain where an exponent is 0 to its accuracy, or is not found. One rigid
-  /// displacement that nothing resists is enough for that. Two factorisations of matrices of the size of the Jacobian,
-  /// one after the other. Collective.
+  /// y = [X; parameter] of the system, with the joint that it was set to last. Uncertain where an exponent is 0 to its
+  /// accuracy, or is not found. One rigid displacement that nothing resists is enough for that. Two factorisations of
+  /// matrices of the size of the Jacobian, one after the other. Collective.
   Stability judge(Vec y);
 
 private:

@@ -61,6 +61,14 @@ def test_points_without_stiffness_are_held():
     assert "# normal_stiffness_per_area = 1e11" in said and "contact points held" in said
 
 
+def test_damping_of_the_deck_and_units_are_in_it():
+    model = joined(normal_stiffness=3.0, tangential_stiffness=[2.0, 1.0], friction=0.3)
+    model.units, model.damping = "kg, mm, ms", {"mass": 0.5, "stiffness": 2e-3}
+    said = case_file.text(model, "model.h5", np.array([0.1, 0.2]), 0)
+    assert "mass = 0.5" in said and "stiffness = 0.002" in said and "for want of better" not in said
+    assert "0.1 rad/ms  15.9155 Hz" in said and "[rad/ms]" in said
+
+
 def test_large_matrices_give_the_same_modes(monkeypatch):
     pytest.importorskip("slepc4py")
     model = joined(normal_stiffness=3.0, tangential_stiffness=2.0, friction=0.3)

@@ -103,6 +103,12 @@ def test_nodes_that_cannot_be_watched_are_refused(tmp_path, model):
     assert "has no mesh" in run(made, status=2).err
 
 
+def test_a_sweep_that_begins_within_the_peak_keeps_its_tolerance(tmp_path, model):
+    """There the first point with few harmonics is far from the one with enough, and no branch is left by taking more."""
+    accuracy = run(case(tmp_path / "run", model, omega=[11500.0, 11600.0])).summary["accuracy"]
+    assert accuracy["above"] == 0 and accuracy["largest"] < accuracy["tolerance"]
+
+
 def test_an_end_of_the_sweep_is_no_peak_in_the_log(tmp_path, model):
     done = run(case(tmp_path / "run", model, omega=[11000.0, 11300.0]))
     assert done.summary["peaks"] == 0 and "  peak of" not in done.out
@@ -121,7 +127,8 @@ def test_the_log_is_in_the_units_of_the_model(tmp_path, model, units, length, om
     done = run(made)
     results = Results(done.folder / "results.h5")
     peaks = results.events.of("peak")
-    assert f"peak of x2.t2: {peaks.amplitude[0]:.7g}{' ' * bool(length)}{length} at {peaks.omega[0]:.9g} {omega}\n" in done.out
+    whose = results.dof_names()[peaks.unknown[0]]
+    assert f"peak of {whose}: {peaks.amplitude[0]:.7g}{' ' * bool(length)}{length} at {peaks.omega[0]:.9g} {omega}\n" in done.out
     assert f"Omega [{omega}]" in done.out and ("motion [mm]" in done.out) == bool(length)
     assert " m " not in done.out.replace("memory", "") and ("rad/s" in done.out) == (omega == "rad/s")
     assert f"{peaks.amplitude[0]:.9g} {length}".strip() in describe(results.path)

@@ -110,7 +110,7 @@ CASES = [
     ("modes = 2", "modes = -2", ["reduction.modes = -2", "at least 0"]),
     ("modes = 2", "mode = 2", ["reduction.mode = 2", "did you mean modes"]),
     ("gap = -3.5", "stiffness = 1.0", ["contact.stiffness = 1.0",
-                                       "did you mean normal_stiffness in [contact] or tangential_stiffness in [contact]?"]),
+                                       "did you mean normal_stiffness in [contact] or tangential_stiffness in [contact]"]),
     ("max_iterations = 50", "tolerance = 1e-6", ["did you mean step_tolerance in [newton] or residual_tolerance in [newton]?"]),
     ("initial = 1e-5", "gap = 1e-5", ["did you mean gap in [contact]? allowed in [preload]: initial"]),
     ("[damping]", "[dampnig]", ["[dampnig]", "did you mean [damping]"]),

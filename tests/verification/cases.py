@@ -115,7 +115,8 @@ class Case:
             return reference.projected(structure.matrices[name], structure.K, structure.M, structure.contact_dofs, modes)
         if s.get("matrix"):
             matrix = matrix + projected("C")
-        return reference.Damping(*proportional, matrix, projected("K_structural") if "K_structural" in structure.matrices else None)
+        given = structure is not None and "K_structural" in structure.matrices
+        return reference.Damping(*proportional, matrix, projected("K_structural") if given else None)
 
 
 def dof5(folder, force=(1.0, 1, 0, 0, 0), **overrides):

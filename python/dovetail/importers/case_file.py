@@ -1,6 +1,5 @@
 """A case file to go with an imported model: runs as it stands, its sweep around the modes of the stuck structure."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +7,7 @@ import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
+from .. import units
 from ..loaded import is_zero
 
 COUNT = 6  # modes that are named
@@ -94,7 +94,7 @@ def write(model, path):
         return "no case file: no mode of the stuck structure has a frequency; is it held, by joints at least?"
     target.write_text(text(model, Path(path).name, omega, number))
     whose = "held at its contact points" if _held(model) else "stuck"
-    found = ", ".join(f"{value / (2 * math.pi):.5g}" for value in omega)
+    found = ", ".join(f"{units.parse(model.units).hertz(value):.5g}" for value in omega)
     return f"{target}: its sweep is around mode {number + 1} of the structure {whose}; the lowest are {found} Hz"
 
 
@@ -110,11 +110,12 @@ def text(model, name, omega, number):
     lines = ["# Written when the model was imported, to start from. docs/reference/case-file.md has every key.", "",
              f'model = "{name}"', "",
              f"# Lowest modes of the structure {whose}:"]
-    lines += [f"#   {k}  {value:.6g} rad/s  {value / (2 * math.pi):.6g} Hz" for k, value in enumerate(omega, start=1)]
-    lines += ["", "[continuation]", f"omega = [{low:g}, {high:g}]  # [rad/s], around mode {number + 1}; slipping lowers a peak", "",
-              "[damping]", f"stiffness = {_round(2 * RATIO / at):g}  # [s]: a ratio of {RATIO:g} at that mode, "
-              "for want of better; put in yours", "",
-              "[reduction]", f"modes = {min(MODES, model.n - model.contact_dofs.size)}", "",
+    unit = units.parse(model.units)
+    lines += [f"#   {k}  {value:.6g} {unit.omega}  {unit.hertz(value):.6g} Hz" for k, value in enumerate(omega, start=1)]
+    damping = [f"{key} = {value:g}  # of the deck" for key, value in model.damping.items()] or [
+        f"stiffness = {_round(2 * RATIO / at):g}  # a ratio of {RATIO:g} at that mode, for want of better; put in yours"]
+    lines += ["", "[continuation]", f"omega = [{low:g}, {high:g}]  # [{unit.omega}], around mode {number + 1}; slipping lowers a peak", "",
+              "[damping]", *damping, "", "[reduction]", f"modes = {min(MODES, model.n - model.contact_dofs.size)}", "",
               "[harmonic_balance]", f"harmonics = {HARMONICS}", "",
               "# In place of both numbers, to have them chosen:  accuracy.tolerance = 1e-2", ""]
     whole = model.joint is not None and np.all(model.joint["area"] > 0)
