@@ -184,4 +184,4 @@ def _preload(results):
     if joint is None or len(joint["position"]) != results.contact_points:
         return lines
     states = joint_states(results, joint)
-    return lines * (len(states) > 1) + [("preload", f"{state.name}: {state.in_words()}") for state in states]
+    return lines * (len(states) > 1) + [("preload", f"{state.name}: {state.in_words(results.unit)}") for state in states]

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from .contact_map import in_plane
+from .units import with_unit
 
 NEIGHBOURS = 12  # of a contact point, that are looked at to tell whether it lies at an edge
 REACH = 2.2  # neighbours lie within so many distances to the nearest
@@ -39,13 +40,15 @@ class JointState:
         """(m,) [Pa], None where an area is not known."""
         return self.normal / self.area if np.all(self.area > 0) else None
 
-    def in_words(self):
-        """Points closed, resultants in the axes of the points, pressure, points at the edge that carry nothing."""
-        words = [f"{np.count_nonzero(self.closed)} of {len(self.closed)} points closed", f"normal force {self.normal.sum():.6g}",
-                 f"shear ({', '.join(f'{_whole(total, self.normal):.4g}' for total in self.shear.sum(axis=0))})"]
+    def in_words(self, unit):
+        """Points closed, resultants in the axes of the points, pressure, points at the edge that carry nothing; in `Results.unit`."""
+        shear = f"({', '.join(f'{_whole(total, self.normal):.4g}' for total in self.shear.sum(axis=0))})"
+        words = [f"{np.count_nonzero(self.closed)} of {len(self.closed)} points closed",
+                 f"normal force {with_unit(f'{self.normal.sum():.6g}', unit.force)}", f"shear {with_unit(shear, unit.force)}"]
         if self.pressure is not None and self.closed.any():
-            words.append(f"pressure {self.normal[self.closed].sum() / self.area[self.closed].sum():.4g} in the mean, at most "
-                         f"{self.pressure.max():.4g}")
+            mean = self.normal[self.closed].sum() / self.area[self.closed].sum()
+            words.append(f"pressure {with_unit(f'{mean:.4g}', unit.stress)} in the mean, at most "
+                         f"{with_unit(f'{self.pressure.max():.4g}', unit.stress)}")
         unloaded = np.count_nonzero(self.edge & ~self.closed)
         return ", ".join(words + [f"{unloaded} at the edge unloaded"] * bool(unloaded))
 
@@ -66,7 +69,8 @@ def joint_states(results, joint):
 def in_words(results):
     """Closed points and forces of all joints together, where the places of the points are not known."""
     force = results.g.reshape(-1, 3)
-    return f"{np.count_nonzero(force[:, 2])} of {len(force)} points closed, normal force {force[:, 2].sum():.6g}"
+    return (f"{np.count_nonzero(force[:, 2])} of {len(force)} points closed, normal force "
+            f"{with_unit(f'{force[:, 2].sum():.6g}', results.unit.force)}")
 
 
 def at_edge(places):
