@@ -74,13 +74,13 @@ def test_info_says_it_joint_by_joint(plate, capsys, tmp_path):
     said = capsys.readouterr().out
     pressed = Results(path).g.reshape(-1, 3)[:, 2] != 0
     closed = np.count_nonzero(pressed)
-    assert f"preload               plate: {closed} of 45 points closed, normal force 10000, shear (0, 0), pressure" in said
+    assert f"preload               plate: {closed} of 45 points closed, normal force 10000 N, shear (0, 0) N, pressure" in said
     with h5py.File(plate / "model.h5") as file:
         unloaded = np.count_nonzero(rim_of(file["contact/position"][()]) & ~pressed)
     assert unloaded > 10 and f"{unloaded} at the edge unloaded" in said
     (tmp_path / "results.h5").write_bytes(path.read_bytes())  # without its reduced file, the model is not known
     assert main(["info", str(tmp_path / "results.h5")]) == 0
-    assert f"preload               {closed} of 45 points closed, normal force 10000\n" in capsys.readouterr().out
+    assert f"preload               {closed} of 45 points closed, normal force 10000 N\n" in capsys.readouterr().out
 
 
 def test_picture_of_the_pressure(plate, capsys, tmp_path):
