@@ -96,7 +96,7 @@ std::string in_table(const Resonances &found, const Case &study) {
   const FrequencyUnit &unit = study.frequency_unit;
   const FrequencyUnit hertz{true, unit.seconds, unit.omega};
   char columns[120];
-  std::snprintf(columns, sizeof columns, "      %12s %12s   %12s %12s   %12s %12s\n", "Hz", unit.omega.c_str(), "Hz",
+  std::snprintf(columns, sizeof columns, "       %12s %12s    %12s %12s    %12s %12s\n", "Hz", unit.omega.c_str(), "Hz",
                 unit.omega.c_str(), "Hz", unit.omega.c_str());
   std::string out = "joint at rest: " + std::to_string(found.closed) + " of " + std::to_string(found.points) +
                     " contact points closed, pressed with " + number(found.clamping) +
