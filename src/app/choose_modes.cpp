@@ -28,8 +28,8 @@ int harmonics_of(const Case &study) {
 
 Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
   const Scales scales = choose_scales(study, preloaded);
-  HarmonicSystem system(scaled(std::move(preloaded), study.damping, scales), harmonics_of(study), 0, study.loads,
-                        study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
+  const auto whole = harmonic_system(study, std::move(preloaded), scales, harmonics_of(study), exactly);
+  HarmonicSystem &system = *whole;
   BranchSettings settings = settings_of(study, system);
   settings.stability = false, settings.tolerance = 0, settings.at.clear();
   Trial trial;

@@ -62,6 +62,18 @@ bool without_bound(const BranchPoint &point, double load) {
 
 } // namespace
 
+std::unique_ptr<HarmonicSystem> harmonic_system(const Case &study, PreloadedModel preloaded, const Scales &scales,
+                                                int harmonics, int samples) {
+  const PathParameter &parameter = *study.range().parameter;
+  ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
+  const auto varied = parameter.changes_joint ? std::make_shared<VariedPreload>(model.model) : nullptr;
+  auto system =
+      std::make_unique<HarmonicSystem>(std::move(model), harmonics, samples, study.loads,
+                                       study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
+  system->vary(ResponseParameter(parameter, study.omega_from / scales.frequency), varied);
+  return system;
+}
+
 BranchSettings settings_of(const Case &study, const HarmonicSystem &system) {
   const Scales &scales = system.scales();
   const Watching watching(study, system);
@@ -89,16 +101,12 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
                 SavedRun begin, Stages &stages, const Voice &voice) {
   const MPI_Comm comm = preloaded.reduced.comm;
   const CurveRange range = study.range();
-  std::shared_ptr<VariedPreload> varied;
-  HarmonicSystem system = stages.run("4 scaling", [&] {
+  const auto whole = stages.run("4 scaling", [&] {
     const Scales scales = earlier ? earlier->scales : choose_scales(study, preloaded);
-    ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
-    if (range.parameter->changes_joint) varied = std::make_shared<VariedPreload>(model.model);
-    return HarmonicSystem(std::move(model), study.harmonics, study.samples, study.loads,
-                          study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
+    return harmonic_system(study, std::move(preloaded), scales, study.harmonics, study.samples);
   });
+  HarmonicSystem &system = *whole;
   const Scales &scales = system.scales();
-  system.vary(ResponseParameter(*range.parameter, study.omega_from / scales.frequency), varied);
   Watching watching(study, system);
   const double scale = scales.of(*range.parameter);
   const BranchSettings settings = settings_of(study, system);

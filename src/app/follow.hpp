@@ -1,6 +1,8 @@
 #pragma once
 // Steps 4 and 5: scaling (docs/theory/equations.md, section 7), then the response curve, point by point into the file
 // and on the screen.
+#include <memory>
+
 #include "app/voice.hpp"
 #include "case/case.hpp"
 #include "preload/contact_preload.hpp"
@@ -15,6 +17,10 @@ struct Followed {
   bool kept = false;  ///< in results.h5: not so if there is no point, and an earlier run's results
   StateKeeper keeper; ///< still to be told that the run has ended: after the summary is written
 };
+
+/// The equations of the case, over what its curve is followed over. Collective.
+std::unique_ptr<HarmonicSystem> harmonic_system(const Case &study, PreloadedModel preloaded, const Scales &scales,
+                                                int harmonics, int samples);
 
 /// What the case asks of the branch, in scaled numbers.
 BranchSettings settings_of(const Case &study, const HarmonicSystem &system);

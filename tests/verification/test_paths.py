@@ -1,6 +1,7 @@
 """Sweeps over another parameter than the frequency: against the reference, cases made with the value, and given folds."""
 
 import json
+import re
 
 import h5py
 import numpy as np
@@ -120,6 +121,15 @@ def test_folds_of_an_s_curve(tmp_path):
     stable = points["stable"]
     between = slice(folds[0]["point"] + 1, folds[1]["point"])
     assert stable[between].size > 3 and np.all(stable[between] == 0) and stable[0] == 1
+
+
+def test_modes_and_harmonics_to_a_tolerance(tmp_path):
+    """They are tried on the path, too."""
+    case = path_of(tmp_path, "force", RANGES["force"], modes=None, harmonics=None, tolerance=2e-2)
+    done, points = run(case)
+    accuracy = done.summary["accuracy"]
+    assert accuracy["above"] == 0 and accuracy["modes"] < 2e-2
+    assert "points of a trial run" not in done.out or int(re.search(r"\((\d+) points of a trial run", done.out)[1]) > 3
 
 
 def test_restart_goes_on_along_the_path(tmp_path):
