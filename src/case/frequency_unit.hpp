@@ -17,22 +17,22 @@ struct FrequencyUnit {
   const char *name() const { return hertz ? "Hz" : omega.c_str(); }
   double radians() const { return hertz ? 2 * M_PI * seconds : 1; } ///< one of it, as the model counts
 
-  /// omega [rad/s] as a number of this unit, with the digits that the user wrote.
-  std::string number(double omega) const {
-    if (!hertz) return number_text(omega);
+  /// A frequency of the model as a number of this unit, with the digits that the user wrote.
+  std::string number(double value) const {
+    if (!hertz) return number_text(value);
     char digits[32];
-    std::snprintf(digits, sizeof digits, "%.15g", omega / radians()); // without the last bit of the division
+    std::snprintf(digits, sizeof digits, "%.15g", value / radians()); // without the last bit of the division
     return digits;
   }
 
-  /// omega [rad/s] for messages: "3.2 rad/s", or "0.51 Hz = 3.2 rad/s".
-  std::string text(double omega, int digits = 9) const {
+  /// The same for messages: "3.2 rad/s", or "0.51 Hz = 3.2 rad/s".
+  std::string text(double value, int digits = 9) const {
     char words[96];
     if (hertz)
       std::snprintf(words, sizeof words, "%.*g Hz = %.*g %s", digits, omega / radians(), digits, omega,
                     this->omega.c_str());
     else
-      std::snprintf(words, sizeof words, "%.*g %s", digits, omega, this->omega.c_str());
+      std::snprintf(words, sizeof words, "%.*g %s", digits, value, omega.c_str());
     return words;
   }
 };
