@@ -20,7 +20,7 @@ struct BranchSettings {
   bool adaptive = true;    ///< false: `step` throughout, as the original
   int max_points = 1;
   std::vector<double> at;                    ///< solved exactly whenever the branch passes them, between from and to
-  Watched watched;                           ///< whose amplitude is followed
+  Watched watched = {};                      ///< whose amplitude is followed
   int stop_after_peaks = 0;                  ///< 0: never
   double stop_at_amplitude = 0;              ///< of what is watched; 0: never
   Strategies strategies = Strategies::all(); ///< what is tried besides steps along the curve

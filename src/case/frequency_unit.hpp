@@ -29,8 +29,7 @@ struct FrequencyUnit {
   std::string text(double value, int digits = 9) const {
     char words[96];
     if (hertz)
-      std::snprintf(words, sizeof words, "%.*g Hz = %.*g %s", digits, omega / radians(), digits, omega,
-                    this->omega.c_str());
+      std::snprintf(words, sizeof words, "%.*g Hz = %.*g %s", digits, value / radians(), digits, value, omega.c_str());
     else
       std::snprintf(words, sizeof words, "%.*g %s", digits, value, omega.c_str());
     return words;

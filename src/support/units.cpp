@@ -115,7 +115,7 @@ Units units_of(const std::string &label) {
   return units;
 }
 
-double Units::hertz(double omega) const { return omega / (2 * M_PI * seconds); }
+double Units::hertz(double value) const { return value / (2 * M_PI * seconds); }
 
 std::string Units::instead_of(const std::string &unit) const {
   if (unit == "rad/s") return omega;

@@ -14,7 +14,7 @@ struct Units {
 
   bool known() const { return !length.empty(); }
   /// Frequency [Hz] of an excitation frequency in units of the model.
-  double hertz(double omega) const;
+  double hertz(double value) const;
   /// What stands in place of a unit of the SI, such as "N/m"; "-" and "" as they are.
   std::string instead_of(const std::string &unit) const;
 };

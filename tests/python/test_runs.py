@@ -117,7 +117,7 @@ def test_results_open_while_the_run_goes_on(tmp_path):
             for look in range(20):
                 try:
                     with h5py.File(folder / "results.h5", "r") as file:
-                        assert len(file["points"]) == 19 and len(file["points/contact"]) == 5 and len(file["events"]) == 4
+                        assert len(file["points"]) == 19 and len(file["points/contact"]) == 5 and len(file["events"]) == 5
                 except OSError as error:
                     assert "truncated" in str(error)
                     refused += 1
@@ -779,5 +779,5 @@ def test_load_of_1e200_in_the_model(tmp_path, ranks):
     structure = case.structure
     Model(structure.K, structure.M, structure.contact_dofs, 1e200 * structure.force, structure.preload).write(tmp_path / "model.h5")
     done = run(case, status=3, ranks=ranks)
-    assert re.search("NaN|infinite|finite", done.err) and "nan" not in done.out
+    assert re.search("NaN|infinite|finite", done.err) and not re.search(r"\bnan\b", done.out)
     assert all(np.isfinite(values).all() for values in done.points.values())
