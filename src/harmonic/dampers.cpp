@@ -30,7 +30,8 @@ Dampers::Dampers(const ReducedModel &model, const std::vector<ContactPoint> &con
     : layout_(layout) {
   const bool fixed = damping.of_fixed && !damping.ratios.empty(), springs = damping.contact && damping.stiffness != 0;
   const PetscInt modes = layout.own_modes.size();
-  if (fixed || springs) diagonal_.assign(layout.own_dofs(), 0.0);
+  has_diagonal_ = fixed || springs;
+  if (has_diagonal_) diagonal_.assign(layout.own_dofs(), 0.0);
   for (const ModeRatio &ratio : damping.ratios)
     if (const PetscInt mode = ratio.mode - 1 - layout.own_modes.begin; fixed && mode >= 0 && mode < modes)
       diagonal_[mode] = 2 * ratio.ratio * std::sqrt(model.kaa[ratio.mode - 1]);
@@ -120,7 +121,7 @@ std::vector<Dampers::Entry> Dampers::entries() const {
     for (PetscInt d = 0; d < own; ++d) {
       Entry entry{first + d, e, 0, 0};
       for (std::size_t j = 0; j < r; ++j) entry.viscous += shapes_[d * r + j] * rates_[j] * all[e * r + j];
-      if (!diagonal_.empty() && entry.row == e) entry.viscous += diagonal_[d];
+      if (has_diagonal_ && entry.row == e) entry.viscous += diagonal_[d];
       if (viscous_.columns() > 0) entry.viscous += viscous_.row(d)[number];
       if (hysteretic_.columns() > 0) entry.hysteretic = hysteretic_.row(d)[number];
       if (entry.viscous != 0 || entry.hysteretic != 0) out.push_back(entry);
@@ -152,7 +153,7 @@ void Dampers::project(StuckBasis &basis) const {
     for (std::size_t j = 0; j < n; ++j) diagonal[j] += found[j];
   };
   std::vector<double> moved(own * n, 0.0);
-  if (viscous_.columns() > 0 || !diagonal_.empty()) {
+  if (viscous_.columns() > 0 || has_diagonal_) {
     add_local(shapes.data(), static_cast<int>(n), moved.data());
     add_dense(viscous_, shapes.data(), static_cast<int>(n), moved.data());
     in_modes(basis.rates, basis.viscous, moved);

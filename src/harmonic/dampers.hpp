@@ -19,8 +19,8 @@ public:
   /// Adds those of the modes of `basis`; `part` knows the mass. Collective.
   void take_ratios(LinearPart &part, const StuckBasis &basis, const std::vector<ModeRatio> &ratios);
 
-  bool is_viscous() const { return viscous_.columns() > 0 || !diagonal_.empty() || !rates_.empty(); } ///< has C
-  bool is_hysteretic() const { return hysteretic_.columns() > 0; }                                    ///< has S
+  bool is_viscous() const { return viscous_.columns() > 0 || has_diagonal_ || !rates_.empty(); } ///< has C
+  bool is_hysteretic() const { return hysteretic_.columns() > 0; }                               ///< has S
 
   /// out = C q, out = S q, (own coefficients) of any number of harmonics. Collective.
   void viscous_force(const double *q, int width, double *out) const;
@@ -42,7 +42,8 @@ private:
 
   Layout layout_;
   std::vector<double> rates_, shapes_; // (r) c, (own dofs, r) V
-  std::vector<double> diagonal_;       // (own dofs), or none
+  bool has_diagonal_ = false;          // on every rank alike, also where one owns no dof
+  std::vector<double> diagonal_;       // (own dofs)
   Slab<double> viscous_, hysteretic_;  // (own dofs, n) columns in the order of the results; or none
 };
 
