@@ -113,7 +113,7 @@ std::string in_table(const Resonances &found, const Case &study) {
     return std::string(text);
   };
   for (std::size_t j = 0; j < std::min(in_a_table, found.stuck.omega.size()); ++j) {
-    char head[16];
+    char head[32];
     std::snprintf(head, sizeof head, "%6zu", j + 1);
     std::string row = head;
     for (const ResonanceSet *set : sets) row += cell(*set, j);

@@ -125,7 +125,7 @@ def test_folds_of_an_s_curve(tmp_path):
 
 def test_modes_and_harmonics_to_a_tolerance(tmp_path):
     """They are tried on the path, too."""
-    case = path_of(tmp_path, "force", RANGES["force"], modes=None, harmonics=None, tolerance=2e-2)
+    case = path_of(tmp_path, "force", RANGES["force"], modes=None, harmonics=None, tolerance=2e-2, samples=None)
     done, points = run(case)
     accuracy = done.summary["accuracy"]
     assert accuracy["above"] == 0 and accuracy["modes"] < 2e-2
