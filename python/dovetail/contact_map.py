@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.ticker import MaxNLocator  # noqa: E402
 
-from .motion import find_model, read_model_parts  # noqa: E402
+from .motion import find_joint  # noqa: E402
 from .plot import STYLE, point_title  # noqa: E402
 from .plot_units import dress as dress_axis, formatter, labelled  # noqa: E402
 
@@ -29,14 +29,7 @@ def contact_map(results, point, model=None, hz=False):
     hz : bool
         Frequency in Hz.
     """
-    path = find_model(results, model)
-    _, joint = read_model_parts(path)
-    if joint is None:
-        raise ValueError(f"{path}: has no /contact/position, so the places of its contact points are not known; models made by "
-                         "Structure.join have them")
-    if len(joint["position"]) != results.contact_points:
-        raise ValueError(f"{path}: has {len(joint['position'])} contact points, the results have {results.contact_points}; name the "
-                         "model of this run with --model")
+    joint = find_joint(results, model)
     state, slipping, work = over_period(results, point)
     per_area = bool(np.all(joint["area"] > 0))
     work = work / joint["area"] if per_area else work

@@ -1,12 +1,14 @@
 """Numbers and words out of an HDF5 file that may be damaged, incomplete, or of another program."""
 
 import os
+import time
 from contextlib import contextmanager
 
 import h5py
 import numpy as np
 
 DENSEST = 4096  # bytes of values per byte of file: deflate packs 1032 to 1 at best, and values never written take no place
+READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
 KINDS = {"f": ("numbers", "iufb", np.float64), "i": ("whole numbers", "iu", np.int64)}
 
 
@@ -22,6 +24,25 @@ def opened(path):
         if str(path) in str(error):
             raise
         raise ValueError(f"{path}: {error}") from error
+
+
+def patiently(path, function, what="results file"):
+    """function(open file) of a file that a run may be writing. It is closed at once, so that the run is never kept waiting.
+
+    Whatever is wrong is a ValueError that names the file.
+    """
+    if not os.path.isfile(path):
+        raise ValueError(f"{path}: no such file")
+    for attempt in range(READ_ATTEMPTS):
+        try:
+            with h5py.File(path, "r", locking=False) as file:
+                return function(file)
+        except (OSError, KeyError, RuntimeError) as error:
+            if attempt == READ_ATTEMPTS - 1:
+                raise ValueError(f"{path}: not a readable {what}: {error.args[0] if error.args else error}") from error
+            time.sleep(READ_PAUSE)
+        except ValueError as error:  # of the checks
+            raise ValueError(f"{path}: {error}") from None
 
 
 def dataset(group, name, shape=None, kind="f"):

@@ -1,18 +1,17 @@
 """What is in a file, in a few lines: model, reduced model or results."""
 
 import os
-import time
 
 import h5py
 import numpy as np
 
-from .hdf5_read import dataset, members, numbers, opened, words
+from .hdf5_read import dataset, members, numbers, opened, patiently, words
 from .model_mesh import read_joint, read_mesh
-from .motion import find_model
+from .motion import find_joint
 from .parameters import CONTACT_WIDTH
 from .preload_state import in_words, joint_states
 from .reference import LAWS
-from .results import INSTABILITIES, READ_ATTEMPTS, READ_PAUSE, Results, STABLE, UNCERTAIN, UNSTABLE
+from .results import INSTABILITIES, Results, STABLE, UNCERTAIN, UNSTABLE
 from .shown import default_dofs
 from .units import parse, with_unit
 
@@ -23,15 +22,7 @@ def format_of(path):
         raise ValueError(f"{path}: no such file")
     if not h5py.is_hdf5(path):
         raise ValueError(f"{path}: not a file of Dovetail, nor any other HDF5 file")
-    for attempt in range(READ_ATTEMPTS):  # a run may be writing
-        try:
-            with h5py.File(path, "r", locking=False) as file:
-                kind = words(file, "format", "unnamed")
-            break
-        except OSError as error:
-            if attempt == READ_ATTEMPTS - 1:
-                raise ValueError(f"{path}: not a readable file of Dovetail: {error}") from error
-            time.sleep(READ_PAUSE)
+    kind = patiently(path, lambda file: words(file, "format", "unnamed"), "file of Dovetail")
     if kind not in ("dovetail-model", "dovetail-reduced", "dovetail-results"):
         raise ValueError(f"{path}: not a file of Dovetail (format {kind})")
     return kind
@@ -177,11 +168,7 @@ def _preload(results):
     """The state before anything shakes; joint by joint where the model file is there."""
     lines = [("preload", in_words(results))]
     try:
-        with opened(find_model(results)) as file:
-            joint = read_joint(file)
+        states = joint_states(results, find_joint(results, results.model))
     except ValueError:
         return lines
-    if joint is None or len(joint["position"]) != results.contact_points:
-        return lines
-    states = joint_states(results, joint)
     return lines * (len(states) > 1) + [("preload", f"{state.name}: {state.in_words(results.unit)}") for state in states]

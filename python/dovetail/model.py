@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from . import hdf5_parts, model_mesh
+from .damping_matrices import DampingMatrices
 from .hdf5_parts import Part
 from .hdf5_read import members, numbers, opened, whole, words
 from .loads import excitation, need_name
@@ -21,7 +22,7 @@ from .parameters import CONTACT_WIDTH, contact_parameters
 from .sparse_rows import even_range, fault, is_petsc, rows_of
 
 
-class Model:
+class Model(DampingMatrices):
     """A structure with contact points, before any reduction.
 
     Parameters
@@ -119,14 +120,6 @@ class Model:
         result.force = self.force if force is None else self._load(force, "force")
         result.preload = self.preload if preload is None else self._load(preload, "preload")
         return result
-
-    def with_damping_matrix(self, C):
-        """The same model with a viscous damping matrix [N s/m], which `damping.matrix = true` of a case takes; None for none."""
-        return self._with_matrix("C", C)
-
-    def with_structural_matrix(self, K_structural):
-        """The same model with that in place of K [N/m] in `damping.structural`, as sum of eta_i K_i over parts; None for K."""
-        return self._with_matrix("K_structural", K_structural)
 
     def _with_matrix(self, name, matrix):
         result = copy.copy(self)

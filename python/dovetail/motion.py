@@ -49,6 +49,19 @@ def read_model_parts(path):
         return model_mesh.read_mesh(file), model_mesh.read_joint(file)
 
 
+def find_joint(results, model=None):
+    """Places of the contact points of results, as `joint` in `Model`, from `find_model`. Raises ValueError where they are not known."""
+    path = find_model(results, model)
+    _, joint = read_model_parts(path)
+    if joint is None:
+        raise ValueError(f"{path}: has no /contact/position, so the places of its contact points are not known; models made by "
+                         "Structure.join have them")
+    if len(joint["position"]) != results.contact_points:
+        raise ValueError(f"{path}: has {len(joint['position'])} contact points, the results have {results.contact_points}; name the "
+                         "model of this run with --model")
+    return joint
+
+
 def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None):
     """Total displacement of nodes, preload included, x_e0 + Phi a + Psi x and u = T q.
 

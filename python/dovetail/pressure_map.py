@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 from .contact_map import COLOURS, dress, lying, marker_area, panel_height, scale  # noqa: E402
-from .motion import find_model, read_model_parts  # noqa: E402
+from .motion import find_joint  # noqa: E402
 from .plot import STYLE  # noqa: E402
 from .plot_units import formatter  # noqa: E402
 from .preload_state import joint_states  # noqa: E402
@@ -26,14 +26,7 @@ def pressure_map(results, model=None):
     model : path-like, optional
         The model file; default the one the reduced file names.
     """
-    path = find_model(results, model)
-    _, joint = read_model_parts(path)
-    if joint is None:
-        raise ValueError(f"{path}: has no /contact/position, so the places of its contact points are not known; models made by "
-                         "Structure.join have them")
-    if len(joint["position"]) != results.contact_points:
-        raise ValueError(f"{path}: has {len(joint['position'])} contact points, the results have {results.contact_points}; name the "
-                         "model of this run with --model")
+    joint = find_joint(results, model)
     states = joint_states(results, joint)
     per_area = all(state.pressure is not None for state in states)
     values = [state.pressure if per_area else state.normal for state in states]

@@ -1,16 +1,16 @@
 """Read a results file: amplitudes, time histories, contact forces, hysteresis loops, fields of the full model."""
 
 import re
-import time
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from . import curves, fourier, recovery, units
-from .hdf5_read import dataset, members, numbers, whole, words
+from .curves import Curves
+from .events import read_events
+from .hdf5_read import dataset, members, numbers, patiently, whole, words
 from .parameters import CONTACT_WIDTH
 from .reference import LAWS
 from .sensitivity import read_sensitivity
@@ -18,11 +18,9 @@ from .sensitivity import read_sensitivity
 VERSION = 1  # of the format
 DIRECTIONS = ("t1", "t2", "n")
 NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
-EVENT_COLUMNS = {"kind": "i", "point": "i", "omega": "f", "amplitude": "f"}
 ESTIMATED = ("error_harmonics", "error_sampling", "error_modes")
 JUDGED = {"stable": "i", "multiplier": "f", "instability": "i"}
 BLOCK = 1 << 23  # numbers of coefficients in memory at a time
-READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
 
 
 @dataclass(frozen=True)
@@ -41,44 +39,11 @@ class ContactActivity:
     dissipation: np.ndarray
 
 
-@dataclass(frozen=True)
-class Events:
-    """What happened along the branch, in the order in which it did; (k,) arrays.
-
-    kind : str
-        Places, located: "fold" (turning point), "peak" (maximum of the watched amplitude), "branch" (another branch crosses),
-        "stability" (lost or regained). How the run helped itself: "start", "cut", "corner", "harmonics", "leap",
-        "integration". "missed": a frequency of continuation.at without solution. "outside": the curve leaves the sweep at its
-        beginning, and the next point is where it comes back.
-    point : int
-        The point that is this place, or the last point before; -1 before the first.
-    omega : rad/s
-    amplitude : of the watched unknown, half its peak-to-peak; 0 where it is no place on the curve
-    unknown : row in `coefficients` of the unknown that it is of; -1 where that is a node (`watch`), or there is none
-    place : value of `Results.along` there
-    """
-
-    kind: np.ndarray
-    point: np.ndarray
-    omega: np.ndarray
-    amplitude: np.ndarray
-    unknown: np.ndarray
-    place: np.ndarray
-
-    def __len__(self):
-        return len(self.kind)
-
-    def of(self, *kinds):
-        """Those of some kinds."""
-        chosen = np.isin(self.kind, kinds)
-        return Events(*(getattr(self, field.name)[chosen] for field in fields(self)))
-
-
 STABLE, UNSTABLE, UNCERTAIN = 1, 0, -1
 INSTABILITIES = ("none", "jump", "period doubling", "second frequency")
 
 
-class Results:
+class Results(Curves):
     """A response branch, finished or still being computed.
 
     Every number is in the user's own units. Coefficients are measured from the preload state
@@ -170,7 +135,7 @@ class Results:
         if ESTIMATED[0] in points:  # that of the modes only where something is known of those left out
             self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED if name in points)
         self._has_activity = bool(activity)
-        self.events = self._load_events(file)
+        self.events = read_events(file, self._n, dofs, self.parameter is not None)
         self.sensitivity = read_sensitivity(file, self._n, self.contact)
 
     def _load_contact(self, file):
@@ -184,36 +149,8 @@ class Results:
         self.xp, self.g = (numbers(file, f"preload/{name}", (3 * n,)) for name in ("xp", "g"))
         self.w = numbers(file, "preload/w", (n, 2))
 
-    def _load_events(self, file):
-        if "events" not in file:  # older files
-            return Events(*(np.zeros(0, kind) for kind in (str, int, float, float, int, float)))
-        columns = [numbers(file, f"events/{name}", (None,), kind) for name, kind in EVENT_COLUMNS.items()]
-        known = "events/unknown" in file  # older files do not say whose amplitudes they are
-        columns.append(numbers(file, "events/unknown", (None,), "i") if known else np.full(len(columns[0]), -1))
-        columns.append(columns[2] if self.parameter is None else numbers(file, "events/parameter", (None,)))
-        kind, point, omega, amplitude, unknown, place = (column[:min(map(len, columns))] for column in columns)
-        names = np.array(words(file["events/kind"], "names").split())
-        if np.any((kind < 0) | (kind >= len(names))) or np.any(point < -1):
-            raise ValueError("/events/kind must hold numbers of the attribute names, and /events/point numbers of points")
-        if np.any((unknown < -1) | (unknown >= self.modes + 3 * self.contact_points)):
-            raise ValueError("/events/unknown must hold rows of /points/coefficients, or -1")
-        known = point < self._n
-        return Events(names[kind[known]], point[known], omega[known], amplitude[known], unknown[known], place[known])
-
     def _read(self, function):
-        """function(open file). The file is closed at once, so that a run that is still writing is never kept waiting."""
-        if not self.path.is_file():
-            raise ValueError(f"{self.path}: no such file")
-        for attempt in range(READ_ATTEMPTS):
-            try:
-                with h5py.File(self.path, "r", locking=False) as file:
-                    return function(file)
-            except (OSError, KeyError, RuntimeError) as error:
-                if attempt == READ_ATTEMPTS - 1:
-                    raise ValueError(f"{self.path}: not a readable results file: {error.args[0] if error.args else error}") from error
-                time.sleep(READ_PAUSE)
-            except ValueError as error:  # of the checks
-                raise ValueError(f"{self.path}: {error}") from None
+        return patiently(self.path, function)
 
     def __len__(self):
         return self._n
@@ -289,75 +226,6 @@ class Results:
         """Index of the point nearest to a value of `along`, omega [rad/s]; the first one where the branch passes it several times."""
         self._need_points()
         return int(np.argmin(np.abs(self.along - value)))
-
-    def amplitude(self, dof):
-        """Half the peak-to-peak of the motion over the period at every point, (n,), of the trigonometric polynomial (not of samples).
-
-        The mean does not count.
-        """
-        return fourier.amplitude(self._of_dof(dof))
-
-    def response(self, dof):
-        """The curve of an unknown or of a node, a `curves.Response`; of a list of names, a list of them."""
-        if isinstance(dof, (list, tuple)):
-            return [self.response(name) for name in dof]
-        coefficients = self._of_dof(dof)
-        return curves.Response(str(dof), self.unit_of(dof), self.omega, self.frequency, fourier.amplitude(coefficients), coefficients)
-
-    def harmonic(self, dof, k):
-        """Amplitude sqrt(a_k^2 + b_k^2) of harmonic k at every point, (n,); |a0|/2 for k = 0."""
-        if not 0 <= k <= self.harmonics:
-            raise ValueError(f"harmonic must lie in 0 to {self.harmonics}, found {k}")
-        coefficients = self._of_dof(dof)
-        return np.abs(coefficients[:, 0]) / 2 if k == 0 else np.hypot(coefficients[:, 2 * k - 1], coefficients[:, 2 * k])
-
-    @property
-    def jumps(self):
-        """Numbers of the points behind which the branch goes on elsewhere: after a leap, or a stay outside the sweep."""
-        return np.unique(self.events.of(*curves.JUMPS).point)
-
-    def peaks(self, dof):
-        """(omega, amplitude) of each peak, in the order of the branch: local maxima strictly inside it, as an end is no peak.
-
-        Over another parameter than the frequency, its value in place of omega. A peak that the run has located is that point. Else
-        a point and its two neighbours give one parabola for the amplitude and one for omega, both as functions of arc length, so
-        that a curve that leans over is no trouble.
-        """
-        amplitude, located = self.amplitude(dof), set(self.located_peaks(dof))
-        return [(float(self.along[i]), float(amplitude[i])) if i in located else
-                curves.top(self.along, self.points("arclength"), amplitude, i) for i in curves.maxima(amplitude, self.jumps)]
-
-    def peak(self, dof):
-        """(omega, amplitude) of the largest of `peaks`. Raises ValueError where there is none: an end of the sweep is no peak."""
-        peaks = self.peaks(dof)
-        if not peaks:
-            raise ValueError(self._no_peak(dof))
-        return max(peaks, key=lambda peak: peak[1])
-
-    def peak_point(self, dof):
-        """Index of the point with the largest amplitude of those that are peaks. Raises ValueError where there is none."""
-        amplitude = self.amplitude(dof)
-        tops = curves.maxima(amplitude, self.jumps)
-        if not len(tops):
-            raise ValueError(self._no_peak(dof))
-        return int(tops[np.argmax(amplitude[tops])])
-
-    def largest_point(self, dof):
-        """Index of the point with the largest amplitude, be it a peak or an end of the branch."""
-        self._need_points()
-        return int(np.argmax(self.amplitude(dof)))
-
-    def ends(self, dof):
-        """(omega, amplitude, words) where the amplitude rises towards an end of the branch, so that a peak may lie beyond."""
-        amplitude = self.amplitude(dof)
-        return [(float(self.along[i]), float(amplitude[i]), words) for i, words in curves.at_the_ends(amplitude)]
-
-    def located_peaks(self, dof):
-        """Points that the run has located as maxima of this unknown or node: where it was the one watched, or moved most."""
-        peaks = self.events.of("peak")
-        if curves.is_reduced(dof):
-            return peaks.point[peaks.unknown == self.dof_index(dof)]
-        return peaks.point[(peaks.unknown == -1) & (self.watch == dof)]
 
     def time_history(self, point, dof, n=256):
         """One period of a degree of freedom: time [s] and value, both (n,), without the end point."""
@@ -454,12 +322,6 @@ class Results:
     def _need_points(self):
         if self._n == 0:
             raise ValueError(f"{self.path}: no point has been computed yet")
-
-    def _no_peak(self, dof):
-        self._need_points()
-        said = " and ".join(f"{words}, {units.with_unit(f'{amplitude:.7g}', self.unit_of(dof))} at {self.place(value)}"
-                            for value, amplitude, words in self.ends(dof))
-        return f"{self.path}: {dof} has no peak between the ends of the sweep" + (f": it is {said}" if said else "")
 
     def _of_dof(self, dof, points=None):
         """Coefficients (n, 2H+1) of an unknown, or of a node, at some points (a slice)."""

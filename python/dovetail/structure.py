@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from . import cells as cell_kinds
 from . import hdf5_parts
+from .damping_matrices import DampingMatrices
 from .followers import Followers
 from .loaded import Loaded, is_zero, said_of
 from .loads import real_vector
@@ -24,7 +25,7 @@ from .sparse_rows import is_petsc
 from .surface import Surface
 
 
-class Structure(Loaded):
+class Structure(Loaded, DampingMatrices):
     """K and M of a structure, the place and direction of every dof, and named parts of the mesh.
 
     Parameters
@@ -177,14 +178,6 @@ class Structure(Loaded):
         else:
             result.K = sp.csr_matrix(self.K) + sp.diags(diagonal)
         return result
-
-    def with_damping_matrix(self, C):
-        """The same structure with a viscous damping matrix [N s/m], which `damping.matrix = true` of a case takes; None for none."""
-        return self._with_matrix("C", C)
-
-    def with_structural_matrix(self, K_structural):
-        """The same structure with that in place of K [N/m] in `damping.structural`, as sum of eta_i K_i over parts; None for K."""
-        return self._with_matrix("K_structural", K_structural)
 
     def _with_matrix(self, name, matrix):
         size = self.n if matrix is None else (matrix.getSize() if is_petsc(matrix) else np.shape(matrix))[0]

@@ -68,6 +68,15 @@ def run_ccx(folder, name, text):
     return path
 
 
+def static_displacement(folder, text, structure):
+    """(n,) displacements of a structure under the loads of its deck, as a static step of CalculiX finds them."""
+    static = text.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n", "*STATIC\n") \
+                 .replace("*END STEP", "*NODE PRINT, NSET=NALL\nU\n*END STEP").replace("*NODE\n", "*NODE, NSET=NALL\n", 1)
+    printed = run_ccx(folder, "static", static).with_suffix(".dat").read_text()
+    found = np.array(re.findall(r"^ +(\d+) +(\S+) +(\S+) +(\S+)$", printed, re.M), dtype=float)
+    return found[np.searchsorted(found[:, 0], structure.labels[structure.dof_node]), structure.dof_direction + 1]
+
+
 def frequencies(path):
     """omega [rad/s] of a *FREQUENCY analysis, from job.dat."""
     text = path.with_suffix(".dat").read_text()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as sla
 
-from brick_deck import DENSITY, bar, frequencies, material, matrices_step, mesh_text, on, rows, run_ccx
+from brick_deck import DENSITY, bar, frequencies, material, matrices_step, mesh_text, on, rows, run_ccx, static_displacement
 from dovetail import Joint, Model
 from dovetail.importers import calculix, setup_file
 from dovetail.importers.elements import cell_of
@@ -185,11 +185,7 @@ def test_pressure_bends_it_as_in_calculix(tmp_path, kind):
     """Distributed loads of the matrix step are its amplitude; internal unknowns of C3D8I change nothing."""
     text = deck(kind=kind, inside="*DLOAD\nBODY, P2, 3.0\n1, P4, -2\n", cells=(4, 2, 2))
     structure = calculix.read([run_ccx(tmp_path, "bar", text)])
-    static = text.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n", "*STATIC\n") \
-                 .replace("*END STEP", "*NODE PRINT, NSET=NALL\nU\n*END STEP").replace("*NODE\n", "*NODE, NSET=NALL\n", 1)
-    printed = run_ccx(tmp_path, "static", static).with_suffix(".dat").read_text()
-    rows = np.array(re.findall(r"^ +(\d+) +(\S+) +(\S+) +(\S+)$", printed, re.M), dtype=float)
-    theirs = rows[np.searchsorted(rows[:, 0], structure.labels[structure.dof_node]), structure.dof_direction + 1]
+    theirs = static_displacement(tmp_path, text, structure)
     u = sla.spsolve(structure.K.tocsc(), structure.force)
     np.testing.assert_allclose(u, theirs, rtol=0, atol=2e-6 * abs(theirs).max())
 
@@ -263,11 +259,7 @@ def test_forces_on_tied_nodes_go_through_their_equations(tmp_path):
     chain = "*EQUATION\n3\n265, 3, 2.0, 259, 3, -1.5, 256, 2, 0.5\n2\n259, 3, 1.0, 253, 3, -1.0\n*NSET, NSET=TIED\n265, 259\n"
     text = deck(extra=chain, inside="*CLOAD\n265, 3, 3\n259, 3, 3\n265, 2, -1\n259, 2, -1\n")
     structure = calculix.read([run_ccx(tmp_path, "bar", text)])
-    static = text.replace("*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n", "*STATIC\n") \
-                 .replace("*END STEP", "*NODE PRINT, NSET=NALL\nU\n*END STEP").replace("*NODE\n", "*NODE, NSET=NALL\n", 1)
-    printed = run_ccx(tmp_path, "static", static).with_suffix(".dat").read_text()
-    rows = np.array(re.findall(r"^ +(\d+) +(\S+) +(\S+) +(\S+)$", printed, re.M), dtype=float)
-    theirs = rows[np.searchsorted(rows[:, 0], structure.labels[structure.dof_node]), structure.dof_direction + 1]
+    theirs = static_displacement(tmp_path, text, structure)
     for loaded in (structure.force, structure.with_preload("TIED", [0, -2, 6]).preload):
         np.testing.assert_allclose(sla.spsolve(structure.K.tocsc(), loaded), theirs, rtol=0, atol=2e-6 * abs(theirs).max())
 
