@@ -73,7 +73,8 @@ def _picture_of_results(path, arguments):
         return pressure_map(results, arguments.model), "_pressure.png"
     if len(results) == 0:
         raise ValueError(f"{path}: no point has been computed yet")
-    at = results.unit.from_hertz(arguments.at) if arguments.hz and arguments.at is not None else arguments.at
+    in_hertz = arguments.hz and results.parameter is None and arguments.at is not None
+    at = results.unit.from_hertz(arguments.at) if in_hertz else arguments.at
     if arguments.kind == "response":
         return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
     point = results.at(at) if at is not None else _top(results, (arguments.dof or pictures.contact_dofs(results))[0])
@@ -147,7 +148,8 @@ def parser():
     command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure"], default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
                               "pressure: the joints under their preload")
-    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz): marked in "
+    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
+                         "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for maps, pressures and nodes, if it is not where it "
                          "was when the run started")

@@ -18,8 +18,8 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from .model import Model
 from .sparse_rows import is_petsc
+from .units import parse, with_unit
 
 RIGID = 1e4  # stiffness of a locked bolt that has none given, as a multiple of what the structure itself sets against its pull
 ITERATIONS = 60  # of Newton's method
@@ -59,23 +59,26 @@ def tightened(model, bolts, friction=True):
     -------
     Model, list of str
     """
+    def said(bolt):
+        return with_unit(f"{bolt.force:g}", parse(model.units).force)
+
     pulls = sum(bolt.pull * bolt.force for bolt in bolts)
     locked = [bolt for bolt in bolts if bolt.lock]
     if not locked and friction:
         return (model.with_loads(preload=model.preload + pulls),
-                [f"bolt {bolt.name}: force {bolt.force:g}, which stays" for bolt in bolts])
+                [f"bolt {bolt.name}: force {said(bolt)}, which stays" for bolt in bolts])
     u, g = static_state(model, model.preload + pulls, friction)
     K, preload, notes = sp.csr_matrix(model.K), model.preload + pulls, []
     for bolt in bolts:
         approach = bolt.pull @ u
         if not bolt.lock:
-            notes.append(f"bolt {bolt.name}: force {bolt.force:g}, which stays; its ends approach by {approach:.4g}")
+            notes.append(f"bolt {bolt.name}: force {said(bolt)}, which stays; its ends approach by {approach:.4g}")
             continue
         stiffness = bolt.stiffness or RIGID / (bolt.pull @ _solved(model, bolt.pull))
         column = sp.csr_matrix(bolt.pull[:, None])
         K = K + stiffness * (column @ column.T)
         preload = preload + bolt.pull * (stiffness * approach)
-        notes.append(f"bolt {bolt.name}: tightened to {bolt.force:g}, its ends approach by {approach:.4g}; then locked by a stiffness of "
+        notes.append(f"bolt {bolt.name}: tightened to {said(bolt)}, its ends approach by {approach:.4g}; then locked by a stiffness of "
                      f"{stiffness:.4g}")
     contact = dict(model.contact)
     if not friction:
@@ -85,10 +88,7 @@ def tightened(model, bolts, friction=True):
         contact["gap"] = model.contact.get("gap", 0.0) - u[normal]
         notes.append("tightened without friction: displacements count from that state, the preload is that of the contact points, and "
                      "their gaps hold what presses them")
-    result = Model(K, model.M, model.contact_dofs, model.force, preload, contact, model.mesh, model.joint, model.units, model.comm,
-                   model.forces)
-    result.courses = model.courses
-    return result, notes
+    return model.with_stiffness(K).with_loads(preload=preload).with_contact(contact), notes
 
 
 def static_state(model, load, friction=True):

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.ticker import MaxNLocator  # noqa: E402
 
+from .joint_plane import in_plane, lying  # noqa: E402
 from .motion import find_joint  # noqa: E402
 from .plot import STYLE, point_title  # noqa: E402
 from .plot_units import dress as dress_axis, formatter, labelled  # noqa: E402
@@ -52,11 +53,7 @@ def contact_map(results, point, model=None, hz=False):
             unit = results.unit.work_per_area if per_area else results.unit.energy
             row[1].set_title(labelled("friction work per period" + " and area" * per_area, unit), loc="left", fontsize=10)
             scale(row[1], works, formatter=formatter(unit))
-        handles = [plt.Line2D([], [], marker=marker, linestyle="", color="black", markerfacecolor="#d0d0d0", markersize=7,
-                              label=f"{name} ({np.count_nonzero(state == i)})") for i, (name, marker) in enumerate(STATES)]
-        below = figure.add_subplot(grid[-1, :])
-        below.axis("off")
-        below.legend(handles=handles, loc="center", ncols=len(STATES))
+        legend_below(figure, grid, STATES, [np.count_nonzero(state == i) for i in range(len(STATES))])
         figure.suptitle(point_title(results, point, hz))
     return figure
 
@@ -69,24 +66,13 @@ def over_period(results, point):
     return state, activity.slip, np.maximum(activity.dissipation, 0.0)  # round-off of a loop without area
 
 
-def in_plane(position, axes):
-    """Coordinates (m, 2) [m] in the mean tangent plane of a joint, from the centre of its points; t1 to the right, t2 upwards."""
-    normal = axes[:, 2].mean(axis=0)
-    normal = normal / np.linalg.norm(normal) if np.linalg.norm(normal) > 1e-6 else axes[0, 2]
-    first = axes[:, 0].mean(axis=0)
-    first = first - (first @ normal) * normal
-    if np.linalg.norm(first) < 1e-6:
-        first = np.eye(3)[np.argmin(np.abs(normal))]
-        first = first - (first @ normal) * normal
-    first = first / np.linalg.norm(first)
-    centred = position - position.mean(axis=0)
-    return np.stack([centred @ first, centred @ np.cross(normal, first)], axis=1)
-
-
-def lying(places):
-    """The places with their longer side to the right, and the names of the axes."""
-    x, y = np.ptp(places, axis=0)
-    return (places, ("t1", "t2")) if y <= 1.2 * x else (places[:, ::-1], ("t2", "t1"))
+def legend_below(figure, grid, states, counts):
+    """What the markers stand for, (name, marker) of each state, and how many points it has, in the last row of the grid."""
+    handles = [plt.Line2D([], [], marker=marker, linestyle="", color="black", markerfacecolor="#d0d0d0", markersize=7,
+                          label=f"{name} ({count})") for (name, marker), count in zip(states, counts)]
+    below = figure.add_subplot(grid[-1, :])
+    below.axis("off")
+    below.legend(handles=handles, loc="center", ncols=len(states))
 
 
 def panel_height(places, width=3.6):

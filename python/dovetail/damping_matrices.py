@@ -4,6 +4,8 @@
 class DampingMatrices:
     """What Structure and Model have in common of them; each has `_with_matrix(name, matrix)` of its own."""
 
+    C = K_structural = None
+
     def with_damping_matrix(self, C):
         """The same with a viscous damping matrix [N s/m], which `damping.matrix = true` of a case takes; None for none."""
         return self._with_matrix("C", C)

@@ -20,7 +20,7 @@ class Events:
         beginning, and the next point is where it comes back.
     point : int
         The point that is this place, or the last point before; -1 before the first.
-    omega : rad/s
+    omega : rad/s, or rad per unit of time of the model
     amplitude : of the watched unknown, half its peak-to-peak; 0 where it is no place on the curve
     unknown : row in `coefficients` of the unknown that it is of; -1 where that is a node (`watch`), or there is none
     place : value of `Results.along` there

@@ -109,12 +109,13 @@ def _amplitude(results, unit, amplitude, place, digits=7):
 def _peaks(results):
     lines = []
     for dof in default_dofs(results):
-        peaks = results.peaks(dof)
+        curve = results.response(dof)
+        peaks = curve.peaks()
         if peaks:
             omega, amplitude = max(peaks, key=lambda peak: peak[1])
-            lines.append((f"peak of {dof}", _amplitude(results, results.unit_of(dof), amplitude, omega)))
-        lines += [(f"no peak: {dof}", f"{words}, {_amplitude(results, results.unit_of(dof), amplitude, omega)}")
-                  for omega, amplitude, words in results.ends(dof)]
+            lines.append((f"peak of {dof}", _amplitude(results, curve.unit, amplitude, omega)))
+        lines += [(f"no peak: {dof}", f"{words}, {_amplitude(results, curve.unit, amplitude, omega)}")
+                  for omega, amplitude, words in curve.ends()]
     return lines
 
 
@@ -168,7 +169,7 @@ def _preload(results):
     """The state before anything shakes; joint by joint where the model file is there."""
     lines = [("preload", in_words(results))]
     try:
-        states = joint_states(results, find_joint(results, results.model))
+        states = joint_states(results, find_joint(results))
     except ValueError:
         return lines
     return lines * (len(states) > 1) + [("preload", f"{state.name}: {state.in_words(results.unit)}") for state in states]

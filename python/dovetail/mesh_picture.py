@@ -9,7 +9,8 @@ import numpy as np  # noqa: E402
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
 
 from .cells import outer_faces  # noqa: E402
-from .contact_map import COLOURS, dress, in_plane, marker_area, panel_height, scale  # noqa: E402
+from .contact_map import COLOURS, dress, marker_area, panel_height, scale  # noqa: E402
+from .joint_plane import in_plane  # noqa: E402
 from .plot import LINES, STYLE  # noqa: E402
 from .plot_units import dress as dress_axis, formatter, labelled  # noqa: E402
 from .units import parse, with_unit  # noqa: E402

@@ -67,7 +67,6 @@ class Model(DampingMatrices):
             comm = K.getComm().tompi4py() if is_petsc(K) else hdf5_parts.default_comm()
         self.K, self.M, self.units, self.comm = K, M, str(units), comm
         self._rows = {}
-        self.C = self.K_structural = None
         self._take("K", K)
         self.n = self._rows["K"].n
         self._take("M", M)
@@ -119,6 +118,16 @@ class Model(DampingMatrices):
             result.forces = {name: self._load(load, name) for name, load in load_patterns(forces).items()}
         result.force = self.force if force is None else self._load(force, "force")
         result.preload = self.preload if preload is None else self._load(preload, "preload")
+        return result
+
+    def with_stiffness(self, K):
+        """The same model with another stiffness matrix K [N/m]."""
+        return self._with_matrix("K", K)
+
+    def with_contact(self, contact):
+        """The same model with other parameters of its contact points, as `contact` of the constructor."""
+        result = copy.copy(self)
+        result.contact = contact_parameters(contact, len(self.contact_dofs))
         return result
 
     def _with_matrix(self, name, matrix):

@@ -12,10 +12,11 @@ from .recovery import reduced_file, rows
 
 
 def find_model(results, given=None):
-    """The model file a run started from: `given`, or the one the reduced file names, also looked for near the results.
+    """The model file a run started from: `given`, or that of `results`, or the one the reduced file names, also near the results.
 
     Raises ValueError when there is none.
     """
+    given = results.model if given is None else given
     if given is not None:
         candidates = [Path(given)]
     else:
@@ -110,7 +111,7 @@ def node_row(results, name):
 
     Of a set with several nodes it is the mean; a node that is held in the direction counts as zero.
     """
-    path = find_model(results, results.model)
+    path = find_model(results)
     mesh, _ = read_model_parts(path)
     if mesh is None:
         raise ValueError(f"{path}: has no mesh, so the node of {name!r} is not known")

@@ -52,19 +52,21 @@ def response(results, dofs=None, at=None, hz=False):
                                     gridspec_kw={"height_ratios": [3.2] * len(panels) + [1]}, layout="constrained")
         labels = {}
         for axis, (kind, names) in zip(axes, panels.items()):
+            highest = 0.0
             for i, dof in enumerate(names):
                 curve = results.response(dof)
-                label = f"{dof}   {_top(results, curve, hz)}"
+                highest = max(highest, curve.amplitude.max())
+                label, tops = f"{dof}   {_top(results, curve, hz)}", curve.peaks()
                 if mixed:
                     _curve_by_stability(axis, results, frequency, curve.amplitude, i, label)
                 else:
                     axis.plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(curve.amplitude, results.jumps), **_line(i),
                               label=label, marker="o" if len(results) == 1 else None)
-                for omega, top in results.peaks(dof):
+                for omega, top in tops:
                     axis.plot(scale * omega, top, "o", color=_line(i)["color"], markersize=4, markerfacecolor="white")
                 places = _places(axis, results, curve, frequency, i)
                 labels.setdefault(axis, places)  # of the first: numbers of several curves would cover each other
-            axis.set_ylim(0, ROOM * (max(results.amplitude(dof).max() for dof in names) or 1.0))
+            axis.set_ylim(0, ROOM * (highest or 1.0))
             if mixed:
                 for verdict, words in ((UNSTABLE, "unstable"), (UNCERTAIN, "stability uncertain")):
                     if np.any(results.stable == verdict):
@@ -104,12 +106,12 @@ def _panels(results, dofs):
 
 def _top(results, curve, hz):
     """In words: the largest peak, or that there is none."""
-    peaks = results.peaks(curve.name)
+    peaks = curve.peaks()
     if peaks:
         place, top = max(peaks, key=lambda peak: peak[1])
         where = f"{results.unit.hertz(place):.5g} Hz" if hz else results.place(place, 5)
         return f"peak {value_text(top, curve.unit)} at {where}"
-    return ", ".join(dict.fromkeys(words for _, _, words in results.ends(curve.name))) or "no peak"
+    return ", ".join(dict.fromkeys(words for _, _, words in curve.ends())) or "no peak"
 
 
 def verdicts_between(results):
@@ -141,7 +143,7 @@ def _curve_by_stability(axis, results, omega, amplitude, i, label):
 
 def _places(axis, results, curve, frequency, i):
     """Marks turning points, and returns labels (x, y, text) of peaks and of them, two lists with the highest first."""
-    peaks, folds = results.located_peaks(curve.name), results.events.of("fold").point
+    peaks, folds = curve.located, results.events.of("fold").point
     style = {"color": _line(i)["color"], "markerfacecolor": "white", "linestyle": "none"}
     rising = frequency[np.minimum(folds + 1, len(frequency) - 1)] > frequency[folds]
     for to, marker in ((True, ">"), (False, "<")):
@@ -176,6 +178,8 @@ def hysteresis(results, point, dofs=None, hz=False):
     """
     if not dofs:
         moving = [dof for dof in contact_dofs(results) if dof.startswith("x")]
+        if not moving:
+            raise ValueError(f"{results.path}: has no contact point, and so no friction loop")
         dofs = [dof for dof in moving if not dof.endswith(".n")] or [moving[0].replace(".n", ".t1")]
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, len(dofs), figsize=(0.6 + 3.9 * len(dofs), 3.9), layout="constrained", squeeze=False)
@@ -215,5 +219,5 @@ def _line(i):
 
 
 def point_title(results, point, hz):
-    where = f"{results.frequency[point]:.6g} Hz" if hz else f"{results.omega[point]:.6g} {results.unit.omega}"
+    where = f"{results.frequency[point]:.6g} Hz" if hz and results.parameter is None else results.place(results.along[point], 6)
     return f"{results.title or results.path.name}, at {where}"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .contact_map import in_plane
+from .joint_plane import in_plane
 from .units import with_unit
 
 NEIGHBOURS = 12  # of a contact point, that are looked at to tell whether it lies at an edge

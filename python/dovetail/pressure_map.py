@@ -7,7 +7,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
-from .contact_map import COLOURS, dress, lying, marker_area, panel_height, scale  # noqa: E402
+from .contact_map import COLOURS, dress, legend_below, marker_area, panel_height, scale  # noqa: E402
+from .joint_plane import lying  # noqa: E402
 from .motion import find_joint  # noqa: E402
 from .plot import STYLE  # noqa: E402
 from .plot_units import formatter  # noqa: E402
@@ -45,11 +46,7 @@ def pressure_map(results, model=None):
             axis.set_title(f"{state.name}: {'pressure' if per_area else 'normal force of each point'} under preload\n"
                            f"{np.count_nonzero(state.closed)} of {len(state.closed)} points closed, normal force "
                            f"{with_unit(f'{state.normal.sum():.5g}', results.unit.force)}", loc="left", fontsize=10)
-        handles = [plt.Line2D([], [], marker=marker, linestyle="", color="black", markerfacecolor="#d0d0d0", markersize=7,
-                              label=f"{name} ({count})") for (name, marker), count in zip(STATES, counts)]
-        below = figure.add_subplot(grid[-1, :])
-        below.axis("off")
-        below.legend(handles=handles, loc="center", ncols=len(STATES))
+        legend_below(figure, grid, STATES, counts)
         figure.suptitle(f"{results.title or results.path.name}, preload")
     return figure
 

@@ -1,14 +1,12 @@
 """Read a results file: amplitudes, time histories, contact forces, hysteresis loops, fields of the full model."""
 
 import re
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from . import curves, fourier, recovery, units
-from .curves import Curves
+from . import contact_motion, curves, fourier, recovery, units
 from .events import read_events
 from .hdf5_read import dataset, members, numbers, patiently, whole, words
 from .parameters import CONTACT_WIDTH
@@ -23,27 +21,11 @@ JUDGED = {"stable": "i", "multiplier": "f", "instability": "i"}
 BLOCK = 1 << 23  # numbers of coefficients in memory at a time
 
 
-@dataclass(frozen=True)
-class ContactActivity:
-    """What every contact point does over one period.
-
-    stick, slip, open : (N_x,) shares of the period, 1 together; slip in at least one direction
-    events : (N_x,) number of lift-offs, landings, slip onsets and ends of slip
-    dissipation : (N_x,) energy taken from the structure [J]
-    """
-
-    stick: np.ndarray
-    slip: np.ndarray
-    open: np.ndarray
-    events: np.ndarray
-    dissipation: np.ndarray
-
-
 STABLE, UNSTABLE, UNCERTAIN = 1, 0, -1
 INSTABILITIES = ("none", "jump", "period doubling", "second frequency")
 
 
-class Results(Curves):
+class Results:
     """A response branch, finished or still being computed.
 
     Every number is in the user's own units. Coefficients are measured from the preload state
@@ -134,7 +116,7 @@ class Results(Curves):
         self.error = None
         if ESTIMATED[0] in points:  # that of the modes only where something is known of those left out
             self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED if name in points)
-        self._has_activity = bool(activity)
+        self.has_activity = bool(activity)
         self.events = read_events(file, self._n, dofs, self.parameter is not None)
         self.sensitivity = read_sensitivity(file, self._n, self.contact)
 
@@ -227,63 +209,94 @@ class Results(Curves):
         self._need_points()
         return int(np.argmin(np.abs(self.along - value)))
 
+    def amplitude(self, dof):
+        """Half the peak-to-peak of the motion over the period at every point, (n,), of the trigonometric polynomial (not of samples).
+
+        The mean does not count.
+        """
+        return self.response(dof).amplitude
+
+    def response(self, dof):
+        """The curve of an unknown or of a node, a `curves.Response`; of a list of names, a list of them.
+
+        What follows is computed from it: who wants several of these of one unknown asks for the curve once.
+        """
+        if isinstance(dof, (list, tuple)):
+            return [self.response(name) for name in dof]
+        coefficients = self._of_dof(dof)
+        return curves.Response(str(dof), self.unit_of(dof), self.omega, self.frequency, self.along, self.points("arclength"),
+                               fourier.amplitude(coefficients), coefficients, self.jumps, self.located_peaks(dof))
+
+    def harmonic(self, dof, k):
+        """Amplitude sqrt(a_k^2 + b_k^2) of harmonic k at every point, (n,); |a0|/2 for k = 0."""
+        return self.response(dof).harmonic(k)
+
+    @property
+    def jumps(self):
+        """Numbers of the points behind which the branch goes on elsewhere: after a leap, or a stay outside the sweep."""
+        return np.unique(self.events.of(*curves.JUMPS).point)
+
+    def peaks(self, dof):
+        """(omega, amplitude) of each peak, in the order of the branch: local maxima strictly inside it, as an end is no peak.
+
+        Over another parameter than the frequency, its value in place of omega. A peak that the run has located is that point. Else
+        a point and its two neighbours give one parabola for the amplitude and one for omega, both as functions of arc length, so
+        that a curve that leans over is no trouble.
+        """
+        return self.response(dof).peaks()
+
+    def peak(self, dof):
+        """(omega, amplitude) of the largest of `peaks`. Raises ValueError where there is none: an end of the sweep is no peak."""
+        curve = self.response(dof)
+        return max(curve.peaks() or self._refuse_no_peak(curve), key=lambda peak: peak[1])
+
+    def peak_point(self, dof):
+        """Index of the point with the largest amplitude of those that are peaks. Raises ValueError where there is none."""
+        curve = self.response(dof)
+        point = curve.peak_point()
+        return self._refuse_no_peak(curve) if point is None else point
+
+    def largest_point(self, dof):
+        """Index of the point with the largest amplitude, be it a peak or an end of the branch."""
+        self._need_points()
+        return self.response(dof).largest_point()
+
+    def ends(self, dof):
+        """(omega, amplitude, words) where the amplitude rises towards an end of the branch, so that a peak may lie beyond."""
+        return self.response(dof).ends()
+
+    def located_peaks(self, dof):
+        """Points that the run has located as maxima of this unknown or node: where it was the one watched, or moved most."""
+        peaks = self.events.of("peak")
+        if curves.is_reduced(dof):
+            return peaks.point[peaks.unknown == self.dof_index(dof)]
+        return peaks.point[(peaks.unknown == -1) & (self.watch == dof)]
+
     def time_history(self, point, dof, n=256):
         """One period of a degree of freedom: time [s] and value, both (n,), without the end point."""
-        self._check_point(point)
-        coefficients = self._of_dof(dof, slice(point % self._n, point % self._n + 1))[0]
+        i = self.number(point)
+        coefficients = self._of_dof(dof, slice(i, i + 1))[0]
         theta = fourier.phases(n)
         return theta / self.omega[point], fourier.basis(self.harmonics, theta) @ coefficients
 
     def contact_force(self, point, contact, n=None):
-        """Total force g(x + x_p) of a contact point over the period.
-
-        Parameters
-        ----------
-        point : int
-        contact : int
-            One-based number of the contact point.
-        n : int, optional
-            Samples over the period, default those of the run; `drawing_samples` where it took none.
-
-        Returns
-        -------
-        force : (n, 3)
-            T1, T2, N [N].
-        state : (n, 2) int
-            Per tangential direction: 0 stick, 1 slip forward, -1 slip backward, 2 open.
-        """
-        from . import reference
-
-        j = self._contact_index(contact)
-        x = self._contact_motion(point, j, n or self.drawing_samples)
-        return reference.law(x, self.xp[3 * j:3 * j + 3], self.w[j], self.contact["normal_stiffness"][j],
-                             self.contact["tangential_stiffness"][j], self.contact["friction"][j], self.contact["gap"][j],
-                             self.contact["law"][j])
+        """Total force g(x + x_p) of a contact point over the period; see `contact_motion.force`."""
+        return contact_motion.force(self, point, contact, n)
 
     def hysteresis(self, point, contact, direction=0, n=None):
         """A friction loop: total tangential displacement x + x_p [m] and force T [N] over one period, both (n,).
 
         direction is 0 for t1, 1 for t2.
         """
-        if direction not in (0, 1):
-            raise ValueError(f"direction must be 0 (t1) or 1 (t2), found {direction!r}")
-        j = self._contact_index(contact)
-        x = self._contact_motion(point, j, n or self.drawing_samples)[:, direction] + self.xp[3 * j + direction]
-        return x, self.contact_force(point, contact, n)[0][:, direction]
+        return contact_motion.hysteresis(self, point, contact, direction, n)
 
     def contact_activity(self, point):
-        """What every contact point does over one period, a ContactActivity, as the run found it."""
-        self._check_point(point)
-        if not self._has_activity:
-            raise ValueError(f"{self.path}: has no /points/contact: it was written by an older version; run the case again")
-        names = ("stick", "slip", "open", "events", "dissipation")
-        rows = self._read(lambda file: {name: file["points/contact"][name][point % self._n] for name in names})
-        return ContactActivity(**rows)
+        """What every contact point does over one period, a `contact_motion.ContactActivity`, as the run found it."""
+        return contact_motion.activity(self, point)
 
     def dissipated(self, point, contact):
         """Energy a contact point takes from the structure per cycle [J]."""
-        j = self._contact_index(contact)
-        return float(self.contact_activity(point).dissipation[j])
+        return float(self.contact_activity(point).dissipation[contact_motion.index(self, contact)])
 
     def elastic(self, point, n=64, times=None):
         """Elastic displacements of the full model, e = x_e0 + Phi a + Psi (x + x_p), equations (2) and (5).
@@ -310,7 +323,7 @@ class Results(Curves):
         """Total displacement of nodes of the mesh, (N, k, 3) [m]; see `motion.nodal_displacement`."""
         from . import motion
 
-        return motion.nodal_displacement(self, point, nodes, n, times, model or self.model)
+        return motion.nodal_displacement(self, point, nodes, n, times, model)
 
     def full(self, point, n=64, times=None):
         """All unknowns of the full model in its order, (N, n_full), total values; arguments as `elastic`.
@@ -322,6 +335,12 @@ class Results(Curves):
     def _need_points(self):
         if self._n == 0:
             raise ValueError(f"{self.path}: no point has been computed yet")
+
+    def _refuse_no_peak(self, curve):
+        self._need_points()
+        said = " and ".join(f"{words}, {units.with_unit(f'{amplitude:.7g}', curve.unit)} at {self.place(value)}"
+                            for value, amplitude, words in curve.ends())
+        raise ValueError(f"{self.path}: {curve.name} has no peak between the ends of the sweep" + (f": it is {said}" if said else ""))
 
     def _of_dof(self, dof, points=None):
         """Coefficients (n, 2H+1) of an unknown, or of a node, at some points (a slice)."""
@@ -338,29 +357,22 @@ class Results(Curves):
         parts = [np.tensordot(self._coefficients(slice(i, min(i + block, end))), row, (1, 0)) for i in range(begin, end, block)]
         return np.concatenate([np.zeros((0, width)), *parts])
 
-    def _check_point(self, point):
+    def number(self, point):
+        """A point counted from the beginning. Raises ValueError where there is none of that number."""
         if not -self._n <= point < self._n:
             raise ValueError(f"point must lie in 0 to {self._n - 1}, found {point}")
+        return int(point) % self._n
 
-    def _of_point(self, point):
-        self._check_point(point)
-        return self._coefficients(point % self._n)
+    def coefficients_at(self, point):
+        """Coefficients (N_a + 3 N_x, 2H+1) of one point."""
+        return self._coefficients(self.number(point))
 
     def _coefficients(self, *which):
         width = 2 * self.harmonics + 1  # as it was when the file was opened
         return self._read(lambda file: np.asarray(file["points/coefficients"][which][..., :width], dtype=np.float64))
 
-    def _contact_index(self, contact):
-        if not 1 <= contact <= self.contact_points:
-            raise ValueError(f"contact point must lie in 1 to {self.contact_points}, found {contact}")
-        return int(contact) - 1
-
-    def _contact_motion(self, point, j, n):
-        rows = self._of_point(point)[self.modes + 3 * j:self.modes + 3 * j + 3]
-        return fourier.basis(self.harmonics, fourier.phases(n)) @ rows.T
-
     def motion(self, point, n=64, times=None):
         """All unknowns in the order of `coefficients`, (N, N_a + 3 N_x), from the preload state; other arguments as `elastic`."""
-        coefficients = self._of_point(point)
+        coefficients = self.coefficients_at(point)
         theta = fourier.phases(n) if times is None else self.omega[point] * np.asarray(times, dtype=float)
         return fourier.basis(self.harmonics, theta) @ coefficients.T

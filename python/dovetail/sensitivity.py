@@ -6,7 +6,6 @@ import numpy as np
 
 from .hdf5_read import dataset, members
 
-NAMES = ("normal_stiffness", "tangential_stiffness", "friction", "gap")  # of every contact point
 FACTORS = ("force", "preload")
 
 
@@ -14,7 +13,8 @@ FACTORS = ("force", "preload")
 class Sensitivity:
     """Derivatives at m located peaks, in user units.
 
-    omega, amplitude : (m,) frequency [rad/s] and rms amplitude sqrt(sum of a_k^2 + b_k^2, k >= 1) of the watched unknown, at its maximum
+    omega, amplitude : (m,) rms amplitude sqrt(sum of a_k^2 + b_k^2, k >= 1) of the watched unknown at its maximum, and the frequency
+        there [rad/s, or rad per unit of time of the model]
     point : (m,) point of the curve where the peak of its largest displacement lies
     amplitude_by, omega_by : dict
         By `normal_stiffness` (m, N_x), `tangential_stiffness` and `friction` (m, N_x, 2), `gap` (m, N_x), and by factors on `force`

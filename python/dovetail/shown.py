@@ -3,7 +3,7 @@
 import h5py
 import numpy as np
 
-from .curves import is_reduced
+from .curves import is_reduced, moves_most
 from .hdf5_read import members, numbers, opened
 from .motion import find_model, node_row, read_model_parts
 from .results import DIRECTIONS
@@ -29,7 +29,7 @@ def contact_dofs(results):
     if results.watched in names:
         j = names.index(results.watched) // 3
     else:
-        j, first = int(np.argmax(size)) // 3, first if is_reduced(results.watched) else []
+        j, first = moves_most(results.coefficients[:, results.modes:]) // 3, first if is_reduced(results.watched) else []
     moving = size[3 * j:3 * j + 3] > NEGLIGIBLE * size.max()
     found = [f"x{j + 1}.{d}" for d, moves in zip(DIRECTIONS, moving) if moves]
     return list(dict.fromkeys([*first, *found])) or [f"x{j + 1}.t1"]
@@ -39,7 +39,7 @@ def loaded_node(results):
     """Name of the node with the largest force in its direction, such as "tip.y": by the set of all loaded nodes, if there is one, else
     by its row. None where the model, its mesh or the motion of that node is not known."""
     try:
-        path = find_model(results, results.model)
+        path = find_model(results)
         mesh, _ = read_model_parts(path)
         force = _force(path)
         if mesh is None or len(force) != len(mesh["dof_node"]):

@@ -80,7 +80,6 @@ class Structure(Loaded, DampingMatrices):
         for name, rows in named:
             if rows.size and not 0 <= rows.min() <= rows.max() < count:
                 raise ValueError(f"{name} must name nodes 0 to {count - 1}, found {rows.min()} to {rows.max()}")
-        self.C = self.K_structural = None
         self.damping = {}  # keys of [damping] that an import has found
         self.force, self.preload = self._load(force, "force"), self._load(preload, "preload")
         self.forces, self.courses = {}, {}  # further load patterns, and the series [a0, a1, b1, ...] of all that were added

@@ -36,8 +36,8 @@ def study(arguments):
     reference = run_of(setting, f"reference_{setting.folder}", watch, tight=True)
     try:
         results = computed_reference(reference, program)
-        dof = watch or study_errors.moves_most(results)
-        curve = study_errors.curve_of(results, dof, case.frequencies)
+        dof = results.watched
+        curve = study_errors.curve_of(results, dof, case.compared(results))
         if curve.peak[1] == 0:
             raise RunFailed(f"{results.path}: nothing moves, so that there is nothing to compare")
         report = Report(case, out, reference, dof, curve)

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import fourier
-from .units import Units
 
 KINDS = ("amplitude", "frequency", "curve", "dissipation")
 SAME_FREQUENCY = 1e-9  # relative; the points of continuation.at lie there to rounding
@@ -18,19 +16,13 @@ class Curve:
     peak : (omega [rad/s], amplitude) of the watched unknown where it moves most, be that an end of the sweep
     passes : for every common frequency, (k, 2): amplitude and energy dissipated per cycle by all contact points together [J] each
         time the branch passes it
-    unit : of the model
+    unit, omega_unit : of that amplitude and of frequencies
     """
 
     peak: tuple
     passes: list
-    unit: Units = Units()
-
-
-def moves_most(results):
-    """Name of the contact dof with the largest amplitude at the top of the curve."""
-    contact = results.coefficients[:, results.modes:]
-    top = np.argmax(np.sum(contact[:, :, 1:] ** 2, axis=2).max(axis=1))
-    return results.dof_names()[results.modes + int(np.argmax(fourier.amplitude(contact[top])))]
+    unit: str = ""
+    omega_unit: str = "rad/s"
 
 
 def curve_of(results, dof, frequencies):
@@ -42,14 +34,15 @@ def curve_of(results, dof, frequencies):
     dof : str
     frequencies : (m,) [rad/s]
     """
-    amplitude, top = results.amplitude(dof), results.largest_point(dof)
+    response = results.response(dof)
+    amplitude, top = response.amplitude, response.largest_point()
     passes = []
     for omega in frequencies:
         points = np.flatnonzero(np.abs(results.omega - omega) <= SAME_FREQUENCY * omega)
         energy = [results.contact_activity(int(i)).dissipation.sum() for i in points]
         passes.append(np.column_stack([amplitude[points], energy]))
     largest = float(results.omega[top]), float(amplitude[top])
-    return Curve(max([largest, *results.peaks(dof)], key=lambda place: place[1]), passes, results.unit)
+    return Curve(max([largest, *response.peaks()], key=lambda place: place[1]), passes, response.unit, results.unit.omega)
 
 
 def errors(curve, reference):

@@ -53,7 +53,7 @@ class Report:
         if run.status != 0:
             return Row(run.setting, reason=run.reason)
         summary, results = run.summary, Results(run.folder / "results.h5")
-        curve = study_errors.curve_of(results, self.dof, self.case.frequencies)
+        curve = study_errors.curve_of(results, self.dof, self.case.compared(results))
         notes = helped(summary)
         used = int(results.points("harmonics").max())
         finer = used > self.reference.setting.harmonics
@@ -102,7 +102,7 @@ class Report:
         lines = [f"study of {self.case.path}: {self.title}",
                  f"reference: {self.reference.setting}; {summary['points']} points, "
                  f"{1e3 * self.reference.seconds_per_point:.4g} ms per point",
-                 f"its peak: {with_unit(f'{amplitude:.7g}', self.curve.unit.length)} of {self.dof} at {omega:.7g} {self.curve.unit.omega}",
+                 f"its peak: {with_unit(f'{amplitude:.7g}', self.curve.unit)} of {self.dof} at {omega:.7g} {self.curve.omega_unit}",
                  f"curves and energies are compared at {len(self.case.frequencies)} frequencies"]
         lines += [f"caution: where no step converged the reference took {note}" for note in helped(summary)]
         if self.doubt is not None:

@@ -65,8 +65,8 @@ class UserCase:
     content : dict
         As parsed.
     frequencies : list of float
-        Where curves are compared, in the order of the sweep: evenly spaced ones strictly inside it, and those of
-        `continuation.at` [rad/s].
+        Where curves are compared, in the unit of the case and the order of the sweep: evenly spaced ones strictly inside it, and
+        those of `continuation.at`.
     """
 
     def __init__(self, path):
@@ -75,10 +75,9 @@ class UserCase:
             self.content = tomllib.loads(self.path.read_text(encoding="utf-8"))
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ValueError(f"{path}: {error}") from None
-        continuation = self.content.get("continuation", {})
-        if continuation.pop("unit", "rad/s") == "Hz":  # copies are in rad/s, as results are
-            for key in {"omega", "at"} & continuation.keys():
-                continuation[key] = [2 * np.pi * value for value in continuation[key]]
+        if "path" in self.content:
+            raise ValueError(f"{path}: follows another parameter ([path]); a study compares curves over the frequency")
+        self.content.pop("sensitivity", None)  # peaks alone are compared
 
     @property
     def frequencies(self):
@@ -87,6 +86,11 @@ class UserCase:
             raise ValueError(f"{self.path}: continuation.omega = [{first}, {last}]: a study compares curves and needs a range")
         inside = np.linspace(first, last, FREQUENCIES + 2)[1:-1].tolist()
         return sorted({*inside, *map(float, self.content["continuation"].get("at", []))}, reverse=last < first)
+
+    def compared(self, results):
+        """The same as results have them."""
+        hertz = self.content["continuation"].get("unit") == "Hz"
+        return [results.unit.from_hertz(value) if hertz else value for value in self.frequencies]
 
     def files(self):
         """The files that the case names, by the keys that do."""

@@ -43,7 +43,8 @@ private:
   Outcome end(End how, const std::string &why = "");
   bool farther(double omega) const;
   std::string parameter_name() const { return system_->parameter().kind().name; }
-  std::string at_key() const { return parameter_name() == "frequency" ? "continuation.at" : "path.at"; }
+  bool is_sweep() const { return &system_->parameter().kind() == &frequency_parameter(); } // over the frequency
+  std::string at_key() const { return is_sweep() ? "continuation.at" : "path.at"; }
   bool stands_farthest() const { return farther(here_.parameter); }
   void recall_activity();
   double plain_length(Vec t) const;

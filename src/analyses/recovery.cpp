@@ -17,9 +17,10 @@ constexpr int most_integrated = 300;   // dofs
 constexpr int most_periods = 4000;     // little damping takes many
 constexpr double first_skip = 0.01;    // of the sweep, left out when a curve is left again, twice as much each time
 
-std::string ahead_in_words(double part) { // of the sweep
+std::string ahead_in_words(const std::string &parameter, double part) { // of the sweep
   const long percent = std::lround(100 * part);
-  return percent < 1 ? "the next frequency" : "a frequency " + std::to_string(percent) + " % of the sweep ahead";
+  return percent < 1 ? "the next " + parameter
+                     : "a " + parameter + " " + std::to_string(percent) + " % of the sweep ahead";
 }
 
 } // namespace
@@ -233,7 +234,7 @@ void Follower::go_on(const Failure &failure, bool integrated) {
   notify(integrated ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
          "the curve could not be followed here (" + failure.why + "): went on from the " +
              (integrated ? "steady state that time integration finds" : "solution") + " at " +
-             ahead_in_words(std::abs(next - before_jump_) / unit_) + "; the branch may have changed",
+             ahead_in_words(parameter_name(), std::abs(next - before_jump_) / unit_) + "; the branch may have changed",
          next);
   land();
   if (next == settings_.to) end(End::arrived);

@@ -124,9 +124,9 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     return value * scale;
   };
   const auto user_omega = [&](double value) { return study.path ? study.omega_from : user_value(value); };
-  const double load = load_of(system, settings.from);
+  const double load = load_of(system, std::max(settings.from, settings.to)); // a factor on it may begin small
   int points = earlier ? earlier->branch.counts.points : 0;
-  Progress progress(voice.speaks(), {watching.units(), study.watch.name, system.layout().modes}, settings.watched.dof,
+  Progress progress(voice.speaks(), {watching.units(), study.watch.name, system.layout().modes}, watching.shown(),
                     range, points);
   progress.heading();
   begin.scales = scales;
@@ -142,7 +142,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   } place;
   observer.point = [&](const BranchPoint &point) {
     if (without_bound(point, load))
-      throw ComputeError("at " + study.frequency_unit.text(user_omega(point.parameter)) +
+      throw ComputeError("at " + range.text(user_value(point.parameter)) +
                          " an eigenfrequency is excited and nothing damps it: the motion is so large that "
                          "rounding errors are more than a thousandth of the load. Give damping.stiffness, or leave "
                          "this frequency out. The " +

@@ -106,7 +106,7 @@ std::vector<std::string> notes_on_damping(const Checked &checked) {
 
 std::string in_words(const SavedRun &earlier, const Case &study) {
   const CurveRange range = study.range();
-  return "restart: goes on at " + range.text(earlier.branch.y.back() * earlier.scales.of(*range.parameter), 17) +
+  return "restart: goes on at " + range.text(earlier.branch.y.back() * earlier.scales.of(*range.parameter)) +
          " after " + std::to_string(earlier.branch.counts.points) + " points";
 }
 

@@ -17,9 +17,7 @@ std::string number(double value) {
   return text;
 }
 
-std::string in_both_units(const FrequencyUnit &unit, double omega) {
-  return FrequencyUnit{true, unit.seconds, unit.omega}.text(omega, 6);
-}
+std::string in_both_units(const FrequencyUnit &unit, double omega) { return unit.in_hertz(true).text(omega, 6); }
 
 std::string line_of(const char *state, const ResonanceSet &set, const FrequencyUnit &unit) {
   char head[40];
@@ -37,7 +35,8 @@ std::string line_of(const char *state, const ResonanceSet &set, const FrequencyU
 
 std::string sweep_in_words(const Case &study) {
   const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
-  return in_both_units(study.frequency_unit, low) + " to " + in_both_units(study.frequency_unit, high);
+  const std::string first = in_both_units(study.frequency_unit, low);
+  return low == high ? first : first + " to " + in_both_units(study.frequency_unit, high);
 }
 
 // A resonance of the joint in motion lies between those of the joint slipping and stuck.
@@ -94,7 +93,7 @@ std::vector<std::string> in_lines(const Resonances &found, const Case &study) {
 
 std::string in_table(const Resonances &found, const Case &study) {
   const FrequencyUnit &unit = study.frequency_unit;
-  const FrequencyUnit hertz{true, unit.seconds, unit.omega};
+  const FrequencyUnit hertz = unit.in_hertz(true);
   char columns[120];
   std::snprintf(columns, sizeof columns, "       %12s %12s    %12s %12s    %12s %12s\n", "Hz", unit.omega.c_str(), "Hz",
                 unit.omega.c_str(), "Hz", unit.omega.c_str());

@@ -10,9 +10,13 @@ Watching::Watching(const Case &study, const HarmonicSystem &system)
       dof_(watched_dof(study, static_cast<int>(system.layout().modes), static_cast<int>(system.layout().points))) {}
 
 double Watching::unit() const {
-  const Layout &layout = system_.layout();
-  const bool modal = study_.watch.node.empty() && (dof_ < 0 ? layout.points == 0 : dof_ < layout.modes);
+  const bool modal = shown() >= 0 && shown() < system_.layout().modes;
   return modal ? system_.scales().modal : system_.scales().contact;
+}
+
+int Watching::shown() const {
+  const bool any_mode = study_.watch.node.empty() && dof_ < 0 && system_.layout().points == 0;
+  return any_mode ? 0 : static_cast<int>(dof_);
 }
 
 Watched Watching::scaled() const {

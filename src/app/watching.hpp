@@ -17,6 +17,8 @@ public:
   /// For the branch: in scaled numbers, of which `unit()` is one in the user's.
   Watched scaled() const;
   double unit() const;
+  /// An unknown of the kind that is shown; -1: of a contact point, or a node.
+  int shown() const;
 
   /// Sets the amplitude of a point and whose it is. On rank 0.
   void measure(PointRecord &point);

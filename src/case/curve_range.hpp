@@ -18,6 +18,7 @@ struct CurveRange {
     if (is_sweep()) return unit.hertz ? "frequency [Hz]" : "Omega [" + unit.omega + "]";
     return std::string(parameter->name) + " [" + units.instead_of(parameter->unit) + "]";
   }
+  const char *at_key() const { return is_sweep() ? "continuation.at" : "path.at"; }
   /// For messages, behind "at": "3.2 rad/s", or "friction 0.5".
   std::string text(double value, int digits = 9) const {
     if (is_sweep()) return unit.text(value, digits);

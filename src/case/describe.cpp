@@ -80,11 +80,13 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
     if (row.value.empty()) continue;
     if (row.key == "continuation.omega" || row.key == "continuation.at" || row.key == "path.omega")
       row.unit = study.frequency_unit.name();
+    if (study.path && (row.key == "path.range" || row.key == "path.at"))
+      row.unit = units.instead_of(study.path->parameter->unit);
     if (const auto found = study.given.find(key.name); found != study.given.end())
       row.origin = found->second == "--out" ? "--out" : "given";
     rows.push_back(row);
     if (row.key == "continuation.omega") {
-      const FrequencyUnit &unit = study.frequency_unit, other{!unit.hertz, unit.seconds, unit.omega};
+      const FrequencyUnit &unit = study.frequency_unit, other = unit.in_hertz(!unit.hertz);
       const auto in_other = [&](double omega) { return number_text(std::round(omega / other.radians() * 1e6) / 1e6); };
       rows.push_back(
           {"", "[" + in_other(study.omega_from) + ", " + in_other(study.omega_to) + "]", other.name(), row.origin});

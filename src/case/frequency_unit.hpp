@@ -17,6 +17,9 @@ struct FrequencyUnit {
   const char *name() const { return hertz ? "Hz" : omega.c_str(); }
   double radians() const { return hertz ? 2 * M_PI * seconds : 1; } ///< one of it, as the model counts
 
+  /// The same frequencies, shown in Hz or not.
+  FrequencyUnit in_hertz(bool wanted) const { return {wanted, seconds, omega}; }
+
   /// A frequency of the model as a number of this unit, with the digits that the user wrote.
   std::string number(double value) const {
     if (!hertz) return number_text(value);

@@ -48,6 +48,13 @@ std::string fingerprint(const std::vector<ContactPoint> &points) {
   return text;
 }
 
+// With the digits that a change of unit leaves alone.
+std::string rounded(double omega) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.14g", omega);
+  return digits;
+}
+
 constexpr const char *advice = "; put it back to continue, or begin anew without --restart";
 
 std::string line(const std::string &key, const std::string &value) { return key + " = " + value + "\n"; }
@@ -59,10 +66,13 @@ std::string problem_of(const Case &study, const std::vector<ContactPoint> &point
   for (const Key &key : keys()) {
     if (!key.text || limits.count(key.name) || no_matter.count(key.name)) continue;
     const CurveRange range = study.range();
-    text += std::strcmp(key.name, range.key) == 0 // the end may move
-                ? line(std::string(range.key) + ", from", number_text(range.from)) +
-                      line(std::string(range.key) + ", direction", range.to < range.from ? "down" : "up")
-                : line(key.name, key.text(study));
+    if (key.name == std::string(range.key)) // the end may move
+      text += line(std::string(range.key) + ", from", rounded(range.from)) +
+              line(std::string(range.key) + ", direction", range.to < range.from ? "down" : "up");
+    else if (study.path && key.name == std::string("path.omega"))
+      text += line(key.name, rounded(study.omega_from));
+    else
+      text += line(key.name, key.text(study));
   }
   return text + line("contact", fingerprint(points));
 }
@@ -83,7 +93,8 @@ void refuse_other_problem(const Case &study, const std::vector<ContactPoint> &po
     const auto found = study.given.find(name);
     const std::string place = found == study.given.end() ? study.file.string() : found->second;
     if (name == "contact") throw InputError(place + ": [contact] is not what it was when this run began" + advice);
-    const std::string unit = name == "continuation.omega" && study.frequency_unit.hertz ? " [rad/s]" : "";
+    const bool frequency = name == "continuation.omega" || name == "path.omega";
+    const std::string unit = frequency && study.frequency_unit.hertz ? " [" + study.frequency_unit.omega + "]" : "";
     throw InputError(place + ": " + key + unit + " = " + new_line.substr(key.size() + 3) + ": this run began with " +
                      (old_line.rfind(key + " = ", 0) == 0 ? old_line.substr(key.size() + 3) : "another version") +
                      advice);

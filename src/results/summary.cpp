@@ -111,13 +111,14 @@ Accuracy accuracy_of(const BranchStory &story) {
 std::string accuracy_in_json(const BranchStory &story) {
   if (story.estimates.empty()) return "";
   const Accuracy found = accuracy_of(story);
+  const std::string place = story.range.is_sweep() ? "omega" : "parameter";
   std::string out =
-      "  \"accuracy\": {\"largest\": " + number("%.3g", found.largest) +
-      ", \"omega\": " + number("%.17g", found.omega) + ", \"most_points\": " + number("%.3g", found.most_points) +
+      "  \"accuracy\": {\"largest\": " + number("%.3g", found.largest) + ", \"" + place +
+      "\": " + number("%.17g", found.omega) + ", \"most_points\": " + number("%.3g", found.most_points) +
       ", \"harmonics\": " + number("%.3g", found.harmonics) + ", \"sampling\": " + number("%.3g", found.sampling) +
       ", \"modes\": " + number("%.3g", found.modes) + ", \"unknown\": " + std::to_string(found.unknown) +
       ", \"meaningless\": " + std::to_string(found.meaningless) + ", \"between\": " + number("%.3g", found.between) +
-      ", \"between_omega\": " + number("%.17g", found.before);
+      ", \"between_" + place + "\": " + number("%.17g", found.before);
   if (found.wanted > 0) out += ", \"harmonics_wanted\": " + std::to_string(found.wanted);
   if (story.tolerance > 0)
     out += ", \"tolerance\": " + number("%.17g", story.tolerance) + ", \"above\": " + std::to_string(found.above);
@@ -157,7 +158,7 @@ std::string in_json(const BranchStory &story) {
     out += "  " + quoted(name) + ": " + std::to_string(count) + ",\n";
   });
   out += accuracy_in_json(story);
-  if (story.resonances && story.resonances->known) out += in_json(*story.resonances);
+  if (story.resonances) out += in_json(*story.resonances);
   out += in_json(story.warnings);
   const double last = branch.parameter * story.scale;
   const bool sweep = story.range.is_sweep();
@@ -198,7 +199,8 @@ void tell_accuracy(const BranchStory &story) {
   if (found.between > 0)
     std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %s)%s\n",
                 found.between, story.range.text(found.before).c_str(),
-                found.between > much_between ? "; look closer there with continuation.at" : "");
+                found.between > much_between ? ("; look closer there with " + std::string(story.range.at_key())).c_str()
+                                             : "");
   if (found.unknown > 0)
     std::printf("  no estimate at %d of %d points%s\n", found.unknown, points,
                 story.tolerance > 0 ? ": every other one is asked, while harmonics stay" : "");
@@ -234,9 +236,11 @@ void tell(const BranchStory &story) {
     if (event.kind == static_cast<int>(Kind::peak))
       std::printf("  peak of %s at %s\n", story.told.amplitude(event.unknown, event.amplitude).c_str(),
                   story.range.text(value_of(story, event)).c_str());
+  const bool at_peak = !story.events.empty() && story.events.back().kind == static_cast<int>(Kind::peak) &&
+                       story.events.back().point == counts.points - 1; // the run stopped there
   const std::pair<const CurveEnds::End *, const char *> ends[] = {
       {story.ends.falling(), "falling from the beginning of the curve"},
-      {story.ends.rising(), "still rising at the end of the curve"}};
+      {at_peak ? nullptr : story.ends.rising(), "still rising at the end of the curve"}};
   for (const auto &[end, words] : ends)
     if (end)
       std::printf("  no peak, %s: %s at %s\n", words, story.told.amplitude(end->unknown, end->amplitude).c_str(),

@@ -14,7 +14,7 @@ struct Told {
 
   std::string name(int unknown) const { return name_of_unknown(unknown, modes, watch); }
   const std::string &unit(int unknown) const { return unknown >= 0 && unknown < modes ? units.modal : units.length; }
-  /// Such as "x3.n 1.2e-06 m".
+  /// Such as "x3.n: 1.2e-06 m".
   std::string amplitude(int unknown, double amplitude) const;
 };
 

@@ -84,7 +84,7 @@ def test_a_force_that_stays_is_a_pair_of_preloads(kept):
     plain = plain.with_preload("head", axis).with_preload("bottom half", -axis)
     joint = Joint.between(plain.surface("upper"), plain.surface("lower"))
     np.testing.assert_allclose(model.preload, plain.join([joint]).preload, atol=1e-18)
-    assert not model.forces and any(note == "bolt M1: force 0.004, which stays" for note in model.notes)
+    assert not model.forces and any(note == "bolt M1: force 0.004 N, which stays" for note in model.notes)
     assert not any("unit pull" in note for note in model.notes)
     assert (g[:, 2] > 0).any() and (g[:, 2] == 0).any()  # it presses here, and lifts there
 
@@ -109,7 +109,7 @@ def test_locking_keeps_the_static_state_and_stiffens_what_follows(tmp_path, kept
     change = (model.K - plain.K).toarray()
     values = np.linalg.eigvalsh(change)
     assert values[-1] > 0 and abs(values[:-1]).max() < 1e-12 * values[-1]  # along the pull, and nowhere else
-    assert any("tightened to 0.004" in note and "locked by a stiffness" in note for note in model.notes)
+    assert any("tightened to 0.004 N" in note and "locked by a stiffness" in note for note in model.notes)
 
 
 def test_without_friction_the_sliders_begin_without_force(tmp_path, kept):
@@ -125,6 +125,16 @@ def test_without_friction_the_sliders_begin_without_force(tmp_path, kept):
         assert abs(g[:, :2]).max() < 1e-9 * g.max() and abs(xp).max() < 1e-7 * abs(bare_xp).max()
         np.testing.assert_allclose(model.contact["friction"], 0.1)
         assert any("tightened without friction" in note for note in model.notes)
+
+
+@pytest.mark.parametrize("rest", ['then = "lock"', "tighten_with_friction = false"])
+def test_tightening_keeps_the_damping_of_the_structure(tmp_path, rest):
+    (tmp_path / "joints.toml").write_text(SETUP.format(rest=rest))
+    damped = structure()
+    damped = damped.with_damping_matrix(0.1 * damped.M).with_structural_matrix(0.2 * damped.K)
+    damped.damping = {"mass": 3.0}
+    model = setup_file.apply(damped, tmp_path / "joints.toml")
+    assert abs(model.C - 0.1 * model.M).max() < 1e-15 and model.K_structural is not None and model.damping == {"mass": 3.0}
 
 
 def test_bolt_diagram_of_the_textbook():

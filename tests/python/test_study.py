@@ -3,6 +3,7 @@
 import json
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from dovetail import Results, study, study_errors
 from dovetail.__main__ import main
 from dovetail.study_picture import frontier
 from dovetail.study_report import TARGETS
-from dovetail.study_runs import UserCase, toml
+from dovetail.study_runs import Setting, UserCase, toml
+from dovetail.units import parse
 from launch import BINARY, ROOT
 
 GRID = ["--harmonics", "1", "5", "--samples", "32", "exact", "--tolerances", "1e-2", "1e-3", "--binary", str(BINARY)]
@@ -162,12 +164,22 @@ def test_folds_are_compared_pass_by_pass():
     assert study_errors.errors(stuck, stuck) == {"amplitude": 0, "frequency": 0, "curve": 0, "dissipation": None}
 
 
-def test_a_study_of_a_case_in_hertz_is_one_in_radians(tmp_path):
-    turn, other = 2 * np.pi, tmp_path / "other"
-    other.mkdir()
-    hertz = UserCase(cases.dof5(tmp_path, omega=[0.2, 0.3], at=[0.25], unit="Hz").path)
-    radians = UserCase(cases.dof5(other, omega=[turn * 0.2, turn * 0.3], at=[turn * 0.25]).path)
-    assert hertz.frequencies == radians.frequencies and hertz.content == radians.content
+@pytest.mark.parametrize("units, seconds", [("SI", 1.0), ("kg, m, ms", 1e-3)])
+def test_frequencies_in_hertz_are_compared_as_results_have_them(tmp_path, units, seconds):
+    case = UserCase(cases.dof5(tmp_path, omega=[0.2, 0.3], at=[0.25], unit="Hz").path)
+    found = case.compared(SimpleNamespace(unit=parse(units)))
+    np.testing.assert_allclose(found, 2 * np.pi * seconds * np.array(case.frequencies), rtol=1e-14)
+    assert 'unit = "Hz"' in case.changed(Setting(3, "exact", 2, "modal"), tmp_path) and 0.25 in case.frequencies
+
+
+def test_what_a_study_does_not_compare(tmp_path):
+    case = cases.dof5(tmp_path)
+    text = case.path.read_text()
+    case.path.write_text(text + '\n[sensitivity]\nof = "a1"\n')
+    assert "sensitivity" not in UserCase(case.path).changed(Setting(3, "exact", 2, "modal"), tmp_path)
+    case.path.write_text(text + '\n[path]\nparameter = "friction"\n')
+    with pytest.raises(ValueError, match="compares curves over the frequency"):
+        UserCase(case.path)
 
 
 def test_frequencies_follow_the_sweep(tmp_path):

@@ -92,7 +92,7 @@ def write(model, path):
     number = excited(model, omega, shapes)
     if number is None:
         return "no case file: no mode of the stuck structure has a frequency; is it held, by joints at least?"
-    target.write_text(text(model, Path(path).name, omega, number))
+    target.write_text(text(model, Path(path).name, omega, number), encoding="utf-8")
     whose = "held at its contact points" if _held(model) else "stuck"
     found = ", ".join(f"{units.parse(model.units).hertz(value):.5g}" for value in omega)
     return f"{target}: its sweep is around mode {number + 1} of the structure {whose}; the lowest are {found} Hz"
@@ -119,8 +119,10 @@ def text(model, name, omega, number):
               "[harmonic_balance]", f"harmonics = {HARMONICS}", "",
               "# In place of both numbers, to have them chosen:  accuracy.tolerance = 1e-2", ""]
     whole = model.joint is not None and np.all(model.joint["area"] > 0)
-    ending, unit = ("_per_area", "N/m^3], times the area of each point") if whole else ("", "N/m] of each point")
-    wanted = {"normal_stiffness": (ending, "1e11", f"k_n [{unit}"), "tangential_stiffness": (ending, "1e11", f"k_t [{unit}"),
+    ending, of = ("_per_area", "times the area of each point") if whole else ("", "of each point")
+    per = units.bracket(f"{unit.stress}/{unit.length}" if whole and unit.known else unit.stiffness if not whole else "")
+    number = "1e11" if model.units == "SI" else "..."
+    wanted = {"normal_stiffness": (ending, number, f"k_n{per}, {of}"), "tangential_stiffness": (ending, number, f"k_t{per}, {of}"),
               "friction": ("", "0.3", "mu")}
     missing = [key for key in wanted if key not in model.contact]
     lines += ["[contact]"] * bool(missing)

@@ -57,7 +57,7 @@ def notes_of(taken, named):
     notes = []
     if taken:
         lines = "; ".join(f"{key} = {value:g}" for key, value in taken.items())
-        notes.append(f"*DAMPING, the same of all materials: write  {lines}  under [damping] of the case file")
+        notes.append(f"*DAMPING, the same of all materials: {lines} under [damping]; a case.toml written here has it")
     if named:
         notes.append(f"NOT taken: {'; '.join(named)}. In the case file, for the whole model: damping.mass is ALPHA, "
                      "damping.stiffness BETA, damping.structural the structural factor; for parts of it a matrix /C of the model "

@@ -15,8 +15,8 @@ def pulled(structure, number, table, find):
     pair = table.get("between")
     if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(name, str) for name in pair):
         raise ValueError(f'between must be two names, such as ["HEAD", "NUT"], found {pair!r}')
-    _number(table, "force", None)
-    _number(table, "stiffness", None, needed=False)
+    _number(table, "force")
+    _number(table, "stiffness", needed=False)
     if table.get("then", "keep") not in ("keep", "lock"):
         raise ValueError(f'then must be "keep", which keeps the force, or "lock", which keeps the length, found {table["then"]!r}')
     if "stiffness" in table and table.get("then") != "lock":
@@ -30,13 +30,6 @@ def pulled(structure, number, table, find):
     pull = plain.with_force(ends[0], axis).with_force(ends[1], -axis).force
     result = copy.copy(structure)
     result.forces = {**structure.forces, PULL.format(number): pull}
-    return result
-
-
-def without(structure):
-    """The structure without unit pulls."""
-    result = copy.copy(structure)
-    result.forces = {name: load for name, load in structure.forces.items() if not name.endswith("(unit pull)")}
     return result
 
 
@@ -78,8 +71,8 @@ def _axis(structure, ends, table):
     return axis / np.linalg.norm(axis)
 
 
-def _number(table, key, default, needed=True):
-    value = table.get(key, default)
+def _number(table, key, needed=True):
+    value = table.get(key)
     if value is None and not needed:
         return
     if type(value) not in (int, float) or not math.isfinite(value) or value <= 0:

@@ -90,11 +90,11 @@ def _applied(structure, path, notes):
     if structure.held_by_deck and any(kind == "gravity" for kind, _, _ in entries):
         notes.append("CHECK: [[gravity]] has the weight beside nodes that the deck holds in part only, because the matrices have no more; "
                      "hold them with [[clamp]] in the set-up file instead")
+    notes += echo.loads(structure) + echo.supports(structure)
     bolts = [(number, table) for kind, number, table in entries if kind == "bolt"]
     for number, table in bolts:  # after all clamps, as joints are
         with _named(f"{path}, [[bolt]] number {number}"):
             structure = setup_bolts.pulled(structure, number, table, _set)
-    notes += echo.loads(setup_bolts.without(structure)) + echo.supports(structure)
     for kind, number, table in entries:  # after all clamps, which renumber the degrees of freedom
         if kind == "joint":
             with _named(f"{path}, [[joint]] number {number}"):

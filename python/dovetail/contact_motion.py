@@ -1,0 +1,80 @@
+"""What contact points do over a period: forces, friction loops, states. See `Results`."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from . import fourier
+from .hdf5_read import patiently
+
+
+@dataclass(frozen=True)
+class ContactActivity:
+    """What every contact point does over one period.
+
+    stick, slip, open : (N_x,) shares of the period, 1 together; slip in at least one direction
+    events : (N_x,) number of lift-offs, landings, slip onsets and ends of slip
+    dissipation : (N_x,) energy taken from the structure [J]
+    """
+
+    stick: np.ndarray
+    slip: np.ndarray
+    open: np.ndarray
+    events: np.ndarray
+    dissipation: np.ndarray
+
+
+def force(results, point, contact, n=None):
+    """Total force g(x + x_p) of a contact point over the period.
+
+    Parameters
+    ----------
+    results : Results
+    point : int
+    contact : int
+        One-based number of the contact point.
+    n : int, optional
+        Samples over the period, default those of the run; `drawing_samples` where it took none.
+
+    Returns
+    -------
+    force : (n, 3)
+        T1, T2, N [N].
+    state : (n, 2) int
+        Per tangential direction: 0 stick, 1 slip forward, -1 slip backward, 2 open.
+    """
+    from . import reference
+
+    j = index(results, contact)
+    law = (results.contact[name][j] for name in ("normal_stiffness", "tangential_stiffness", "friction", "gap", "law"))
+    return reference.law(_motion(results, point, j, n), results.xp[3 * j:3 * j + 3], results.w[j], *law)
+
+
+def hysteresis(results, point, contact, direction=0, n=None):
+    """As `Results.hysteresis`."""
+    if direction not in (0, 1):
+        raise ValueError(f"direction must be 0 (t1) or 1 (t2), found {direction!r}")
+    j = index(results, contact)
+    x = _motion(results, point, j, n)[:, direction] + results.xp[3 * j + direction]
+    return x, force(results, point, contact, n)[0][:, direction]
+
+
+def activity(results, point):
+    """As `Results.contact_activity`."""
+    row = results.number(point)
+    if not results.has_activity:
+        raise ValueError(f"{results.path}: has no /points/contact: it was written by an older version; run the case again")
+    names = [field.name for field in fields(ContactActivity)]
+    return ContactActivity(**patiently(results.path, lambda file: {name: file["points/contact"][name][row] for name in names}))
+
+
+def index(results, contact):
+    """Number from zero of a contact point."""
+    if not 1 <= contact <= results.contact_points:
+        raise ValueError(f"contact point must lie in 1 to {results.contact_points}, found {contact}")
+    return int(contact) - 1
+
+
+def _motion(results, point, j, n):
+    rows = results.coefficients_at(point)[results.modes + 3 * j:results.modes + 3 * j + 3]
+    return fourier.basis(results.harmonics, fourier.phases(n or results.drawing_samples)) @ rows.T
