@@ -75,7 +75,7 @@ class UserCase:
             self.content = tomllib.loads(self.path.read_text(encoding="utf-8"))
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ValueError(f"{path}: {error}") from None
-        if "path" in self.content:
+        if self.content.pop("path", None):  # the template has an empty one
             raise ValueError(f"{path}: follows another parameter ([path]); a study compares curves over the frequency")
         self.content.pop("sensitivity", None)  # peaks alone are compared
 

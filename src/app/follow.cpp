@@ -172,7 +172,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     if (const auto found = peak_sensitivity(*place.system, place.y, settings.watched))
       results.append(collect(*found, *place.system, watching.unit(), points - 1));
     else
-      voice.say("  no sensitivity: this peak lies in a corner of the curve");
+      voice.say("  no sensitivity: no smooth maximum there, but a corner of the curve, or the steps of sampled forces");
   };
   observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };
   observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };

@@ -32,6 +32,10 @@ struct Damping {
   bool has_dampers() const {
     return !ratios.empty() || matrix || (contact && stiffness != 0) || (of_parts && structural != 0);
   }
+  /// Some of it is of the modes of the structure with its joint stuck.
+  bool has_stuck_ratios() const { return !ratios.empty() && !of_fixed; }
+  /// Some of it is of the joint, as the case has it.
+  bool depends_on_joint() const { return has_stuck_ratios() || (contact && stiffness != 0); }
   /// Motions in time have it: hysteretic damping is an equation of each harmonic.
   bool acts_in_time() const { return structural == 0; }
 };

@@ -29,13 +29,10 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
   const bool changes_joint = study.path && study.path->parameter->changes_joint;
   if (changes_joint || study.sensitivity) { // such damping is made of the joint once
     const std::string key = study.path ? "path.parameter" : "sensitivity.of", place = study.given.at(key) + ": " + key;
-    const Damping &damping = study.damping;
-    if (damping.contact && damping.stiffness != 0)
-      throw InputError(place + ": damping.contact = true takes the springs of the case, and would not change with the "
-                               "joint; leave one of the two out");
-    if (!damping.ratios.empty() && !damping.of_fixed)
-      throw InputError(place + ": damping.ratios are of the modes of the case with its joint stuck, and would not "
-                               "change with the joint; write damping.of = \"fixed\", or another damping");
+    if (study.damping.depends_on_joint())
+      throw InputError(place + ": damping." + (study.damping.has_stuck_ratios() ? "ratios" : "contact") +
+                       " is made of the joint as the case has it, and would not change with it; write damping.of = "
+                       "\"fixed\", or another damping");
   }
   if (!changes_joint) return;
   const std::string name = study.path->parameter->name,

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <utility>
 
 #include "harmonic/modal_factors.hpp"
 #include "harmonic/own_rows.hpp"

@@ -32,7 +32,7 @@ std::unique_ptr<LinearPart> linear_part(PreloadedModel &preloaded, const Damping
         layout, DynamicStiffness(damping).damps_mass());
     if (damping.has_dampers()) {
       auto dampers = std::make_shared<Dampers>(model, contact, preloaded.standstill, damping, layout);
-      if (!damping.ratios.empty() && !damping.of_fixed)
+      if (damping.has_stuck_ratios())
         dampers->take_ratios(*assembled, stuck_basis(model, stuck_springs(contact), layout), damping.ratios);
       assembled->take(std::move(dampers));
     }
@@ -95,8 +95,8 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
   return system;
 }
 
-std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &like) {
-  auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, like.samples_);
+std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &like, int samples) {
+  auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, samples);
   if (like.form_ == LinearForm::assembled) return system;
   auto part = std::make_unique<Assembled>(like.couplings(), system->layout_, like.structure(1).damps_mass());
   if (auto dampers = like.linear_->shared_dampers()) part->take(std::move(dampers));

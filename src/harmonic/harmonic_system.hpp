@@ -22,13 +22,13 @@ public:
   HarmonicSystem(ScaledModel model, int harmonics, int samples, const std::vector<LoadCourse> &loads,
                  LinearForm form = LinearForm::assembled);
 
-  /// The same equations with other harmonics or samples, and k_n times `stiffness`. Collective.
+  /// The same equations with other harmonics or samples. Collective.
   HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples);
   /// The same equations with other harmonics or samples, in the modal form. Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
-  /// The same equations in the assembled form. Collective.
-  static std::unique_ptr<HarmonicSystem> assembled(const HarmonicSystem &like);
+  /// The same equations in the assembled form, with other samples. Collective.
+  static std::unique_ptr<HarmonicSystem> assembled(const HarmonicSystem &like, int samples);
 
   /// From here on the last unknown is that, in place of Omega. `preload`: of this model, where it changes the joint.
   void vary(ResponseParameter parameter, std::shared_ptr<VariedPreload> preload = nullptr);

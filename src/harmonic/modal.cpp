@@ -41,8 +41,8 @@ Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact
             if (layout.dofs() <= most_open && !damping.has_dampers()) // in its modes these are not diagonal
               made->open = stuck_basis(model, std::vector<double>(springs.size()), layout);
             made->basis = stuck_basis(model, std::move(springs), layout);
-            for (const ModeRatio &ratio : damping.ratios)
-              if (!damping.of_fixed) made->basis.rates[ratio.mode - 1] = rate_of(made->basis, ratio);
+            for (const ModeRatio &ratio : damping.has_stuck_ratios() ? damping.ratios : std::vector<ModeRatio>())
+              made->basis.rates[ratio.mode - 1] = rate_of(made->basis, ratio);
             if (damping.has_dampers()) {
               made->dampers = std::make_shared<Dampers>(model, contact, standstill, damping, layout);
               made->dampers->project(made->basis);
@@ -52,7 +52,7 @@ Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact
             return made;
           }(),
           layout) {
-  if (model_->dampers && !damping.of_fixed) model_->dampers->take_ratios(*this, model_->basis, damping.ratios);
+  if (damping.has_stuck_ratios()) model_->dampers->take_ratios(*this, model_->basis, damping.ratios);
   dampers_ = model_->dampers;
 }
 

@@ -29,11 +29,12 @@ std::optional<LowModes> modes_up_to(double reach, const PreloadedModel &model, c
 
 ResonanceSet set_of(const LowModes &modes, const Case &study) {
   const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
+  const std::vector<int> harmonics = driving_harmonics(study.loads);
   ResonanceSet set;
   for (const double square : modes.squares) {
     const double omega = std::sqrt(std::max(0.0, square));
     int met = 0;
-    for (const int k : driving_harmonics(study.loads))
+    for (const int k : harmonics)
       if (met == 0 && low <= omega / k && omega / k <= high) met = k;
     set.omega.push_back(omega), set.in_sweep.push_back(met);
   }
@@ -179,9 +180,11 @@ Resonances resonances(const PreloadedModel &model, const Case &study) {
   if (!out.known) return out;
   const PetscInt count = static_cast<PetscInt>(held->squares.size());
   const bool same = out.closed == 0;
-  const LowModes sliding = same ? *held : *modes_up_to(reach, model, slipping, layout);
-  const LowModes loose = same ? *held : *modes_up_to(reach, model, std::vector<double>(all.size()), layout);
-  out.stuck = set_of(*held, study), out.slipping = set_of(sliding, study), out.open = set_of(loose, study);
+  const auto sliding = same ? held : modes_up_to(reach, model, slipping, layout);
+  const auto loose = same ? held : modes_up_to(reach, model, std::vector<double>(all.size()), layout);
+  out.known = sliding && loose; // an indefinite mass shows in some of them only
+  if (!out.known) return out;
+  out.stuck = set_of(*held, study), out.slipping = set_of(*sliding, study), out.open = set_of(*loose, study);
   const auto known_up_to = [&](const ResonanceSet &set) {
     return static_cast<PetscInt>(set.omega.size()) == layout.dofs() ? INFINITY : set.omega.back();
   };
@@ -189,7 +192,7 @@ Resonances resonances(const PreloadedModel &model, const Case &study) {
   if (!study.damping.ratios.empty() && out.closed < out.points)
     if (const auto whole = low_modes(model.reduced, all, layout, count)) out.all_stuck = set_of(*whole, study);
   out.driven = driven_by(model, loads, layout, *held);
-  out.sliding = sliding_of(model, loads, layout, sliding);
+  out.sliding = sliding_of(model, loads, layout, *sliding);
   return out;
 }
 

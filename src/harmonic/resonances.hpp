@@ -12,7 +12,7 @@ namespace dovetail {
 /// Of a body that the joint alone keeps from sliding. Forces along the motion that is asked for most, which moves some
 /// contact point by 1.
 struct Sliding {
-  double force = 0; ///< largest over the period, with the preload [N]
+  double force = 0; ///< where in the period friction is asked for most, with the preload [N]
   double held = 0;  ///< sum of mu N at rest against it [N]
 
   bool without_bound() const { return force > held; }

@@ -28,7 +28,7 @@ double dot(Vec a, Vec b) {
 class Peak {
 public:
   Peak(const HarmonicSystem &like, Vec y, const Watched &watched)
-      : system_(HarmonicSystem::assembled(like)), jacobian_(system_->matrix()), fixed_(system_->unknowns()) {
+      : system_(HarmonicSystem::assembled(like, exactly)), jacobian_(system_->matrix()), fixed_(system_->unknowns()) {
     const Layout &layout = system_->layout();
     for (PetscInt d = 0; d < layout.own_dofs(); ++d) {
       const PetscInt number = layout.number(d);
@@ -87,28 +87,26 @@ public:
     return true;
   }
   double c() const { return c_; }
-  double slope() const { return system_->parameter_in(turned_) + dot_without_last(turned_, along_); }
+  double slope() const { return system_->parameter_in(turned_) + dot(turned_, along_); }
 
   // To another frequency, along the curve.
   void move(double by) {
+    const double next = omega() + by;
     check(VecAXPY(y_, by, along_), doing);
-    set_last(y_, omega_of_last_ + by);
+    set_last(y_, next);
   }
-  void remember() { omega_of_last_ = omega(); }
 
-  PeakSensitivity sensitivity() {
+  std::optional<PeakSensitivity> sensitivity() {
     PeakSensitivity out;
     out.omega = omega(), out.amplitude = amplitude();
     const PeakSlope here = weighed(0, adjoint_);
     out.amplitude_by = scaled(here, -1 / out.amplitude); // dA/dp = -lambda . R_p
     // [J R_Omega; c_Y c_Omega] [dY; dOmega] = -[R_p; c_p]
     factor(turned_);
-    if (!solve(fixed_, at_, true)) return out;
+    if (!solve(fixed_, at_, true)) return std::nullopt;
     const double last = system_->parameter_in(at_);
     set_last(at_, 0);
-    UniqueVec weights = system_->unknowns();
-    check(VecCopy(at_, weights), doing);
-    out.omega_by = scaled(weighed(0, weights), -1);
+    out.omega_by = scaled(weighed(0, at_), -1);
     for (const double side : {1.0, -1.0}) // c_p = lambda . dR_p/dY dY/dOmega
       add(out.omega_by, weighed(side * step_, adjoint_), -last * side / (2 * step_));
     return out;
@@ -120,10 +118,6 @@ private:
       check(VecSetValue(v, system_->layout().omega_row(), value, INSERT_VALUES), doing);
     check(VecAssemblyBegin(v), doing);
     check(VecAssemblyEnd(v), doing);
-  }
-
-  double dot_without_last(Vec a, Vec b) const {
-    return dot(a, b) - system_->parameter_in(a) * system_->parameter_in(b);
   }
 
   void factor(Vec border) {
@@ -210,7 +204,7 @@ private:
   std::vector<double> row_; // (own dofs): what is watched is this times q
   UniqueVec y_, f_, along_, gradient_, adjoint_, turned_, at_;
   UniqueVec fixed_; // border that holds Omega: the last unit vector
-  double c_ = 0, step_ = 0, omega_of_last_ = 0;
+  double c_ = 0, step_ = 0;
 };
 
 } // namespace
@@ -223,7 +217,7 @@ std::optional<PeakSensitivity> peak_sensitivity(const HarmonicSystem &system, Ve
     const double by = -peak.c() / peak.slope();
     if (std::abs(by) <= still * begin) return peak.sensitivity();
     if (std::abs(peak.omega() + by - begin) > farthest * begin) return std::nullopt;
-    peak.remember(), peak.move(by);
+    peak.move(by);
   }
   return std::nullopt;
 }

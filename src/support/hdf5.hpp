@@ -49,6 +49,7 @@ public:
   std::vector<std::string> words_attribute(const std::string &name) const; ///< a list of texts, or one; empty if absent
   /// Of the root group unless another object is named; `otherwise` if absent.
   long integer_attribute(const std::string &name, long otherwise, const std::string &object = "/") const;
+  const std::filesystem::path &path() const { return path_; }
   /// The message's beginning: "file.h5: /dataset".
   std::string place(const std::string &dataset) const { return path_.string() + ": " + dataset; }
 
