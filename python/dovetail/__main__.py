@@ -1,4 +1,4 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | study | range."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | study | range | fit."""
 
 import argparse
 import platform
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from . import __version__, blas_kernel
-from .case_changes import CONTACT
+from .case_changes import CONTACT, NAMES
 from .importers import FORMATS
 
 TEMPLATE = Path(__file__).with_name("template")
@@ -113,6 +113,13 @@ def ranges(arguments):
     return _with_runs(command, arguments)
 
 
+def fit(arguments):
+    """Find parameters of a joint from a measured curve."""
+    from .fit import fit as command
+
+    return _with_runs(command, arguments)
+
+
 def _with_runs(command, arguments):
     """Status of a command that runs cases."""
     from .study_runs import RunFailed
@@ -194,6 +201,7 @@ def parser():
     _running_options(command, "CASE_study")
     command.set_defaults(run=study)
     _range_options(commands)
+    _fit_options(commands)
     return top
 
 
@@ -219,6 +227,24 @@ def _range_options(commands):
     command.add_argument("--seed", metavar="N", type=int, default=1, help="of the samples; default: %(default)s")
     _running_options(command, "CASE_range")
     command.set_defaults(run=ranges)
+
+
+def _fit_options(commands):
+    command = commands.add_parser("fit", help="parameters of a joint from a measured curve", description="Find factors on parameters of "
+                                  "a case by which its response curve fits a measured one, by least squares of relative errors, with "
+                                  "confidence intervals. Called again, it goes on where it was broken off.")
+    command.add_argument("case", metavar="CASE.toml")
+    command.add_argument("measured", metavar="MEASURED.csv", help='frequency and amplitude in two columns, under a header that says units: '
+                         '"frequency [Hz], amplitude [mm]"')
+    command.add_argument("--parameters", metavar="NAME", nargs="+", choices=[name for name in NAMES if name != "gap"],
+                         help="friction, tangential_stiffness (the default), friction_1, friction_2, tangential_stiffness_1, "
+                         "tangential_stiffness_2, normal_stiffness, damping, force")
+    command.add_argument("--by-joint", action="store_true", help="a factor for each joint of the model, not one for all points")
+    command.add_argument("--harmonic", metavar="K", type=int, help="what was measured is the amplitude of this harmonic; default: half the "
+                         "peak-to-peak")
+    command.add_argument("--watch", metavar="NAME", help="the unknown or node that was measured; default: that of the case")
+    _running_options(command, "CASE_fit")
+    command.set_defaults(run=fit)
 
 
 def _running_options(command, folder):
