@@ -78,6 +78,10 @@ def _picture_of_results(path, arguments):
         raise ValueError(f"{path}: no point has been computed yet")
     in_hertz = arguments.hz and results.parameter is None and arguments.at is not None
     at = results.unit.from_hertz(arguments.at) if in_hertz else arguments.at
+    if arguments.kind == "mode":
+        from .mode_picture import mode_picture
+
+        return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], hz=arguments.hz), "_mode.png"
     if arguments.kind == "response":
         return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
     point = results.at(at) if at is not None else _top(results, (arguments.dof or pictures.contact_dofs(results))[0])
@@ -168,9 +172,10 @@ def parser():
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points), "
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
-    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure"], default="response",
+    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "mode"], default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
-                              "pressure: the joints under their preload")
+                              "pressure: the joints under their preload; mode: frequency and damping over the amplitude, peaks over the "
+                         "force, of a run with [mode]")
     command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")

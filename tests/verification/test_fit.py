@@ -13,7 +13,6 @@ from dovetail.fit import Unknown, changes_of, uncertainty
 from dovetail.measured import read_measured
 from dovetail.units import parse
 from launch import BINARY, run
-from test_ranges import stuck_mass
 
 
 @pytest.fixture(autouse=True)
@@ -33,9 +32,9 @@ def fitted(case, file, *options):
     return json.loads((out / "fit.json").read_text()), tomllib.loads((out / "fitted.toml").read_text())
 
 
-def test_closed_form_of_a_stuck_mass(tmp_path):
+def test_closed_form_of_a_cases.stuck_mass(tmp_path):
     """k_t and C = b K from A(w) = F / |k + k_t - w^2 + i b k w|, with noise: the least squares of this formula, and their intervals."""
-    case = stuck_mass(tmp_path)
+    case = cases.stuck_mass(tmp_path)
     k, b, kt = 40.0, 0.01, 60.0
     omega = np.linspace(7, 13.5, 14)
 
@@ -84,7 +83,7 @@ def test_planted_friction_and_stiffness_come_back(tmp_path):
 
 def test_what_the_curve_does_not_depend_on_is_told(tmp_path, capsys):
     """Friction of a point that never slips."""
-    case = stuck_mass(tmp_path)
+    case = cases.stuck_mass(tmp_path)
     omega = np.linspace(9, 11, 5)
     file = measured(tmp_path / "curve.csv", omega, 1.01 / np.abs(100 - omega**2 + 0.4j * omega))
     numbers, _ = fitted(case, file, "--watch", "x1.t1")

@@ -60,18 +60,9 @@ def test_mean_and_deviation_of_samples(tmp_path, options, name, tolerance):
     assert first["amplitude_deviation"] / middle["amplitude"] * 0.576 == pytest.approx(wanted, rel=tolerance)
 
 
-def stuck_mass(folder):
-    """One mass that never slips: C = b K of its own spring k, and k_t of the contact besides."""
-    case = cases.single_mass(folder, 2, friction=1e4, tangential_stiffness=60.0, omega=[7, 13.5], harmonics=1, samples="exact",
-                             solver="assembled", kind="auto")
-    with h5py.File(folder / "reduced.h5", "r+") as file:
-        file["Fx"][...] = [1.0, 0, 0]
-    return case
-
-
-def test_closed_form_of_a_stuck_mass(tmp_path):
+def test_closed_form_of_a_cases.stuck_mass(tmp_path):
     """A = F / (c w sqrt(1 - z^2)), w^2 = (k + k_t)/m, c = 2 z w m, at w sqrt(1 - 2 z^2)."""
-    case = stuck_mass(tmp_path)
+    case = cases.stuck_mass(tmp_path)
     k, c, kt = 40.0, 40.0 * 0.01, 60.0
     assert main(["range", str(case.path), "--tangential_stiffness", "0.5x", "2x", "--watch", "x1.t1", "--samples", "3", "--along", "3",
                  "--binary", str(BINARY)]) == 0
@@ -102,7 +93,7 @@ def test_closed_form_of_a_stuck_mass(tmp_path):
 
 def test_slopes_by_differences_where_there_is_no_derivative(tmp_path):
     """Of the damping: the amplitude goes with 1/c but for z^2."""
-    case = stuck_mass(tmp_path)
+    case = cases.stuck_mass(tmp_path)
     assert main(["range", str(case.path), "--damping", "0.8x", "1.25x", "--watch", "x1.t1", "--samples", "0", "--along", "0", "--until-peak",
                  "1", "--binary", str(BINARY)]) == 0
     numbers = found(tmp_path / "case_range")
@@ -111,7 +102,7 @@ def test_slopes_by_differences_where_there_is_no_derivative(tmp_path):
 
 
 def test_broken_off_and_taken_up_again(tmp_path, capsys, monkeypatch):
-    case = stuck_mass(tmp_path)
+    case = cases.stuck_mass(tmp_path)
     command = ["range", str(case.path), "--tangential_stiffness", "0.9x", "1.2x", "--watch", "x1.t1", "--samples", "2", "--along", "0",
                "--until-peak", "1", "--binary", str(BINARY)]
     kept = tmp_path / "case_range/runs.jsonl"
@@ -136,7 +127,7 @@ def test_broken_off_and_taken_up_again(tmp_path, capsys, monkeypatch):
 
 def test_samples_that_fail_or_have_no_peak_are_told(tmp_path, capsys):
     """Ranges reach so far that some peaks lie outside of the sweep, and the program fails where k_t is large."""
-    case = stuck_mass(tmp_path)
+    case = cases.stuck_mass(tmp_path)
     program = tmp_path / "program"
     program.write_text(f"""#!/bin/sh
 if grep -q '^tangential_stiffness = 1[0-9][0-9]' "$2"; then echo "dovetail: the sweep could not go on" >&2; exit 3; fi
