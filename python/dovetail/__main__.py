@@ -221,6 +221,7 @@ def _range_options(commands):
                              if name == "gap" else "values, or factors as 0.5x 2x")
     command.add_argument("--force", metavar=("FROM", "TO"), nargs=2, help="factors on all loads, as 0.9x 1.1x")
     command.add_argument("--damping", metavar=("FROM", "TO"), nargs=2, help="factors on all numbers of [damping]")
+    command.add_argument("--preload", metavar=("FROM", "TO"), nargs=2, help="factors on the static load")
     command.add_argument("--omega", metavar=("FROM", "TO"), nargs=2, type=float, help="sweep that holds the peak, in the unit of the case; "
                          "default: that of the case")
     command.add_argument("--watch", metavar="NAME", help="the unknown or node whose largest peak is meant; default: that of the case")
@@ -241,7 +242,7 @@ def _fit_options(commands):
     command.add_argument("case", metavar="CASE.toml")
     command.add_argument("measured", metavar="MEASURED.csv", help='frequency and amplitude in two columns, under a header that says units: '
                          '"frequency [Hz], amplitude [mm]"')
-    command.add_argument("--parameters", metavar="NAME", nargs="+", choices=[name for name in NAMES if name != "gap"],
+    command.add_argument("--parameters", metavar="NAME", nargs="+", choices=[name for name in NAMES if name not in ("gap", "preload")],
                          help="friction, tangential_stiffness (the default), friction_1, friction_2, tangential_stiffness_1, "
                          "tangential_stiffness_2, normal_stiffness, damping, force")
     command.add_argument("--by-joint", action="store_true", help="a factor for each joint of the model, not one for all points")

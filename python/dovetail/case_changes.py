@@ -8,7 +8,7 @@ import numpy as np
 
 FRICTION = ("friction", "tangential_stiffness")  # of points with friction alone; a pair for t1 and t2
 CONTACT = (*FRICTION, *(f"{name}_{direction}" for name in FRICTION for direction in (1, 2)), "normal_stiffness", "gap")
-FACTORS = ("force", "damping")  # of everything in [excitation] and [damping]
+FACTORS = ("force", "damping", "preload")  # of everything in [excitation] and [damping], and of P
 NAMES = (*CONTACT, *FACTORS)
 KINDS = ("value", "factor", "offset")
 DAMPING = ("stiffness", "mass", "structural", "ratios")
@@ -138,6 +138,18 @@ def apply(content, contact, changes):
             elif key in section:
                 section[key] *= factor
     return content
+
+
+def without_model(content, contact, reduced):
+    """A copy of a parsed case that starts from a reduced file in place of its model; `contact`: values in force."""
+    content = {key: value for key, value in copy.deepcopy(content).items() if key not in ("model", "reduction", "output")}
+    section = content.setdefault("contact", {})
+    rubs = np.any(contact["law"] <= 1)
+    for key, values in contact_values(contact, dict.fromkeys((*(FRICTION if rubs else ()), "normal_stiffness", "gap"), ("offset", 0.0))).items():
+        if key not in section:
+            section.pop(f"{key}_per_area", None)
+            section[key] = values.tolist()
+    return content | {"reduced": reduced}
 
 
 def need_damping(content):

@@ -5,14 +5,19 @@ import json
 import shutil
 import sys
 import time
+from dataclasses import dataclass
+from pathlib import Path
 
+import h5py
 import numpy as np
 
 from . import curves
-from .case_changes import apply
+from .case_changes import apply, without_model
+from .hdf5_read import opened
 from .results import Results
 from .study_runs import Run, RunFailed, UserCase, compute, hash_of, toml
 
+PRELOADED = "preloaded.h5"  # a reduced file with another preload
 KEPT = "runs.jsonl"  # one line a run, with its fingerprint
 LINES = 25  # of progress, more or less
 
@@ -58,10 +63,29 @@ class CurveCase(UserCase):
             content["continuation"]["at"] = list(at)
         if sensitivity:
             content["sensitivity"] = {"of": content["continuation"]["watch"]}
+        head = ""
+        if changes and "preload" in changes:
+            content, head = without_model(content, contact, PRELOADED), f"# preload times {changes['preload'][1]!r}\n"
         if "model" in content:
             node = watch.rpartition(".")[0] if watch and not curves.is_reduced(watch) else ""
             content["output"] = {"motion": [int(node) if node.isdigit() else node] if node else []}
-        return toml(content)
+        return head + toml(content)
+
+
+@dataclass
+class PreloadedRun(Run):
+    """One that starts from the reduced file `source`, with its preload times `factor`."""
+
+    source: Path | None = None
+    factor: float = 1.0
+
+    def prepare(self, reduced=None):
+        super().prepare()
+        with h5py.File(self.source) as old, h5py.File(self.folder / PRELOADED, "w") as new:
+            for name in old.keys() - {"recovery"}:
+                old.copy(name, new)
+            new.attrs.update(old.attrs)
+            new["R"][...] *= self.factor
 
 
 class CaseRuns:
@@ -89,9 +113,9 @@ class CaseRuns:
     def whole(self, name, changes=None, sensitivity=False):
         """Results of a run that is kept in the folder `name`; its status and the reason where it failed are those of the Run."""
         folder = self.folder / name
-        run = self._run(folder, self.case.text(folder, self.contact, changes, self.dof or self.case.watch, sensitivity))
+        run = self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof or self.case.watch, sensitivity))
         if not run.recall():
-            for _ in compute([run], self.program, 1, lambda _: self._reduced):
+            for _ in compute([run], self.program, 1, self._made):
                 pass
         if run.status == 2:
             raise ValueError(f"{self.case.path}: {run.reason}")
@@ -113,13 +137,13 @@ class CaseRuns:
         runs = []
         for number, changes in enumerate(list_of_changes):
             folder = self.folder / "under_way" / f"{number + 1}"
-            runs.append(self._run(folder, self.case.text(folder, self.contact, changes, self.dof, at=at)))
+            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at)))
         missing = {run.fingerprint: run for run in runs if run.fingerprint not in self.kept}
         if len(missing) < len({run.fingerprint for run in runs}):
             print(f"{what}: {len(runs) - len(missing)} of {len(runs)} are there from before", file=sys.stderr)
         progress = Progress(what, len(missing), self.jobs)
         try:
-            for run in compute(list(missing.values()), self.program, self.jobs, lambda _: self._reduced):
+            for run in compute(list(missing.values()), self.program, self.jobs, self._made):
                 if run.status == 2:
                     raise ValueError(f"{self.case.path}: {run.reason}")
                 self._keep(run, digest)
@@ -128,12 +152,29 @@ class CaseRuns:
             shutil.rmtree(self.folder / "under_way", ignore_errors=True)
         return [self.kept[run.fingerprint] for run in runs]
 
-    def _run(self, folder, text):
-        return Run(None, folder, text, hashlib.sha256("\n".join([text, *self.identity]).encode()).hexdigest())
+    def _made(self, _):
+        """The reduced file that runs from a model may take over."""
+        return None if "reduced" in self.case.content else self._reduced
+
+    def need_preload(self):
+        """Refuses to vary the preload where there is none, or where a node is watched, which a reduced file does not know."""
+        with opened(self._reduced) as file:
+            if not np.any(file["R"]):
+                raise ValueError("--preload: the case has no preload")
+        if not curves.is_reduced(self.dof):
+            raise ValueError(f"--preload: runs start from the reduced model then, which knows no node: watch an unknown such as x1.t1, "
+                             f"found {self.dof}")
+
+    def _run(self, folder, changes, text):
+        fingerprint = hashlib.sha256("\n".join([text, *self.identity]).encode()).hexdigest()
+        if changes and "preload" in changes:
+            return PreloadedRun(None, folder, text, fingerprint, source=self._reduced, factor=changes["preload"][1])
+        return Run(None, folder, text, fingerprint)
 
     @property
     def _reduced(self):
-        return self.folder / "case" / "reduced.h5"
+        """That of the case: the one it names, or the one it has made."""
+        return self.case.files().get(("reduced",), self.folder / "case" / "reduced.h5")
 
     def _keep(self, run, digest):
         record = {"fingerprint": run.fingerprint, "status": run.status, "reason": run.reason}

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from .case_changes import CONTACT, NAMES, need, need_damping, split
+from .case_changes import CONTACT, need, need_damping, split
 from .case_runs import CaseRuns, CurveCase
 from .fit_report import write
 from .measured import read_measured
@@ -16,7 +16,6 @@ from .motion import find_joint
 from .study_runs import Program, RunFailed
 
 USUAL = ("friction", "tangential_stiffness")
-PARAMETERS = tuple(name for name in NAMES if name != "gap")  # a gap may be 0, and has no logarithm
 STEP = 1e-3  # of the logarithm of a parameter, for derivatives
 WIDEST = np.log(100.0)  # a factor beyond is no fit
 MISSED = 1.0  # error, as a logarithm, where a curve has no point at a frequency, or could not be computed

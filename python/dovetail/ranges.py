@@ -102,6 +102,8 @@ def computed(runs, given, samples, along, seed, each_point=False):
     results = runs.begin()
     for wanted in given:
         need(wanted.name, runs.contact)
+        if wanted.name == "preload":
+            runs.need_preload()
     size = len(runs.contact["law"])
     sweep = [results.unit.from_hertz(end) if runs.case.content["continuation"].get("unit") == "Hz" else end
              for end in sorted(runs.case.content["continuation"]["omega"])]
@@ -175,8 +177,8 @@ def first_order(runs, given, changes, digest, middle, each_point):
 
 def slope_of(wanted, slopes, row, contact, each_point):
     """Slope by xi of a peak, from derivatives by the parameters themselves: a number, or (N_x,) for one per point."""
-    if wanted.name == "force":
-        return float(slopes["force"][row]) * wanted.half  # by the factor on what the middle has
+    if wanted.name in ("force", "preload"):
+        return float(slopes[wanted.name][row]) * wanted.half  # by the factor on what the middle has
     key, directions = split(wanted.name)
     by = np.nan_to_num(slopes[key][row])
     if wanted.kind == "factor":

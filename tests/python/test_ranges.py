@@ -119,6 +119,7 @@ def test_first_order_is_told_where_it_is_meaningless(amplitude, slopes, meaningl
     (["--gap", "0.5x", "2x"], "offsets are wanted"),
     (["--gap", "-1e-5", "-2.0e-5"], "--gap -1e-5 -2.0e-5: the first must be less"),
     (["--force", "1", "2"], "wanted are factors"),
+    (["--preload", "1", "2"], "wanted are factors"),
     (["--friction", "0.2", "0.5", "--friction_1", "0.2", "0.5"], "change the same numbers"),
     (["--friction", "0.2", "0.5", "--jobs", "0"], "--jobs 0: must be at least 1"),
     (["--friction", "0.2", "0.5", "--along", "1"], "at least 2 points"),

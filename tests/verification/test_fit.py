@@ -32,7 +32,7 @@ def fitted(case, file, *options):
     return json.loads((out / "fit.json").read_text()), tomllib.loads((out / "fitted.toml").read_text())
 
 
-def test_closed_form_of_a_cases.stuck_mass(tmp_path):
+def test_closed_form_of_a_stuck_mass(tmp_path):
     """k_t and C = b K from A(w) = F / |k + k_t - w^2 + i b k w|, with noise: the least squares of this formula, and their intervals."""
     case = cases.stuck_mass(tmp_path)
     k, b, kt = 40.0, 0.01, 60.0

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import cases
-from dovetail import case_runs
+from dovetail import Model, Results, case_runs
 from dovetail.__main__ import main
 from dovetail.case_runs import CaseRuns, CurveCase, largest_peak
 from dovetail.study_runs import Program
-from launch import BINARY
+from launch import BINARY, run
 from test_sensitivity import DATA, given
 
 CHAIN = ["--omega", "1.25", "1.75", "--watch", "x4.t1", "--binary", str(BINARY)]
@@ -60,7 +60,7 @@ def test_mean_and_deviation_of_samples(tmp_path, options, name, tolerance):
     assert first["amplitude_deviation"] / middle["amplitude"] * 0.576 == pytest.approx(wanted, rel=tolerance)
 
 
-def test_closed_form_of_a_cases.stuck_mass(tmp_path):
+def test_closed_form_of_a_stuck_mass(tmp_path):
     """A = F / (c w sqrt(1 - z^2)), w^2 = (k + k_t)/m, c = 2 z w m, at w sqrt(1 - 2 z^2)."""
     case = cases.stuck_mass(tmp_path)
     k, c, kt = 40.0, 40.0 * 0.01, 60.0
@@ -99,6 +99,31 @@ def test_slopes_by_differences_where_there_is_no_derivative(tmp_path):
     numbers = found(tmp_path / "case_range")
     share = numbers["first_order"]["amplitude"]["damping"] / numbers["middle"]["amplitude"]
     assert numbers["first_order"]["by"] == {"damping": "differences"} and share == pytest.approx(-np.log(1.25), rel=2e-3)
+
+
+def test_preload_is_that_of_models_with_another(tmp_path):
+    """Five degrees of freedom whose gap gives no force: peaks, and the slope at the middle, are those of models made with that preload."""
+    settings = {"kind": "auto", "harmonics": 3, "samples": "exact", "omega": [0.85, 1.15], "gap": 0.0, **cases.TIGHT}
+
+    def peak(name, factor):
+        (folder := tmp_path / name).mkdir()
+        case = cases.dof5(folder, **settings)
+        model = Model.read(folder / "model.h5")
+        model.with_loads(model.force, np.array([5, 0.1, 5, 0.1, 20]) * factor, None).write(folder / "model.h5")
+        case.path.write_text(case.path.read_text().replace("[continuation]", '[continuation]\nwatch = "x1.t1"'))
+        return case, largest_peak(Results(run(case).folder / "results.h5"), "x1.t1")
+
+    case, _ = peak("case", 1.0)
+    assert main(["range", str(case.path), "--preload", "0.8x", "1.25x", "--samples", "0", "--along", "3", "--binary", str(BINARY)]) == 0
+    numbers = found(case.path.parent / "case_range")
+    for entry, name, factor in zip(numbers["curves"]["preload"], "abc", (0.8, 1.0, 1.25)):
+        _, direct = peak(name, factor)
+        assert (entry["amplitude"], entry["omega"]) == pytest.approx((direct["amplitude"], direct["omega"]), rel=1e-5)
+    assert len({entry["amplitude"] for entry in numbers["curves"]["preload"]}) == 3
+    assert numbers["first_order"]["by"] == {"preload": "sensitivity"}
+    (_, up), (_, down) = peak("up", 1.005), peak("down", 1 / 1.005)
+    slope = np.log(up["rms"] / down["rms"]) / (2 * np.log(1.005)) * np.log(1.25)  # sensitivities are of the rms amplitude
+    assert numbers["first_order"]["amplitude"]["preload"] / numbers["middle"]["amplitude"] == pytest.approx(slope, rel=5e-3)
 
 
 def test_broken_off_and_taken_up_again(tmp_path, capsys, monkeypatch):
