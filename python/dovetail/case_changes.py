@@ -144,8 +144,8 @@ def without_model(content, contact, reduced):
     """A copy of a parsed case that starts from a reduced file in place of its model; `contact`: values in force."""
     content = {key: value for key, value in copy.deepcopy(content).items() if key not in ("model", "reduction", "output")}
     section = content.setdefault("contact", {})
-    rubs = np.any(contact["law"] <= 1)
-    for key, values in contact_values(contact, dict.fromkeys((*(FRICTION if rubs else ()), "normal_stiffness", "gap"), ("offset", 0.0))).items():
+    keys = ("normal_stiffness", "gap", *(FRICTION if np.any(contact["law"] <= 1) else ()))
+    for key, values in contact_values(contact, dict.fromkeys(keys, ("offset", 0.0))).items():
         if key not in section:
             section.pop(f"{key}_per_area", None)
             section[key] = values.tolist()

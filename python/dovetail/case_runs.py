@@ -129,17 +129,18 @@ class CaseRuns:
         self.contact, self.dof = results.contact, self.case.watch or results.watched
         return results
 
-    def each(self, list_of_changes, digest, what, at=None):
+    def each(self, list_of_changes, digest, what="", at=None):
         """What `digest` (a function of Results, to JSON) makes of each case with changes, a dict with `status` and `reason` besides.
 
-        `what` names them on the screen. digest must not depend on anything that the case's text does not show.
+        `what` names them on the screen, where nothing is said without it; `at`: frequencies wanted exactly, in the unit of the case.
+        digest must not depend on anything that the case's text does not show.
         """
         runs = []
         for number, changes in enumerate(list_of_changes):
             folder = self.folder / "under_way" / f"{number + 1}"
             runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at)))
         missing = {run.fingerprint: run for run in runs if run.fingerprint not in self.kept}
-        if len(missing) < len({run.fingerprint for run in runs}):
+        if what and len(missing) < len({run.fingerprint for run in runs}):
             print(f"{what}: {len(runs) - len(missing)} of {len(runs)} are there from before", file=sys.stderr)
         progress = Progress(what, len(missing), self.jobs)
         try:
@@ -195,7 +196,7 @@ class Progress:
 
     def tell(self, seconds):
         self.done += 1
-        if self.done < self.total and (self.done - self.told) * LINES < self.total:
+        if not self.what or (self.done < self.total and (self.done - self.told) * LINES < self.total):
             return
         self.told = self.done
         left = (time.monotonic() - self.began) / self.done * (self.total - self.done)

@@ -176,33 +176,33 @@ class Search:
         values = response.amplitude if self.harmonic is None else response.harmonic(self.harmonic)
         return {"passes": [values[np.abs(results.omega - omega) <= 1e-9 * omega].tolist() for omega in self.measured.omega]}
 
-    def records(self, places, what):
+    def records(self, places):
         """Those of some x, computed together."""
         keys = [tuple(np.round(x, 12).tolist()) for x in places]
         missing = [key for key in dict.fromkeys(keys) if key not in self.seen]
         size = len(self.runs.contact["law"])
         wanted = [changes_of(self.unknowns, np.exp(key), size) for key in missing]
         if wanted:
-            self.seen.update(zip(missing, self.runs.each(wanted, self.digest, what, self.at)))
+            self.seen.update(zip(missing, self.runs.each(wanted, self.digest, at=self.at)))
         return [self.seen[key] for key in keys]
 
     def failed(self, x):
-        return self.records([x], "run")[0]["status"] != 0
+        return self.records([x])[0]["status"] != 0
 
     def amplitudes(self, x):
         """(m,) of the passage nearest to what was measured, NaN where there is none."""
-        return self._nearest(self.records([x], "run")[0])
+        return self._nearest(self.records([x])[0])
 
     def errors(self, x):
         """(m,) logarithms of computed over measured amplitudes: relative errors."""
-        found = self._errors(self.records([x], "run")[0])
+        found = self._errors(self.records([x])[0])
         print(f"  relative error {np.sqrt(np.mean(found**2)):.3g} with " + ", ".join(f"{unknown} {factor:.4g}x" for unknown, factor in zip(
             self.unknowns, np.exp(x))), file=sys.stderr)
         return found
 
     def derivative(self, x):
         """(m, p)"""
-        here, *beside = self.records([x, *(x + STEP * unit for unit in np.eye(len(x)))], "derivatives")
+        here, *beside = self.records([x, *(x + STEP * unit for unit in np.eye(len(x)))])
         return np.column_stack([(self._errors(record) - self._errors(here)) / STEP for record in beside])
 
     def _nearest(self, record):

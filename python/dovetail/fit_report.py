@@ -39,13 +39,14 @@ def base(found, unknown):
 
 def in_words(found):
     what = "half the peak-to-peak" if found.harmonic is None else f"harmonic {found.harmonic}"
+    width = max(24, *(len(str(unknown)) for unknown in found.unknowns)) + 2
     lines = [f"fit of {found.case.path} to {found.file}: {len(found.measured.omega)} frequencies, {found.dof}, {what}",
              f"relative error {found.misfit:.3g} in the mean of squares; {found.runs} runs",
-             f"{'':<28}{'value':>12}{'factor':>10}   95 % of the factor"]
+             f"{'':<{width}}{'value':>16}{'factor':>10}   95 % of the factor"]
     for i, unknown in enumerate(found.unknowns):
         number, unit = base(found, unknown)
         value = "" if number is None else with_unit(f"{number * found.factor[i]:.5g}", unit)
-        lines.append(f"{unknown!s:<28}{value:>12}{found.factor[i]:10.4g}   {found.low[i]:.4g} to {found.high[i]:.4g}")
+        lines.append(f"{unknown!s:<{width}}{value:>16}{found.factor[i]:10.4g}   {found.low[i]:.4g} to {found.high[i]:.4g}")
     lines += [f"caution: the curve hardly depends on {found.unknowns[i]}: leave it out, or measure at another force"
               for i in found.undetermined]
     for i in range(len(found.unknowns)):
@@ -107,7 +108,8 @@ def picture(found):
             inside = (curve.omega >= low) & (curve.omega <= high)
             values = np.where(inside, amplitude(curve), np.nan)
             axis.plot(with_gaps(curve.omega, curve.jumps), with_gaps(values, curve.jumps), color=color, linestyle=dashes, label=label)
-        axis.plot(found.measured.omega, found.measured.amplitude, "o", color="black", markersize=4, markerfacecolor="white", label="measured")
+        axis.plot(found.measured.omega, found.measured.amplitude, "o", color="black", markersize=4, markerfacecolor="white",
+                  label="measured")
         axis.set(ylim=(0, None))
         dress(axis.yaxis, f"amplitude of {found.dof}" + ("" if found.harmonic is None else f", harmonic {found.harmonic}"), found.length)
         axis.legend()

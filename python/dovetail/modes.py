@@ -214,8 +214,8 @@ class Backbone:
     def correction(self, motion):
         """One Newton step of the true equations at a motion, (dofs, 2H+1): to be added to its coefficients."""
         system = self._under(motion.force)
-        step = np.linalg.solve(system.jacobian(motion.coefficients, motion.omega), -system.residual(motion.coefficients, motion.omega).ravel())
-        return step.reshape(motion.coefficients.shape)
+        q, omega = motion.coefficients, motion.omega
+        return np.linalg.solve(system.jacobian(q, omega), -system.residual(q, omega).ravel()).reshape(q.shape)
 
     def error(self, motion, row=None):
         """Estimated error: the size of `correction` relative to the motion's, without means. With a row (or combination, (dofs,)), by how

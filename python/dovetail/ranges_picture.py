@@ -42,8 +42,8 @@ def _band(axis, found):
         axis.plot(omega, median, color="#5a5a5a", linestyle="--", linewidth=1, label="median")
     if found.middle["curve"]:
         axis.plot(omega, np.array(found.middle["curve"], dtype=float), color="black", label="middle of the ranges")
-    good = found.good
-    axis.plot(of_samples(found, "omega"), of_samples(found, "amplitude"), ".", color=FIRST[0], markersize=3, label="peaks" if good else None)
+    label = "peaks" if found.good else None
+    axis.plot(of_samples(found, "omega"), of_samples(found, "amplitude"), ".", color=FIRST[0], markersize=3, label=label)
     top = max([found.middle["amplitude"], *of_samples(found, "amplitude")])
     axis.set(ylim=(0, ROOM * top), xlabel=f"excitation frequency [{found.unit.omega}]")
     dress(axis.yaxis, f"amplitude of {found.dof}", found.length)

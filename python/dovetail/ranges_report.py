@@ -82,12 +82,10 @@ def _first_order(found):
     lines.append(f"  standard deviation of the amplitude {first.deviation():.3g}, of the frequency {first.deviation('omega'):.3g}")
     if not np.isfinite(first.second):
         lines.append("caution: no peak at the ends along the gradient, so that how far first order reaches is not known")
-    elif first.meaningless:
-        lines.append(f"caution: first order is meaningless over these ranges: along the gradient it changes the peak by {abs(first.change):.3g}, "
-                     f"and the second difference of computed peaks adds {first.second:.3g}")
     else:
-        lines.append(f"  along the gradient it changes the peak by {abs(first.change):.3g}, and the second difference of computed peaks adds "
-                     f"{first.second:.3g}")
+        head = "caution: first order is meaningless over these ranges:" if first.meaningless else " "
+        lines.append(f"{head} along the gradient it changes the peak by {abs(first.change):.3g}, and the second difference of computed "
+                     f"peaks adds {first.second:.3g}")
     return lines
 
 

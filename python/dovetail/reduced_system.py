@@ -38,7 +38,7 @@ def courses(case, names, path):
     excitation = case["excitation"]
     given = {load["pattern"]: load["fourier"] for load in excitation.get("load", [])} or {"force": excitation["fourier"]}
     if unknown := set(given) - set(names):
-        raise ValueError(f"{path}: has no load pattern {', '.join(sorted(unknown))}, of which the case speaks; there are {', '.join(names)}")
+        raise ValueError(f"{path}: has no load pattern {', '.join(sorted(unknown))}, which the case names; there are {', '.join(names)}")
     return [given.get(name, [0.0]) for name in names]
 
 

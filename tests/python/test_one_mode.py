@@ -198,7 +198,8 @@ def test_read_from_results(tmp_path, scene):
     n = len(backbone.alpha)
     path = synthetic_results.write(tmp_path / "results.h5", backbone.omega, backbone.coefficients, backbone.system.modes, contact,
                                    xp=preload.xp.ravel(), w=preload.w, reduced="reduced.h5", samples=64, modal_amplitude=backbone.alpha,
-                                   damping_ratio=backbone.damping_ratio, slip=np.r_[0.0, 0.0, np.ones(n - 2)], stick=np.r_[1, 1, np.zeros(n - 2)])
+                                   damping_ratio=backbone.damping_ratio, slip=np.r_[0.0, 0.0, np.ones(n - 2)],
+                                   stick=np.r_[1, 1, np.zeros(n - 2)])
     with h5py.File(path, "r+") as file:
         file.attrs["case"] = case.path.read_text()
         file["preload/g"][...] = preload.g.ravel()

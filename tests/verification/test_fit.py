@@ -121,7 +121,8 @@ def test_measured_files_say_their_units(tmp_path):
 
 @pytest.mark.parametrize("text, words", [
     ("", "is empty"), ("1, 2\n", ":1: found '1, 2'; wanted is a header"), ("frequency [Hz], amplitude [m]\n1, x\n", ":2: found '1, x'"),
-    ("frequency [Hz], amplitude [m]\n1, 2\n1, 3\n", "frequency 1 is there twice"), ("frequency [rpm], amplitude [m]\n1, 2\n", "[rpm]: the unit"),
+    ("frequency [Hz], amplitude [m]\n1, 2\n1, 3\n", "frequency 1 is there twice"),
+    ("frequency [rpm], amplitude [m]\n1, 2\n", "[rpm]: the unit"),
     ("frequency [Hz], amplitude [g]\n1, 2\n", "amplitude [g]: the unit of a displacement"), ("frequency [Hz], amplitude [m]\n", "no line"),
     ("frequency [Hz], amplitude [m]\n1, -2\n", "greater than 0")])
 def test_measured_files_that_are_refused(tmp_path, text, words):

@@ -94,8 +94,8 @@ def test_closed_form_of_a_stuck_mass(tmp_path):
 def test_slopes_by_differences_where_there_is_no_derivative(tmp_path):
     """Of the damping: the amplitude goes with 1/c but for z^2."""
     case = cases.stuck_mass(tmp_path)
-    assert main(["range", str(case.path), "--damping", "0.8x", "1.25x", "--watch", "x1.t1", "--samples", "0", "--along", "0", "--until-peak",
-                 "1", "--binary", str(BINARY)]) == 0
+    assert main(["range", str(case.path), "--damping", "0.8x", "1.25x", "--watch", "x1.t1", "--samples", "0", "--along", "0",
+                 "--until-peak", "1", "--binary", str(BINARY)]) == 0
     numbers = found(tmp_path / "case_range")
     share = numbers["first_order"]["amplitude"]["damping"] / numbers["middle"]["amplitude"]
     assert numbers["first_order"]["by"] == {"damping": "differences"} and share == pytest.approx(-np.log(1.25), rel=2e-3)
@@ -159,8 +159,8 @@ if grep -q '^tangential_stiffness = 1[0-9][0-9]' "$2"; then echo "dovetail: the 
 exec "{BINARY}" "$@"
 """)
     program.chmod(0o755)
-    assert main(["range", str(case.path), "--tangential_stiffness", "30", "120", "--omega", "9", "13.5", "--watch", "x1.t1", "--samples", "8",
-                 "--along", "0", "--binary", str(program)]) == 0
+    assert main(["range", str(case.path), "--tangential_stiffness", "30", "120", "--omega", "9", "13.5", "--watch", "x1.t1",
+                 "--samples", "8", "--along", "0", "--binary", str(program)]) == 0
     numbers, said = found(tmp_path / "case_range"), capsys.readouterr().out
     assert "of them failed: the sweep could not go on" in said and "have no peak inside the sweep" in said
     with h5py.File(tmp_path / "case_range/ranges.h5") as file:
