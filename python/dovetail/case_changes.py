@@ -10,7 +10,6 @@ FRICTION = ("friction", "tangential_stiffness")  # of points with friction alone
 CONTACT = (*FRICTION, *(f"{name}_{direction}" for name in FRICTION for direction in (1, 2)), "normal_stiffness", "gap")
 FACTORS = ("force", "damping", "preload")  # of everything in [excitation] and [damping], and of P
 NAMES = (*CONTACT, *FACTORS)
-KINDS = ("value", "factor", "offset")
 DAMPING = ("stiffness", "mass", "structural", "ratios")
 
 
@@ -41,7 +40,8 @@ def read_number(name, word):
 
 @dataclass(frozen=True)
 class Range:
-    """A parameter between two numbers. `at` and `width` take places xi from -1 to 1: even in the number, of a factor in its logarithm."""
+    """A parameter between two numbers. `kind` is "value", "factor" or "offset". `at` takes places xi from -1 to 1: even in
+    the number, of a factor in its logarithm."""
 
     name: str
     kind: str
@@ -63,12 +63,6 @@ class Range:
         if self.kind == "factor":
             return self.low ** ((1 - xi) / 2) * self.high ** ((1 + xi) / 2)
         return self.low + (self.high - self.low) * (1 + xi) / 2
-
-    def place(self, number):
-        """The xi of a number."""
-        if self.kind == "factor":
-            return 2 * math.log(number / self.low) / math.log(self.high / self.low) - 1
-        return 2 * (number - self.low) / (self.high - self.low) - 1
 
     @property
     def half(self):

@@ -79,6 +79,12 @@ def test_branches_that_turn_back_count_with_their_largest_amplitude(tmp_path):
     assert found["peak"] and found["rms"] == 5 and found["amplitude"] >= 5
 
 
+def place_of(wanted, number):
+    """The xi of a number."""
+    low, high, number = np.log([wanted.low, wanted.high, number]) if wanted.kind == "factor" else (wanted.low, wanted.high, number)
+    return 2 * (number - low) / (high - low) - 1
+
+
 class Formula:
     """In place of runs: peaks by a formula of xi."""
 
@@ -87,7 +93,7 @@ class Formula:
 
     def each(self, list_of_changes, digest, what, at=None):
         self.asked += len(list_of_changes)
-        places = [{wanted.name: wanted.place(changes[wanted.name][1]) for wanted in self.given} for changes in list_of_changes]
+        places = [{wanted.name: place_of(wanted, changes[wanted.name][1]) for wanted in self.given} for changes in list_of_changes]
         return [{"status": 0, "reason": "", "peak": True, "omega": 2.0, "amplitude": self.amplitude(**place)} for place in places]
 
 
