@@ -64,6 +64,7 @@ def test_closed_form_of_a_stuck_mass(tmp_path):
     assert numbers["misfit"] == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_planted_friction_and_stiffness_come_back(tmp_path):
     """Five degrees of freedom, whose point slips and lifts off: a curve with 1 % noise."""
     settings = {"kind": "auto", "harmonics": 3, "samples": "exact", "omega": [0.95, 1.15], **cases.TIGHT}

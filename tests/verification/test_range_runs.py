@@ -101,6 +101,7 @@ def test_slopes_by_differences_where_there_is_no_derivative(tmp_path):
     assert numbers["first_order"]["by"] == {"damping": "differences"} and share == pytest.approx(-np.log(1.25), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_preload_is_that_of_models_with_another(tmp_path):
     """Five degrees of freedom whose gap gives no force: peaks, and the slope at the middle, are those of models made with that preload."""
     settings = {"kind": "auto", "harmonics": 3, "samples": "exact", "omega": [0.85, 1.15], "gap": 0.0, **cases.TIGHT}
@@ -150,6 +151,7 @@ def test_broken_off_and_taken_up_again(tmp_path, capsys, monkeypatch):
     assert not (tmp_path / "case_range/under_way").exists()
 
 
+@pytest.mark.slow
 def test_samples_that_fail_or_have_no_peak_are_told(tmp_path, capsys):
     """Ranges reach so far that some peaks lie outside of the sweep, and the program fails where k_t is large."""
     case = cases.stuck_mass(tmp_path)
