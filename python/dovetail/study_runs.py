@@ -76,7 +76,7 @@ class UserCase:
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ValueError(f"{path}: {error}") from None
         if self.content.pop("path", None):  # the template has an empty one
-            raise ValueError(f"{path}: follows another parameter ([path]); this command compares curves over the frequency")
+            raise ValueError(f"{path}: follows another parameter ([path]); a study compares curves over the frequency")
         self.content.pop("sensitivity", None)  # peaks alone are compared
 
     @property
