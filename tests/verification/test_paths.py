@@ -52,9 +52,8 @@ def run(case, ranks=None, *options):
     return done, done.points
 
 
-@pytest.mark.parametrize("parameter", [name if name in ("force", "preload", "tangential_stiffness", "friction_1", "gap")
-                                       else pytest.param(name, marks=pytest.mark.slow) for name in RANGES])
-def test_every_point_solves_the_equations_with_its_value(tmp_path, parameter):
+@pytest.mark.parametrize("parameter", RANGES)
+def test_points_solve_the_equations_with_its_value(tmp_path, parameter):
     case = path_of(tmp_path, parameter, RANGES[parameter], samples=64)
     _, points = run(case)
     start, end, between = RANGES[parameter]
@@ -64,7 +63,8 @@ def test_every_point_solves_the_equations_with_its_value(tmp_path, parameter):
     first, last = points["coefficients"][[0, -1], :, 1:]
     assert np.linalg.norm(last - first) > 1e-3 * np.linalg.norm(first)  # the parameter is in the equations
     nominal = case.preload.xp
-    for value, q in zip(points["parameter"], points["coefficients"]):
+    for i in {*range(0, len(points["omega"]), 10), *np.flatnonzero(np.isin(points["parameter"], [end, between]))}:
+        value, q = points["parameter"][i], points["coefficients"][i]
         made = made_with(case, parameter, value)
         system = made.system()
         motion = q.copy()
