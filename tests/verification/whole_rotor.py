@@ -68,7 +68,11 @@ def write(folder, name, omega, samples):
     if len(given["gap"]) > len(pairs):
         pairs += [(a, b, axes, 1) for a, b, axes in zip(sector["shroud_a"], sector["shroud_b"], sector["shroud_axes"])]
     T, elastic = coordinates(pairs)
-    K, M = (T.T @ sp.block_diag([sp.csr_matrix(tuple(sector[f"{X}_{part}"] for part in ("data", "indices", "indptr")))] * N) @ T for X in "KM")
+
+    def of_sector(matrix):
+        return sp.csr_matrix(tuple(sector[f"{matrix}_{part}"] for part in ("data", "indices", "indptr")))
+
+    K, M = (T.T @ sp.block_diag([of_sector(X)] * N) @ T for X in "KM")
     forces, loads = {}, []
     for pattern, series in zip(given["patterns"], given["fourier"]):
         for j in range(N):
@@ -90,7 +94,7 @@ def write(folder, name, omega, samples):
 
 
 def write_start(folder, name, omega, X):
-    """start.h5, from which the case then begins: contact motions X (3 N_x, 2H+1), and what the modes do then, by the equations of the reduced model."""
+    """start.h5, from which the case then begins: contact motions X (3 N_x, 2H+1), and what the modes do then."""
     with h5py.File(folder / "reduced.h5") as file:
         squares, coupling, F = file["Kaa"][()], file["Max"][()], file["Fa"][()]
     courses = np.array([later(series, j * 2 * np.pi * int(DATA[f"{name}/engine_order"]) / N)
