@@ -18,6 +18,7 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
   case End::max_points:
   case End::peaks:
   case End::amplitude:
+  case End::vanished:
     return summary.why + ", at " + where;
   case End::interrupted:
     if (summary.counts.points == 0)
@@ -25,6 +26,8 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
     return "stopped by " + std::string(signal_name(signal)) + " at " + where + ". " + so_far +
            "; the same command with --restart goes on from there.";
   case End::no_start:
+    if (study.follows_peaks())
+      return summary.why + " (" + where + "). Widen continuation.omega, or begin at the other end of path.range.";
     return summary.why + " (" + where +
            "). Try the other end of the sweep, a start from other results (continuation.start), fewer harmonics, or a "
            "smaller load first.";
