@@ -54,8 +54,8 @@ private:
 
 double unit_of(const TrackSettings &settings) { return std::abs(settings.to - settings.from); }
 
-PeakFollower::PeakFollower(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload,
-                           const NewtonSettings &newton, const TrackSettings &settings, const BranchObserver &observer)
+PeakFollower::PeakFollower(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload, const NewtonSettings &newton,
+                           const TrackSettings &settings, const BranchObserver &observer)
     : Stepper({true, settings.search.step}, unit_of(settings), newton.step_tolerance), system_(system), newton_(newton),
       settings_(settings), observer_(observer), search_(system, std::move(preload), newton, settings, summary_.counts),
       peak_(search_.equations()), leg_(search_.smooth()), meter_(peak_.system().layout(), settings.search.watched),
@@ -83,19 +83,18 @@ bool PeakFollower::find_first(Vec y) {
   UniqueVec last = peak_.system().unknowns(), highest = peak_.system().unknowns();
   double most = 0;
   int peaks = 0;
-  const BranchObserver search{
-      [&](const BranchPoint &point) {
-        if (point.located) pad(point.system.layout(), point.y, peak_.system().layout(), last);
-      },
-      [&](const BranchEvent &event) {
-        if (event.kind != BranchEvent::Kind::peak) return;
-        ++peaks;
-        if (event.amplitude <= most) return;
-        most = event.amplitude;
-        check(VecCopy(last, highest), doing);
-      },
-      {},
-      observer_.interrupted};
+  const BranchObserver search{[&](const BranchPoint &point) {
+                                if (point.located) pad(point.system.layout(), point.y, peak_.system().layout(), last);
+                              },
+                              [&](const BranchEvent &event) {
+                                if (event.kind != BranchEvent::Kind::peak) return;
+                                ++peaks;
+                                if (event.amplitude <= most) return;
+                                most = event.amplitude;
+                                check(VecCopy(last, highest), doing);
+                              },
+                              {},
+                              observer_.interrupted};
   const BranchSummary swept = follow_branch(system_, newton_, settings_.search, y, search);
   summary_.counts.newton += swept.counts.newton, summary_.counts.linear += swept.counts.linear;
   if (swept.end == End::interrupted) {
@@ -121,12 +120,7 @@ bool PeakFollower::find_first(Vec y) {
 
 // From here on along the leg of that point.
 void PeakFollower::begin(PeakSearch::Found found) {
-  if (!found.leg->corner.empty())
-    notify(BranchEvent::Kind::corner,
-           "from here on the peak lies in a corner of the response, where " + found.leg->corner + " begins to slip",
-           found.at);
-  else if (!leg_->corner.empty())
-    notify(BranchEvent::Kind::corner, "the peak has left the corner", found.at);
+  const bool was_in_corner = !leg_->corner.empty();
   leg_ = std::move(found.leg);
   take_curve(*leg_->curve);
   here_ = std::move(found.at);
@@ -134,6 +128,11 @@ void PeakFollower::begin(PeakSearch::Found found) {
   curve_->norm.see(here_.y);
   measure_anew();
   report(here_, arclength_);
+  if (!leg_->corner.empty())
+    notify(BranchEvent::Kind::corner,
+           "from here on the peak lies in a corner of the response, where " + leg_->corner + " begins to slip", here_);
+  else if (was_in_corner)
+    notify(BranchEvent::Kind::corner, "the peak has left the corner", here_);
   control_.set(step_limits.after_jump);
   limit_step();
   if (here_.parameter == settings_.to) end(End::arrived);
@@ -230,9 +229,12 @@ Stepper::Outcome PeakFollower::meet_minimum(Vec normal, double step, double plai
                                    : "the peak met a minimum of the amplitude and vanished");
 }
 
-Stepper::Outcome PeakFollower::pass(Vec normal, double step, double plain, bool) {
+Stepper::Outcome PeakFollower::pass(Vec normal, double step, double plain, bool at_kink) {
   if (!stays_in_corner()) return Outcome::refused;
-  if (parameter_of(here_.t) * parameter_of(trial_.t) < 0) return meet_minimum(normal, step, plain);
+  if (parameter_of(here_.t) * parameter_of(trial_.t) < 0) {
+    refusal_ = "the track turns back in a corner"; // to a minimum: the peak itself goes on, if in the corner
+    return at_kink ? Outcome::refused : meet_minimum(normal, step, plain);
+  }
   if (!report_wanted(normal, plain, trial_.parameter)) return end(End::arrived);
   arclength_ += step * plain;
   std::swap(here_, trial_);

@@ -9,9 +9,9 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "looking for a peak";
-constexpr double aside = 1e-6;        // of the frequency: so far to either side of a corner c is looked at
-constexpr double farthest = 0.02;     // of the frequency, from the motion at hand to a corner
-constexpr int most_corners = 6;       // that are tried
+constexpr double aside = 1e-6;    // of the frequency: so far to either side of a corner c is looked at
+constexpr double farthest = 0.02; // of the frequency, from the motion at hand to a corner
+constexpr int most_corners = 6;   // that are tried
 constexpr const char *directions[] = {".t1", ".t2"};
 
 } // namespace

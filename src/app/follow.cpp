@@ -183,9 +183,12 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     }
   };
   observer.event = [&](const BranchEvent &event) {
-    const EventRecord record{static_cast<int>(event.kind),       points - 1,
-                             user_omega(event.parameter, event.omega), event.amplitude * watching.unit(),
-                             event.amplitude > 0 ? unknown : -1, user_value(event.parameter)};
+    const EventRecord record{static_cast<int>(event.kind),
+                             points - 1,
+                             user_omega(event.parameter, event.omega),
+                             event.amplitude * watching.unit(),
+                             event.amplitude > 0 ? unknown : -1,
+                             user_value(event.parameter)};
     results.append(record);
     if (is_jump(event.kind)) ends.jump();
     progress.event(event, record);

@@ -76,7 +76,7 @@ enum class PeakKind { amplitude, phase };
 /// A sweep over another parameter than the frequency: [path].
 struct Path {
   const PathParameter *parameter = nullptr;
-  double from = 0, to = 0; ///< factors, or an offset of the gap [m]
+  double from = 0, to = 0;      ///< factors, or an offset of the gap [m]
   std::optional<PeakKind> peak; ///< what is followed; not given: the motion at one frequency
 };
 

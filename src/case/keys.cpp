@@ -146,8 +146,7 @@ const std::vector<Key> &keys() {
        [](C c) {
          return c.path ? numbers_text({c.path->from, c.path->to}) : "";
        }},
-      {"path.omega", "rad/s",
-       [](C c) { return c.path && !c.path->peak ? c.frequency_unit.number(c.omega_from) : ""; }},
+      {"path.omega", "rad/s", [](C c) { return c.path && !c.path->peak ? c.frequency_unit.number(c.omega_from) : ""; }},
       {"path.peak", "",
        [](C c) {
          return std::string(!c.follows_peaks() ? "" : *c.path->peak == PeakKind::phase ? "phase" : "amplitude");

@@ -101,8 +101,7 @@ double ContactForces::by_parameter(int p, const double *X, const Graze &graze, c
   const double tangential = equivalent.all[d], normal = equivalent.all[2] + equivalent.friction[d];
   double sum = graze.by_t[0] * 2 * (tangential * (rest.x[d] - rest.w[d]) - memory[d]) +
                graze.by_n[0] * 2 * (normal * (rest.x[2] - points_[p].gap) + equivalent.closing);
-  for (int i = 0; i < n; ++i)
-    sum += tangential * graze.by_t[i] * X[d * n + i] + normal * graze.by_n[i] * X[2 * n + i];
+  for (int i = 0; i < n; ++i) sum += tangential * graze.by_t[i] * X[d * n + i] + normal * graze.by_n[i] * X[2 * n + i];
   return sum;
 }
 

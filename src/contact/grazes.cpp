@@ -89,12 +89,18 @@ std::vector<Graze> ExactLaw::grazes(const ContactPoint &point, const Standstill 
         const bool set = at->set_at >= 0;
         const double from = set ? instants_[at->set_at].theta : 0;
         if (set && at->set_by == side && apart(from, theta) < same_instant) continue; // what set it
-        Graze graze{d, side, theta, edge.value(theta) - side * at->v, edge.size(), std::vector<double>(n),
+        Graze graze{d,
+                    side,
+                    theta,
+                    edge.value(theta) - side * at->v,
+                    edge.size(),
+                    std::vector<double>(n),
                     std::vector<double>(n)};
         add_row(side * point.kt[d], theta, graze.by_t);
         add_row(-point.mu[d] * point.kn, theta, graze.by_n);
         if (set) {
-          const double by_n = at->set_by != 0 ? at->set_by * point.mu[d] * point.kn : sliders_[d].landing_slope(at->set_at);
+          const double by_n =
+              at->set_by != 0 ? at->set_by * point.mu[d] * point.kn : sliders_[d].landing_slope(at->set_at);
           add_row(-side * point.kt[d], from, graze.by_t);
           add_row(side * by_n, from, graze.by_n);
         }

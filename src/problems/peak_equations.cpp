@@ -126,8 +126,7 @@ bool PeakEquations::climb() {
 }
 
 void PeakEquations::set_last(Vec v, double value) const {
-  if (system_->layout().owns_omega())
-    check(VecSetValue(v, system_->layout().omega_row(), value, INSERT_VALUES), doing);
+  if (system_->layout().owns_omega()) check(VecSetValue(v, system_->layout().omega_row(), value, INSERT_VALUES), doing);
   check(VecAssemblyBegin(v), doing);
   check(VecAssemblyEnd(v), doing);
 }

@@ -47,7 +47,7 @@ protected:
 
   std::unique_ptr<HarmonicSystem> system_;
   UniqueVec y_, along_, gradient_, adjoint_, turned_, at_;
-  UniqueVec fixed_;  // border that holds Omega: the last unit vector
+  UniqueVec fixed_; // border that holds Omega: the last unit vector
   double step_ = 0; // for differences along dY/dOmega
 
 private:

@@ -108,9 +108,9 @@ private:
 
 PeakTrack::PeakTrack(PeakEquations &peak, const PathParameter &kind, std::shared_ptr<VariedPreload> preload,
                      TrackCondition &condition, double omega_unit)
-    : peak_(peak), kind_(kind), preload_(std::move(preload)), condition_(condition), omega_unit_(omega_unit),
-      parameter_{kind.name, kind.unit}, inner_(peak.system().unknowns()), f_(peak.system().unknowns()),
-      known_(unknowns()) {
+    : peak_(peak), kind_(kind), preload_(std::move(preload)), condition_(condition),
+      omega_unit_(omega_unit), parameter_{kind.name, kind.unit}, inner_(peak.system().unknowns()),
+      f_(peak.system().unknowns()), known_(unknowns()) {
   check(VecSet(known_, std::numeric_limits<double>::quiet_NaN()), doing); // equal to nothing
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// Peaks of response curves (eqs D, E) as a problem to be continued: y = [Y; Omega; p], R(Y; Omega, p) = 0 and a condition.
+// Peaks of response curves (eqs D, E) as a problem to be continued: y = [Y; Omega; p], R(Y; Omega, p) = 0 and a
+// condition.
 #include "continuation/problem.hpp"
 #include "problems/track_conditions.hpp"
 
@@ -40,9 +41,9 @@ private:
   TrackCondition &condition_;
   double omega_unit_;
   Parameter parameter_;
-  UniqueVec inner_, f_;         // [Y; Omega] and its residual
-  UniqueVec known_;             // y at which the condition was evaluated last, and
-  double known_value_ = 0;      // what it is there
+  UniqueVec inner_, f_;    // [Y; Omega] and its residual
+  UniqueVec known_;        // y at which the condition was evaluated last, and
+  double known_value_ = 0; // what it is there
 };
 
 } // namespace dovetail

@@ -53,7 +53,8 @@ PhaseResonance::PhaseResonance(PeakEquations &peak) : peak_(peak), row_(peak.sys
   check(VecRestoreArray(row_, &row), doing);
   PetscReal size;
   check(VecNorm(row_, NORM_2, &size), doing);
-  if (size == 0) throw InputError("path.peak = \"phase\": no load acts in any harmonic, so nothing is in phase with it");
+  if (size == 0)
+    throw InputError("path.peak = \"phase\": no load acts in any harmonic, so nothing is in phase with it");
   check(VecScale(row_, 1 / size), doing);
 }
 

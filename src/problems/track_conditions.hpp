@@ -39,7 +39,8 @@ private:
   UniqueVec row_;
 };
 
-/// Eq (E): the corner of the response where a slider just begins to slip: a maximum may stay there, with no zero of its slope.
+/// Eq (E): the corner of the response where a slider just begins to slip: a maximum may stay there, with no zero of its
+/// slope.
 class Grazing : public TrackCondition {
 public:
   /// `own_point`: the contact point whose graze that is, or -1 where another rank owns it.

@@ -44,7 +44,8 @@ def at_values(results, values):
 def both_ways(tmp_path, scene, parameter, values, nominal, peak="amplitude", **options):
     """Peaks at values to both sides of the nominal one, where the track begins, in the order of the values."""
     found = {}
-    for name, side in (("down", sorted((v for v in values if v < nominal), reverse=True)), ("up", sorted(v for v in values if v > nominal))):
+    down, up = sorted((v for v in values if v < nominal), reverse=True), sorted(v for v in values if v > nominal)
+    for name, side in (("down", down), ("up", up)):
         if not side:
             continue
         (folder := tmp_path / name).mkdir()
