@@ -59,7 +59,9 @@ def response(results, dofs=None, at=None, hz=False):
             for i, dof in enumerate(names):
                 curve = results.response(dof)
                 highest = max(highest, curve.amplitude.max())
-                label, tops = (f"peak of {dof}", []) if tracked else (f"{dof}   {_top(results, curve, hz)}", curve.peaks())
+                label, tops = f"{dof}   {_top(results, curve, hz)}", curve.peaks()
+                if tracked:
+                    label, tops = f"peak of {dof}" if dof == results.watch else f"{dof} at the peak of {results.watch}", []
                 if mixed:
                     _curve_by_stability(axis, results, frequency, curve.amplitude, i, label)
                 else:
@@ -78,7 +80,7 @@ def response(results, dofs=None, at=None, hz=False):
             axis.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.85, edgecolor="none")
         if tracked:
             axes[-2].plot(frequency, results.frequency if hertz else results.omega, **_line(0))
-            dress(axes[-2].yaxis, "frequency of the peak", "Hz" if hertz else results.unit.omega)
+            dress(axes[-2].yaxis, "frequency", "Hz" if hertz else results.unit.omega)
         for i, state in enumerate(("slip", "open")):
             axes[-1].plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(100 * results.points(state), results.jumps),
                           **_line(i), label=state)

@@ -24,7 +24,8 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
     if (summary.counts.points == 0)
       return "stopped by " + std::string(signal_name(signal)) + " before a first point was found";
     return "stopped by " + std::string(signal_name(signal)) + " at " + where + ". " + so_far +
-           "; the same command with --restart goes on from there.";
+           (study.follows_peaks() ? "; a run with path.range from there on goes on."
+                                  : "; the same command with --restart goes on from there.");
   case End::no_start:
     if (study.follows_peaks())
       return summary.why + " (" + where + "). Widen continuation.omega, or begin at the other end of path.range.";
@@ -32,6 +33,9 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
            "). Try the other end of the sweep, a start from other results (continuation.start), fewer harmonics, or a "
            "smaller load first.";
   default:
+    if (study.follows_peaks())
+      return "the peak could not be followed beyond " + where + ": " + summary.why + ". " + so_far +
+             "; try path.range from the other end.";
     return "the sweep could not go on beyond " + place(summary.farthest) + ": " + summary.why + ". " + so_far +
            (study.samples == exactly
                 ? ". Where contacts open, more harmonics help"

@@ -124,6 +124,17 @@ def test_a_peak_in_a_corner(tmp_path):
     assert done.summary["corners"] >= 2
 
 
+@pytest.mark.parametrize("scene, parameter, end, omega", [
+    ("dof5", "friction", 4, (0.8, 1.4)), ("dof5", "tangential_stiffness_1", 0.3, (0.8, 1.4)), ("chain", "force", 0.06, (1.3, 1.8))])
+def test_a_track_ends_on_the_highest_peak_of_a_sweep(tmp_path, scene, parameter, end, omega):
+    """Through several corners of the response, far from where it began."""
+    _, results = track(tmp_path, scene, parameter, 1, end)
+    (folder := tmp_path / "anew").mkdir()
+    _, anew = track(folder, scene, parameter, end, 1.001 * end, omega=omega)  # begins with what an ordinary sweep finds there
+    assert abs(results.tracked_amplitude[-1] / anew.tracked_amplitude[0] - 1) < 1e-10
+    assert abs(results.omega[-1] / anew.omega[0] - 1) < 1e-9 and len(results.events.of("corner")) >= 2
+
+
 @pytest.mark.parametrize("scene, parameter, end, at", [("chain", "friction", 0.5, 0.7), ("dof5", "gap", -0.71, -0.7)])
 def test_ranks_do_not_change_the_track(tmp_path, scene, parameter, end, at):
     found = []
