@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "analyses/peak_search.hpp"
 #include "continuation/stepper.hpp"
@@ -48,7 +49,8 @@ private:
   PeakEquations &peak_;
   std::shared_ptr<TrackLeg> leg_; // that is followed
   AmplitudeMeter meter_;
-  double arclength_ = 0, sense_; // of the parameter
+  double arclength_ = 0, sense_;  // of the parameter
+  std::size_t leaps_in_vain_ = 0; // tried since the last step
   bool ended_ = false;
 };
 
@@ -158,7 +160,8 @@ Stepper::Outcome PeakFollower::no_step() {
   double next = settings_.to;
   for (const double value : settings_.at)
     if ((value - here_.parameter) * sense_ > 0 && (next - value) * sense_ > 0) next = value;
-  for (const double leap : leaps) {
+  while (leaps_in_vain_ < std::size(leaps)) {
+    const double leap = leaps[leaps_in_vain_++];
     double value = here_.parameter + sense_ * leap * unit_;
     if ((value - next) * sense_ > 0) value = next;
     auto found = search_.near(value, motion);
@@ -239,6 +242,7 @@ Stepper::Outcome PeakFollower::pass(Vec normal, double step, double plain, bool 
   arclength_ += step * plain;
   std::swap(here_, trial_);
   report(here_, arclength_);
+  leaps_in_vain_ = 0;
   return Outcome::on;
 }
 
