@@ -8,6 +8,7 @@
 #include "app/earlier_run.hpp"
 #include "app/ending.hpp"
 #include "app/follow.hpp"
+#include "app/follow_mode.hpp"
 #include "app/forecast.hpp"
 #include "app/own_files.hpp"
 #include "app/tell_resonances.hpp"
@@ -72,6 +73,9 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     check_path(study, checked.contact);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
+    if (request.restart && study.mode)
+      throw InputError(study.file.string() + ": [mode]: a mode is not continued with --restart; begin anew without it, "
+                                             "from a larger mode.amplitude");
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;
@@ -210,6 +214,11 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
       stages.run("3a resonances", [&] { return try_resonances(preloaded, study, voice); });
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
+  std::optional<StuckMode> mode;
+  if (study.mode) {
+    check_memory(comm, checked.sizes);
+    mode = stages.run("3b mode", [&] { return stuck_mode(preloaded, study); });
+  }
   SavedRun begin = earlier ? *earlier : SavedRun{};
   if (!earlier) begin.run = new_run_name();
   begin.problem = problem_of(study, checked.contact), begin.limits = limits_of(study), begin.end.clear();
@@ -227,14 +236,16 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
                           std::filesystem::remove(study.directory / "summary.json"); // would pass for this run's
                           checked.has_results = true;
                         });
-    Followed followed = follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+    Followed followed = mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, voice)
+                             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
     followed.kept = results.finish();
     return followed;
   };
   Followed followed = into_file();
   BranchStory &story = followed.story;
-  story.resonances = found, story.warnings = std::move(warnings);
-  if (followed.kept || earlier) judge(comm, checked, story, voice);
+  story.resonances = found;
+  story.warnings.insert(story.warnings.begin(), warnings.begin(), warnings.end());
+  if ((followed.kept || earlier) && !mode) judge(comm, checked, story, voice);
   write_summary(comm, followed.kept || earlier ? study.directory : "", &story, stages, reduction);
   const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
   followed.keeper.finish(cut_off ? "" : name_of(story.summary.end)); // last: ended, nothing is missing

@@ -76,6 +76,14 @@ struct Path {
   double from = 0, to = 0; ///< factors, or an offset of the gap [m]
 };
 
+/// A nonlinear mode in place of a sweep: [mode].
+struct ModeWish {
+  int number = 0;          ///< of the stuck structure at the preload state, from 1; 0: the one next to
+  double near = 0;         ///< that frequency [rad/s]
+  double from = 0, to = 0; ///< modal amplitude [m kg^1/2]
+  double to_force = 0;     ///< or until this multiple of the load; 0: not asked for
+};
+
 /// How the harmonic balance is solved: [harmonic_balance] solver.
 enum class SolverKind { modal, assembled };
 
@@ -115,6 +123,7 @@ struct Case {
   FrequencyUnit frequency_unit;        ///< of the case file
   double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point, or the frequency of a path
   std::optional<Path> path;
+  std::optional<ModeWish> mode;
   double step = 0.02; ///< first arc length, in the scaled variables
   bool adaptive = true;
   int max_points = 20000;
@@ -141,6 +150,7 @@ struct Case {
 
   CurveRange range() const {
     if (path) return {path->parameter, path->from, path->to, "path.range", frequency_unit};
+    if (mode) return {&modal_amplitude(), mode->from, mode->to, "mode.amplitude", frequency_unit};
     return {&frequency_parameter(), omega_from, omega_to, "continuation.omega", frequency_unit};
   }
 };

@@ -11,6 +11,7 @@
 #include "case/document.hpp"
 #include "case/keys.hpp"
 #include "case/load_settings.hpp"
+#include "case/mode_settings.hpp"
 #include "case/path_settings.hpp"
 #include "support/error.hpp"
 
@@ -217,7 +218,8 @@ void read_sweep(const Document &document, Case &study) {
 
 void read_continuation(const Document &document, Case &study) {
   read_path(document, study);
-  if (!study.path) read_sweep(document, study);
+  read_mode(document, study);
+  if (study.range().is_sweep()) read_sweep(document, study);
   const Entry adaptive = document["continuation.adaptive"];
   read_positive(document["continuation.step"], study.step);
   if (adaptive) study.adaptive = adaptive.truth();
@@ -320,6 +322,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_continuation(document, study);
   read_stops(document, study);
   read_recovery(document, study);
+  if (study.mode) refuse_beside_mode(document, study);
   leave_out_motions_in_time(document, study);
   return study;
 }

@@ -22,7 +22,8 @@ void settle_units(Case &study, const Units &units) {
   unit.seconds = units.seconds, unit.omega = units.omega;
   if (!unit.hertz) return;
   study.omega_from *= units.seconds, study.omega_to *= units.seconds;
-  for (std::size_t i = 0; i < study.at.size() && !study.path; ++i) study.at[i] *= units.seconds;
+  if (study.mode) study.mode->near *= units.seconds;
+  for (std::size_t i = 0; i < study.at.size() && study.range().is_sweep(); ++i) study.at[i] *= units.seconds;
 }
 
 void check_path(const Case &study, const std::vector<ContactPoint> &points) {
