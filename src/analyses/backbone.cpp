@@ -44,6 +44,7 @@ private:
   void set_stuck(double amplitude);
   bool solve_at(double amplitude, CurvePoint &s);
   void report(const CurvePoint &s, double arclength, bool located);
+  void report_fold(Vec normal, double step, double plain);
   std::optional<Located> at_force(Vec normal, double step, double force);
   double load_at(Vec y) { return balance_of(mode_, mode_.evaluate(y)).load; }
   bool end(End how, const std::string &why = "") {
@@ -156,6 +157,16 @@ void Backbone::follow() {
   }
 }
 
+void Backbone::report_fold(Vec normal, double step, double plain) {
+  auto fold = locator().between(normal, {0, here_.y, parameter_of(here_.t)}, {step, trial_.y, parameter_of(trial_.t)},
+                                [](CurvePoint &s) { return parameter_of(s.t); });
+  if (!fold) return;
+  ++summary_.counts.folds;
+  if (fold->at.parameter < std::log10(settings_.from)) return;
+  report(fold->at, arclength_ + plain * fold->along, true);
+  notify(BranchEvent::Kind::fold, "the mode turns back in its amplitude", fold->at.parameter);
+}
+
 // Where the load of the case has reached a factor within the step.
 std::optional<Located> Backbone::at_force(Vec normal, double step, double force) {
   return locator().between(normal, {0, here_.y, load_ - settings_.to_force},
@@ -180,10 +191,7 @@ Stepper::Outcome Backbone::pass(Vec normal, double step, double plain, bool at_k
   std::optional<Located> reached;
   if (settings_.to_force > 0 && load_ < settings_.to_force && force >= settings_.to_force && !at_kink)
     reached = at_force(normal, step, force);
-  if (rate * next_rate < 0 && !at_kink) {
-    ++summary_.counts.folds;
-    notify(BranchEvent::Kind::fold, "the mode turns back in its amplitude", here_.parameter);
-  }
+  if (rate * next_rate < 0 && !at_kink) report_fold(normal, step, plain);
   for (const auto &[amplitude, last] : values) {
     const double value = std::log10(amplitude);
     if (reached && (value - reached->at.parameter) * (b - a) > 0) break;

@@ -135,8 +135,8 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
   };
   ModeStory &told = story.mode.emplace();
   told.number = mode.number, told.omega = mode.omega, told.onset = mode.onset;
-  int signal = 0, points = 0;
-  double clock = MPI_Wtime(), omega = mode.omega;
+  int signal = 0, points = 0, unknown = -1;
+  double clock = MPI_Wtime(), omega = mode.omega, amplitude = 0; // of what is watched, at the last point
   BackboneObserver observer;
   observer.point = [&](const BackbonePoint &point) {
     if (points == 0 && study.mode->to_force > 0 && !std::isfinite(point.balance.load))
@@ -148,15 +148,16 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
     if (voice.speaks()) watching.measure(record);
     results.append(record);
     progress.point(record);
-    ++points, clock = now, omega = record.omega;
+    ++points, clock = now, omega = record.omega, unknown = record.unknown, amplitude = record.amplitude;
     told.omega_last = record.omega, told.force_level = record.force_level;
     told.energy_error = std::max(told.energy_error, std::abs(record.energy_error));
     if (record.damping_ratio >= told.ratio_most)
       told.ratio_most = record.damping_ratio, told.amplitude_most = record.parameter;
   };
   observer.event = [&](const BranchEvent &event) {
-    const EventRecord record{static_cast<int>(event.kind),  std::max(0, points - 1), omega, 0, -1,
-                             event.parameter * scales.modal};
+    const bool place = event.kind == BranchEvent::Kind::fold; // the point reported last
+    const EventRecord record{static_cast<int>(event.kind), std::max(0, points - 1), omega,
+                             place ? amplitude : 0,        place ? unknown : -1,    event.parameter * scales.modal};
     results.append(record);
     progress.event(event, record);
   };
