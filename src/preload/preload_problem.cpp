@@ -7,6 +7,12 @@
 #include "support/mumps.hpp"
 
 namespace dovetail {
+namespace {
+
+constexpr double holding_friction = 1000; // times its own, with which closed points stick
+constexpr double smallest_ratio = 1.001;  // of friction, from one step to the next
+
+} // namespace
 
 PreloadProblem::PreloadProblem(const ReducedModel &model, const std::vector<ContactPoint> &contact)
     : model_(model), contact_(contact) {
@@ -123,7 +129,8 @@ PetscErrorCode PreloadProblem::jacobian(SNES, Vec x, Mat J, Mat, void *context) 
 }
 
 StaticForce PreloadProblem::law(std::size_t p, const double *x) const {
-  const ContactPoint &point = contact_[p];
+  ContactPoint point = contact_[p];
+  for (double &mu : point.mu) mu *= friction_;
   if (!stuck_) return static_force(point, x);
   StaticForce g;
   for (int d = 0; d < 2 && has_friction(point.law); ++d) g.force[d] = point.kt[d] * x[d], g.slope[d][d] = point.kt[d];
@@ -149,18 +156,43 @@ bool PreloadProblem::load_in_steps(Vec x, double load) { // x: solution with the
   return reached == 1;
 }
 
+bool PreloadProblem::lower_friction(Vec x, double load) { // x: solution with the joint stuck
+  UniqueVec trial = unknown();
+  check(VecCopy(x, trial), "contact preload");
+  double ratio = 4;
+  friction_ = holding_friction;
+  bool found = solve(trial, load, false);
+  while (found && friction_ > 1 && ratio > smallest_ratio) {
+    const double before = friction_;
+    friction_ = std::max(1.0, before / ratio);
+    if (solve(trial, load, false))
+      ratio *= ratio;
+    else
+      friction_ = before, ratio = std::sqrt(ratio);
+  }
+  found = found && friction_ == 1;
+  friction_ = 1;
+  if (found) check(VecCopy(trial, x), "contact preload");
+  return found;
+}
+
 bool PreloadProblem::find(Vec x, double load, std::string &note) {
   if (solve(x, load, false)) return true;
-  UniqueVec trial = unknown(), from_stuck = unknown();
+  UniqueVec trial = unknown(), from_stuck = unknown(), joint_stuck = unknown();
   check(VecCopy(x, trial), "contact preload");
   note = "contact preload: plain Newton failed, started again from the closed and sticking joint";
   const bool stuck = solve(trial, load, true);
-  check(VecCopy(trial, from_stuck), "contact preload");
+  for (UniqueVec *copy : {&from_stuck, &joint_stuck}) check(VecCopy(trial, *copy), "contact preload");
   bool found = stuck && solve(trial, load, false);
   if (!found) {
     note = "contact preload: plain Newton failed, loaded in steps";
     found = stuck && load_in_steps(from_stuck, load);
     if (found) check(VecCopy(from_stuck, trial), "contact preload");
+  }
+  if (!found && stuck) {
+    note = "contact preload: plain Newton failed, friction lowered in steps";
+    found = lower_friction(joint_stuck, load);
+    if (found) check(VecCopy(joint_stuck, trial), "contact preload");
   }
   if (found) check(VecCopy(trial, x), "contact preload");
   return found;

@@ -25,6 +25,7 @@ public:
 private:
   bool solve(Vec x, double load, bool stuck);
   bool load_in_steps(Vec x, double load);
+  bool lower_friction(Vec x, double load);
   static PetscErrorCode converged(SNES, PetscInt, PetscReal, PetscReal, PetscReal f, SNESConvergedReason *reason,
                                   void *context);
   static PetscErrorCode residual(SNES, Vec x, Vec f, void *context);
@@ -38,6 +39,7 @@ private:
   UniqueSNES snes_;
   Courier courier_;
   double load_ = 1, force_ = 1, before_ = 0; // force_: those at work; before_: residual of the iteration before
+  double friction_ = 1;                      // a factor on that of all points
   bool stuck_ = false;                       // the laws are replaced by their springs, closed and sticking
 };
 
