@@ -38,7 +38,7 @@ struct BackboneObserver {
   std::function<bool()> interrupted = {};         ///< asked after each step, agreed on by all ranks. Optional.
 };
 
-/// `system`: in the assembled form. Ends are `arrived`, also with the force reached, `max_points`, `interrupted`,
+/// Ends are `arrived`, also with the force reached, `max_points`, `interrupted`,
 /// `stalled` and `no_start`; the summary's parameters are modal amplitudes. Collective.
 BranchSummary follow_backbone(HarmonicSystem &system, const NewtonSettings &newton, const BackboneSettings &settings,
                               const BackboneObserver &observer);

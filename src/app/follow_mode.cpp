@@ -99,7 +99,7 @@ void check_memory(MPI_Comm comm, const Forecast &sizes) {
   std::snprintf(
       text, sizeof text,
       "a mode factors its matrix of %.0f unknowns as a whole, roughly %.2g GiB on one machine, where %.2g GiB "
-      "are free; fewer harmonics, or fewer contact points, take less",
+      "are free; harmonic_balance.solver = \"modal\", or fewer harmonics, take less",
       sizes.unknowns, short_of[1], short_of[2]);
   throw ComputeError(text);
 }
@@ -115,8 +115,9 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
 
   const Scales scales = scales_of(study, mode);
   const auto system = stages.run("4 scaling", [&] {
-    return std::make_unique<HarmonicSystem>(scaled(std::move(preloaded), study.damping, scales), study.harmonics,
-                                            study.samples, study.loads, LinearForm::assembled);
+    return std::make_unique<HarmonicSystem>(
+        scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples, study.loads,
+        study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   BackboneSettings settings = settings_of(study, mode, scales);
   if (has_constant_load(*system)) settings.straight = false; // means move with it before anything slips

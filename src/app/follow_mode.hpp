@@ -6,7 +6,7 @@
 
 namespace dovetail {
 
-/// Throws ComputeError where the matrix of a mode, which is factored as a whole, would not fit into memory. Collective.
+/// Throws ComputeError where the matrix of a mode that is factored as a whole would not fit into memory. Collective.
 void check_memory(MPI_Comm comm, const Forecast &sizes);
 
 /// As follow(); such a run is not continued, so no state is kept of it. Collective.

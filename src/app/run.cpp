@@ -48,6 +48,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.forces, study.model);
       checked.units = units_of(header.units);
       if (!study.watch.node.empty()) node_motion(study.model, study.watch);
+      settle_solver(study, static_cast<int>(study.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     } else {
@@ -55,6 +56,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.loads, study.reduced);
       from_model.area = header.area;
       checked.units = units_of(header.units);
+      settle_solver(study, static_cast<int>(header.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     }
@@ -216,7 +218,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   if (found) warnings = say(*found, study, voice);
   std::optional<StuckMode> mode;
   if (study.mode) {
-    check_memory(comm, checked.sizes);
+    if (study.solver == SolverKind::assembled) check_memory(comm, checked.sizes);
     mode = stages.run("3b mode", [&] { return stuck_mode(preloaded, study); });
   }
   SavedRun begin = earlier ? *earlier : SavedRun{};

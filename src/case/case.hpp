@@ -185,6 +185,10 @@ void check_damping(const Case &study, int modes, int points, bool has_matrix);
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);
 
+/// Sets how a nonlinear mode is solved where the case does not say: by factors while they are quick, with that many
+/// reduced dofs.
+void settle_solver(Case &study, int dofs);
+
 /// Every value in force, one per line: key, value, unit of the model, and whether it was given or is the default.
 void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points, const Units &units);
 

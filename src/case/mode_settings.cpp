@@ -60,12 +60,10 @@ void refuse_beside_mode(const Document &document, Case &study) {
     refuse(key, "a mode is followed by plain arc length; delete this key");
   if (study.samples != exactly)
     refuse("harmonic_balance.samples", "a mode takes exact contact forces; delete this key");
-  if (study.solver == SolverKind::modal)
-    refuse("harmonic_balance.solver", "a mode is solved with the assembled matrix; delete this key");
   if (!study.adaptive) refuse("continuation.adaptive", "a mode chooses its steps; delete this key");
   if (study.estimates) refuse("accuracy.estimates", "errors of a mode are not estimated; delete this key");
   if (study.stability.value_or(false)) refuse("stability.enabled", "a mode has no stability; delete this key");
-  study.solver = SolverKind::assembled, study.estimates = false, study.stability = false;
+  study.estimates = false, study.stability = false;
 }
 
 } // namespace dovetail

@@ -63,6 +63,13 @@ void check_damping(const Case &study, int modes, int points, bool has_matrix) {
                      ", or leave damping.matrix out");
 }
 
+void settle_solver(Case &study, int dofs) {
+  constexpr double most_assembled = 1000; // unknowns
+  if (!study.mode || study.given.count("harmonic_balance.solver")) return;
+  const bool small = double(dofs) * (2 * study.harmonics + 1) <= most_assembled;
+  study.solver = small ? SolverKind::assembled : SolverKind::modal;
+}
+
 // Where judging a point takes hardly more time than computing it. (Measured: five dofs, one point, H = 10: 0.03 ms
 // where nothing slips, 0.2 ms where it does, 1.5 ms with Hill's method, to some 1 ms for the point; 15 dofs, 4 points,
 // H = 5: 0.2, 1 and 7 ms to 3.3 ms; 18 dofs, 5 points, H = 7: 20 ms to 8 ms.)

@@ -223,10 +223,14 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   evaluate(q);
   differentiate(q);
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
-  const double *held = holding();
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
-  linear_->fill(J, {structure(setting_.omega), forces_, held, column_.data(), last});
+  fill(J, structure(setting_.omega), column_.data(), last);
   check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
+}
+
+void HarmonicSystem::fill(Mat J, const DynamicStiffness &structure, const double *column, const double *border) {
+  const double *held = holding();
+  linear_->fill(J, {structure, forces_, held, column, border});
 }
 
 std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {

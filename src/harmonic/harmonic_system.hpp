@@ -41,6 +41,7 @@ public:
   /// (3 own) constant force on the contact dofs, there; empty where the joint does not change.
   const std::vector<double> &constant() const { return constant_; }
 
+  LinearForm form() const { return form_; }
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }
   int harmonics() const { return harmonics_; }
@@ -66,6 +67,10 @@ public:
   LinearEffort take_effort(Mat J, int solves) const { return linear_->take_effort(J, solves); } ///< see linear_part.hpp
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);
+
+  /// The same of D_k with the contacts as evaluated last, and any column (own coefficients) and border (own unknowns).
+  /// Collective.
+  void fill(Mat J, const DynamicStiffness &structure, const double *column, const double *border);
 
   /// Rigid motions that only the joint holds. While contacts leave one of them adrift, jacobian() holds the points'
   /// means by a part of their springs: Newton then finds the way back to contact, or the mean it started from.

@@ -1,7 +1,5 @@
 #include "problems/mode_jacobian.hpp"
 
-#include <cmath>
-
 #include "support/error.hpp"
 #include "support/mumps.hpp"
 
@@ -9,11 +7,12 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "evaluating the Jacobian of a mode";
+constexpr int border = ModeBorder::width;
 
 } // namespace
 
-ModeJacobian::ModeJacobian(NonlinearMode &mode)
-    : mode_(mode), system_(mode.system_), layout_(mode.layout_), couplings_(system_.couplings()) {
+ModeJacobian::ModeJacobian(NonlinearMode &mode, HarmonicSystem &system)
+    : mode_(mode), system_(system), layout_(system.layout()), couplings_(system.couplings()) {
   if (const Dampers *dampers = system_.dampers()) damper_entries_ = dampers->entries();
   std::vector<PetscInt> rows, columns;
   const int n = layout_.width, harmonics = n / 2;
@@ -52,34 +51,12 @@ void ModeJacobian::set_up(KSP ksp) { factor_by_lu(ksp, matrix_); }
 int ModeJacobian::determinant_sign(KSP ksp) { return dovetail::determinant_sign(ksp); }
 std::string ModeJacobian::recover(KSP ksp) { return recover_lu(ksp, matrix_); }
 
-// By Om, zeta and lam, of the point evaluated last.
-void ModeJacobian::differentiate() {
-  const int n = layout_.width;
-  const std::size_t own = layout_.own_coefficients(), first = layout_.own_point_offset(0);
-  const double alpha = mode_.state_.amplitude;
-  const DynamicStiffness structure(system_.scaled().damping, mode_.state_.omega, mode_.state_.ratio);
-  for (auto &column : columns_) column.assign(own, 0.0);
-  auto &[by_omega, by_ratio, by_lam] = columns_;
-  system_.by_frequency(structure, by_omega.data());
-  const std::vector<double> &v = system_.inertia_force(), &G = system_.contact_force();
-  for (std::size_t i = 0; i < own; ++i) {
-    const int place = static_cast<int>(i % n), k = (place + 1) / 2;
-    if (place > 0) by_ratio[i] = structure.feeding_slope(k) * (place % 2 ? v[i + 1] : -v[i - 1]) / alpha;
-    by_omega[i] /= alpha;
-  }
-  swinging_.resize(own - first), along_swing_.resize(own - first);
-  for (std::size_t i = 0; i < swinging_.size(); ++i) swinging_[i] = i % n == 0 ? 0 : mode_.q_[first + i];
-  system_.contact_forces().multiply(swinging_.data(), along_swing_.data());
-  for (std::size_t i = 0; i < swinging_.size(); ++i)
-    by_lam[first + i] = std::log(10) * (i % n == 0 ? along_swing_[i] : (along_swing_[i] - G[i]) / alpha);
-}
-
 void ModeJacobian::assemble(Vec y, Vec plane) {
   mode_.evaluate(y);
-  differentiate();
+  border_.take(mode_, plane);
   const int n = layout_.width, harmonics = n / 2;
-  const double alpha = mode_.state_.amplitude;
-  const DynamicStiffness structure(system_.scaled().damping, mode_.state_.omega, mode_.state_.ratio);
+  const double alpha = mode_.state().amplitude;
+  const DynamicStiffness structure = mode_.structure();
   values_.clear();
   for (const Coupling &c : couplings_) {
     if (c.stiff) values_.push_back(c.k);
@@ -105,18 +82,10 @@ void ModeJacobian::assemble(Vec y, Vec plane) {
       if (held && places[b].row == places[b].column) block[0] += held[3 * p + places[b].row];
     }
   }
-  const double *last;
-  check(VecGetArrayRead(plane, &last), doing);
-  const std::vector<double> &v = system_.inertia_force();
-  for (PetscInt i = 0; i < layout_.own_coefficients(); ++i) {
-    const int place = static_cast<int>(i % n);
-    const bool first = place == cosine(1) || place == sine(1);
-    const double rows[border] = {first ? 2 * v[i] / alpha : 0, place == sine(1) ? mode_.reference_[i / n] : 0, last[i]};
-    for (int b = 0; b < border; ++b) values_.push_back(columns_[b][i]), values_.push_back(rows[b]);
-  }
+  for (PetscInt i = 0; i < layout_.own_coefficients(); ++i)
+    for (int b = 0; b < border; ++b) values_.push_back(border_.columns[b][i]), values_.push_back(border_.rows[b][i]);
   for (int i = 0; i < border && layout_.owns_omega(); ++i)
-    for (int j = 0; j < border; ++j) values_.push_back(i == border - 1 ? last[layout_.own_coefficients() + j] : 0);
-  check(VecRestoreArrayRead(plane, &last), doing);
+    for (int j = 0; j < border; ++j) values_.push_back(i == border - 1 ? border_.corner[j] : 0);
   check(MatSetValuesCOO(matrix_, values_.data(), INSERT_VALUES), doing);
 }
 

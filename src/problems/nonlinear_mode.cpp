@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "problems/mode_jacobian.hpp"
+#include "problems/mode_krylov.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -18,9 +19,8 @@ NonlinearMode::NonlinearMode(HarmonicSystem &system)
 
 UniqueVec NonlinearMode::unknowns() const {
   UniqueVec y;
-  const PetscInt more = ModeJacobian::border;
-  check(VecCreateMPI(layout_.comm, layout_.own_coefficients() + (layout_.owns_omega() ? more : 0),
-                     layout_.dofs() * layout_.width + more, y.out()),
+  check(VecCreateMPI(layout_.comm, layout_.own_coefficients() + (layout_.owns_omega() ? extra : 0),
+                     layout_.dofs() * layout_.width + extra, y.out()),
         doing);
   check(VecSet(y, 0), doing);
   return y;
@@ -34,9 +34,9 @@ double NonlinearMode::sum(double own) const {
 ModeState NonlinearMode::evaluate(Vec y) {
   const double *own;
   check(VecGetArrayRead(y, &own), doing);
-  double last[ModeJacobian::border] = {};
-  if (layout_.owns_omega()) std::copy_n(own + layout_.own_coefficients(), ModeJacobian::border, last);
-  MPI_Bcast(last, ModeJacobian::border, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  double last[extra] = {};
+  if (layout_.owns_omega()) std::copy_n(own + layout_.own_coefficients(), extra, last);
+  MPI_Bcast(last, extra, MPI_DOUBLE, layout_.size - 1, layout_.comm);
   state_ = {last[0], last[1], std::pow(10, last[2])};
   for (std::size_t i = 0; i < q_.size(); ++i) q_[i] = own[i] * (i % layout_.width == 0 ? 1 : state_.amplitude);
   check(VecRestoreArrayRead(y, &own), doing);
@@ -55,13 +55,12 @@ void NonlinearMode::motion(Vec x) const {
 void NonlinearMode::residual(Vec y, Vec f) {
   evaluate(y);
   const double alpha = state_.amplitude;
-  const DynamicStiffness structure(system_.scaled().damping, state_.omega, state_.ratio);
   const std::vector<double> &heavy = system_.inertia_force();
   const int n = layout_.width, c = cosine(1), s = sine(1);
   double *out;
   double rows[2] = {0, 0}; // length of Psi_1, phase
   check(VecGetArray(f, &out), doing);
-  system_.balance(structure, 1, 0, out);
+  system_.balance(structure(), 1, 0, out);
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
     for (int i = 1; i < n; ++i) out[d * n + i] /= alpha;
     rows[0] += (q_[d * n + c] * heavy[d * n + c] + q_[d * n + s] * heavy[d * n + s]) / (alpha * alpha);
@@ -98,6 +97,9 @@ double NonlinearMode::along_reference(Vec y) {
   return sum(along) / std::sqrt(sum(square));
 }
 
-std::unique_ptr<BorderedJacobian> NonlinearMode::jacobian() { return std::make_unique<ModeJacobian>(*this); }
+std::unique_ptr<BorderedJacobian> NonlinearMode::jacobian() {
+  if (system_.form() == LinearForm::modal) return std::make_unique<ModeKrylov>(*this, system_);
+  return std::make_unique<ModeJacobian>(*this, system_);
+}
 
 } // namespace dovetail

@@ -17,7 +17,8 @@ struct ModeState {
 /// Psi_k, and Psi_1 has length 1 with the mass.
 class NonlinearMode : public Problem {
 public:
-  /// `system`: in the assembled form, whose motions are measured from the preload state. It outlives this.
+  static constexpr int extra = 3; ///< unknowns besides Psi: Om, zeta, lam
+  /// `system`: in either form, whose motions are measured from the preload state. It outlives this.
   explicit NonlinearMode(HarmonicSystem &system);
 
   const Parameter &parameter() const override { return parameter_; }
@@ -38,10 +39,15 @@ public:
   /// Its coefficients, (own).
   const std::vector<double> &coefficients() const { return q_; }
 
+  const ModeState &state() const { return state_; } ///< likewise
+  DynamicStiffness structure() const {              ///< likewise, with what feeds it
+    return DynamicStiffness(system_.scaled().damping, state_.omega, state_.ratio);
+  }
+  const std::vector<double> &reference() const { return reference_; } ///< see refer_to; (own dofs), times the mass
+
   const HarmonicSystem &system() const { return system_; }
 
 private:
-  friend class ModeJacobian;
   double sum(double own) const; // over all ranks
 
   HarmonicSystem &system_;

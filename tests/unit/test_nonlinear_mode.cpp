@@ -137,3 +137,34 @@ TEST(NonlinearMode, energies_are_the_work_of_the_residual) {
     EXPECT_GT(balance.structure, 0);
   }
 }
+
+// By products and FGMRES in the modes of the stuck structure, or by factors: the same matrix, and the same solution.
+TEST(NonlinearMode, both_forms_have_one_jacobian) {
+  for (const Damping &damping : {Damping(0.05), all_kinds()})
+    for (const double alpha : {0.004, 0.06, 0.6}) {
+      HarmonicSystem assembled = small_system(LinearForm::assembled, exactly, {}, damping),
+                     modal = small_system(LinearForm::modal, exactly, {}, damping);
+      NonlinearMode one(assembled), other(modal);
+      const std::array<double, 3> last{1.1, 0.03, std::log10(alpha)};
+      const UniqueVec y = mode_vector(one, alpha, 1, 3, last), r = mode_vector(one, 1, 1, 5, {0.4, -0.3, 0.2}),
+                      plane = mode_vector(one, 0.2, 0.3, 11, {0.1, -0.2, 0.3});
+      UniqueVec f = one.unknowns(), g = one.unknowns();
+      const auto solved = [&](NonlinearMode &mode, Vec product, Vec x) {
+        mode.refer_to(y);
+        const auto J = mode.jacobian();
+        UniqueKSP ksp;
+        check(KSPCreate(PETSC_COMM_WORLD, ksp.out()), "");
+        J->set_up(ksp);
+        check(KSPSetTolerances(ksp, 1e-11, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
+        J->begin(J->memory());
+        J->assemble(y, plane);
+        check(MatMult(J->matrix(), r, product), "");
+        check(KSPSolve(ksp, r, x), "");
+        EXPECT_EQ(J->take_effort(0).inexact, 0);
+      };
+      UniqueVec x = one.unknowns(), z = one.unknowns();
+      solved(one, f, x), solved(other, g, z);
+      EXPECT_LT(relative_difference(g, f), 1e-12) << alpha;
+      EXPECT_LT(relative_difference(z, x), 1e-8) << alpha;
+    }
+}

@@ -42,7 +42,7 @@ def one_mass(stiffness, preload, force=(1.0, 0, 0)):
                              fx=np.array(force), r=-np.array(preload))
 
 
-def scene(folder, name, **mode):
+def scene(folder, name, solver=None, **mode):
     """The backbone of dof5.npz or chain.npz, as a case at the same harmonics, and the data."""
     data = np.load(DATA / f"{name}.npz")
     x, K, M = 3 * len(data["par"]), data["K"], data["M"]
@@ -57,7 +57,7 @@ def scene(folder, name, **mode):
               "at": sorted(data["alpha"].tolist())} | mode
     return mode_of(folder, reduced, wanted, stiffness=damping, fourier=course, harmonics=int(data["H"]),
                    normal_stiffness=par[:, 0].tolist(), tangential_stiffness=par[:, 1:3].tolist(), friction=par[:, 3:5].tolist(),
-                   gap=par[:, 5].tolist()), data
+                   gap=par[:, 5].tolist(), solver=solver), data
 
 
 def at(points, amplitudes):
@@ -127,9 +127,10 @@ def test_a_mass_that_lifts_off_has_the_exact_period(tmp_path):
     assert abs(done.summary["mode"]["onset"] - onset) < 1e-12 and done.summary["mode"]["onset_kind"] == "lifts off"
 
 
+@pytest.mark.parametrize("solver", ["assembled", "modal"])
 @pytest.mark.parametrize("name", ["dof5", "chain"])
-def test_given_backbones(tmp_path, name):
-    case, data = scene(tmp_path, name)
+def test_given_backbones(tmp_path, name, solver):
+    case, data = scene(tmp_path, name, solver)
     done = launch.run(case)
     points = done.points
     order = np.argsort(data["alpha"])
@@ -157,8 +158,9 @@ def test_onset_is_where_the_first_point_slips(tmp_path):
     assert np.all(points["contact/stick"][below] == 1) and np.count_nonzero(points["contact/stick"][above] < 1) == 1
 
 
-def test_ranks_do_not_change_the_mode(tmp_path):
-    case, data = scene(tmp_path, "chain", at=[0.3, 1.0])
+@pytest.mark.parametrize("solver", ["assembled", "modal"])
+def test_ranks_do_not_change_the_mode(tmp_path, solver):
+    case, data = scene(tmp_path, "chain", solver, at=[0.3, 1.0])
     alone = launch.run(case).points
     for ranks in (2, 3):
         together = launch.run(case, ranks=ranks).points
