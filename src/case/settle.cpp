@@ -64,7 +64,7 @@ void check_damping(const Case &study, int modes, int points, bool has_matrix) {
 }
 
 void settle_solver(Case &study, int dofs) {
-  constexpr double most_assembled = 1000; // unknowns
+  constexpr double most_assembled = 500; // unknowns
   if (!study.mode || study.given.count("harmonic_balance.solver")) return;
   const bool small = double(dofs) * (2 * study.harmonics + 1) <= most_assembled;
   study.solver = small ? SolverKind::assembled : SolverKind::modal;
