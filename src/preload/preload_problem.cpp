@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "support/mumps.hpp"
@@ -157,45 +158,37 @@ bool PreloadProblem::load_in_steps(Vec x, double load) { // x: solution with the
 }
 
 bool PreloadProblem::lower_friction(Vec x, double load) { // x: solution with the joint stuck
-  UniqueVec trial = unknown();
-  check(VecCopy(x, trial), "contact preload");
   double ratio = 4;
   friction_ = holding_friction;
-  bool found = solve(trial, load, false);
+  bool found = solve(x, load, false);
   while (found && friction_ > 1 && ratio > smallest_ratio) {
-    const double before = friction_;
-    friction_ = std::max(1.0, before / ratio);
-    if (solve(trial, load, false))
-      ratio *= ratio;
-    else
-      friction_ = before, ratio = std::sqrt(ratio);
+    const double before = std::exchange(friction_, std::max(1.0, friction_ / ratio));
+    const bool on = solve(x, load, false);
+    ratio = on ? ratio * ratio : std::sqrt(ratio);
+    if (!on) friction_ = before;
   }
   found = found && friction_ == 1;
   friction_ = 1;
-  if (found) check(VecCopy(trial, x), "contact preload");
   return found;
 }
 
 bool PreloadProblem::find(Vec x, double load, std::string &note) {
   if (solve(x, load, false)) return true;
-  UniqueVec trial = unknown(), from_stuck = unknown(), joint_stuck = unknown();
-  check(VecCopy(x, trial), "contact preload");
-  note = "contact preload: plain Newton failed, started again from the closed and sticking joint";
-  const bool stuck = solve(trial, load, true);
-  for (UniqueVec *copy : {&from_stuck, &joint_stuck}) check(VecCopy(trial, *copy), "contact preload");
-  bool found = stuck && solve(trial, load, false);
-  if (!found) {
-    note = "contact preload: plain Newton failed, loaded in steps";
-    found = stuck && load_in_steps(from_stuck, load);
-    if (found) check(VecCopy(from_stuck, trial), "contact preload");
+  UniqueVec stuck = unknown(), trial = unknown();
+  check(VecCopy(x, stuck), "contact preload");
+  if (!solve(stuck, load, true)) return false;
+  const std::pair<const char *, std::function<bool()>> ways[] = {
+      {"started again from the closed and sticking joint", [&] { return solve(trial, load, false); }},
+      {"loaded in steps", [&] { return load_in_steps(trial, load); }},
+      {"friction lowered in steps", [&] { return lower_friction(trial, load); }}};
+  for (const auto &[how, finds] : ways) {
+    check(VecCopy(stuck, trial), "contact preload");
+    if (!finds()) continue;
+    note = std::string("contact preload: plain Newton failed, ") + how;
+    check(VecCopy(trial, x), "contact preload");
+    return true;
   }
-  if (!found && stuck) {
-    note = "contact preload: plain Newton failed, friction lowered in steps";
-    found = lower_friction(joint_stuck, load);
-    if (found) check(VecCopy(joint_stuck, trial), "contact preload");
-  }
-  if (found) check(VecCopy(trial, x), "contact preload");
-  return found;
+  return false;
 }
 
 void PreloadProblem::follow(Vec x, Vec change, Vec dx) {

@@ -16,8 +16,9 @@ public:
   PreloadProblem(const ReducedModel &model, const std::vector<ContactPoint> &contact);
 
   UniqueVec unknown() const; ///< x (3 own each), unset
-  /// From x by plain Newton; else from the joint held closed and stuck, then loaded in steps. False where nothing
-  /// helps, and then x is what it was. `note` receives a line in words when more than plain Newton was needed.
+  /// From x by plain Newton; else from the joint held closed and stuck: at once, loaded in steps, with friction
+  /// lowered in steps. False where nothing helps, and then x is what it was. `note` receives a line in words when
+  /// more than plain Newton was needed.
   bool find(Vec x, double load, std::string &note);
   /// dx = -(K_xx + dg/dx)^-1 change, at x.
   void follow(Vec x, Vec change, Vec dx);
