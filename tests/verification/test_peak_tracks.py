@@ -152,7 +152,7 @@ def test_ranks_do_not_change_the_track(tmp_path, scene, parameter, end, at):
     ("[path]", "[path]\nat = [3]", ["path.at = 3", "outside path.range"]),
     ("harmonics = 5", 'harmonics = 5\nsolver = "modal"', []),
     ('samples = "exact"', "samples = 64", ["harmonic_balance.samples", "exact"]),
-    ('law = "coulomb"', 'law = "cone"', ["path.peak", "cone"]),
+    ("[contact]", '[contact]\nlaw = "cone"', ["path.peak", "cone"]),
     ("[path]", "[stability]\nenabled = true\n[path]", ["stability.enabled"]),
     ("[path]", "[accuracy]\nestimates = true\n[path]", ["accuracy.estimates"]),
     ("step = 0.02", "step = 0.02\nadaptive = false", ["continuation.adaptive"]),
