@@ -9,7 +9,7 @@ import pytest
 
 import cases
 import launch
-from dovetail import Results
+from dovetail import Results, info, plot
 from test_sensitivity import DATA, SCENES, given
 
 SEARCHED = slice(5, 7)  # columns of tracks: frequency and rms amplitude by the search; 1 and 2 by derivatives, 3 and 4 in phase
@@ -143,6 +143,18 @@ def test_ranks_do_not_change_the_track(tmp_path, scene, parameter, end, at):
         _, results = track(folder, scene, parameter, 0 if parameter == "gap" else 1, end, [at], ranks=ranks)
         found.append(at_values(results, [at, end]))
     assert np.abs(found[1] / found[0] - 1).max() < 1e-8 and np.abs(found[2] / found[0] - 1).max() < 1e-8
+
+
+def test_pictures_and_info_tell_of_the_peak(tmp_path):
+    done, results = track(tmp_path, "dof5", "friction", 1, 0.9)
+    assert np.all(np.diff(results.parameter) < 0) and results.tracked_amplitude.shape == results.omega.shape
+    row = results.coefficients[:, 0, 1:]
+    assert np.abs(np.linalg.norm(row, axis=1) / results.tracked_amplitude - 1).max() < 1e-14
+    *_, frequency, states = plot.response(results, ["a1"]).axes
+    assert frequency.get_ylabel().startswith("frequency") and states.get_xlabel().startswith("friction")
+    np.testing.assert_array_equal(frequency.lines[0].get_ydata(), results.omega)
+    text = info.describe(done.folder / "results.h5")
+    assert "last peak of a1" in text and f"at friction {results.parameter[-1]:.7g}, {results.omega[-1]:.7g} rad/s" in text
 
 
 @pytest.mark.parametrize("old, new, words", [
