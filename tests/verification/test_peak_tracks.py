@@ -145,6 +145,20 @@ def test_ranks_do_not_change_the_track(tmp_path, scene, parameter, end, at):
     assert np.abs(found[1] / found[0] - 1).max() < 1e-8 and np.abs(found[2] / found[0] - 1).max() < 1e-8
 
 
+def test_a_peak_vanishes_where_it_meets_a_minimum(tmp_path):
+    """Ordinary sweeps show it just before, and no more just behind."""
+    watched = [('watch = "a1"', 'watch = "x1.t1"')]
+    done, results = track(tmp_path, "dof5", "tangential_stiffness_2", 1, 20, omega=(3.3, 5), edits=watched)
+    assert done.summary["end"] == "vanished" and "the peak meets a minimum of the amplitude" in done.out
+    assert results.events.of("fold").place.tolist() == [results.parameter[-1]] and results.parameter[-1] == results.parameter.max()
+    last, omega = results.parameter[-1], (3.9, 4.4)
+    for name in ("before", "behind"):
+        (tmp_path / name).mkdir()
+    track(tmp_path / "before", "dof5", "tangential_stiffness_2", 0.99 * last, 0.98 * last, omega=omega, edits=watched)
+    done, _ = track(tmp_path / "behind", "dof5", "tangential_stiffness_2", 1.01 * last, 1.02 * last, omega=omega, edits=watched, status=3)
+    assert "no peak lies within continuation.omega" in done.err
+
+
 def test_pictures_and_info_tell_of_the_peak(tmp_path):
     done, results = track(tmp_path, "dof5", "friction", 1, 0.9)
     assert np.all(np.diff(results.parameter) < 0) and results.tracked_amplitude.shape == results.omega.shape
