@@ -56,7 +56,7 @@ std::pair<double, double> errors(PeakTrack &track, Vec y, Vec v, double h) {
 // At the highest motion of a coarse sweep.
 bool find_peak(PeakEquations &peak, Scene &scene) {
   double best = 0, at = 0;
-  for (double w = 0.6; w < 1.6; w += 0.05) {
+  for (double w = 0.6; w < 1.6; w += 0.02) {
     peak.take(vector_of(*scene.system, 0, 1, w));
     if (!peak.solve() || !peak.differentiate() || peak.amplitude() <= best) continue;
     best = peak.amplitude(), at = w;
