@@ -15,6 +15,7 @@ import pytest
 import cases
 import launch
 from dovetail import Results, reference
+from dovetail.modes import Backbone
 from test_against_core import close
 
 DATA = Path(__file__).parent / "data"
@@ -211,6 +212,37 @@ def test_every_kind_of_damping_balances(tmp_path):
         if "mass" in damping:
             assert abs(first - damping["mass"] / (2 * omega)) < 1e-10
         assert points["damping_ratio"].max() > 1.5 * first
+
+
+def test_a_mode_that_bends_back_in_its_amplitude(tmp_path):
+    """With little damping mode 1 of the five dofs meets a multiple of itself in a higher mode: two folds, and an amplitude that is
+    passed three times."""
+    case, _ = scene(tmp_path, "dof5", amplitude=[1.0, 30.0], at=[10.0])
+    text = case.path.read_text()
+    start, end = text.index("[damping]"), text.index("[excitation]")
+    case.path.write_text(text[:start] + "[damping]\nstiffness = 0.002\n\n" + text[end:])
+    done = launch.run(case)
+    points = done.points
+    folds = done.summary["located"]["folds"]
+    assert done.summary["folds"] == 2 and [points["located"][fold["point"]] for fold in folds] == [1, 1]
+    first, second = (fold["parameter"] for fold in folds)
+    assert first > 10 > second
+    assert first == points["modal_amplitude"][:folds[1]["point"]].max()
+    assert second == points["modal_amplitude"][folds[0]["point"]:].min()
+    assert np.count_nonzero(points["modal_amplitude"] == 10) == 3
+    balanced(points)
+
+
+def test_peaks_made_of_a_mode(tmp_path):
+    """`dovetail.modes` on a run, against peaks of the given forced motions: as near as one mode comes to them."""
+    case, data = scene(tmp_path, "dof5")
+    done = launch.run(case)
+    backbone = Backbone.read(done.folder / "results.h5")
+    row = int(data["watch"])
+    for force, (omega, amplitude) in zip(data["forces"][:4], data["peak"]):
+        best = max(backbone.peaks(force=float(force)), key=lambda motion: motion.amplitude(row))
+        rms = np.linalg.norm(best.coefficients[row, 1:])
+        assert abs(best.omega / omega - 1) < 5e-3 and abs(rms / amplitude - 1) < 1.5e-2
 
 
 def test_a_range_below_the_onset_is_told(tmp_path):
