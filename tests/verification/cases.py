@@ -144,6 +144,15 @@ def single_mass(folder, check, **overrides):
                  gap=0.0, initial=0.0, harmonics=10, samples=256, omega=[5, 16], step=0.5, kind="none", **TIGHT)
 
 
+def stuck_mass(folder):
+    """One mass that never slips: C = b K of its own spring k, and k_t of the contact besides."""
+    case = single_mass(folder, 2, friction=1e4, tangential_stiffness=60.0, omega=[7, 13.5], harmonics=1, samples="exact",
+                       solver="assembled", kind="auto")
+    with h5py.File(folder / "reduced.h5", "r+") as file:
+        file["Fx"][...] = [1.0, 0, 0]
+    return case
+
+
 def random_structure(elastic=12, points=4, seed=7):
     """Structure with full matrices, eigenfrequencies from 1 to 6 rad/s, and contact dofs scattered among the others."""
     rng = np.random.default_rng(seed)
