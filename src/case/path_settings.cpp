@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "case/number_text.hpp"
 #include "support/error.hpp"
@@ -15,6 +16,24 @@ std::string names_of_parameters() {
     if (&parameter != &frequency_parameter())
       names += (names.empty() ? "\"" : ", \"") + std::string(parameter.name) + '"';
   return names;
+}
+
+// Which contact points the parameter is of.
+void read_points(const Document &document, Path &path) {
+  const Entry joint = document["path.joint"], points = document["path.points"];
+  for (const Entry *entry : {&joint, &points})
+    if (*entry && !has_points(*path.parameter))
+      entry->refuse(std::string("path.parameter = \"") + path.parameter->name +
+                    "\" is of no contact points; leave it out");
+  if (joint && points) points.refuse("path.joint is given as well; delete one of the two");
+  if (joint) path.joint = joint.words();
+  if (!points) return;
+  if (!points.is_list()) points.refuse("must be a list of contact points, [3] or [1, 2, 5], numbered from 1");
+  for (const Entry &item : points.items()) {
+    path.points.push_back(item.whole(1, std::numeric_limits<int>::max()));
+    if (std::count(path.points.begin(), path.points.end(), path.points.back()) > 1) item.refuse("is there already");
+  }
+  if (path.points.empty()) points.refuse("names no contact point; leave it out for all of them");
 }
 
 } // namespace
@@ -37,9 +56,9 @@ void read_wanted(const Entry &at, const CurveRange &range, Case &study) {
 
 void read_path(const Document &document, Case &study) {
   const Entry parameter = document["path.parameter"], range = document["path.range"], omega = document["path.omega"],
-              at = document["path.at"];
+              at = document["path.at"], joint = document["path.joint"], points = document["path.points"];
   if (!parameter) {
-    for (const Entry *entry : {&range, &omega, &at})
+    for (const Entry *entry : {&range, &omega, &at, &joint, &points})
       if (*entry) entry->refuse("path.parameter is not given; write what is varied: one of " + names_of_parameters());
     return;
   }
@@ -60,6 +79,7 @@ void read_path(const Document &document, Case &study) {
   if (path.parameter->positive() && std::min(ends[0], ends[1]) <= 0)
     range.refuse("is a factor on the value that the case has: both ends must be greater than 0");
   path.from = ends[0], path.to = ends[1];
+  read_points(document, path);
   if (!omega)
     document.missing("path.omega", std::string("the frequency, omega = 1.5 in ") + study.frequency_unit.name() + ",");
   study.omega_from = study.omega_to = omega.number() * study.frequency_unit.radians();
