@@ -101,6 +101,13 @@ public:
     out.omega = omega(), out.amplitude = amplitude();
     const PeakSlope here = weighed(0, adjoint_);
     out.amplitude_by = scaled(here, -1 / out.amplitude); // dA/dp = -lambda . R_p
+    const double turn = part_of_omega * omega();
+    double turned_damping = 0; // lambda . d R_p/dOmega: of these parameters damping alone is one of both
+    for (const double side : {1.0, -1.0}) {
+      check(VecCopy(y_, f_), doing);
+      set_last(f_, omega() + side * turn);
+      turned_damping += system_->weighed_damping(f_, adjoint_) * side / (2 * turn);
+    }
     // [J R_Omega; c_Y c_Omega] [dY; dOmega] = -[R_p; c_p]
     factor(turned_);
     if (!solve(fixed_, at_, true)) return std::nullopt;
@@ -109,6 +116,7 @@ public:
     out.omega_by = scaled(weighed(0, at_), -1);
     for (const double side : {1.0, -1.0}) // c_p = lambda . dR_p/dY dY/dOmega
       add(out.omega_by, weighed(side * step_, adjoint_), -last * side / (2 * step_));
+    out.omega_by.damping -= last * turned_damping;
     return out;
   }
 
@@ -164,7 +172,7 @@ private:
   PeakSlope weighed(double h, Vec weights) {
     UniqueVec there = system_->unknowns();
     check(VecWAXPY(there, h, along_, y_), doing);
-    PeakSlope out{system_->weighed(there, weights), 0, 0};
+    PeakSlope out{system_->weighed(there, weights), 0, 0, system_->weighed_damping(there, weights)};
     const Layout &layout = system_->layout();
     const std::vector<double> &r = system_->scaled().model.reduced.r;
     const double *w;
@@ -190,10 +198,10 @@ private:
         a.friction[d] += factor * b.friction[d];
       }
     }
-    to.force += factor * other.force, to.preload += factor * other.preload;
+    to.force += factor * other.force, to.preload += factor * other.preload, to.damping += factor * other.damping;
   }
   static PeakSlope scaled(const PeakSlope &one, double factor) {
-    PeakSlope out{std::vector<ByParameter>(one.points.size()), 0, 0};
+    PeakSlope out{std::vector<ByParameter>(one.points.size()), 0, 0, 0};
     add(out, one, factor);
     return out;
   }
