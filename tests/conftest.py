@@ -1,8 +1,14 @@
+import os
 import sys
+import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "python"), str(ROOT / "tests"), str(ROOT / "tests" / "verification")]
+sys.path[:0] = [str(ROOT / "python"), *(str(ROOT / "tests" / folder) for folder in ("", "verification", "fuzz"))]
+
+# Open MPI removes its folder when the last run of a user ends, also if another one begins: so each process has its own.
+SESSIONS = tempfile.TemporaryDirectory(prefix="ompi-")
+os.environ["OMPI_MCA_orte_tmpdir_base"] = SESSIONS.name
 
 
 def pytest_configure(config):

@@ -1,15 +1,18 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | study."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | study | range | fit."""
 
 import argparse
 import platform
+import re
 import shutil
 import sys
 from pathlib import Path
 
 from . import __version__, blas_kernel
+from .case_changes import CONTACT, NAMES
 from .importers import FORMATS
 
 TEMPLATE = Path(__file__).with_name("template")
+NEGATIVE = re.compile(r"-[\d.]+e[-+]?\d+")  # such as -1e-5, which argparse takes for an option unless a blank stands before it
 
 
 def new(arguments):
@@ -79,6 +82,10 @@ def _picture_of_results(path, arguments):
         return sensitivity_map(results, _peak_near(results, arguments), arguments.model, arguments.hz), "_sensitivity.png"
     in_hertz = arguments.hz and results.parameter is None and arguments.at is not None
     at = results.unit.from_hertz(arguments.at) if in_hertz else arguments.at
+    if arguments.kind == "mode":
+        from .mode_picture import mode_picture
+
+        return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], hz=arguments.hz), "_mode.png"
     if arguments.kind == "response":
         return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
     point = results.at(at) if at is not None else _top(results, (arguments.dof or pictures.contact_dofs(results))[0])
@@ -111,6 +118,26 @@ def info(arguments):
 def study(arguments):
     """Run a grid of settings on a case, and say what each buys."""
     from .study import study as command
+
+    return _with_runs(command, arguments)
+
+
+def ranges(arguments):
+    """Say what ranges of parameters make of a peak."""
+    from .ranges import ranges as command
+
+    return _with_runs(command, arguments)
+
+
+def fit(arguments):
+    """Find parameters of a joint from a measured curve."""
+    from .fit import fit as command
+
+    return _with_runs(command, arguments)
+
+
+def _with_runs(command, arguments):
+    """Status of a command that runs cases."""
     from .study_runs import RunFailed
 
     try:
@@ -157,9 +184,11 @@ def parser():
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points), "
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
-    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity"], default="response",
+    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity", "mode"],
+                         default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
-                              "pressure: the joints under their preload; sensitivity: which contact points a peak depends on")
+                              "pressure: the joints under their preload; sensitivity: which contact points a peak depends on; mode: "
+                              "frequency and damping over the amplitude, peaks over the force, of a run with [mode]")
     command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")
@@ -187,12 +216,61 @@ def parser():
                          "default: 1e-2 1e-3 1e-4; without a number: none")
     command.add_argument("--modes", metavar="N_A", nargs="+", type=int, help="default: those of the case")
     command.add_argument("--solvers", nargs="+", choices=["modal", "assembled"], help="default: that of the case")
+    _running_options(command, "CASE_study")
+    command.set_defaults(run=study)
+    _range_options(commands)
+    _fit_options(commands)
+    return top
+
+
+def _range_options(commands):
+    command = commands.add_parser("range", help="what ranges of parameters make of a peak", description="Run a case with parameters "
+                                  "between two numbers: first order from the middle, the peak over each parameter, and samples of all of "
+                                  "them. Numbers are values for all contact points; with an x behind them, factors on what the case has "
+                                  "(0.5x 2x). Called again, it goes on where it was broken off.")
+    command.add_argument("case", metavar="CASE.toml")
+    for name in CONTACT:
+        command.add_argument(f"--{name}", metavar=("FROM", "TO"), nargs=2, help="offsets, added to what the case has"
+                             if name == "gap" else "values, or factors as 0.5x 2x")
+    command.add_argument("--force", metavar=("FROM", "TO"), nargs=2, help="factors on all loads, as 0.9x 1.1x")
+    command.add_argument("--damping", metavar=("FROM", "TO"), nargs=2, help="factors on all numbers of [damping]")
+    command.add_argument("--preload", metavar=("FROM", "TO"), nargs=2, help="factors on the static load")
+    command.add_argument("--omega", metavar=("FROM", "TO"), nargs=2, type=float, help="sweep that holds the peak, in the unit of the case; "
+                         "default: that of the case")
+    command.add_argument("--watch", metavar="NAME", help="the unknown or node whose largest peak is meant; default: that of the case")
+    command.add_argument("--samples", metavar="N", type=int, default=128, help="of all ranges together; default: %(default)s; 0: none")
+    command.add_argument("--along", metavar="N", type=int, default=9, help="points over each parameter alone; default: %(default)s; 0: none")
+    command.add_argument("--each-point", action="store_true", help="contact points vary each by itself in the samples, not all alike")
+    command.add_argument("--until-peak", metavar="N", type=int, help="end every sweep behind so many peaks: quicker, without the band of "
+                         "curves")
+    command.add_argument("--seed", metavar="N", type=int, default=1, help="of the samples; default: %(default)s")
+    _running_options(command, "CASE_range")
+    command.set_defaults(run=ranges)
+
+
+def _fit_options(commands):
+    command = commands.add_parser("fit", help="parameters of a joint from a measured curve", description="Find factors on parameters of "
+                                  "a case by which its response curve fits a measured one, by least squares of relative errors, with "
+                                  "confidence intervals. Called again, it goes on where it was broken off.")
+    command.add_argument("case", metavar="CASE.toml")
+    command.add_argument("measured", metavar="MEASURED.csv", help='frequency and amplitude in two columns, under a header that says units: '
+                         '"frequency [Hz], amplitude [mm]"')
+    command.add_argument("--parameters", metavar="NAME", nargs="+", choices=[name for name in NAMES if name not in ("gap", "preload")],
+                         help="friction, tangential_stiffness (the default), friction_1, friction_2, tangential_stiffness_1, "
+                         "tangential_stiffness_2, normal_stiffness, damping, force")
+    command.add_argument("--by-joint", action="store_true", help="a factor for each joint of the model, not one for all points")
+    command.add_argument("--harmonic", metavar="K", type=int, help="what was measured is the amplitude of this harmonic; default: half the "
+                         "peak-to-peak")
+    command.add_argument("--watch", metavar="NAME", help="the unknown or node that was measured; default: that of the case")
+    _running_options(command, "CASE_fit")
+    command.set_defaults(run=fit)
+
+
+def _running_options(command, folder):
     command.add_argument("--jobs", metavar="N", type=int, default=1, help="runs at a time; default: %(default)s")
-    command.add_argument("--out", metavar="DIR", help="folder to write; default: CASE_study beside the case")
+    command.add_argument("--out", metavar="DIR", help=f"folder to write; default: {folder} beside the case")
     command.add_argument("--binary", metavar="FILE",
                          help="the program; default: build/dovetail of this source tree, or dovetail on the path")
-    command.set_defaults(run=study)
-    return top
 
 
 def versions():
@@ -213,7 +291,7 @@ def main(arguments=None):
     if {"--version", "-v"} == set(words):
         print(versions())
         return 0
-    chosen = parser().parse_args(arguments)
+    chosen = parser().parse_args([f" {word}" if NEGATIVE.fullmatch(word) else word for word in map(str, words)])
     try:
         return chosen.run(chosen) or 0
     except (ValueError, KeyError, OSError) as error:

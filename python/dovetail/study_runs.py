@@ -103,15 +103,20 @@ class UserCase:
                 found[keys] = (self.path.parent / value).resolve()
         return found
 
+    def moved(self, folder):
+        """A copy of `content` whose files are named from `folder`."""
+        content = copy.deepcopy(self.content)
+        for keys, file in self.files().items():
+            section = content if len(keys) == 1 else content[keys[0]]
+            section[keys[-1]] = os.path.relpath(file, Path(folder).resolve())
+        return content
+
     def changed(self, setting, folder, watch=None, tight=False):
         """Text of the copy for one setting that lies in `folder`; lean, and with the common frequencies.
 
         `watch` is the unknown whose peaks are located; `tight` leaves no Newton tolerance looser than the default.
         """
-        content = copy.deepcopy(self.content)
-        for keys, file in self.files().items():
-            section = content if len(keys) == 1 else content[keys[0]]
-            section[keys[-1]] = os.path.relpath(file, Path(folder).resolve())
+        content = self.moved(folder)
         for name, key in (("harmonic_balance", "harmonics"), ("harmonic_balance", "samples"), ("accuracy", "tolerance")):
             content.get(name, {}).pop(key, None)
         for name, values in setting.values.items():

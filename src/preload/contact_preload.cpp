@@ -18,10 +18,11 @@ PreloadedModel contact_preload(ReducedModel reduced, std::vector<ContactPoint> c
   std::copy(initial.begin(), initial.end(), values);
   check(VecRestoreArray(x, &values), "contact preload");
   if (!problem.find(x, 1, note))
-    throw ComputeError("contact preload (eq 7) found no equilibrium: K_xx x + g(x) = -R has no solution Newton could "
-                       "reach, also loaded in steps. A body held by its joint alone must be pressed against it: check "
-                       "the sign of /preload and of the normals (positive x_n closes), contact.gap, and try "
-                       "preload.initial.");
+    throw ComputeError(
+        "contact preload (eq 7) found no equilibrium: K_xx x + g(x) = -R has no solution Newton could "
+        "reach, nor with load or friction in steps. A body held by its joint alone must be pressed against it: check "
+        "the sign of /preload and of the normals (positive x_n closes), contact.gap, and try "
+        "preload.initial.");
   const double *found;
   check(VecGetArrayRead(x, &found), "contact preload");
   for (std::size_t p = 0; p < out.contact.size(); ++p) {

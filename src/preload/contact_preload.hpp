@@ -16,7 +16,8 @@ struct PreloadedModel {
 };
 
 /// Solves K_xx x_p + g(x_p) = -R (eq 7) from `initial` (3 own) [m]. `contact`: own points. Collective.
-/// When plain Newton fails it starts again from the joint held closed and stuck, then loads it in steps.
+/// When plain Newton fails it starts from the joint held closed and stuck: at once, loaded in steps, with friction
+/// lowered in steps.
 /// ComputeError if nothing helps. `note` receives a line in words when more than plain Newton was needed.
 PreloadedModel contact_preload(ReducedModel reduced, std::vector<ContactPoint> contact,
                                const std::vector<double> &initial, std::string &note);

@@ -2,11 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "support/mumps.hpp"
 
 namespace dovetail {
+namespace {
+
+constexpr double holding_friction = 1000; // times its own, with which closed points stick
+constexpr double smallest_ratio = 1.001;  // of friction, from one step to the next
+
+} // namespace
 
 PreloadProblem::PreloadProblem(const ReducedModel &model, const std::vector<ContactPoint> &contact)
     : model_(model), contact_(contact) {
@@ -123,7 +130,8 @@ PetscErrorCode PreloadProblem::jacobian(SNES, Vec x, Mat J, Mat, void *context) 
 }
 
 StaticForce PreloadProblem::law(std::size_t p, const double *x) const {
-  const ContactPoint &point = contact_[p];
+  ContactPoint point = contact_[p];
+  for (double &mu : point.mu) mu *= friction_;
   if (!stuck_) return static_force(point, x);
   StaticForce g;
   for (int d = 0; d < 2 && has_friction(point.law); ++d) g.force[d] = point.kt[d] * x[d], g.slope[d][d] = point.kt[d];
@@ -149,21 +157,38 @@ bool PreloadProblem::load_in_steps(Vec x, double load) { // x: solution with the
   return reached == 1;
 }
 
+bool PreloadProblem::lower_friction(Vec x, double load) { // x: solution with the joint stuck
+  double ratio = 4;
+  friction_ = holding_friction;
+  bool found = solve(x, load, false);
+  while (found && friction_ > 1 && ratio > smallest_ratio) {
+    const double before = std::exchange(friction_, std::max(1.0, friction_ / ratio));
+    const bool on = solve(x, load, false);
+    ratio = on ? ratio * ratio : std::sqrt(ratio);
+    if (!on) friction_ = before;
+  }
+  found = found && friction_ == 1;
+  friction_ = 1;
+  return found;
+}
+
 bool PreloadProblem::find(Vec x, double load, std::string &note) {
   if (solve(x, load, false)) return true;
-  UniqueVec trial = unknown(), from_stuck = unknown();
-  check(VecCopy(x, trial), "contact preload");
-  note = "contact preload: plain Newton failed, started again from the closed and sticking joint";
-  const bool stuck = solve(trial, load, true);
-  check(VecCopy(trial, from_stuck), "contact preload");
-  bool found = stuck && solve(trial, load, false);
-  if (!found) {
-    note = "contact preload: plain Newton failed, loaded in steps";
-    found = stuck && load_in_steps(from_stuck, load);
-    if (found) check(VecCopy(from_stuck, trial), "contact preload");
+  UniqueVec stuck = unknown(), trial = unknown();
+  check(VecCopy(x, stuck), "contact preload");
+  if (!solve(stuck, load, true)) return false;
+  const std::pair<const char *, std::function<bool()>> ways[] = {
+      {"started again from the closed and sticking joint", [&] { return solve(trial, load, false); }},
+      {"loaded in steps", [&] { return load_in_steps(trial, load); }},
+      {"friction lowered in steps", [&] { return lower_friction(trial, load); }}};
+  for (const auto &[how, finds] : ways) {
+    check(VecCopy(stuck, trial), "contact preload");
+    if (!finds()) continue;
+    note = std::string("contact preload: plain Newton failed, ") + how;
+    check(VecCopy(trial, x), "contact preload");
+    return true;
   }
-  if (found) check(VecCopy(trial, x), "contact preload");
-  return found;
+  return false;
 }
 
 void PreloadProblem::follow(Vec x, Vec change, Vec dx) {

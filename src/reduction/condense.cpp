@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "reduction/left_out.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -93,28 +92,6 @@ void mirror_upper(MPI_Comm comm, PetscInt points, std::vector<double> &rows) {
                   &rows[static_cast<std::size_t>(i) * width + begin]);
   }
   MPI_Waitall(size, sending.data(), MPI_STATUSES_IGNORE);
-}
-
-void condense(const ClampedStructure &parts, const Blocks &C, const Tall &phi, PetscInt block, DampingMatrix &out) {
-  if (!C.cc) return;
-  const MPI_Comm comm = parts.full.comm;
-  const PetscInt modes = phi.columns, points = static_cast<PetscInt>(parts.full.contact_dofs.size()), nc = 3 * points;
-  out.given = true;
-  out.xx = dense_rows(C.cc);
-  if (parts.elastic == 0) return;
-  out.aa = gram(comm, phi, 0, modes, multiply(C.ee, phi), 0, modes);
-  out.xa = carried_by(parts, C, phi);
-  const UniqueMat sides = on_host(parts.K.ce);
-  for (PetscInt first = 0; first < nc; first += block) {
-    const PetscInt count = std::min(block, nc - first);
-    Tall psi(parts.own.size(), count);
-    parts.solver->solve_sparse(right_hand_sides(sides, first, count), psi, 0, count);
-    Tall carried = multiply(C.ee, psi);
-    add_columns(C.ec, first, carried);
-    add_block(out.xx, nc, first, 1, multiply(C.ce, psi)); // C_cc + C_ce Psi + Psi^T (C_ee Psi + C_ec)
-    add_block(out.xx, nc, first, -1, multiply(parts.K.ce, parts.solver->solve(carried)));
-  }
-  mirror_upper(comm, points, out.xx);
 }
 
 } // namespace dovetail

@@ -20,8 +20,4 @@ SparseColumns right_hand_sides(Mat K_ce_on_host, PetscInt first, PetscInt count)
 /// The lower triangle of a symmetric matrix from its upper one, own rows row-major. Collective.
 void mirror_upper(MPI_Comm comm, PetscInt points, std::vector<double> &rows);
 
-/// T^T C T with the basis T of the modes phi and the constraint modes, which are computed once more, `block` at a time.
-/// Nothing where the model has no such matrix. Collective.
-void condense(const ClampedStructure &parts, const Blocks &C, const Tall &phi, PetscInt block, DampingMatrix &out);
-
 } // namespace dovetail

@@ -78,11 +78,10 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
     model.loads.push_back({parts.full.forces[j].name, std::vector<double>(modes), parts.force_c[j]});
   model.r = parts.preload_c;
   for (double &value : model.r) value = -value;
-  if (parts.elastic == 0) { // every dof in contact: nothing to condense
-    condense(parts, parts.C, {}, plan.block, model.viscous);
-    condense(parts, parts.K_structural, {}, plan.block, model.structural);
-    return out;
-  }
+  std::vector<std::pair<const Blocks *, DampingMatrix *>> damped;
+  for (const auto &[C, matrix] : {std::pair{&parts.C, &model.viscous}, {&parts.K_structural, &model.structural}})
+    if (C->cc) damped.emplace_back(C, matrix), matrix->given = true, matrix->xx = dense_rows(C->cc);
+  if (parts.elastic == 0) return out; // every dof in contact: nothing to condense
 
   const ClampedSolver &solver = *parts.solver;
   stages.run("2c factorisation", [&] { parts.solver->factor(); });
@@ -113,15 +112,26 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
   Tall psi(own_rows, plan.keep_psi ? nc : std::min(plan.block, nc));
   for (PetscInt first = 0; first < nc; first += plan.block) {
     const PetscInt count = std::min(plan.block, nc - first), at = plan.keep_psi ? first : 0;
+    const auto carry = [&](const Blocks &A, std::vector<double> &rows) { // A_ee Psi + A_ec; A_cc + A_ce Psi + ...
+      add_block(rows, nc, first, 1, multiply(A.ce, psi, at, count));
+      Tall carried = multiply(A.ee, psi, at, count);
+      add_columns(A.ec, first, carried);
+      return carried;
+    };
+    const auto close = [&](const Tall &carried, std::vector<double> &rows) { // ... + Psi^T (A_ee Psi + A_ec)
+      if (plan.keep_psi)
+        stages.run("2f projections", [&] { add_upper(comm, model.points, psi, carried, first, rows); });
+      else // Psi^T Y = -K_ce K_ee^-1 Y
+        stages.run("2e constraint modes",
+                   [&] { add_block(rows, nc, first, -1, multiply(parts.K.ce, solver.solve(carried))); });
+    };
     stages.run("2e constraint modes",
                [&] { solver.solve_sparse(right_hand_sides(sides, first, count), psi, at, count); }); // eq (16)
     const Tall inertia = stages.run("2f projections", [&] {
       keep_rows(kept, psi, at, count, recovery.psi, nc, first);
       if (first == 0) out.backward_error = backward_error(parts.K.ee, psi, parts.K.ec);
       add_block(model.kxx, nc, first, 1, multiply(parts.K.ce, psi, at, count)); // K_xx = K_cc + K_ce Psi
-      add_block(model.mxx, nc, first, 1, multiply(parts.M.ce, psi, at, count)); // M_cc + M_ce Psi + ...
-      Tall carried = multiply(parts.M.ee, psi, at, count);                      // M_ee Psi + M_ec
-      add_columns(parts.M.ec, first, carried);
+      Tall carried = carry(parts.M, model.mxx);
       mix_probes(carried, first, nc, of_loads.columns, probes);
       const auto coupling = gram(comm, phi, 0, modes, carried, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
       const auto loaded = gram(comm, psi, at, count, force, 0, loads);    // F_x = Psi^T F_e + F_c, eq (18)
@@ -131,12 +141,11 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
         for (PetscInt pattern = 0; pattern < loads; ++pattern)
           model.loads[pattern].fx[j - first_own] += loaded[pattern * count + j - first];
       }
-      if (plan.keep_psi) add_upper(comm, model.points, psi, carried, first, model.mxx); // ... + Psi^T (M_ee Psi + M_ec)
       return carried;
     });
-    if (!plan.keep_psi) // Psi^T Y = -K_ce K_ee^-1 Y
-      stages.run("2e constraint modes",
-                 [&] { add_block(model.mxx, nc, first, -1, multiply(parts.K.ce, solver.solve(inertia))); });
+    close(inertia, model.mxx);
+    for (const auto &[C, matrix] : damped)
+      close(stages.run("2f projections", [&, C = C, matrix = matrix] { return carry(*C, matrix->xx); }), matrix->xx);
   }
   psi = Tall(); // no longer needed, and a count of modes takes a factorisation
   if (probes.columns > 0 && modes < parts.elastic)
@@ -152,10 +161,11 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       model.left_out = left_out(parts, found, probes);
     });
   model.kaa = found.squares;
-  stages.run("2f projections", [&] {
-    condense(parts, parts.C, phi, plan.block, model.viscous);
-    condense(parts, parts.K_structural, phi, plan.block, model.structural);
-  });
+  for (const auto &[C, matrix] : damped) {
+    matrix->aa = gram(comm, phi, 0, modes, multiply(C->ee, phi), 0, modes);
+    matrix->xa = carried_by(parts, *C, phi);
+    mirror_upper(comm, model.points, matrix->xx);
+  }
   const auto modal = gram(comm, phi, 0, modes, force, 0, loads); // eq (17)
   for (PetscInt pattern = 0; pattern < loads; ++pattern)
     model.loads[pattern].fa.assign(modal.begin() + pattern * modes, modal.begin() + (pattern + 1) * modes);

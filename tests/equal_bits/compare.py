@@ -26,7 +26,7 @@ import atlas_scenes
 
 FOLDER = ROOT / "build/equal_bits"
 TIMES = {"seconds", "parts"}  # datasets and entries of summary.json that are no result
-ABOUT = {"program", "stages", "reduction", "branch_seconds", "blas_kernel", "resonances", "warnings", *TIMES}
+ABOUT = {"program", "stages", "reduction", "branch_seconds", "blas_kernel", *TIMES}
 LIMIT = 120  # seconds of the processor for one run
 ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 

@@ -1,6 +1,6 @@
 """Bolts: the static state while tightening, the same after locking, with and without friction; the textbook's bolt diagram."""
 
-import subprocess
+from types import SimpleNamespace
 
 import brick
 import h5py
@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from dovetail import Joint, Model
 from dovetail.bolts import Bolt, static_state, tightened
 from dovetail.importers import setup_file
-from launch import BINARY, SURROUNDINGS
+from launch import run
 
 SETUP = """[[clamp]]
 set = "bottom"
@@ -41,7 +41,6 @@ damping.stiffness = 0.02
 excitation.fourier = [0, 1]
 harmonic_balance.harmonics = 1
 continuation.omega = [0.2, 0.2]
-output.directory = "out"
 """
 
 
@@ -63,8 +62,8 @@ def preload_state(folder, model):
     """x_p (N_x, 3) and g (N_x, 3) of a run of the program."""
     model.write(folder / "model.h5")
     (folder / "case.toml").write_text(CASE)
-    subprocess.run([BINARY, "run", "case.toml"], cwd=folder, check=True, capture_output=True, env=SURROUNDINGS, timeout=120)
-    with h5py.File(folder / "out" / "results.h5") as file:
+    done = run(SimpleNamespace(path=folder / "case.toml"), out="out")
+    with h5py.File(done.folder / "results.h5") as file:
         return file["preload/xp"][()].reshape(-1, 3), file["preload/g"][()].reshape(-1, 3)
 
 

@@ -3,7 +3,6 @@
 import argparse
 import inspect
 import re
-import sys
 import tomllib
 
 import pytest
@@ -14,7 +13,6 @@ from dovetail.__main__ import parser
 from dovetail.importers import setup_file
 from launch import ROOT
 
-sys.path.append(str(ROOT / "tests/fuzz"))
 DOCS = ROOT / "docs"
 PAGES = tracked("*.md")
 LINED = [page for page in PAGES if page.parent == ROOT or (DOCS in page.parents and page.parent.name != "notes")]

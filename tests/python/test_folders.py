@@ -99,13 +99,14 @@ def without_hold(case):  # nothing holds the body, and it is drawn away
         file["K/data"][...] = file["K/data"][...] * -1
 
 
-@pytest.mark.parametrize("spoil, status", [(without_mass, 2), (without_force, 2), (without_hold, 2)])
-@pytest.mark.parametrize("ranks", RANKS)
-def test_run_that_is_refused_leaves_the_one_before(copy, spoil, status, ranks):
+@pytest.mark.parametrize("spoil, ranks", [(without_mass, 2), (without_force, None), (without_hold, None),
+                                          *(pytest.param(*other, marks=pytest.mark.slow) for other in
+                                            ((without_mass, None), (without_force, 2), (without_hold, 2)))])
+def test_run_that_is_refused_leaves_the_one_before(copy, spoil, ranks):
     folder = copy.path.parent / "out"
     before = contents(folder)
     spoil(copy)
-    run(copy, out="out", status=status, ranks=ranks)
+    run(copy, out="out", status=2, ranks=ranks)
     assert contents(folder) == before
 
 
@@ -265,8 +266,8 @@ def test_fields_come_from_the_reduced_file_of_the_results(copy):
     assert sorted(path.name for path in folder.iterdir()) == ["reduced.h5", "results.h5", "state.h5", "summary.json"]
 
 
-@pytest.mark.parametrize("ranks", RANKS)
-@pytest.mark.parametrize("replaced", [False, True])
+@pytest.mark.parametrize("replaced, ranks", [(True, None), (False, 2), pytest.param(False, None, marks=pytest.mark.slow),
+                                             pytest.param(True, 2, marks=pytest.mark.slow)])
 def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
     case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=4000, **SMALL)
     command, folder = line(case, out="out", ranks=ranks)
@@ -285,8 +286,9 @@ def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
 OURS = ("results.h5", "state.h5", "reduced.h5", "summary.json", "results.h5.partial", "state.h5.partial", "reduced.h5.partial")
 
 
-@pytest.mark.parametrize("name", OURS)
-@pytest.mark.parametrize("what", ["text", "link", "dangling", "folder"])
+@pytest.mark.parametrize("name, what", [  # every file in one way, and one file in every way, are quick
+    pytest.param(name, what, marks=() if name == OURS[0] or what == "text" else pytest.mark.slow)
+    for name in OURS for what in ("text", "link", "dangling", "folder")])
 def test_files_of_others_are_left_alone(ended, tmp_path, name, what):
     case = ended.copied(tmp_path / "copy", without=["out"])
     folder, target = tmp_path / "copy" / "out", tmp_path / "elsewhere.h5"

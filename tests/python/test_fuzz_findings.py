@@ -8,7 +8,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import hdf5_edits
 import pytest
+import read_hdf5
 
 from dovetail.importers import convert
 from dovetail.importers.apart import apart
@@ -16,10 +18,6 @@ from dovetail.importers.apart import apart
 from launch import BINARY, ROOT, SECONDS, SURROUNDINGS
 
 FUZZ = ROOT / "tests" / "fuzz"
-sys.path.append(str(FUZZ))
-import hdf5_edits
-import read_hdf5
-
 HARNESS = BINARY.parent / "tests" / "fuzz" / "fuzz_hdf5_file"
 # Kind of file and edits (hdf5_edits.py) that once crashed the program, hung, exhausted the memory, or ended in an error from elsewhere.
 HDF5 = {

@@ -189,6 +189,58 @@ def test_sets_scalar_points_and_what_is_not_taken(tmp_path):
     assert "NOT taken: SET 6 of the case control section" in said and "NOT taken: load set 11" in said
 
 
+SHAKEN = """DAREA,20,3,1,2.,4,2,3.
+FORCE,20,3,,5.,0.,0.,1.
+DPHASE,30,4,2,90.
+TABLED1,40
+,0.,0.5,100.,0.5,ENDT
+RLOAD1,50,20,,30,40
+RLOAD2,51,20,,60.,2.,90.
+DLOAD,60,2.,1.,50,-1.,51
+"""
+
+
+def excited(tmp_path, cards, selected):
+    deck = SMALL.replace("BEGIN BULK\n", f"BEGIN BULK\n{cards}").replace("CEND\n", f"CEND\nDLOAD = {selected}\n")
+    return nastran.read([small(tmp_path, deck), write_dmig(tmp_path / "s.pch", {"KAAX": stiffness(), "MAAX": sp.identity(7)}, DOFS)])
+
+
+@pytest.mark.parametrize("selected, force", [(50, [1, 0, 2.5, 0, 1.5j, 0]),
+                                             (51, np.array([2, 0, 5, 0, 3, 0]) * 2 * np.exp(1j * np.radians(150)))])
+def test_dynamic_loads_with_their_phases(tmp_path, selected, force):
+    """P = A (C + iD) e^(i theta) and A B e^(i phi) e^(i theta), of the quick reference guide; the motion is Re(P e^(i omega t))."""
+    structure = excited(tmp_path, SHAKEN, selected)
+    np.testing.assert_allclose(structure.force[:6], np.real(force), atol=1e-14)
+    np.testing.assert_allclose(structure.forces["force_sin"][:6], -np.imag(force), atol=1e-14)
+    assert structure.courses["force_sin"] == [0, 0, 1]
+    assert f"NOT taken: load set 11, dynamic load {101 - selected}, dynamic load 60" in "\n".join(structure.notes)
+
+
+def test_a_sum_of_dynamic_loads(tmp_path):
+    first, second = (excited(tmp_path, SHAKEN, selected) for selected in (50, 51))
+    both = excited(tmp_path, SHAKEN, 60)
+    for name in ("force", "force_sin"):
+        one, two = ((each.force if name == "force" else each.forces[name]) for each in (first, second))
+        np.testing.assert_allclose(both.force if name == "force" else both.forces[name], 2 * one - 2 * two, atol=1e-14)
+    assert not any("dynamic load" in note for note in both.notes)
+
+
+@pytest.mark.parametrize("old, new, said", [
+    ("100.,0.5", "100.,0.6", "table 40, which is not one constant TABLED1"), ("RLOAD1,50,20,,30", "RLOAD1,50,20,7,30", "DELAY"),
+    ("DPHASE,30", "DPHASE,31", "DPHASE 30, which is not there"), ("RLOAD1,50,20", "RLOAD1,50,21", "load set 21, which is not there"),
+    ("DAREA,20,3,1", "DAREA,20,77,1", "grid point 77 is not there"), ("FORCE,20,3,", "FORCE,20,3,8", "FORCE in coordinate system 8"),
+    ("RLOAD1,50", "TLOAD1,50", "no force that varies as a sine"), ("RLOAD1,50", "RLOAD1,59", "there is no such card")])
+def test_dynamic_loads_that_are_named_instead(tmp_path, old, new, said):
+    assert old in SHAKEN
+    cards = SHAKEN.replace(old, new)
+    if new.startswith("TLOAD"):
+        cards = cards.replace("TLOAD1,50,20,,30,40", "TLOAD1,50,20,,0,40")
+    structure = excited(tmp_path, cards, 50)
+    notes = "\n".join(structure.notes)
+    assert "NOT taken: DLOAD 50 (" in notes and said in notes
+    assert not structure.force.any() and "force_sin" not in structure.forces
+
+
 def test_dmig_by_hand_and_held_rows_that_stay(tmp_path):
     """Several entries to a column, K with rows that M leaves out, fields of eight and of sixteen characters."""
     (tmp_path / "h.pch").write_text(

@@ -1,8 +1,6 @@
 """The set-up file of an import: what it does, and what is said about wrong ones."""
 
-import sys
-from pathlib import Path
-
+import importer_jobs
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -80,9 +78,6 @@ def test_what_was_read_is_said_when_an_entry_is_refused(tmp_path):
 
 
 def test_the_command_prints_the_notes_of_an_import_that_fails(tmp_path, capsys):
-    sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
-    import importer_jobs
-
     (tmp_path / "scratch").mkdir()
     importer_jobs.lay_out(importer_jobs.jobs(tmp_path / "scratch")["calculix"], tmp_path)
     path = written(tmp_path, '[[preload]]\nset = "TIP"\nvector = [0, 2, 0]\n[[joint]]\nground = "NOWHERE"\n')

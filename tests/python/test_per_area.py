@@ -1,6 +1,6 @@
 """Contact stiffness per area in the case file: that of each point, times its area, which the model or the reduced file has."""
 
-import subprocess
+from types import SimpleNamespace
 
 import brick
 import h5py
@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from dovetail import Joint
-from launch import BINARY, SURROUNDINGS
+from launch import line, words_of
+from launch import run as launched
 
 CASE = """{model}
 damping.stiffness = 0.02
@@ -17,7 +18,6 @@ harmonic_balance.harmonics = 2
 continuation.omega = [0.2, 0.2]
 {contact}
 contact.friction = 0.3
-output.directory = "{out}"
 """
 PER_AREA = "contact.normal_stiffness_per_area = 3.0\ncontact.tangential_stiffness_per_area = [2.0, 1.0]"
 
@@ -34,13 +34,14 @@ def folder(tmp_path_factory):
     return folder
 
 
-def run(folder, out, contact, model='model = "model.h5"\nreduction.modes = 4', status=0):
-    (folder / f"{out}.toml").write_text(CASE.format(model=model, contact=contact, out=out))
-    done = subprocess.run([BINARY, "run", f"{out}.toml"], cwd=folder, capture_output=True, text=True, env=SURROUNDINGS, timeout=120)
-    assert done.returncode == status, done.stderr
-    if status:
-        return done.stderr
-    with h5py.File(folder / out / "results.h5") as file:
+def case(folder, out, contact, model='model = "model.h5"\nreduction.modes = 4'):
+    (folder / f"{out}.toml").write_text(CASE.format(model=model, contact=contact))
+    return SimpleNamespace(path=folder / f"{out}.toml")
+
+
+def run(folder, out, contact, **model):
+    done = launched(case(folder, out, contact, **model), out=out)
+    with h5py.File(done.folder / "results.h5") as file:
         return {name: file[name][()] for name in ("points/omega", "points/coefficients", "contact/normal_stiffness")}
 
 
@@ -56,18 +57,18 @@ def test_it_is_the_stiffness_of_each_point_divided_by_its_area(folder):
 
 def test_a_reduced_file_keeps_the_areas(folder):
     run(folder, "first", PER_AREA)
-    again = run(folder, "again", PER_AREA, 'reduced = "first/reduced.h5"')
+    reduced = 'reduced = "first/reduced.h5"'
+    again = run(folder, "again", PER_AREA, model=reduced)
     np.testing.assert_array_equal(again["contact/normal_stiffness"], 3 * np.load(folder / "area.npy"))
     with h5py.File(folder / "first" / "reduced.h5", "a") as file:
         del file["contact/area"]
-    said = run(folder, "without", PER_AREA, 'reduced = "first/reduced.h5"', status=2)
+    said = launched(case(folder, "without", PER_AREA, reduced), status=2).err
     assert "without.toml:6: contact.normal_stiffness_per_area: the area of the contact points is not known" in said
 
 
 def test_the_dry_run_shows_both(folder):
-    (folder / "dry.toml").write_text(CASE.format(model='model = "model.h5"\nreduction.modes = 4', contact=PER_AREA, out="dry"))
-    said = subprocess.run([BINARY, "run", "dry.toml", "--dry-run"], cwd=folder, capture_output=True, text=True, env=SURROUNDINGS,
-                          timeout=60).stdout
+    command, _ = line(case(folder, "dry", PER_AREA), "--dry-run")
+    said, _ = words_of(command)
     lines = [line.split() for line in said.splitlines()]
     assert ["contact.normal_stiffness_per_area", "3", "[N/m^3]", "given"] in lines
     assert ["contact.normal_stiffness", "0.375", "..", "1.5", "[N/m]", "per", "area,", "below"] in lines

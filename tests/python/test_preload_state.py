@@ -1,6 +1,6 @@
 """What info and the pressure map say about the joints under their preload."""
 
-import subprocess
+from types import SimpleNamespace
 
 import brick
 import h5py
@@ -11,7 +11,7 @@ import pytest
 from dovetail import Joint, Results
 from dovetail.__main__ import main
 from dovetail.preload_state import at_edge, joint_states
-from launch import BINARY, SURROUNDINGS
+from launch import run
 
 CASE = """model = "model.h5"
 reduction.modes = 3
@@ -19,7 +19,6 @@ damping.stiffness = 1e-7
 excitation.fourier = [0, 1]
 harmonic_balance.harmonics = 1
 continuation.omega = [3000, 3000]
-output.directory = "out"
 """
 FORCE = 1e4
 
@@ -37,7 +36,7 @@ def plate(tmp_path_factory):
                           friction=0.3, name="plate")
     structure.join([joint]).write(folder / "model.h5")
     (folder / "case.toml").write_text(CASE)
-    subprocess.run([BINARY, "run", "case.toml"], cwd=folder, check=True, capture_output=True, env=SURROUNDINGS, timeout=120)
+    run(SimpleNamespace(path=folder / "case.toml"), out="out")
     return folder
 
 

@@ -47,6 +47,7 @@ def test_frequencies_do_not_depend_on_the_ranks(measured, ranks):
         np.testing.assert_allclose(measured[ranks]["frequencies"][kind], values, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", RANKS)
 def test_pairs_coincide(measured, ranks):
     found = np.array(measured[ranks]["pairs"])  # (N_x, 2, 3)
@@ -55,6 +56,7 @@ def test_pairs_coincide(measured, ranks):
     np.testing.assert_allclose(found[:, 0], corners, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", RANKS)
 def test_relative_displacements(measured, ranks):
     relative = {name: np.array(values) for name, values in measured[ranks]["relative"].items()}  # (N_x, 3) each
@@ -65,6 +67,7 @@ def test_relative_displacements(measured, ranks):
     np.testing.assert_allclose(relative["post 1 along y"], ones * [0, -1, 0], atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranks", RANKS)
 def test_preload_of_one_millimetre(measured, ranks):
     assert measured[ranks]["preload"] == pytest.approx(PUBLISHED_PRELOAD, rel=0.02)

@@ -38,7 +38,9 @@ def case(folder, model, units=None, **continuation):
     return SimpleNamespace(path=folder / "case.toml")
 
 
-@pytest.mark.parametrize("name, ranks", [("shaken.y", None), ("shaken.y", 3), ("lower face of A.x", 2), ("200.y", None)])
+@pytest.mark.parametrize("name, ranks", [
+    pytest.param("shaken.y", None, marks=pytest.mark.slow), ("shaken.y", 3), ("lower face of A.x", 2),
+    pytest.param("200.y", None, marks=pytest.mark.slow)])
 def test_peaks_of_a_node_are_those_of_its_recovered_motion(tmp_path, model, name, ranks):
     with h5py.File(model) as file:
         sets = {key: values[()] for key, values in file["mesh/sets"].items()}
@@ -58,9 +60,10 @@ def test_peaks_of_a_node_are_those_of_its_recovered_motion(tmp_path, model, name
 
 def test_amplitudes_of_the_log_are_those_of_python(tmp_path, model):
     """Also where the motion has even harmonics, whose largest |q - mean| is another number."""
-    done = run(case(tmp_path / "run", model))
+    done = run(case(tmp_path / "run", model, omega=[11500.0, 12000.0]))
     results = Results(done.folder / "results.h5")
     peaks = results.events.of("peak")
+    assert len(peaks) > 0
     for point, amplitude, unknown in zip(peaks.point, peaks.amplitude, peaks.unknown):
         name = results.dof_names()[unknown]
         everywhere = [results.amplitude(dof)[point] for dof in results.dof_names()[results.modes:]]
@@ -74,7 +77,7 @@ def test_amplitudes_of_the_log_are_those_of_python(tmp_path, model):
 
 def test_watched_motion_is_kept_where_motion_is_not(tmp_path, model):
     folder = tmp_path / "run"
-    path = case(folder, model, omega=[11700.0, 11800.0], watch='"shaken.y"').path
+    path = case(folder, model, omega=[11800.0, 11860.0], watch='"shaken.y"').path
     path.write_text(path.read_text() + "\n[output]\nmotion = []\n" if "[output]" not in path.read_text()
                     else path.read_text().replace("[output]", "[output]\nmotion = []"))
     done = run(SimpleNamespace(path=path))
@@ -82,6 +85,7 @@ def test_watched_motion_is_kept_where_motion_is_not(tmp_path, model):
     with h5py.File(results.reduced) as file:
         assert len(file["recovery/elastic_dofs"]) == 1
     peaks = results.events.of("peak")
+    assert len(peaks) > 0
     np.testing.assert_allclose(peaks.amplitude, results.amplitude("shaken.y")[peaks.point], rtol=1e-10)
     again = run(SimpleNamespace(path=path))
     assert "still fits the model, reused" in again.out
@@ -123,7 +127,7 @@ def test_an_end_of_the_sweep_is_no_peak_in_the_log(tmp_path, model):
 @pytest.mark.parametrize("units, length, omega, stiffness", [("t, mm, s, N", "mm", "rad/s", "N/mm"),
                                                             ("kg, mm, ms", "mm", "rad/ms", "kN/mm"), ("bushels", "", "rad/s", "")])
 def test_the_log_is_in_the_units_of_the_model(tmp_path, model, units, length, omega, stiffness):
-    made = case(tmp_path / "run", model, units)
+    made = case(tmp_path / "run", model, units, omega=[11500.0, 12000.0])
     done = run(made)
     results = Results(done.folder / "results.h5")
     peaks = results.events.of("peak")
@@ -137,4 +141,4 @@ def test_the_log_is_in_the_units_of_the_model(tmp_path, model, units, length, om
     row = next(words for words in told.splitlines() if words.startswith("contact.normal_stiffness"))
     assert (f"[{stiffness}]" in row) if stiffness else ("[" not in row)
     hertz = next(words for words in told.splitlines() if "[Hz]" in words)
-    assert f"{11000 / (2 * np.pi) * (1000 if 'ms' in units else 1):.4f}"[:7] in hertz
+    assert f"{11500 / (2 * np.pi) * (1000 if 'ms' in units else 1):.4f}"[:7] in hertz

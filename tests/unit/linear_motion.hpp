@@ -10,7 +10,6 @@
 
 namespace dovetail::testing {
 
-/// n dofs, all of them of contact points: K, M full if `coupled`, else multiples of 1.
 /// A viscous matrix (n, n) of a few dashpots, proportional to nothing, of that size.
 inline std::vector<double> dashpots(int n, double size) {
   std::vector<double> C(static_cast<std::size_t>(n) * n);
@@ -20,6 +19,7 @@ inline std::vector<double> dashpots(int n, double size) {
   return C;
 }
 
+/// All dofs are of contact points. K and M are multiples of 1, but for entries of relative size `coupled` everywhere.
 inline DenseModel dense_scene(std::vector<ContactPoint> contact, double k, double m, const Damping &damping,
                               double coupled) {
   DenseModel model;

@@ -18,8 +18,13 @@ inline double relative_difference(Vec a, Vec b) {
   return norm(c) / norm(b);
 }
 
-/// |J v - extrapolated central difference of the residual along v| / |J v|
-inline double directional_error(HarmonicSystem &system, Vec y, Vec v) {
+/// A derivative of the residual as the Jacobian's product and as an extrapolated central difference: both sizes, and
+/// that of their difference.
+struct TwoWays {
+  double product, slope, difference;
+};
+
+inline TwoWays along(HarmonicSystem &system, Vec y, Vec v) {
   UniqueVec f = system.unknowns(), slope = system.unknowns(), at = system.unknowns(), product = system.unknowns();
   const UniqueVec border = system.unknowns();
   for (const auto &[h, weight] : {std::pair{2e-5, -1.0 / 3}, {1e-5, 4.0 / 3}})
@@ -32,7 +37,16 @@ inline double directional_error(HarmonicSystem &system, Vec y, Vec v) {
   const UniqueMat J = system.matrix();
   system.jacobian(y, border, J);
   check(MatMult(J, v, product), "");
-  return relative_difference(slope, product);
+  TwoWays ways{norm(product), norm(slope), 0};
+  check(VecAXPY(slope, -1, product), "");
+  ways.difference = norm(slope);
+  return ways;
+}
+
+/// Of the derivative along v, relative to the Jacobian's product, which must not be zero.
+inline double directional_error(HarmonicSystem &system, Vec y, Vec v) {
+  const TwoWays ways = along(system, y, v);
+  return ways.difference / ways.product;
 }
 
 } // namespace dovetail::testing

@@ -2,6 +2,7 @@
 // A made-up reduced model with three contact points, small enough to know by heart, on any number of ranks.
 #include <cmath>
 
+#include "contact/contact_change.hpp"
 #include "preload/contact_preload.hpp"
 #include "scaling/scaled_model.hpp"
 
@@ -57,6 +58,23 @@ inline std::vector<ContactPoint> small_contact(const ReducedModel &model) {
                               {Law::coulomb, 4, {2, 2}, {0.5, 0.4}, -0.1},
                               {Law::coulomb, 6, {3, 3}, {5, 5}, 0}};
   return {all + model.own_points.begin, all + model.own_points.end};
+}
+
+/// The small model with a law for each point, at a setting of its joint. With a tangential `pull` of 12, points slip at
+/// the preload. `varied`: (N_x) points that the setting is of; empty: all.
+inline PreloadedModel preloaded(const std::vector<Law> &law, double pull, const Setting &setting,
+                                const std::vector<bool> &varied = {}) {
+  ReducedModel model = small_reduced(PETSC_COMM_WORLD);
+  std::vector<ContactPoint> contact = small_contact(model);
+  for (std::size_t p = 0; p < contact.size(); ++p) {
+    contact[p].law = law[model.own_points.begin + p];
+    if (contact[p].law == Law::cone) contact[p].mu[1] = contact[p].mu[0];
+    if (varied.empty() || varied[model.own_points.begin + p]) contact[p] = changed(contact[p], setting.contact);
+  }
+  for (std::size_t i = 0; i < model.r.size(); ++i) model.r[i] *= (i % 3 == 2 ? 1 : pull) * setting.preload;
+  std::string note;
+  const std::vector<double> zero(model.own_contact_dofs(), 0.0);
+  return contact_preload(std::move(model), std::move(contact), zero, note);
 }
 
 inline PreloadedModel small_preloaded(MPI_Comm comm) {

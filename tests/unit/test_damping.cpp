@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <tuple>
 
 #include "harmonic/left_out_forces.hpp"
 #include "small_system.hpp"
@@ -60,8 +61,13 @@ std::vector<Damping> all_kinds() {
 
 const std::vector<Damping> kinds = all_kinds();
 
-// Of a modal system's equations at a motion of that size: |J x - r| / |r| where KSP is asked for `accuracy`.
-double missed(const Damping &damping, double size, double accuracy) {
+struct Solved {
+  double missed; // |J x - r| / |r|
+  int iterations;
+};
+
+// A modal system's equations at a motion of that size, where KSP is asked for `accuracy`.
+Solved solved(const Damping &damping, double size, double accuracy) {
   HarmonicSystem system = small_system(LinearForm::modal, exactly, {}, damping);
   const UniqueVec y = vector_of(system, size, 3, 1.3), border = vector_of(system, 1, 7, 0.2),
                   r = vector_of(system, 1, 9, 0.4);
@@ -75,7 +81,14 @@ double missed(const Damping &damping, double size, double accuracy) {
   check(KSPSetTolerances(ksp, accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
   check(KSPSolve(ksp, r, x), "");
   check(MatMult(J, x, product), "");
-  return relative_difference(product, r);
+  return {relative_difference(product, r), system.take_effort(J, 1).iterations};
+}
+
+// What its iterations are measured by: xi K, or the same without its ratios where it has nothing else.
+Damping usual(Damping damping) {
+  if (damping.ratios.empty() || damping.matrix || damping.of_parts || damping.contact || damping.of_fixed) return 0.05;
+  damping.ratios.clear();
+  return damping;
 }
 
 } // namespace
@@ -118,17 +131,23 @@ TEST(Damping, modal_form_is_the_assembled_one) {
     }
 }
 
-TEST(Damping, the_modal_form_is_solved_with) { // by factors, in the modes, and with few motions corrected
+// By factors, in the modes, and with few motions corrected. Dampers between modes, which factors leave out, cost GMRES
+// no more than about half as many iterations as there are unknowns, 77.
+TEST(Damping, the_modal_form_is_solved_with) {
   for (const auto &[factors, modes] : {std::pair{"4000", "0"}, {"0", "0"}, {"0", "4"}}) {
     const Option most("-hb_factors_most", factors), lowest("-hb_modal_lowest", modes);
     for (const double size : {0.05, 1.0, 4.0})
-      for (const Damping &damping : kinds)
-        EXPECT_LT(missed(damping, size, 1e-10), 1e-8) << size << " " << factors << " " << modes;
+      for (const auto &[some, times, more] : {std::tuple{&diagonal, 1.5, 4}, {&full, 2.0, 40}})
+        for (const Damping &damping : *some) {
+          const Solved one = solved(damping, size, 1e-10), plain = solved(usual(damping), size, 1e-10);
+          EXPECT_LT(one.missed, 1e-8) << size << " " << factors << " " << modes;
+          EXPECT_LE(one.iterations, times * plain.iterations + more) << size << " " << factors << " " << modes;
+        }
   }
 }
 
 TEST(Damping, factors_of_all_points_are_exact) { // more than was asked: they tell the determinant's sign
-  for (const Damping &damping : diagonal) EXPECT_LT(missed(damping, 4, 1e-8), 1e-11);
+  for (const Damping &damping : diagonal) EXPECT_LT(solved(damping, 4, 1e-8).missed, 1e-11);
 }
 
 // A mode kept in one model and left out of the other, in the motion that its own equation gives it.
@@ -232,30 +251,33 @@ TEST(Damping, other_harmonics_keep_the_dampers) {
   }
 }
 
-// The response of a linear system with these springs, damped by entries of its own.
 TEST(Damping, springs_of_contacts_are_those_that_stick_at_the_preload) {
-  const Damping plain(0.05), more = with_springs(0.05);
-  const HarmonicSystem without = small_system(LinearForm::assembled, exactly, {}, plain),
-                       with = small_system(LinearForm::assembled, exactly, {}, more);
-  EXPECT_TRUE(dense_model(without).C.empty());
-  const DenseModel model = dense_model(with);
-  int slips = 0, sticks = 0;
-  for (int r = 0; r < model.dofs(); ++r)
-    for (int c = 0; c < model.dofs(); ++c) {
-      double expected = 0;
-      if (r == c && r >= model.modes) {
-        const int d = (r - model.modes) % 3;
-        const ContactPoint &point = model.contact[(r - model.modes) / 3];
-        const Standstill &at_rest = model.standstill[(r - model.modes) / 3];
-        ASSERT_GT(at_rest.force[2], 0);
-        const bool stuck = d == 2 || std::abs(at_rest.force[d]) < 0.999999 * point.mu[d] * at_rest.force[2];
-        ++(stuck ? sticks : slips);
-        expected = !stuck ? 0 : 0.05 * (d == 2 ? point.kn : point.kt[d]);
+  const auto model_of = [](Law law, const Damping &damping) {
+    PreloadedModel model = preloaded({law, law, law}, 12, {});
+    return dense_model(HarmonicSystem(scaled(std::move(model), damping, {}), 3, exactly, course({0.2, 1.0, 0.3})));
+  };
+  for (const Law law : {Law::coulomb, Law::cone}) {
+    EXPECT_TRUE(model_of(law, 0.05).C.empty());
+    const DenseModel model = model_of(law, with_springs(0.05));
+    int slips = 0, sticks = 0; // of all points, on every rank
+    for (int r = 0; r < model.dofs(); ++r)
+      for (int c = 0; c < model.dofs(); ++c) {
+        double expected = 0;
+        if (r == c && r >= model.modes) {
+          const int d = (r - model.modes) % 3;
+          const ContactPoint &point = model.contact[(r - model.modes) / 3];
+          const std::array<double, 3> &force = model.standstill[(r - model.modes) / 3].force;
+          ASSERT_GT(force[2], 0);
+          const double size = law == Law::cone ? std::hypot(force[0], force[1]) : std::abs(force[d]);
+          const bool stuck = d == 2 || size < (1 - 1e-9) * point.mu[d] * force[2];
+          ++(stuck ? sticks : slips);
+          expected = !stuck ? 0 : 0.05 * (d == 2 ? point.kn : point.kt[d]);
+        }
+        EXPECT_NEAR(model.C[r * model.dofs() + c], expected, 1e-15);
       }
-      EXPECT_NEAR(model.C[r * model.dofs() + c], expected, 1e-15);
-    }
-  EXPECT_GT(sticks, 4);
-  EXPECT_EQ(sticks + slips, 9);
+    EXPECT_GT(slips, 0);
+    EXPECT_GT(sticks, 3); // not only normal springs
+  }
 }
 
 TEST(Damping, without_motions_in_time_nothing_is_judged_by_them) {

@@ -138,15 +138,19 @@ def single_mass(folder, check, **overrides):
     force = np.array([0.0, 0, 100]) if check == 1 else np.array([100.0, 0, 100])
     reduced = reference.Reduced(kaa=np.ones(1), max=np.zeros((1, 3)), mxx=np.eye(3), kxx=40 * np.eye(3), fa=np.zeros(1),
                                 fx=force, r=np.array([0.0, 0, -800]))
-    path = Path(folder) / "reduced.h5"
-    with h5py.File(path, "w") as file:
-        for name, values in (("Kaa", reduced.kaa), ("Max", reduced.max), ("Mxx", reduced.mxx), ("Kxx", reduced.kxx),
-                             ("Fa", reduced.fa), ("Fx", reduced.fx), ("R", reduced.r)):
-            file[name] = values
-        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
+    write_reduced(folder, reduced)
     return write(folder, f"single mass, check {check}", "reduced.h5", None, reduced, overrides, stiffness=0.01,
                  fourier=[0, 0, 1], normal_stiffness=120.0, tangential_stiffness=30.0, friction=0.3 if check == 1 else 8.0,
                  gap=0.0, initial=0.0, harmonics=10, samples=256, omega=[5, 16], step=0.5, kind="none", **TIGHT)
+
+
+def stuck_mass(folder):
+    """One mass that never slips: C = b K of its own spring k, and k_t of the contact besides."""
+    case = single_mass(folder, 2, friction=1e4, tangential_stiffness=60.0, omega=[7, 13.5], harmonics=1, samples="exact",
+                       solver="assembled", kind="auto")
+    with h5py.File(folder / "reduced.h5", "r+") as file:
+        file["Fx"][...] = [1.0, 0, 0]
+    return case
 
 
 def random_structure(elastic=12, points=4, seed=7):
@@ -195,6 +199,15 @@ def full(folder, title, structure, overrides, **settings):
     reduced = None if modes is None else reference.craig_bampton(structure.K, structure.M, structure.contact_dofs,
                                                                  structure.force, structure.preload, modes)
     return write(folder, title, "model.h5", structure, reduced, overrides, **{"kind": "none", **settings})
+
+
+def write_reduced(folder, reduced):
+    """reduced.h5 with the arrays of a `reference.Reduced`."""
+    with h5py.File(Path(folder) / "reduced.h5", "w") as file:
+        for name, values in (("Kaa", reduced.kaa), ("Max", reduced.max), ("Mxx", reduced.mxx), ("Kxx", reduced.kxx),
+                             ("Fa", reduced.fa), ("Fx", reduced.fx), ("R", reduced.r)):
+            file[name] = values
+        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
 
 
 def write(folder, title, model, structure, reduced, overrides, **settings):

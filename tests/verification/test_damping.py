@@ -50,8 +50,10 @@ def with_matrices(kind):
     return replace(structure, matrices={name: matrices[name] for name in WITH.get(kind, [])})
 
 
-@pytest.mark.parametrize("solver, ranks", [("modal", 1), ("modal", 2), ("assembled", 1)])
-@pytest.mark.parametrize("kind", [*KINDS, *OTHERS])
+# Every kind in one way, and all kinds together in every way, are quick.
+@pytest.mark.parametrize("kind, solver, ranks", [
+    pytest.param(kind, solver, ranks, marks=() if (solver, ranks) == ("modal", 1) or kind == "together" else pytest.mark.slow)
+    for kind in (*KINDS, *OTHERS) for solver, ranks in (("modal", 1), ("modal", 2), ("assembled", 1))])
 def test_the_reference_finds_the_same_points(tmp_path, kind, solver, ranks):
     """Four points that slip and lift off."""
     keys = NONE | (KINDS | OTHERS)[kind]
@@ -234,8 +236,8 @@ def test_motions_of_the_prototype_solve_the_reference_equations(kind):
         assert np.linalg.norm(left) < 1e-8 * np.linalg.norm(system.excitation)
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-@pytest.mark.parametrize("solver", ["modal", "assembled"])
+@pytest.mark.parametrize("solver, ranks", [("modal", 1), *(pytest.param(*other, marks=pytest.mark.slow) for other in
+                                                           (("modal", 2), ("assembled", 1), ("assembled", 2)))])
 @pytest.mark.parametrize("kind", ["rayleigh", "matrix", "stuck_ratios", "structural"])
 def test_the_program_finds_the_motions_of_the_prototype(tmp_path, kind, solver, ranks):
     """Every dof of the full model, to 1e-8 of the largest motion."""

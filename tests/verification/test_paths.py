@@ -12,15 +12,16 @@ import launch
 from dovetail import Results, reference
 from test_against_core import close
 
-# parameter: [from, to, one in between]; some points slip and some lift off on the way
+# parameter: [from, to, one in between]
 RANGES = {"force": [1, 0.4, 0.7], "preload": [1, 1.4, 1.2], "normal_stiffness": [1, 2, 1.5], "tangential_stiffness": [1, 2, 1.5],
           "tangential_stiffness_1": [1, 0.5, 0.75], "tangential_stiffness_2": [1, 2, 1.5], "friction": [1, 2, 1.5],
           "friction_1": [1, 0.3, 0.6], "friction_2": [1, 2, 1.5], "gap": [0, -0.1, -0.05], "damping": [1, 0.4, 0.7]}
 OMEGA = 1.0
+MILD, STRONG = [0.2, 1, 0.5, 0, 0.3], [0.6, 3, 1.5, 0, 0.9]  # loads under which some points slip; all slip and lift off
 
 
 def path_of(folder, parameter, values, points=None, **overrides):
-    case = cases.several_points(folder, omega=None, kind="auto", **overrides)
+    case = cases.several_points(folder, omega=None, kind="auto", **{"fourier": STRONG, **overrides})
     start, end, between = values
     case.path.write_text(case.path.read_text() + f'\n[path]\nparameter = "{parameter}"\nrange = [{start}, {end}]\n'
                                                  f"omega = {OMEGA}\nat = [{between}]\n" + (f"points = {points}\n" if points else ""))
@@ -63,14 +64,18 @@ OF_POINTS = [(name, [2, 3]) for name in ("normal_stiffness", "tangential_stiffne
 
 
 @pytest.mark.parametrize("parameter, of", [*((name, None) for name in RANGES), *OF_POINTS])
-def test_every_point_solves_the_equations_with_its_value(tmp_path, parameter, of):
+def test_points_solve_the_equations_with_its_value(tmp_path, parameter, of):
     case = path_of(tmp_path, parameter, RANGES[parameter], of, samples=64)
     _, points = run(case)
     start, end, between = RANGES[parameter]
     assert points["parameter"][0] == start and points["parameter"][-1] == end and between in points["parameter"]
     assert np.all(points["omega"] == OMEGA) and len(points["omega"]) > 3
+    assert (points["contact/slip"] > 0).any() and (points["contact/open"] > 0).any()
+    first, last = points["coefficients"][[0, -1], :, 1:]
+    assert np.linalg.norm(last - first) > 1e-3 * np.linalg.norm(first)  # the parameter is in the equations
     nominal = case.preload.xp
-    for value, q in zip(points["parameter"], points["coefficients"]):
+    for i in {*range(0, len(points["omega"]), 10), *np.flatnonzero(np.isin(points["parameter"], [end, between]))}:
+        value, q = points["parameter"][i], points["coefficients"][i]
         made = made_with(case, parameter, value, of)
         system = made.system()
         motion = q.copy()
@@ -78,25 +83,24 @@ def test_every_point_solves_the_equations_with_its_value(tmp_path, parameter, of
         assert np.linalg.norm(system.residual(motion, OMEGA)) < 1e-8 * np.linalg.norm(system.excitation), value
 
 
-def test_parameters_move_the_curve(tmp_path):
-    """Else the test above would pass with equations that have no parameter."""
-    for parameter, values in RANGES.items():
-        (folder := tmp_path / parameter).mkdir()
-        points = run(path_of(folder, parameter, values))[1]
-        first, last = points["coefficients"][[0, -1], :, 1:]
-        assert np.linalg.norm(last - first) > 1e-3 * np.linalg.norm(first), parameter
+@pytest.fixture(scope="module")
+def over_friction(tmp_path_factory):
+    """A case over friction, and its points on one rank."""
+    case = path_of(tmp_path_factory.mktemp("friction"), "friction", RANGES["friction"], fourier=MILD)
+    return case, run(case)[1]
 
 
-def test_ranks_and_forms_do_not_change_the_branch(tmp_path):
-    case = path_of(tmp_path, "friction", RANGES["friction"])
-    _, alone = run(case)
-    for ranks, options in ((2, ()), (3, ())):
-        _, together = run(case, ranks, *options)
-        close(together["parameter"], alone["parameter"], 1e-8)
-        close(together["coefficients"], alone["coefficients"], 1e-8)
-    other = path_of(tmp_path, "friction", RANGES["friction"], solver="assembled")
-    _, assembled = run(other)
-    close(assembled["coefficients"][-1], alone["coefficients"][-1], 1e-8)
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_ranks_do_not_change_the_branch(over_friction, ranks):
+    case, alone = over_friction
+    together = launch.run(case, ranks=ranks, out=f"on{ranks}").points
+    close(together["parameter"], alone["parameter"], 1e-8)
+    close(together["coefficients"], alone["coefficients"], 1e-8)
+
+
+def test_both_forms_end_at_the_same_point(over_friction, tmp_path):
+    assembled = run(path_of(tmp_path, "friction", RANGES["friction"], fourier=MILD, solver="assembled"))[1]
+    close(assembled["coefficients"][-1], over_friction[1]["coefficients"][-1], 1e-8)
 
 
 def two_blocks(folder, lines, **contact):
@@ -168,7 +172,7 @@ def test_points_of_a_path_stay_in_a_restart(tmp_path):
 
 def test_damping_moves_stability(tmp_path):
     """Stability of a point is that of a case made with its damping."""
-    case = path_of(tmp_path, "damping", RANGES["damping"], harmonics=3)
+    case = path_of(tmp_path, "damping", RANGES["damping"], harmonics=3, fourier=MILD)
     case.path.write_text(case.path.read_text() + "\n[stability]\nenabled = true\n")
     points = run(case)[1]
     made = cases.several_points(tmp_path, kind="auto", harmonics=3, omega=[OMEGA, OMEGA], stiffness=0.4 * case.settings["stiffness"])
@@ -180,13 +184,9 @@ def test_damping_moves_stability(tmp_path):
 def lift_off(folder, forces):
     """One mass on a preloaded spring that only pushes, driven at a fixed frequency: its curve over the force is an S."""
     data = np.load(cases.Path(__file__).parent / "data/liftoff.npz")
-    reduced = reference.Reduced(kaa=np.ones(1), max=np.zeros((1, 3)), mxx=np.eye(3), kxx=float(data["k"]) * np.eye(3), fa=np.zeros(1),
-                                fx=np.array([0.0, 0, 1]), r=np.array([0.0, 0, -float(data["push"])]))
-    with h5py.File(folder / "reduced.h5", "w") as file:
-        for name, values in (("Kaa", reduced.kaa), ("Max", reduced.max), ("Mxx", reduced.mxx), ("Kxx", reduced.kxx),
-                             ("Fa", reduced.fa), ("Fx", reduced.fx), ("R", reduced.r)):
-            file[name] = values
-        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
+    reduced = reference.Reduced(kaa=np.ones(1), max=np.zeros((1, 3)), mxx=np.eye(3), kxx=float(data["k"]) * np.eye(3),
+                                fa=np.zeros(1), fx=np.array([0.0, 0, 1]), r=np.array([0.0, 0, -float(data["push"])]))
+    cases.write_reduced(folder, reduced)
     case = cases.write(folder, "lift-off", "reduced.h5", None, reduced, {}, stiffness=0.0, mass=0.03, fourier=[0, 1],
                        normal_stiffness=float(data["kn"]), law="unilateral", gap=0.0, initial=0.0, harmonics=15, samples="exact",
                        kind="auto", **cases.TIGHT)
@@ -204,25 +204,29 @@ def test_folds_of_an_s_curve(tmp_path):
         first = points["coefficients"][fold["point"], -1, 1:3]
         assert abs(fold["parameter"] - force) < 1e-6 and fold["omega"] == float(data["scurve_omega"])
         assert abs(np.hypot(*first) - amplitude) < 1e-5
-    assert "stability changes at force" in done.out or not done.summary["located"]["stability_changes"]
-    # stable before the first fold, unstable between both
+    changes = done.summary["located"]["stability_changes"]
+    assert [change["parameter"] for change in changes] == pytest.approx([fold["parameter"] for fold in folds], abs=1e-8)
+    assert [line.split()[-1] for line in done.out.splitlines() if line.startswith("  stability changes at force ")] == [
+        f"{change['parameter']:.9g}" for change in changes]
+    first, second = (fold["point"] for fold in folds)
     stable = points["stable"]
-    between = slice(folds[0]["point"] + 1, folds[1]["point"])
-    assert stable[between].size > 3 and np.all(stable[between] == 0) and stable[0] == 1
+    assert first > 3 and np.all(stable[:first - 1] == 1)
+    assert second > first + 5 and np.all(stable[first + 2:second - 1] == 0)
+    assert len(stable) > second + 5 and np.all(stable[second + 2:] == 1)
 
 
 def test_modes_and_harmonics_to_a_tolerance(tmp_path):
     """They are tried on the path, too."""
-    case = path_of(tmp_path, "force", RANGES["force"], modes=None, harmonics=None, tolerance=2e-2, samples=None)
+    case = path_of(tmp_path, "force", RANGES["force"], elastic=40, modes=None, harmonics=None, tolerance=2e-2, samples=None)
     done, points = run(case)
     accuracy = done.summary["accuracy"]
     assert accuracy["above"] == 0 and accuracy["modes"] < 2e-2
-    assert "points of a trial run" not in done.out or int(re.search(r"\((\d+) points of a trial run", done.out)[1]) > 3
+    assert int(re.search(r"\((\d+) points of a trial run", done.out)[1]) > 3
 
 
-def test_restart_goes_on_along_the_path(tmp_path):
-    case = path_of(tmp_path, "friction", RANGES["friction"])
-    whole = run(case)[1]
+def test_restart_goes_on_along_the_path(over_friction, tmp_path):
+    case = path_of(tmp_path, "friction", RANGES["friction"], fourier=MILD)
+    whole = over_friction[1]
     text = case.path.read_text()
     case.path.write_text(text.replace("step = 0.05", "step = 0.05\nmax_points = 3"))
     first, _ = run(case)
@@ -234,11 +238,10 @@ def test_restart_goes_on_along_the_path(tmp_path):
         np.testing.assert_array_equal(points[name], whole[name])
 
 
-def test_python_reads_the_parameter(tmp_path):
-    case = path_of(tmp_path, "gap", RANGES["gap"])
-    done, points = run(case)
-    results = Results(done.folder / "results.h5")
-    assert results.parameter_name == "gap"
+def test_python_reads_the_parameter(over_friction):
+    case, points = over_friction
+    results = Results(case.path.parent / "results.h5")
+    assert results.parameter_name == "friction"
     np.testing.assert_array_equal(results.parameter, points["parameter"])
 
 

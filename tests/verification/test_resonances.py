@@ -8,7 +8,7 @@ import scipy.linalg
 
 import cases
 import chain
-from dovetail import Results
+from dovetail import Results, reference
 from launch import BINARY, run, words_of
 
 ALL_MODES = {"modes": 12, "harmonics": 1, "samples": 8, "omega": [0.9, 0.9], "fourier": [0, 1]}
@@ -283,11 +283,9 @@ def test_resonances_without_damping_are_not_stepped_over_in_silence(tmp_path, fo
 @pytest.mark.parametrize("ranks", [None, 2])
 def test_without_contact_points(tmp_path, ranks):
     """Four modes by themselves, of which the load drives two."""
-    with h5py.File(tmp_path / "reduced.h5", "w") as file:
-        for name, values in (("Kaa", [1.0, 4, 9, 16]), ("Max", np.zeros((4, 0))), ("Mxx", np.zeros((0, 0))), ("Kxx", np.zeros((0, 0))),
-                             ("Fa", [1.0, 0, 1, 0]), ("Fx", np.zeros(0)), ("R", np.zeros(0))):
-            file[name] = values
-        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
+    none = np.zeros((0, 0))
+    cases.write_reduced(tmp_path, reference.Reduced(kaa=[1.0, 4, 9, 16], max=np.zeros((4, 0)), mxx=none, kxx=none,
+                                                    fa=[1.0, 0, 1, 0], fx=np.zeros(0), r=np.zeros(0)))
     case = cases.write(tmp_path, "modes alone", "reduced.h5", None, None, {}, fourier=[0, 1], normal_stiffness=1.0,
                        tangential_stiffness=1.0, friction=0.3, harmonics=1, omega=[1.53, 3.57], stiffness=0.0)
     done = run(case, ranks=ranks)

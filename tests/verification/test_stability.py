@@ -8,9 +8,7 @@ motion is that of harmonic balance, the true one is found by shooting from there
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
@@ -30,11 +28,7 @@ def stop(folder, **overrides):
     static = overrides.pop("static")
     reduced = reference.Reduced(kaa=np.ones(1), max=np.zeros((1, 3)), mxx=np.eye(3), kxx=np.eye(3), fa=np.zeros(1),
                                 fx=np.array([0, 0, 1.0]), r=np.array([0, 0, static]))
-    with h5py.File(Path(folder) / "reduced.h5", "w") as file:
-        for name, values in (("Kaa", reduced.kaa), ("Max", reduced.max), ("Mxx", reduced.mxx), ("Kxx", reduced.kxx),
-                             ("Fa", reduced.fa), ("Fx", reduced.fx), ("R", reduced.r)):
-            file[name] = values
-        file.attrs["format"], file.attrs["version"] = "dovetail-reduced", 1
+    cases.write_reduced(folder, reduced)
     case = cases.write(folder, "mass and stop", "reduced.h5", None, reduced, overrides, stiffness=0.02, fourier=[0, 1],
                        normal_stiffness=8.0, gap=0.0, law="unilateral", initial=0.0, harmonics=20, samples="exact", step=0.05,
                        kind="none", **cases.TIGHT)

@@ -70,7 +70,8 @@ def read(files, *, units="SI"):
         notes.append(f"{free.sum()} degrees of freedom that SPC holds are in the matrices and stay free; clamp the node sets named SPC "
                      "in the set-up file")
     held[place[~scalar], direction[~scalar]] = False
-    return build(deck, K, M, place, direction, held, [], sources=(source, mass_source), units=units, notes=notes)
+    return build(deck, K, M, place, direction, held, deck.loads, late=deck.late_loads, sources=(source, mass_source),
+                 units=units, notes=notes)
 
 
 def _sort(files):

@@ -1,4 +1,4 @@
-"""Bulk data through pyNastran: grid points, cells and sets."""
+"""Bulk data through pyNastran: grid points, cells, sets and loads."""
 
 import re
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from .inp import Deck
 from .inp_blocks import LARGEST
+from .nastran_loads import keep_second_points, take_loads
 from .whole import package
 
 # mid-side nodes of Nastran stand in another order than those of VTK: the upright edges come before the upper ones
@@ -26,6 +27,7 @@ def bulk_data(path, name, version, punch=False):
     """A pyNastran model of a deck (with or without case control) or of a punch file."""
     bdf = package("pyNastran.bdf.bdf", name, version)
     model = bdf.BDF(log=package("cpylog", name, version).SimpleLogger(level="error"))
+    keep_second_points(model)
     with open(path, encoding="utf-8", errors="replace") as stream:
         control = False
         for number, line in enumerate(stream, start=1):
@@ -46,7 +48,7 @@ def deck_of(model, path, notes):
     """The mesh of a pyNastran model as a Deck.
 
     Node sets: "SET n" of the case control section and "SET1 n" of the bulk data (those of grid points), and "SPC n", the grid
-    points that it holds. What was not taken is added to `notes`.
+    points that it holds. What was not taken is added to `notes`. Loads: those of nastran_loads.take_loads.
     """
     turned = [grid for grid, node in model.nodes.items() if node.cd not in (0, None)]
     if turned:
@@ -63,8 +65,7 @@ def deck_of(model, path, notes):
         raise ValueError(f"{path}: a grid point stands in a coordinate system (CP) that is not there: {error}") from None
     cells, others = _cells(model, path, labels)
     deck = Deck(str(path), labels, nodes, cells, _sets(model, labels, notes), shapeless=others)
-    deck.other_loads = [f"load set {number}" for number in sorted(model.loads)]
-    deck.other_loads += [f"dynamic load {number}" for number in sorted({*model.dloads, *model.dload_entries, *model.dareas})]
+    take_loads(model, deck)
     if any(any(getattr(card, "enforced", ())) for cards in model.spcs.values() for card in cards):
         notes.append("NOT taken: enforced displacements (SPC)")
     return deck

@@ -1,0 +1,212 @@
+"""What ranges of parameters make of a peak: first order, curves over one parameter, samples of all of them."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import qmc
+
+from .case_changes import CONTACT, NAMES, Range, contact_values, need, need_damping, split
+from .case_runs import CaseRuns, CurveCase, largest_at, largest_peak
+from .curves import is_reduced
+from .ranges_report import write
+from .study_runs import Program, RunFailed
+
+SAMPLES = 128  # a power of two suits Sobol's points
+ALONG = 9  # points of a curve over one parameter, both ends included
+FREQUENCIES = 201  # at which the band of the curves is drawn
+STEP = 0.02  # of xi, for slopes by differences
+
+
+@dataclass
+class FirstOrder:
+    """Slopes of the largest peak by xi at the middle of all ranges.
+
+    amplitude, omega : dicts name -> slope, or (N_x,) where every point has its own number
+    by : dict name -> "sensitivity" or "differences"
+    change, second : of the amplitude from the middle to the farthest corner along the gradient, by first order, and half the second
+        difference of the peaks there and opposite; NaN where one of them is no peak
+    """
+
+    amplitude: dict = field(default_factory=dict)
+    omega: dict = field(default_factory=dict)
+    by: dict = field(default_factory=dict)
+    change: float = np.nan
+    second: float = np.nan
+
+    def at(self, middle, places, of="amplitude"):
+        """Of the peak, for a dict of places xi."""
+        return middle + sum(float(np.sum(slope * places[name])) for name, slope in getattr(self, of).items())
+
+    def deviation(self, of="amplitude"):
+        """Standard deviation for places evenly spread from -1 to 1."""
+        return float(np.sqrt(sum(np.sum(np.square(slope)) for slope in getattr(self, of).values()) / 3))
+
+    @property
+    def meaningless(self):
+        return bool(self.second > abs(self.change))
+
+
+@dataclass
+class Found:
+    """All that `range` finds. `middle`, and entries of `curves` (name -> [(number, record), ...]) and `samples` are records as
+    `case_runs.largest_peak` makes them; `places` a dict of xi for each sample; `frequencies` and their `curve`s in rad per time."""
+
+    case: object
+    ranges: list
+    each_point: bool
+    seed: int
+    dof: str
+    unit: object
+    length: str
+    frequencies: np.ndarray
+    middle: dict
+    first: FirstOrder
+    curves: dict
+    places: list
+    samples: list
+
+    @property
+    def good(self):
+        """Numbers of the samples that have a peak."""
+        return [i for i, record in enumerate(self.samples) if record["status"] == 0 and record["peak"]]
+
+
+def ranges(arguments):
+    """The command: refuses wrong input, runs what has not been run, writes and prints the report."""
+    given = [Range.read(name, words) for name in NAMES if (words := getattr(arguments, name))]
+    if not given:
+        raise ValueError(f"nothing to vary; give two numbers to at least one of {', '.join(f'--{name}' for name in NAMES)}")
+    _need_distinct(given)
+    for option, least in (("samples", 0), ("along", 0), ("jobs", 1), ("until_peak", 1)):
+        if (number := getattr(arguments, option)) is not None and number < least:
+            raise ValueError(f"--{option.replace('_', '-')} {number}: must be at least {least}")
+    if 0 < arguments.along < 2:
+        raise ValueError("--along 1: a curve has at least 2 points")
+    case = CurveCase(arguments.case, arguments.omega, arguments.watch, arguments.until_peak)
+    if any(wanted.name == "damping" for wanted in given):
+        need_damping(case.content)
+    program = Program(arguments.binary)
+    program.check(case.path)
+    out = Path(arguments.out) if arguments.out else case.path.with_name(case.path.stem + "_range")
+    try:
+        found = computed(CaseRuns(case, program, out, arguments.jobs), given, arguments.samples, arguments.along, arguments.seed,
+                         arguments.each_point)
+    except KeyboardInterrupt:
+        raise RunFailed(f"broken off; what was computed is in {out}, and the same command goes on from there") from None
+    write(found, out)
+
+
+def computed(runs, given, samples, along, seed, each_point=False):
+    """The Found of a CaseRuns; `given`: Ranges."""
+    results = runs.begin()
+    for wanted in given:
+        need(wanted.name, runs.contact)
+        if wanted.name == "preload":
+            runs.need_preload()
+    size = len(runs.contact["law"])
+    sweep = [results.unit.from_hertz(end) if runs.case.content["continuation"].get("unit") == "Hz" else end
+             for end in sorted(runs.case.content["continuation"]["omega"])]
+    frequencies = np.linspace(*sweep, FREQUENCIES)
+
+    def digest(results):
+        curve = [] if runs.case.content["continuation"].get("stop_after_peaks") else largest_at(results, runs.dof, frequencies).tolist()
+        return largest_peak(results, runs.dof) | {"curve": [None if np.isnan(value) else value for value in curve]}
+
+    def changes(places):
+        return {wanted.name: (wanted.kind, wanted.at(places.get(wanted.name, 0.0))) for wanted in given}
+
+    middle = runs.each([changes({})], digest, "middle of the ranges")[0]
+    if middle["status"] != 0 or not middle["peak"]:
+        raise RunFailed(f"{runs.case.path}: in the middle of the ranges "
+                        + (f"{runs.dof} has no peak inside the sweep" if middle["status"] == 0 else f"it failed: {middle['reason']}"))
+    first = first_order(runs, given, changes, digest, middle, each_point)
+    curves = {}
+    for wanted in given if along else ():
+        xi = np.linspace(-1, 1, along)
+        records = runs.each([changes({wanted.name: place}) for place in xi], digest, f"over {wanted.name}")
+        curves[wanted.name] = [(wanted.at(place), record) for place, record in zip(xi, records)]
+    places = spread(given, samples, seed, size if each_point else 0)
+    drawn = runs.each([changes(place) for place in places], digest, "samples")
+    return Found(runs.case, given, each_point, seed, runs.dof, results.unit, results.unit_of(runs.dof), frequencies, middle, first, curves,
+                 places, drawn)
+
+
+def spread(given, samples, seed, points=0):
+    """`samples` places within the ranges, dicts name -> xi; Sobol's points, the first ones of which are the same for any number.
+
+    points : contact points that have a number each, 0 for one common to all
+    """
+    width = {wanted.name: points if points and wanted.name in CONTACT else 1 for wanted in given}
+    if not samples:
+        return []
+    power = int(np.ceil(np.log2(samples)))
+    cube = 2 * qmc.Sobol(sum(width.values()), seed=seed).random_base2(power)[:samples] - 1
+    parts = np.split(cube, np.cumsum(list(width.values()))[:-1], axis=1)
+    return [{name: part[i] if width[name] > 1 else float(part[i, 0]) for name, part in zip(width, parts)} for i in range(samples)]
+
+
+def first_order(runs, given, changes, digest, middle, each_point):
+    """Slopes from [sensitivity] where it knows them, else by differences; two runs more say how far they reach."""
+    first = FirstOrder()
+    known = None
+    if is_reduced(runs.dof):
+        run, results = runs.whole("middle", changes({}), sensitivity=True)
+        known = results.sensitivity if results is not None else None
+    row = None if known is None or not len(known) else int(np.argmin(np.abs(known.omega - middle["omega"])))
+    if row is not None and abs(known.omega[row] / middle["omega"] - 1) > 1e-2:
+        row = None  # of another peak
+    for wanted in given:
+        if row is not None and wanted.name != "damping":
+            for of, size in (("amplitude", middle["amplitude"] / known.amplitude[row]), ("omega", 1.0)):
+                slope = size * slope_of(wanted, getattr(known, f"{of}_by"), row, runs.contact, each_point)
+                getattr(first, of)[wanted.name] = slope
+            first.by[wanted.name] = "sensitivity"
+        else:
+            _by_differences(first, runs, wanted, changes, digest, each_point)
+    largest = max((np.abs(slope).max() for slope in first.amplitude.values()), default=0.0)
+    if largest > 0:
+        corner = {name: slope / largest for name, slope in first.amplitude.items()}
+        up, down = runs.each([changes({name: sign * place for name, place in corner.items()}) for sign in (1, -1)], digest,
+                             "along the gradient")
+        first.change = sum(float(np.sum(slope * corner[name])) for name, slope in first.amplitude.items())
+        if all(end["status"] == 0 and end["peak"] for end in (up, down)):
+            first.second = abs(up["amplitude"] - 2 * middle["amplitude"] + down["amplitude"]) / 2
+    return first
+
+
+def slope_of(wanted, slopes, row, contact, each_point):
+    """Slope by xi of a peak, from derivatives by the parameters themselves: a number, or (N_x,) for one per point."""
+    if wanted.name in ("force", "preload"):
+        return float(slopes[wanted.name][row]) * wanted.half  # by the factor on what the middle has
+    key, directions = split(wanted.name)
+    by = np.nan_to_num(slopes[key][row])
+    if wanted.kind == "factor":
+        size = contact_values(contact, {wanted.name: ("factor", wanted.at(0.0))})[key] * wanted.half
+    else:
+        size = np.full(by.shape, wanted.half)
+    product = np.atleast_2d(by * size) if by.ndim == 2 else (by * size)[:, None]
+    total = product[:, directions].sum(axis=1)
+    return total if each_point else float(total.sum())
+
+
+def _by_differences(first, runs, wanted, changes, digest, each_point):
+    count = len(runs.contact["law"]) if each_point and wanted.name in CONTACT else 1
+    steps = [STEP * unit if count > 1 else STEP for unit in np.eye(count)]
+    records = runs.each([changes({wanted.name: sign * step}) for step in steps for sign in (1, -1)], digest, f"slopes by {wanted.name}")
+    if all(record["status"] == 0 and record["peak"] for record in records):
+        for of in ("amplitude", "omega"):
+            values = np.array([record[of] for record in records]).reshape(count, 2)
+            slope = (values[:, 0] - values[:, 1]) / (2 * STEP)
+            getattr(first, of)[wanted.name] = slope if count > 1 else float(slope[0])
+        first.by[wanted.name] = "differences"
+
+
+def _need_distinct(given):
+    """Two ranges must not change the same number."""
+    seen = {}
+    for wanted in given:
+        key, directions = split(wanted.name)
+        for direction in range(2)[directions]:
+            if (other := seen.setdefault((key, direction), wanted.name)) != wanted.name:
+                raise ValueError(f"--{wanted.name} and --{other} change the same numbers; give one of them")

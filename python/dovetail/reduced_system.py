@@ -1,0 +1,114 @@
+"""The equations that a run has solved, dense and in NumPy: a `reference.HarmonicBalance` of results and their reduced file."""
+
+import tomllib
+
+import h5py
+import numpy as np
+import scipy.linalg
+
+from . import reference
+from .hdf5_read import numbers, opened, text
+from .recovery import reduced_file
+
+
+def equations(results, samples=None):
+    """The equations (11) with the loads and the damping of the case that the results hold.
+
+    Parameters
+    ----------
+    results : Results
+    samples : int, optional
+        Instants per period, as the reference has sampled forces alone; default: those of the run, of an exact one so many that
+        they are good for drawing.
+    """
+    case = tomllib.loads(results.case)
+    path = reduced_file(results)
+    with opened(path) as file:
+        reduced, names = _reduced(file, results)
+        damping = _damping(file, results, case.get("damping", {}), reduced)
+    contact = reference.Contact(*(results.contact[key] for key in ("normal_stiffness", "tangential_stiffness", "friction", "gap")),
+                                law=results.contact["law"])
+    preload = reference.Preload(results.xp.reshape(-1, 3), results.g.reshape(-1, 3), results.w)
+    return reference.HarmonicBalance(reduced, contact, preload, damping, courses(case, names, path), results.harmonics,
+                                     samples or results.drawing_samples)
+
+
+def courses(case, names, path):
+    """One Fourier series for each load pattern of a reduced file, by the names of the patterns; [0] for those that rest."""
+    excitation = case["excitation"]
+    given = {load["pattern"]: load["fourier"] for load in excitation.get("load", [])} or {"force": excitation["fourier"]}
+    if unknown := set(given) - set(names):
+        raise ValueError(f"{path}: has no load pattern {', '.join(sorted(unknown))}, which the case names; there are {', '.join(names)}")
+    return [given.get(name, [0.0]) for name in names]
+
+
+def stuck(system, closed=None):
+    """Matrix of the structure with the springs of its contact points, (n, n), of a `HarmonicBalance`.
+
+    closed : (N_x, 3) bool, springs that count; default: of the points that press in the preload state, those without friction in
+        their normal alone.
+    """
+    contact = system.contact
+    if closed is None:
+        pressed = (system.preload.g[:, 2] > 0) | (contact.kind == reference.contact.BILATERAL)
+        closed = np.column_stack([pressed & (contact.kind <= reference.contact.CONE)] * 2 + [pressed])
+    springs = closed * np.column_stack([contact.kt, contact.kn])
+    return system.K + np.diag(np.concatenate([np.zeros(system.modes), springs.ravel()]))
+
+
+def _reduced(file, results):
+    n, m = results.modes, 3 * results.contact_points
+    names = [text(name) for name in np.atleast_1d(file.attrs.get("force_names", "force"))]
+    loads = {}
+    for name, width in (("Fa", n), ("Fx", m)):
+        values = np.asarray(file[name], dtype=float)
+        loads[name] = values.reshape(-1, width) if width else np.zeros((len(names), 0))
+    shapes = {"Kaa": (n,), "Max": (n, m), "Mxx": (m, m), "Kxx": (m, m), "R": (m,)}
+    parts = {name: numbers(file, name, shape) for name, shape in shapes.items()}
+    return reference.Reduced(parts["Kaa"], parts["Max"], parts["Mxx"], parts["Kxx"], loads["Fa"], loads["Fx"], parts["R"]), names
+
+
+def _matrix(file, letter, results):
+    """A matrix of damping by its blocks, zero where the file has none of it, or None where it has no block at all."""
+    n, m = results.modes, 3 * results.contact_points
+    blocks = {name: f"{letter}{name}" for name in ("aa", "ax", "xx")}
+    if not any(name in file for name in blocks.values()):
+        return None
+    aa, ax, xx = (np.asarray(file[name], dtype=float) if name in file and isinstance(file[name], h5py.Dataset) else None
+                  for name in blocks.values())
+    aa = np.zeros((n, n)) if aa is None else np.diag(aa) if aa.ndim == 1 else aa
+    ax = np.zeros((n, m)) if ax is None else ax
+    xx = np.zeros((m, m)) if xx is None else xx
+    return np.block([[aa, ax], [ax.T, xx]])
+
+
+def _damping(file, results, section, reduced):
+    """Every kind of [damping], by its definition in the case file's reference."""
+    stiffness, mass, structural = (section.get(key, 0.0) for key in ("stiffness", "mass", "structural"))
+    matrix, given = 0.0, section.get("ratios", [])
+    if section.get("matrix") and (C := _matrix(file, "C", results)) is not None:
+        matrix = matrix + C
+    if given and section.get("of", "stuck") == "fixed":
+        rates = np.zeros(results.modes + 3 * results.contact_points)
+        for mode, ratio in given:
+            rates[mode - 1] = 2 * ratio * np.sqrt(reduced.kaa[mode - 1])
+        matrix = matrix + np.diag(rates)
+    elif given:
+        K = scipy.linalg.block_diag(np.diag(reduced.kaa), reduced.kxx) + np.diag(_springs(results, np.ones((results.contact_points, 3))))
+        M = np.block([[np.eye(results.modes), reduced.max], [reduced.max.T, reduced.mxx]])
+        squares, shapes = scipy.linalg.eigh(K, M)
+        rates = np.zeros(len(squares))
+        for mode, ratio in given:
+            rates[mode - 1] = 2 * ratio * np.sqrt(squares[mode - 1])
+        matrix = matrix + M @ shapes @ np.diag(rates) @ shapes.T @ M
+    if section.get("contact"):
+        force = results.g.reshape(-1, 3)
+        sticks = np.abs(force[:, :2]) < results.contact["friction"] * force[:, 2:] * (1 - 1e-9)
+        matrix = matrix + stiffness * np.diag(_springs(results, np.column_stack([sticks, force[:, 2] > 0])))
+    return reference.Damping(stiffness, mass, structural, matrix, _matrix(file, "S", results) if structural else None)
+
+
+def _springs(results, closed):
+    """Diagonal (N_a + 3 N_x,) of the contact springs that count."""
+    springs = closed * np.column_stack([results.contact["tangential_stiffness"], results.contact["normal_stiffness"]])
+    return np.concatenate([np.zeros(results.modes), springs.ravel()])

@@ -1,0 +1,142 @@
+"""The command fit: planted parameters come back, with the confidence that theory gives them."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+
+import cases
+from dovetail import Results
+from dovetail.__main__ import main
+from dovetail.fit import Unknown, changes_of, uncertainty
+from dovetail.measured import read_measured
+from dovetail.units import parse
+from launch import BINARY, run
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch):
+    """Drawing takes longer than the runs."""
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda *_, **__: None)
+
+
+def measured(path, omega, amplitude, header="omega [rad/s], amplitude [m]"):
+    path.write_text("\n".join([header, *(f"{w!r}, {a!r}" for w, a in zip(omega.tolist(), amplitude.tolist()))]) + "\n")
+    return path
+
+
+def fitted(case, file, *options):
+    assert main(["fit", str(case.path), str(file), *options, "--binary", str(BINARY)]) == 0
+    out = case.path.parent / "case_fit"
+    return json.loads((out / "fit.json").read_text()), tomllib.loads((out / "fitted.toml").read_text())
+
+
+def test_closed_form_of_a_stuck_mass(tmp_path):
+    """k_t and C = b K from A(w) = F / |k + k_t - w^2 + i b k w|, with noise: the least squares of this formula, and their intervals."""
+    case = cases.stuck_mass(tmp_path)
+    k, b, kt = 40.0, 0.01, 60.0
+    omega = np.linspace(7, 13.5, 14)
+
+    def amplitude(x):
+        return 1 / np.abs(k + kt * np.exp(x[0]) - omega**2 + 1j * b * np.exp(x[1]) * k * omega)
+
+    planted = np.log([1.2, 0.8])
+    noise = 0.01 * np.random.default_rng(2).standard_normal(len(omega))
+    wanted = amplitude(planted) * np.exp(noise)
+    x = planted.copy()
+    for _ in range(5):  # Gauss and Newton on the formula
+        errors = np.log(amplitude(x) / wanted)
+        jacobian = np.column_stack([np.log(amplitude(x + 1e-6 * unit) / amplitude(x - 1e-6 * unit)) / 2e-6 for unit in np.eye(2)])
+        x = x - np.linalg.lstsq(jacobian, errors, rcond=None)[0]
+    errors = np.log(amplitude(x) / wanted)
+    covariance = np.linalg.inv(jacobian.T @ jacobian) * np.sum(errors**2) / (len(omega) - 2)
+    numbers, toml = fitted(case, measured(tmp_path / "curve.csv", omega, wanted), "--parameters", "tangential_stiffness", "damping",
+                           "--watch", "x1.t1")
+    found, damping = numbers["parameters"]
+    assert (found["factor"], damping["factor"]) == pytest.approx(np.exp(x), rel=1e-5)
+    assert (found["deviation"], damping["deviation"]) == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-2)
+    quantile = 2.1788  # of Student's distribution with 12 degrees of freedom, 97.5 %
+    assert np.log(found["high"] / found["factor"]) == pytest.approx(quantile * found["deviation"], rel=1e-4)
+    assert found["low"] < 1.2 < found["high"] and damping["low"] < 0.8 < damping["high"]
+    assert toml["contact"]["tangential_stiffness"] == pytest.approx(kt * found["factor"])
+    assert toml["damping"]["stiffness"] == pytest.approx(b * damping["factor"]) and found["value"] == pytest.approx(kt * found["factor"])
+    assert numbers["misfit"] == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_planted_friction_and_stiffness_come_back(tmp_path):
+    """Five degrees of freedom, whose point slips and lifts off: a curve with 1 % noise."""
+    settings = {"kind": "auto", "harmonics": 3, "samples": "exact", "omega": [0.95, 1.15], **cases.TIGHT}
+    omega = np.linspace(0.95, 1.15, 15)
+    (planted := tmp_path / "planted").mkdir()
+    done = run(cases.dof5(planted, **settings, friction=[0.8, 0.8], tangential_stiffness=[1.2, 1.2], at=omega[1:-1].tolist()))
+    results = Results(done.folder / "results.h5")
+    amplitude = results.amplitude("a1")[[int(np.argmin(np.abs(results.omega - w))) for w in omega]]
+    noise = 0.01 * np.random.default_rng(1).standard_normal(len(omega))
+    case = cases.dof5(tmp_path, **settings)
+    numbers, toml = fitted(case, measured(tmp_path / "curve.csv", omega, amplitude * (1 + noise)), "--watch", "a1")
+    friction, stiffness = numbers["parameters"]
+    assert friction["low"] < 0.8 < friction["high"] and stiffness["low"] < 1.2 < stiffness["high"]
+    assert friction["deviation"] < 0.05 and stiffness["deviation"] < 0.05 and 0.005 < numbers["misfit"] < 0.015
+    assert toml == {"contact": {"friction": friction["value"], "tangential_stiffness": stiffness["value"]}}
+
+
+def test_what_the_curve_does_not_depend_on_is_told(tmp_path, capsys):
+    """Friction of a point that never slips."""
+    case = cases.stuck_mass(tmp_path)
+    omega = np.linspace(9, 11, 5)
+    file = measured(tmp_path / "curve.csv", omega, 1.01 / np.abs(100 - omega**2 + 0.4j * omega))
+    numbers, _ = fitted(case, file, "--watch", "x1.t1")
+    assert "the curve hardly depends on friction" in capsys.readouterr().out and numbers["parameters"][0]["high"] is None
+
+
+def test_a_factor_for_each_joint():
+    """Points of one joint have the same factor, those of none stay as they are."""
+    unknowns = [Unknown("friction", "left", np.array([0, 2])), Unknown("friction", "right", np.array([3])), Unknown("force")]
+    changes = changes_of(unknowns, [2.0, 3.0, 4.0], 5)
+    np.testing.assert_array_equal(changes["friction"][1], [2, np.nan, 2, 3, np.nan])
+    assert changes["friction"][0] == "factor" and changes["force"] == ("factor", 4.0) and str(unknowns[0]) == "friction of left"
+
+
+def test_uncertainty_of_a_line():
+    """y = a + b t with errors: deviations in closed form."""
+    t = np.array([0.0, 1, 2, 3, 4])
+    errors = np.array([0.1, -0.2, 0.1, 0.1, -0.1])
+    deviation, correlation = uncertainty(errors, np.column_stack([np.ones(5), t]))
+    s = np.sqrt(np.sum(errors**2) / 3)
+    assert deviation == pytest.approx([s * np.sqrt(1 / 5 + 4 / 10), s / np.sqrt(10)])
+    assert correlation[0, 1] == pytest.approx(-2 / np.sqrt(10) / np.sqrt(1 / 5 + 4 / 10))
+
+
+def test_measured_files_say_their_units(tmp_path):
+    file = tmp_path / "m.csv"
+    file.write_text("# bench 3\nfrequency [Hz]; amplitude [um]\n2; 5\n1; 4\n")
+    found = read_measured(file, parse("t, mm, s, N"))
+    np.testing.assert_allclose(found.omega, 2 * np.pi * np.array([1, 2]))
+    np.testing.assert_allclose(found.amplitude, [4e-3, 5e-3])
+    file.write_text("omega [rad/s]\tamplitude [mm]\n1000\t5\n")
+    found = read_measured(file, parse("kg, mm, ms"))
+    assert found.omega == pytest.approx([1.0]) and found.amplitude == pytest.approx([5.0])
+
+
+@pytest.mark.parametrize("text, words", [
+    ("", "is empty"), ("1, 2\n", ":1: found '1, 2'; wanted is a header"), ("frequency [Hz], amplitude [m]\n1, x\n", ":2: found '1, x'"),
+    ("frequency [Hz], amplitude [m]\n1, 2\n1, 3\n", "frequency 1 is there twice"),
+    ("frequency [rpm], amplitude [m]\n1, 2\n", "[rpm]: the unit"),
+    ("frequency [Hz], amplitude [g]\n1, 2\n", "amplitude [g]: the unit of a displacement"), ("frequency [Hz], amplitude [m]\n", "no line"),
+    ("frequency [Hz], amplitude [m]\n1, -2\n", "greater than 0")])
+def test_measured_files_that_are_refused(tmp_path, text, words):
+    (tmp_path / "m.csv").write_text(text)
+    with pytest.raises(ValueError) as refused:
+        read_measured(tmp_path / "m.csv", parse("SI"))
+    assert words in str(refused.value)
+
+
+@pytest.mark.parametrize("options, words", [
+    (["--jobs", "0"], "--jobs 0"), (["--parameters", "friction", "friction_1"], "one of them is part of another"),
+    (["--harmonic", "0"], "--harmonic 0"), (["--parameters", "damping"], "has no stiffness, mass")])
+def test_wrong_input(tmp_path, capsys, options, words):
+    case = cases.dof5(tmp_path, stiffness=0.0)
+    assert main(["fit", str(case.path), "none.csv", "--binary", str(BINARY), *options]) == 2
+    assert words in capsys.readouterr().err
