@@ -47,6 +47,8 @@ class Results:
     parameter : (n,) array or None
         Of a sweep over another parameter than the frequency, its value at every point; `parameter_name` is its name in the case
         file, `parameter_unit` "-" for a factor on what the case has.
+    tracked_amplitude : (n,) array or None
+        Of peaks that are followed over a parameter, sqrt(sum of a_k^2 + b_k^2, k >= 1) of what is watched, which is largest there.
     harmonics, samples, modes, contact_points : int
         H, N, N_a, N_x; N is 0 where contact forces were evaluated exactly, without samples. H is the largest of any point: a run
         may add harmonics on its way; `points("harmonics")` holds those of each, the rest of its coefficients is zero.
@@ -109,6 +111,7 @@ class Results:
             if not np.all(np.isfinite(self._points[name])):
                 raise ValueError(f"/points/{name} is not finite everywhere")
         self.omega, self.parameter = self._points["omega"], self._points.get("parameter")
+        self.tracked_amplitude = self._points.get("tracked_amplitude")
         self.stable = self.multiplier = self.instability = None
         if "stable" in points:
             self.stable, self.multiplier, self.instability = (

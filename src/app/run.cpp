@@ -73,6 +73,10 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     check_path(study, checked.contact);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
+    if (request.restart && study.follows_peaks())
+      throw InputError(study.given.at("path.peak") +
+                       ": path.peak: --restart: peaks over a parameter are not continued; "
+                       "begin anew, from the value reached");
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;
