@@ -107,6 +107,8 @@ def _amplitude(results, unit, amplitude, place, digits=7):
 
 
 def _peaks(results):
+    if results.tracked_amplitude is not None:
+        return _track(results)
     lines = []
     for dof in default_dofs(results):
         curve = results.response(dof)
@@ -117,6 +119,16 @@ def _peaks(results):
         lines += [(f"no peak: {dof}", f"{words}, {_amplitude(results, curve.unit, amplitude, omega)}")
                   for omega, amplitude, words in curve.ends()]
     return lines
+
+
+def _track(results):
+    """Where the peak that was followed begins, is highest and lowest, and ends."""
+    curve = results.response(results.watched)
+    places = {"first": 0, "highest": int(np.argmax(curve.amplitude)), "lowest": int(np.argmin(curve.amplitude)),
+              "last": len(results) - 1}
+    return [(f"{word} peak of {results.watched}", _amplitude(results, curve.unit, curve.amplitude[i], results.along[i])
+             + f", {with_unit(f'{results.omega[i]:.7g}', results.unit.omega)} ({results.frequency[i]:.7g} Hz)")
+            for word, i in places.items()]
 
 
 def _events(results):

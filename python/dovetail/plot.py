@@ -30,6 +30,8 @@ PANELS = {"node": "amplitude", "contact": "relative amplitude", "modal": "modal 
 def response(results, dofs=None, at=None, hz=False):
     """Amplitude over the excitation frequency, or the parameter that is varied; beneath, the share of points that slip or open.
 
+    Of peaks that are followed over a parameter, their frequency, too.
+
     Where some points are not stable, unstable parts are dashed and uncertain ones dotted. Circles are peaks, triangles turning
     points (they point to where the curve goes on). Where the branch jumped there is a gap.
 
@@ -44,12 +46,13 @@ def response(results, dofs=None, at=None, hz=False):
         Frequency axis in Hz.
     """
     panels = _panels(results, dofs or default_dofs(results))
-    hz = hz and results.parameter is None
+    hertz, hz = hz, hz and results.parameter is None
     frequency, scale = (results.frequency, results.unit.hertz(1.0)) if hz else (results.along, 1.0)
-    mixed = results.stable is not None and np.any(results.stable != STABLE)
+    mixed, tracked = results.stable is not None and np.any(results.stable != STABLE), results.tracked_amplitude is not None
+    heights = [3.2] * len(panels) + ([1.6] if tracked else []) + [1]
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(len(panels) + 1, 1, sharex=True, figsize=(7.5, 2.0 + 3.2 * len(panels)),
-                                    gridspec_kw={"height_ratios": [3.2] * len(panels) + [1]}, layout="constrained")
+        figure, axes = plt.subplots(len(heights), 1, sharex=True, figsize=(7.5, 1.0 + sum(heights)),
+                                    gridspec_kw={"height_ratios": heights}, layout="constrained")
         labels = {}
         for axis, (kind, names) in zip(axes, panels.items()):
             highest = 0.0
@@ -57,6 +60,8 @@ def response(results, dofs=None, at=None, hz=False):
                 curve = results.response(dof)
                 highest = max(highest, curve.amplitude.max())
                 label, tops = f"{dof}   {_top(results, curve, hz)}", curve.peaks()
+                if tracked:
+                    label, tops = f"peak of {dof}" if dof == results.watch else f"{dof} at the peak of {results.watch}", []
                 if mixed:
                     _curve_by_stability(axis, results, frequency, curve.amplitude, i, label)
                 else:
@@ -73,6 +78,9 @@ def response(results, dofs=None, at=None, hz=False):
                         axis.plot([], [], color="black", linestyle=DASHES[verdict], label=words)
             dress(axis.yaxis, PANELS[kind], results.unit_of(names[0]))
             axis.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.85, edgecolor="none")
+        if tracked:
+            axes[-2].plot(frequency, results.frequency if hertz else results.omega, **_line(0))
+            dress(axes[-2].yaxis, "frequency", "Hz" if hertz else results.unit.omega)
         for i, state in enumerate(("slip", "open")):
             axes[-1].plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(100 * results.points(state), results.jumps),
                           **_line(i), label=state)

@@ -53,6 +53,8 @@ class Results:
         Of a nonlinear mode ([mode]), whose `omega` is its frequency: amplitude [m kg^1/2], damping ratio of the resonance,
         energy that the contacts dissipate per period [J], multiple of the load at whose resonance it is the response (inf where
         the load does no work on it), and by how much energies fail to balance, as a damping ratio. None of other runs.
+    tracked_amplitude : (n,) array or None
+        Of peaks that are followed over a parameter, sqrt(sum of a_k^2 + b_k^2, k >= 1) of what is watched, which is largest there.
     harmonics, samples, modes, contact_points : int
         H, N, N_a, N_x; N is 0 where contact forces were evaluated exactly, without samples. H is the largest of any point: a run
         may add harmonics on its way; `points("harmonics")` holds those of each, the rest of its coefficients is zero.
@@ -118,6 +120,7 @@ class Results:
         self.modal_amplitude, self.damping_ratio, self.friction_energy, self.force_level, self.energy_error = (
             self._points.get(name) for name in OF_MODES)
         self.parameter = self._points.get("parameter", self.modal_amplitude)
+        self.tracked_amplitude = self._points.get("tracked_amplitude")
         self.stable = self.multiplier = self.instability = None
         if "stable" in points:
             self.stable, self.multiplier, self.instability = (

@@ -39,9 +39,10 @@ struct BranchPoint {
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
   const Stability *stability;            ///< null unless asked for
   const ErrorEstimate *error;            ///< likewise
-  double between;  ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
-  double progress; ///< 0..1, how far from `from` to `to`
-  bool located;    ///< found within a step, which led farther
+  double between;   ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
+  double progress;  ///< 0..1, how far from `from` to `to`
+  bool located;     ///< found within a step, which led farther
+  double omega = 0; ///< frequency, scaled, where it is neither the parameter nor fixed
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the
@@ -64,6 +65,7 @@ struct BranchEvent {
   std::string text;
   double parameter;     ///< scaled
   double amplitude = 0; ///< of what is watched, scaled; of the places only
+  double omega = 0;     ///< as in BranchPoint
 };
 
 /// Whether the branch goes on elsewhere behind it.
@@ -85,6 +87,7 @@ struct BranchSummary {
     max_points,
     peaks,     ///< stop_after_peaks
     amplitude, ///< stop_at_amplitude
+    vanished,  ///< of a track of peaks: it met a minimum
     interrupted,
     stalled,
     turned_back,
@@ -96,7 +99,8 @@ struct BranchSummary {
   double farthest = 0;  ///< nearest to the end of the sweep since the last leap
   std::string why;      ///< when it did not arrive
   bool good() const {
-    return end == End::arrived || end == End::max_points || end == End::peaks || end == End::amplitude;
+    return end == End::arrived || end == End::max_points || end == End::peaks || end == End::amplitude ||
+           end == End::vanished;
   }
 };
 

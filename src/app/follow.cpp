@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "analyses/peak_follower.hpp"
 #include "app/earlier_run.hpp"
 #include "app/watching.hpp"
 #include "case/number_text.hpp"
@@ -64,13 +65,16 @@ bool without_bound(const BranchPoint &point, double load) {
 
 std::unique_ptr<HarmonicSystem> harmonic_system(const Case &study, PreloadedModel preloaded, const Scales &scales,
                                                 int harmonics, int samples) {
-  const PathParameter &parameter = *study.range().parameter;
+  const CurveRange range = study.range();
+  const PathParameter &parameter = *range.parameter;
   ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
   const auto varied = parameter.changes_joint ? std::make_shared<VariedPreload>(model.model) : nullptr;
   auto system =
       std::make_unique<HarmonicSystem>(std::move(model), harmonics, samples, study.loads,
                                        study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
-  system->vary(ResponseParameter(parameter, study.omega_from / scales.frequency), varied);
+  system->vary(study.follows_peaks() ? ResponseParameter().beside(parameter, range.from / scales.of(parameter))
+                                     : ResponseParameter(parameter, study.omega_from / scales.frequency),
+               varied);
   return system;
 }
 
@@ -94,6 +98,19 @@ BranchSettings settings_of(const Case &study, const HarmonicSystem &system) {
   settings.stability = study.stability.value_or(false);
   settings.estimates = study.estimates;
   settings.tolerance = study.tolerance;
+  return settings;
+}
+
+TrackSettings track_settings_of(const Case &study, const HarmonicSystem &system) {
+  const BranchSettings range = settings_of(study, system);
+  TrackSettings settings;
+  settings.parameter = study.path->parameter;
+  settings.from = range.from, settings.to = range.to, settings.at = range.at;
+  settings.kind = *study.path->peak == PeakKind::phase ? TrackedPeak::phase : TrackedPeak::amplitude;
+  settings.search = range;
+  settings.search.from = study.omega_from / system.scales().frequency;
+  settings.search.to = study.omega_to / system.scales().frequency;
+  settings.search.at.clear();
   return settings;
 }
 
@@ -123,7 +140,11 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
       if (value == wanted / scale) return wanted;
     return value * scale;
   };
-  const auto user_omega = [&](double value) { return study.path ? study.omega_from : user_value(value); };
+  double omega = study.omega_from; // at the last point or event of peaks, which knows its own
+  const auto user_omega = [&](double value, double own) {
+    if (own > 0) omega = own * scales.frequency;
+    return own > 0 ? omega : study.path ? study.omega_from : user_value(value);
+  };
   const double load = load_of(system, std::max(settings.from, settings.to)); // a factor on it may begin small
   int points = earlier ? earlier->branch.counts.points : 0;
   Progress progress(voice.speaks(), {watching.units(), study.watch.name, system.layout().modes}, watching.shown(),
@@ -149,11 +170,11 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
                          std::to_string(points) + " points before are in " + results_of(study).string());
     const double now = MPI_Wtime();
     PointRecord record = collect(point, now - clock);
-    record.omega = user_omega(point.parameter), record.parameter = user_value(point.parameter);
+    record.omega = user_omega(point.parameter, point.omega), record.parameter = user_value(point.parameter);
     if (voice.speaks()) watching.measure(record);
     results.append(record);
     progress.point(record);
-    ends.add({record.parameter, record.amplitude, record.unknown});
+    if (!study.follows_peaks()) ends.add({record.parameter, record.amplitude, record.unknown});
     ++points, clock = now, unknown = record.unknown;
     place.system = point.located ? &point.system : nullptr;
     if (study.sensitivity && point.located) {
@@ -162,9 +183,12 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     }
   };
   observer.event = [&](const BranchEvent &event) {
-    const EventRecord record{static_cast<int>(event.kind),       points - 1,
-                             user_omega(event.parameter),        event.amplitude * watching.unit(),
-                             event.amplitude > 0 ? unknown : -1, user_value(event.parameter)};
+    const EventRecord record{static_cast<int>(event.kind),
+                             points - 1,
+                             user_omega(event.parameter, event.omega),
+                             event.amplitude * watching.unit(),
+                             event.amplitude > 0 ? unknown : -1,
+                             user_value(event.parameter)};
     results.append(record);
     if (is_jump(event.kind)) ends.jump();
     progress.event(event, record);
@@ -178,10 +202,12 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };
   BranchStory story;
   story.summary = stages.run("5 branch", [&] {
-    return follow_branch(system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings, y,
-                         observer, earlier ? &earlier->branch : nullptr);
+    const NewtonSettings newton{study.step_tolerance, study.residual_tolerance, study.max_iterations};
+    if (study.follows_peaks())
+      return follow_peak(system, system.preload(), newton, track_settings_of(study, system), y, observer);
+    return follow_branch(system, newton, settings, y, observer, earlier ? &earlier->branch : nullptr);
   });
-  story.range = range, story.scale = scale, story.omega = study.omega_from;
+  story.range = range, story.scale = scale, story.omega = omega;
   story.events = results.events();
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
   if (beyond_belief(comm, story) && system.layout().dofs() <= most_judged)

@@ -78,6 +78,10 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     if (request.restart && study.mode)
       throw InputError(study.file.string() + ": [mode]: a mode is not continued with --restart; begin anew without it, "
                                              "from a larger mode.amplitude");
+    if (request.restart && study.follows_peaks())
+      throw InputError(study.given.at("path.peak") +
+                       ": path.peak: --restart: peaks over a parameter are not continued; "
+                       "begin anew, from the value reached");
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;

@@ -4,6 +4,15 @@
 #include <cmath>
 
 namespace dovetail {
+namespace {
+
+double size_of(const double *c, int harmonics) {
+  double sum = 0;
+  for (int k = 1; k <= harmonics; ++k) sum += c[cosine(k)] * c[cosine(k)] + c[sine(k)] * c[sine(k)];
+  return std::sqrt(sum);
+}
+
+} // namespace
 
 Watching::Watching(const Case &study, const HarmonicSystem &system)
     : study_(study), system_(system), units_(units_of(system.scaled().model.reduced.units)),
@@ -36,7 +45,8 @@ void Watching::measure(PointRecord &point) {
     std::vector<double> sum(width, 0.0);
     for (PetscInt d = 0; d < dofs; ++d)
       for (int i = 0; i < width; ++i) sum[i] += row[d] * point.coefficients[d * width + i];
-    point.amplitude = swing_->amplitude(sum.data()), point.unknown = -1;
+    point.amplitude = swing_->amplitude(sum.data()), point.tracked = size_of(sum.data(), point.harmonics);
+    point.unknown = -1;
     return;
   }
   point.amplitude = -1;
@@ -46,7 +56,7 @@ void Watching::measure(PointRecord &point) {
     for (int k = 1; k <= point.harmonics; ++k) bound += std::hypot(c[cosine(k)], c[sine(k)]);
     if (bound <= point.amplitude) continue;
     if (const double here = swing_->amplitude(c); here > point.amplitude)
-      point.amplitude = here, point.unknown = static_cast<int>(d);
+      point.amplitude = here, point.tracked = size_of(c, point.harmonics), point.unknown = static_cast<int>(d);
   }
 }
 

@@ -70,10 +70,14 @@ struct Watch {
   std::string where;  ///< place in the case file, for messages
 };
 
+/// What is called a peak: the maximum of the amplitude, or where the motion is a quarter of a period behind the load.
+enum class PeakKind { amplitude, phase };
+
 /// A sweep over another parameter than the frequency: [path].
 struct Path {
   const PathParameter *parameter = nullptr;
-  double from = 0, to = 0; ///< factors, or an offset of the gap [m]
+  double from = 0, to = 0;      ///< factors, or an offset of the gap [m]
+  std::optional<PeakKind> peak; ///< what is followed; not given: the motion at one frequency
 };
 
 /// A nonlinear mode in place of a sweep: [mode].
@@ -121,7 +125,8 @@ struct Case {
 
   Units units;                         ///< of the model, once it is read
   FrequencyUnit frequency_unit;        ///< of the case file
-  double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point, or the frequency of a path
+  double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point, or the frequency of a path; where peaks are
+                                       ///< followed, the first one lies between
   std::optional<Path> path;
   std::optional<ModeWish> mode;
   double step = 0.02; ///< first arc length, in the scaled variables
@@ -148,8 +153,9 @@ struct Case {
   std::map<std::string, std::string>
       given; ///< key -> "case.toml:12" or "--out", of every key that is not left at its default
 
+  bool follows_peaks() const { return path && path->peak; }
   CurveRange range() const {
-    if (path) return {path->parameter, path->from, path->to, "path.range", frequency_unit};
+    if (path) return {path->parameter, path->from, path->to, "path.range", frequency_unit, follows_peaks()};
     if (mode) return {&modal_amplitude(), mode->from, mode->to, "mode.amplitude", frequency_unit};
     return {&frequency_parameter(), omega_from, omega_to, "continuation.omega", frequency_unit};
   }

@@ -17,6 +17,7 @@ struct CurveRange {
   double from = 0, to = 0; ///< frequencies [rad/s], factors, an offset of the gap [m], or modal amplitudes
   const char *key = "continuation.omega"; ///< that gives it
   FrequencyUnit unit;
+  bool of_peaks = false; ///< the frequency is that of the peak, another one at every value
 
   bool is_sweep() const { return parameter == &frequency_parameter(); } ///< over the frequency
   double shown(double value) const { return is_sweep() ? value / unit.radians() : value; }

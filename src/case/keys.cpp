@@ -129,7 +129,7 @@ const std::vector<Key> &keys() {
       {"continuation.unit", "", [](C c) { return std::string(c.frequency_unit.name()); }},
       {"continuation.omega", "rad/s",
        [](C c) {
-         return c.range().is_sweep() ? frequencies_text(c, {c.omega_from, c.omega_to}) : "";
+         return c.mode || (c.path && !c.path->peak) ? "" : frequencies_text(c, {c.omega_from, c.omega_to});
        }},
       {"continuation.step", "-", [](C c) { return number_text(c.step); }},
       {"continuation.adaptive", "", [](C c) { return std::string(c.adaptive ? "true" : "false"); }},
@@ -146,7 +146,11 @@ const std::vector<Key> &keys() {
        [](C c) {
          return c.path ? numbers_text({c.path->from, c.path->to}) : "";
        }},
-      {"path.omega", "rad/s", [](C c) { return c.path ? c.frequency_unit.number(c.omega_from) : ""; }},
+      {"path.omega", "rad/s", [](C c) { return c.path && !c.path->peak ? c.frequency_unit.number(c.omega_from) : ""; }},
+      {"path.peak", "",
+       [](C c) {
+         return std::string(!c.follows_peaks() ? "" : *c.path->peak == PeakKind::phase ? "phase" : "amplitude");
+       }},
       {"path.at", "-", [](C c) { return c.path ? numbers_text(c.at) : ""; }},
       {"mode.number", "-", [](C c) { return c.mode && c.mode->number > 0 ? std::to_string(c.mode->number) : ""; }},
       {"mode.near", "rad/s",

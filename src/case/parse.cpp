@@ -200,7 +200,8 @@ void read_frequency_unit(const Document &document, Case &study) {
   study.frequency_unit.hertz = unit.words() == "Hz";
 }
 
-void read_sweep(const Document &document, Case &study) {
+// Of a sweep, or where the first of the peaks that are followed is sought.
+void read_frequencies(const Document &document, Case &study) {
   const FrequencyUnit unit = study.frequency_unit;
   const Entry omega = document["continuation.omega"];
   if (!omega) document.missing("continuation.omega", std::string("omega = [from, to] in ") + unit.name());
@@ -212,14 +213,16 @@ void read_sweep(const Document &document, Case &study) {
   if (ends[0] != ends[1] && std::abs(ends[1] - ends[0]) < narrowest * ends[0])
     omega.refuse("the ends differ in their last digits only, and no points lie between; for one point, write the same "
                  "number twice");
+  if (study.follows_peaks() && ends[0] == ends[1])
+    omega.refuse("a peak is sought in between; write two frequencies, from and to");
   study.omega_from = ends[0] * unit.radians(), study.omega_to = ends[1] * unit.radians();
-  read_wanted(document["continuation.at"], study.range(), study);
 }
 
 void read_continuation(const Document &document, Case &study) {
   read_path(document, study);
   read_mode(document, study);
-  if (study.range().is_sweep()) read_sweep(document, study);
+  if (!study.mode && (!study.path || study.path->peak)) read_frequencies(document, study);
+  if (study.range().is_sweep()) read_wanted(document["continuation.at"], study.range(), study);
   const Entry adaptive = document["continuation.adaptive"];
   read_positive(document["continuation.step"], study.step);
   if (adaptive) study.adaptive = adaptive.truth();

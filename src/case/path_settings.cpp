@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "case/number_text.hpp"
+#include "contact/samples.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -15,6 +16,32 @@ std::string names_of_parameters() {
     if (&parameter != &frequency_parameter())
       names += (names.empty() ? "\"" : ", \"") + std::string(parameter.name) + '"';
   return names;
+}
+
+// What goes with a path over peaks, and what does not; what is looked for, from the one word.
+PeakKind read_peak(const Document &document, const Entry &peak, const Case &study) {
+  const std::string word = peak.is_words() ? peak.words() : "";
+  if (word != "amplitude" && word != "phase") peak.refuse("must be \"amplitude\" or \"phase\"");
+  const std::pair<const char *, const char *> unwanted[] = {
+      {"path.omega", "is the frequency of a path at one frequency, but path.peak follows a peak to where it goes; "
+                     "continuation.omega = [from, to] is where the first one is sought. Delete one of the two"},
+      {"continuation.at", "[path] is given as well; what it passes exactly is path.at. Delete one of the two"},
+      {"continuation.stop_at_amplitude", "is for sweeps and paths at one frequency; path.peak has no use for it"},
+      {"accuracy.tolerance", "path.peak keeps the number of harmonics; give harmonic_balance.harmonics instead"},
+  };
+  for (const auto &[key, why] : unwanted)
+    if (const Entry entry = document[key]) entry.refuse(why);
+  if (study.samples != exactly)
+    document["harmonic_balance.samples"].refuse("path.peak wants exact contact forces: samples make steps, and "
+                                                "maxima of their own; write \"exact\"");
+  for (const char *key : {"stability.enabled", "accuracy.estimates"})
+    if (const Entry entry = document[key]; entry && entry.truth())
+      entry.refuse("is not there for peaks over a parameter; delete this key, or path.peak");
+  if (const Entry entry = document["continuation.adaptive"]; entry && !entry.truth())
+    entry.refuse("peaks over a parameter are followed with adaptive steps only; delete this key, or path.peak");
+  if (!document["continuation.watch"])
+    document.missing("continuation.watch", "whose peak it is, watch = \"x1.t1\" for example,");
+  return word == "phase" ? PeakKind::phase : PeakKind::amplitude;
 }
 
 } // namespace
@@ -37,9 +64,9 @@ void read_wanted(const Entry &at, const CurveRange &range, Case &study) {
 
 void read_path(const Document &document, Case &study) {
   const Entry parameter = document["path.parameter"], range = document["path.range"], omega = document["path.omega"],
-              at = document["path.at"];
+              at = document["path.at"], peak = document["path.peak"];
   if (!parameter) {
-    for (const Entry *entry : {&range, &omega, &at})
+    for (const Entry *entry : {&range, &omega, &at, &peak})
       if (*entry) entry->refuse("path.parameter is not given; write what is varied: one of " + names_of_parameters());
     return;
   }
@@ -48,7 +75,7 @@ void read_path(const Document &document, Case &study) {
   if (!path.parameter || path.parameter == &frequency_parameter())
     parameter.refuse("must be one of " + names_of_parameters() + "; a sweep over the frequency is continuation.omega");
   for (const char *key : {"continuation.omega", "continuation.at"})
-    if (const Entry entry = document[key])
+    if (const Entry entry = document[key]; entry && !peak)
       entry.refuse("[path] is given as well; its frequency is path.omega, and what it passes exactly path.at. Delete "
                    "one of the two");
   if (!range) document.missing("path.range", "range = [from, to], factors on the value that the case has,");
@@ -60,10 +87,16 @@ void read_path(const Document &document, Case &study) {
   if (path.parameter->positive() && std::min(ends[0], ends[1]) <= 0)
     range.refuse("is a factor on the value that the case has: both ends must be greater than 0");
   path.from = ends[0], path.to = ends[1];
-  if (!omega)
-    document.missing("path.omega", std::string("the frequency, omega = 1.5 in ") + study.frequency_unit.name() + ",");
-  study.omega_from = study.omega_to = omega.number() * study.frequency_unit.radians();
-  if (study.omega_from <= 0) omega.refuse("must be greater than 0");
+  if (peak) {
+    path.peak = read_peak(document, peak, study);
+    study.estimates = false, study.stability = false;
+  } else {
+    if (!omega)
+      document.missing("path.omega", std::string("the frequency, omega = 1.5 in ") + study.frequency_unit.name() +
+                                         ", or peak = \"amplitude\" to follow a peak,");
+    study.omega_from = study.omega_to = omega.number() * study.frequency_unit.radians();
+    if (study.omega_from <= 0) omega.refuse("must be greater than 0");
+  }
   study.path = path;
   read_wanted(at, study.range(), study);
 }

@@ -69,7 +69,7 @@ std::string problem_of(const Case &study, const std::vector<ContactPoint> &point
     if (key.name == std::string(range.key)) // the end may move
       text += line(std::string(range.key) + ", from", rounded(range.from)) +
               line(std::string(range.key) + ", direction", range.to < range.from ? "down" : "up");
-    else if (study.path && key.name == std::string("path.omega"))
+    else if (study.path && !study.path->peak && key.name == std::string("path.omega"))
       text += line(key.name, rounded(study.omega_from));
     else
       text += line(key.name, key.text(study));

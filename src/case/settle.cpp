@@ -27,6 +27,10 @@ void settle_units(Case &study, const Units &units) {
 }
 
 void check_path(const Case &study, const std::vector<ContactPoint> &points) {
+  if (study.follows_peaks() &&
+      std::any_of(points.begin(), points.end(), [](const ContactPoint &p) { return p.law == Law::cone; }))
+    throw InputError(study.given.at("path.peak") + ": path.peak: wants exact contact forces, and points of law cone "
+                                                   "have none; write another contact.law, or path.omega");
   const bool changes_joint = study.path && study.path->parameter->changes_joint;
   if (changes_joint || study.sensitivity) { // such damping is made of the joint once
     const std::string key = study.path ? "path.parameter" : "sensitivity.of", place = study.given.at(key) + ": " + key;

@@ -84,6 +84,27 @@ void ContactForces::by_parameter(const double *X, const EquivalentMotion &equiva
   }
 }
 
+std::vector<Graze> ContactForces::grazes(int p, const double *X) {
+  if (std::find(exact_.begin(), exact_.end(), p) == exact_.end()) return {};
+  std::vector<double> force(3 * coefficient_count(harmonics_));
+  Activity activity;
+  Linearisation linear = linear_[p];
+  laws_->exact->evaluate(points_[p], standstill_[p], X, force.data(), activity, linear);
+  return laws_->exact->grazes(points_[p], standstill_[p], X);
+}
+
+// The height depends on k_t (x_t - w_p) and mu k_n p alone, as the force does (contact_change.hpp).
+double ContactForces::by_parameter(int p, const double *X, const Graze &graze, const EquivalentMotion &equivalent,
+                                   const Memory &memory) const {
+  const int n = coefficient_count(harmonics_), d = graze.direction;
+  const Standstill &rest = standstill_[p];
+  const double tangential = equivalent.all[d], normal = equivalent.all[2] + equivalent.friction[d];
+  double sum = graze.by_t[0] * 2 * (tangential * (rest.x[d] - rest.w[d]) - memory[d]) +
+               graze.by_n[0] * 2 * (normal * (rest.x[2] - points_[p].gap) + equivalent.closing);
+  for (int i = 0; i < n; ++i) sum += tangential * graze.by_t[i] * X[d * n + i] + normal * graze.by_n[i] * X[2 * n + i];
+  return sum;
+}
+
 ByParameter ContactForces::weighed(int p, const double *X, const double *weights) const {
   const int n = coefficient_count(harmonics_);
   const Standstill &rest = standstill_[p];

@@ -7,6 +7,7 @@
 
 #include "contact/activity.hpp"
 #include "contact/contact_change.hpp"
+#include "contact/graze.hpp"
 #include "contact/law.hpp"
 #include "contact/linearisation.hpp"
 
@@ -46,6 +47,12 @@ public:
 
   /// weights . d(forces of a point) / d(its parameters), at that motion; X, weights (3, 2H+1) of the point.
   ByParameter weighed(int point, const double *X, const double *weights) const;
+
+  /// Where sliders of a point all but slip at the motion X (3, 2H+1) of the point; none where the law is not exact.
+  std::vector<Graze> grazes(int point, const double *X);
+  /// Derivative of a graze's height by a parameter; `memory`: by how much it moves the slider of the standstill.
+  double by_parameter(int point, const double *X, const Graze &graze, const EquivalentMotion &equivalent,
+                      const Memory &memory) const;
 
   /// True if that derivative is springs only: stuck_springs(), the point being closed and stuck all through the period.
   bool springs_only(int point) const { return linear_[point].springs_only || points_[point].law == Law::bilateral; }

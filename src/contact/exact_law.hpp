@@ -2,6 +2,7 @@
 // Laws with independent directions over one period, without sampling: instants of every change of state, and integrals
 // in closed form between them (Petrov & Ewins 2003).
 #include "contact/activity.hpp"
+#include "contact/graze.hpp"
 #include "contact/law.hpp"
 #include "contact/linearisation.hpp"
 #include "contact/slider.hpp"
@@ -29,6 +30,8 @@ public:
   const std::vector<Span> &spans() const { return spans_; }
   const std::vector<Stretch> &run(int direction) const { return run_[direction]; }
   double instant(int number) const { return instants_[number].theta; }
+  /// Of that motion, X, all places where a slider could begin to slip; grazes.cpp.
+  std::vector<Graze> grazes(const ContactPoint &point, const Standstill &standstill, const double *X) const;
   /// k_t x_t' / x_n' at a landing: by it v falls when the landing comes early.
   double landing_slope(int direction, int instant) const { return sliders_[direction].landing_slope(instant); }
 

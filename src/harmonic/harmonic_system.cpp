@@ -133,7 +133,7 @@ void HarmonicSystem::vary(ResponseParameter parameter, std::shared_ptr<VariedPre
 bool HarmonicSystem::set(double value) {
   if (value_ == value) return true;
   value_ = value, setting_ = parameter_.at(value);
-  if (!parameter_.kind().changes_joint) return true;
+  if (!parameter_.changes_joint()) return true;
   contact_.clear();
   const bool found = preload_->solve(setting_);
   if (found)
@@ -221,7 +221,7 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   check(VecGetArrayRead(y, &q), "evaluating the Jacobian");
   set(shared_parameter(q));
   evaluate(q);
-  differentiate(q);
+  differentiate(q, parameter_.kind());
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
   fill(J, structure(setting_.omega), column_.data(), last);
@@ -249,6 +249,47 @@ std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {
   return out;
 }
 
+void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
+  const double *q;
+  double *column;
+  check(VecGetArrayRead(y, &q), "differentiating by a parameter");
+  set(shared_parameter(q));
+  products(q);
+  evaluate_contact(q);
+  differentiate(q, by);
+  check(VecRestoreArrayRead(y, &q), "differentiating by a parameter");
+  check(VecSet(out, 0), "differentiating by a parameter");
+  check(VecGetArray(out, &column), "differentiating by a parameter");
+  std::copy(column_.begin(), column_.end(), column);
+  check(VecRestoreArray(out, &column), "differentiating by a parameter");
+}
+
+std::vector<std::vector<Graze>> HarmonicSystem::grazes(Vec y) {
+  const double *q;
+  check(VecGetArrayRead(y, &q), "looking for grazes");
+  set(shared_parameter(q));
+  std::vector<std::vector<Graze>> out;
+  for (PetscInt p = 0; p < layout_.own_points.size(); ++p)
+    out.push_back(forces_.grazes(static_cast<int>(p), q + layout_.own_point_offset(p)));
+  check(VecRestoreArrayRead(y, &q), "looking for grazes");
+  return out;
+}
+
+double HarmonicSystem::by_parameter(Vec y, int own_point, const Graze &graze, const PathParameter &by) {
+  if (!by.changes_joint) return 0;
+  const double *q;
+  check(VecGetArrayRead(y, &q), "differentiating a graze");
+  set(shared_parameter(q));
+  const Setting slope = ResponseParameter(by).slope();
+  const std::vector<Memory> memory = preload_->memory_slope(setting_, slope);
+  double value = 0;
+  if (own_point >= 0)
+    value = forces_.by_parameter(own_point, q + layout_.own_point_offset(own_point), graze,
+                                 {setting_.contact, slope.contact}, memory[own_point]);
+  check(VecRestoreArrayRead(y, &q), "differentiating a graze");
+  return value;
+}
+
 void HarmonicSystem::by_frequency(const DynamicStiffness &structure, double *out) const {
   const std::vector<double> &u = stiffness_force_, &v = inertia_force_, &w = damping_force_;
   const auto turned = [](const std::vector<double> &of, std::size_t i, int place) { // times the imaginary unit
@@ -264,14 +305,14 @@ void HarmonicSystem::by_frequency(const DynamicStiffness &structure, double *out
 }
 
 // At the motion q, whose products and contact forces are there.
-void HarmonicSystem::differentiate(const double *q) {
-  const Setting slope = parameter_.slope();
+void HarmonicSystem::differentiate(const double *q, const PathParameter &by) {
+  const Setting slope = ResponseParameter(by).slope();
   column_.assign(layout_.own_coefficients(), 0.0);
   const int n = layout_.width;
   if (slope.omega != 0) by_frequency(structure(setting_.omega), column_.data());
   for (std::size_t i = 0; i < column_.size() && slope.load != 0; ++i)
     column_[i] -= slope.load * force_coefficient(loads_, i / n, i % n);
-  if (!parameter_.kind().changes_joint) return;
+  if (!by.changes_joint) return;
   const PetscInt first = layout_.own_point_offset(0);
   forces_.by_parameter(q + first, {setting_.contact, slope.contact}, preload_->memory_slope(setting_, slope),
                        &column_[first]);

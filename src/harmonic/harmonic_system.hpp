@@ -33,6 +33,7 @@ public:
   /// From here on the last unknown is that, in place of Omega. `preload`: of this model, where it changes the joint.
   void vary(ResponseParameter parameter, std::shared_ptr<VariedPreload> preload = nullptr);
   const ResponseParameter &parameter() const { return parameter_; }
+  const std::shared_ptr<VariedPreload> &preload() const { return preload_; } ///< given with that, or none
   /// The equations are those at that value of it; false where the joint has no state of preload. Collective.
   bool set(double value);
   const Setting &setting() const { return setting_; }                                ///< at the value set last
@@ -99,6 +100,12 @@ public:
 
   /// weights . d residual / d parameters of every own point, at the motion y, for weights like y. Collective.
   std::vector<ByParameter> weighed(Vec y, Vec weights);
+  /// out = d residual / d that parameter, at y and what is set besides; its last entry is 0. Collective.
+  void by_parameter(Vec y, const PathParameter &by, Vec out);
+  /// Grazes of the own contact points at y, and the derivative of one's height by a parameter: of the own point of
+  /// that number, or 0 where that is -1 and another rank owns it. Collective.
+  std::vector<std::vector<Graze>> grazes(Vec y);
+  double by_parameter(Vec y, int own_point, const Graze &graze, const PathParameter &by);
 
   /// What the own contact points did over the period at the motion evaluated last, in scaled units.
   const std::vector<Activity> &activity() const { return forces_.activity(); }
@@ -109,7 +116,7 @@ private:
   bool hold_adrift();
   void fit_courses(); // to the harmonics
   double shared_parameter(const double *own) const;
-  void differentiate(const double *q); // column_ = d residual / d parameter
+  void differentiate(const double *q, const PathParameter &by); // column_ = d residual / d that parameter
 
   ScaledModel scaled_;
   Layout layout_;

@@ -8,13 +8,23 @@ class ResponseParameter {
 public:
   /// `omega`: the frequency, scaled, where it is not the parameter.
   explicit ResponseParameter(const PathParameter &kind = frequency_parameter(), double omega = 0)
-      : kind_(&kind), omega_(omega) {}
+      : kind_(&kind), changes_joint_(kind.changes_joint) {
+    others_.omega = omega;
+  }
+  /// The same while another parameter, too, has a value, scaled.
+  ResponseParameter beside(const PathParameter &other, double value) const {
+    ResponseParameter both = *this;
+    other.set(both.others_, value);
+    both.changes_joint_ = changes_joint_ || other.changes_joint;
+    return both;
+  }
 
   const PathParameter &kind() const { return *kind_; }
+  /// Whether the joint may be another than that of the case.
+  bool changes_joint() const { return changes_joint_; }
   /// The equations at a value, scaled.
   Setting at(double value) const {
-    Setting setting;
-    setting.omega = omega_;
+    Setting setting = others_;
     kind_->set(setting, value);
     return setting;
   }
@@ -27,7 +37,8 @@ public:
 
 private:
   const PathParameter *kind_;
-  double omega_;
+  Setting others_;
+  bool changes_joint_;
 };
 
 } // namespace dovetail

@@ -32,6 +32,7 @@ struct PointRecord {
   double multiplier = 0;
   double harmonics_error = 0, sampling_error = 0, modes_error = 0; ///< where they are estimated
   double amplitude = 0;                                            ///< of what is watched, half its peak-to-peak
+  double tracked = 0;       ///< of the same, sqrt(sum over k >= 1 of a_k^2 + b_k^2)
   int unknown = -1;         ///< that it is of: a row of coefficients, or -1 for the node that the case names
   double between_error = 0; ///< of the amplitude since the point before; NaN: unknown
   // Of a nonlinear mode, over whose amplitude `parameter` is:

@@ -49,8 +49,10 @@ void Progress::heading() const {
   }
   const std::string unit = told_.unit(static_cast<int>(watched_));
   const std::string what = (told_.watch.empty() ? "motion" : told_.watch) + (unit.empty() ? "" : " [" + unit + "]");
-  std::printf("  step %15s %12s %8s   stick  slip  open   done     time     left\n",
-              range_.heading(told_.units).c_str(), what.c_str(), "Newton");
+  const std::string frequency = CurveRange{.unit = range_.unit}.heading(told_.units);
+  std::printf("  step %15s ", range_.heading(told_.units).c_str());
+  if (range_.of_peaks) std::printf("%15s ", frequency.c_str());
+  std::printf("%12s %8s   stick  slip  open   done     time     left\n", what.c_str(), "Newton");
 }
 
 void Progress::point(const PointRecord &record) {
@@ -64,11 +66,14 @@ void Progress::point(const PointRecord &record) {
   const double made = record.progress - before_; // since this run was begun or continued
   char left[32] = "";
   if (made > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 - record.progress) / made);
-  if (of_mode())
+  if (of_mode()) {
     std::printf("%6d %21.8g %15.8g %12.5e", points_, record.parameter, record.omega / range_.unit.radians(),
                 record.damping_ratio);
-  else
-    std::printf("%6d %15.8g %12.4e", points_, range_.shown(record.parameter), record.amplitude);
+  } else {
+    std::printf("%6d %15.8g ", points_, range_.shown(record.parameter));
+    if (range_.of_peaks) std::printf("%15.8g ", record.omega / range_.unit.radians());
+    std::printf("%12.4e", record.amplitude);
+  }
   std::printf(" %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", record.newton, 100 * record.stick,
               100 * record.slip, 100 * record.open, 100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
   std::fflush(stdout);

@@ -216,6 +216,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
     real("energy_error", &PointRecord::energy_error);
     real("modal_amplitude", &PointRecord::parameter);
   }
+  if (study.follows_peaks()) real("tracked_amplitude", &PointRecord::tracked);
   real("omega", &PointRecord::omega); // grows last: who sees a frequency finds all that belongs to it
 
   const auto event = [&](const std::string &name, hid_t type, auto EventRecord::*value) {

@@ -300,6 +300,8 @@ const char *name_of(BranchSummary::End end) {
     return "peaks";
   case BranchSummary::End::amplitude:
     return "amplitude";
+  case BranchSummary::End::vanished:
+    return "vanished";
   case BranchSummary::End::interrupted:
     return "interrupted";
   case BranchSummary::End::retraced:

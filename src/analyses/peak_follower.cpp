@@ -1,0 +1,276 @@
+#include "analyses/peak_follower.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "analyses/peak_search.hpp"
+#include "continuation/stepper.hpp"
+#include "harmonic/dense_model.hpp"
+#include "problems/forced_response.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr const char *doing = "following a peak";
+constexpr double leaps[] = {1e-6, 1e-5, 1e-4, 1e-3, 1e-2}; // of the range, to beyond where the equations meet
+
+class PeakFollower : private Stepper {
+public:
+  PeakFollower(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload, const NewtonSettings &newton,
+               const TrackSettings &settings, const BranchObserver &observer);
+
+  BranchSummary run(Vec y);
+
+private:
+  using End = BranchSummary::End;
+
+  bool find_first(Vec y);
+  void begin(PeakSearch::Found found);
+  Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
+  void halved(const std::string &why) override;
+  void turned_kink(double angle, double value) override;
+  Outcome no_step() override;
+  bool stays_in_corner();
+  bool report_wanted(Vec normal, double plain, double until);
+  Outcome meet_minimum(Vec normal, double step, double plain);
+  Outcome end(End how, const std::string &why = "");
+  void report(const CurvePoint &s, double arclength, bool located = false);
+  void notify(BranchEvent::Kind kind, const std::string &text, const CurvePoint &s);
+  std::string name() const { return settings_.parameter->name; }
+
+  HarmonicSystem &system_;
+  const NewtonSettings &newton_;
+  const TrackSettings &settings_;
+  const BranchObserver &observer_;
+  BranchSummary summary_;
+  PeakSearch search_;
+  PeakEquations &peak_;
+  std::shared_ptr<TrackLeg> leg_; // that is followed
+  AmplitudeMeter meter_;
+  double arclength_ = 0, sense_;  // of the parameter
+  std::size_t leaps_in_vain_ = 0; // tried since the last step
+  bool ended_ = false;
+};
+
+double unit_of(const TrackSettings &settings) { return std::abs(settings.to - settings.from); }
+
+PeakFollower::PeakFollower(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload, const NewtonSettings &newton,
+                           const TrackSettings &settings, const BranchObserver &observer)
+    : Stepper({true, settings.search.step}, unit_of(settings), newton.step_tolerance), system_(system), newton_(newton),
+      settings_(settings), observer_(observer), search_(system, std::move(preload), newton, settings, summary_.counts),
+      peak_(search_.equations()), leg_(search_.smooth()), meter_(peak_.system().layout(), settings.search.watched),
+      sense_(settings.to < settings.from ? -1 : 1) {
+  take_curve(*leg_->curve);
+}
+
+BranchSummary PeakFollower::run(Vec y) {
+  summary_.parameter = summary_.farthest = settings_.from;
+  if (!find_first(y)) return summary_;
+  while (!ended_) {
+    advance();
+    if (ended_) break;
+    if (summary_.counts.points >= settings_.search.max_points)
+      end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.search.max_points));
+    else if (observer_.interrupted && observer_.interrupted())
+      end(End::interrupted, "interrupted");
+  }
+  summary_.parameter = summary_.farthest = here_.parameter;
+  return summary_;
+}
+
+// The highest peak of the sweep, as the first point of the track.
+bool PeakFollower::find_first(Vec y) {
+  UniqueVec last = peak_.system().unknowns(), highest = peak_.system().unknowns();
+  double most = 0;
+  int peaks = 0;
+  const BranchObserver search{[&](const BranchPoint &point) {
+                                if (point.located) pad(point.system.layout(), point.y, peak_.system().layout(), last);
+                              },
+                              [&](const BranchEvent &event) {
+                                if (event.kind != BranchEvent::Kind::peak) return;
+                                ++peaks;
+                                if (event.amplitude <= most) return;
+                                most = event.amplitude;
+                                check(VecCopy(last, highest), doing);
+                              },
+                              {},
+                              observer_.interrupted};
+  const BranchSummary swept = follow_branch(system_, newton_, settings_.search, y, search);
+  summary_.counts.newton += swept.counts.newton, summary_.counts.linear += swept.counts.linear;
+  if (swept.end == End::interrupted) {
+    end(End::interrupted, "interrupted");
+    return false;
+  }
+  if (peaks == 0) {
+    end(End::no_start, "no peak lies within continuation.omega at the first " + name() +
+                           (swept.good() ? "" : ", as far as it was swept: " + swept.why));
+    return false;
+  }
+  auto found = search_.near(settings_.from, highest);
+  if (!found) {
+    end(End::no_start, "of the highest peak within continuation.omega at the first " + name() +
+                           " no maximum is found that could be followed");
+    return false;
+  }
+  const std::string which = peaks == 1 ? "the peak" : "the highest of " + std::to_string(peaks) + " peaks";
+  notify(BranchEvent::Kind::start, which + " within continuation.omega", found->at);
+  begin(std::move(*found));
+  return true;
+}
+
+// From here on along the leg of that point.
+void PeakFollower::begin(PeakSearch::Found found) {
+  const bool was_in_corner = !leg_->corner.empty();
+  leg_ = std::move(found.leg);
+  take_curve(*leg_->curve);
+  here_ = std::move(found.at);
+  if (parameter_of(here_.t) * sense_ < 0) turn(here_);
+  curve_->norm.see(here_.y);
+  measure_anew();
+  report(here_, arclength_);
+  if (!leg_->corner.empty())
+    notify(BranchEvent::Kind::corner,
+           "from here on the peak lies in a corner of the response, where " + leg_->corner + " begins to slip", here_);
+  else if (was_in_corner)
+    notify(BranchEvent::Kind::corner, "the peak has left the corner", here_);
+  control_.set(step_limits.after_jump);
+  limit_step();
+  if (here_.parameter == settings_.to) end(End::arrived);
+}
+
+void PeakFollower::halved(const std::string &why) {
+  ++summary_.counts.cuts;
+  notify(BranchEvent::Kind::cut, why + ", step halved", here_);
+}
+
+void PeakFollower::turned_kink(double angle, double) {
+  ++summary_.counts.corners;
+  notify(BranchEvent::Kind::corner,
+         "corner of the track, turning by " + std::to_string(std::lround(angle * 180 / M_PI)) + " degrees", here_);
+}
+
+// Where the response has a corner in or near its maximum: the peak a little farther on, of whatever kind.
+Stepper::Outcome PeakFollower::no_step() {
+  const std::string why = refusal_;
+  UniqueVec motion = peak_.system().unknowns();
+  leg_->track->take(here_.y);
+  check(VecCopy(peak_.y(), motion), doing);
+  double next = settings_.to;
+  for (const double value : settings_.at)
+    if ((value - here_.parameter) * sense_ > 0 && (next - value) * sense_ > 0) next = value;
+  while (leaps_in_vain_ < std::size(leaps)) {
+    const double leap = leaps[leaps_in_vain_++];
+    double value = here_.parameter + sense_ * leap * unit_;
+    if ((value - next) * sense_ > 0) value = next;
+    auto found = search_.near(value, motion);
+    if (!found) continue;
+    ++summary_.counts.corners;
+    arclength_ += curve_->norm.length(here_.t) * leap;
+    begin(std::move(*found));
+    return ended_ ? Outcome::ended : Outcome::on;
+  }
+  return end(End::stalled, why);
+}
+
+// Whether trial_ is a peak; of a corner only.
+bool PeakFollower::stays_in_corner() {
+  if (leg_->corner.empty()) return true;
+  const auto sides = search_.sides(*leg_->track, trial_.y);
+  if (sides && sides->is_peak()) return true;
+  refusal_ = "the peak leaves the corner within the step";
+  return false;
+}
+
+// Points at the values of `at` between here_ and trial_ that come before `until`, a value of the parameter; false where
+// the end of the range is among them.
+bool PeakFollower::report_wanted(Vec normal, double plain, double until) {
+  const double from = here_.parameter, sense = until < from ? -1 : 1;
+  const auto passed = [&](double value) { return (value - from) * sense > 0 && (until - value) * sense >= 0; };
+  std::vector<double> wanted;
+  for (const double value : settings_.at)
+    if (passed(value) && (settings_.to - value) * sense > 0) wanted.push_back(value);
+  std::sort(wanted.begin(), wanted.end(), [&](double a, double b) { return (b - a) * sense > 0; });
+  if (passed(settings_.to)) wanted.push_back(settings_.to);
+  for (const double value : wanted) {
+    CurvePoint s = curve_->point();
+    const double part = (value - from) / (trial_.parameter - from);
+    check(VecAXPBYPCZ(s.y, 1 - part, part, 0, here_.y, trial_.y), doing);
+    if (!curve_->solve_at(value, s)) {
+      ++summary_.counts.missed;
+      notify(BranchEvent::Kind::missed, "no peak at this " + name() + " of path.at: " + s.newton.why, s);
+      continue;
+    }
+    const double along = curve_->plane(normal, s.y) - curve_->plane(normal, here_.y);
+    report(s, arclength_ + along * plain, value != settings_.to);
+    if (value != settings_.to) continue;
+    std::swap(here_, s);
+    return false;
+  }
+  return true;
+}
+
+// A fold of the track: beyond, it leads back along the minimum of the response that the peak meets here; in a corner,
+// along another corner.
+Stepper::Outcome PeakFollower::meet_minimum(Vec normal, double step, double plain) {
+  const Measured rate = [](CurvePoint &s) { return parameter_of(s.t); };
+  std::optional<Located> fold =
+      locator().between(normal, {0, here_.y, rate(here_)}, {step, trial_.y, rate(trial_)}, rate);
+  if (!report_wanted(normal, plain, fold ? fold->at.parameter : here_.parameter)) return end(End::arrived);
+  if (fold) {
+    report(fold->at, arclength_ + fold->along * plain, true);
+    std::swap(here_, fold->at);
+  }
+  ++summary_.counts.folds;
+  const bool corner = !leg_->corner.empty();
+  notify(BranchEvent::Kind::fold,
+         corner ? "the corner in which the peak lies turns back: beyond, there is neither"
+                : "the peak meets a minimum of the amplitude: beyond, there is neither",
+         here_);
+  return end(End::vanished, corner ? "the corner in which the peak lay turned back, and the peak vanished"
+                                   : "the peak met a minimum of the amplitude and vanished");
+}
+
+Stepper::Outcome PeakFollower::pass(Vec normal, double step, double plain, bool at_kink) {
+  if (!stays_in_corner()) return Outcome::refused;
+  if (parameter_of(here_.t) * parameter_of(trial_.t) < 0) {
+    refusal_ = "the track turns back in a corner"; // to a minimum: the peak itself goes on, if in the corner
+    return at_kink ? Outcome::refused : meet_minimum(normal, step, plain);
+  }
+  if (!report_wanted(normal, plain, trial_.parameter)) return end(End::arrived);
+  arclength_ += step * plain;
+  std::swap(here_, trial_);
+  report(here_, arclength_);
+  leaps_in_vain_ = 0;
+  return Outcome::on;
+}
+
+Stepper::Outcome PeakFollower::end(End how, const std::string &why) {
+  summary_.end = how, summary_.why = why;
+  ended_ = true;
+  return Outcome::ended;
+}
+
+void PeakFollower::report(const CurvePoint &s, double arclength, bool located) {
+  ++summary_.counts.points;
+  leg_->track->take(s.y);
+  const double progress = 1 - std::abs(settings_.to - s.parameter) / unit_;
+  observer_.point({peak_.y(), peak_.system(), s.parameter, arclength, s.newton,
+                   static_cast<const ResponseData &>(*s.data).activity, nullptr, nullptr, NAN, progress, located,
+                   peak_.omega()});
+}
+
+void PeakFollower::notify(BranchEvent::Kind kind, const std::string &text, const CurvePoint &s) {
+  observer_.event({kind, text, parameter_of(s.y), meter_(s.y, s.y).value, leg_->track->omega_of(s.y)});
+}
+
+} // namespace
+
+BranchSummary follow_peak(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload, const NewtonSettings &newton,
+                          const TrackSettings &settings, Vec y, const BranchObserver &observer) {
+  PeakFollower follower(system, std::move(preload), newton, settings, observer);
+  return follower.run(y);
+}
+
+} // namespace dovetail

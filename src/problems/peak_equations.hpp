@@ -1,0 +1,65 @@
+#pragma once
+// What makes a point of a response curve a maximum of the watched amplitude, with the derivatives of that:
+//     R = 0,   J^T lambda = dA/dY,   c = lambda . R_Omega = -dA/dOmega,   2 A = amplitude^2.   (eq D)
+// c's derivatives take the second one of the equations in one direction only, by differences of J^T lambda.
+#include "harmonic/harmonic_system.hpp"
+#include "problems/amplitude.hpp"
+
+namespace dovetail {
+
+class PeakEquations {
+public:
+  /// Equations like those, in the assembled form with exact forces, over the frequency. Collective, like all that
+  /// follows.
+  PeakEquations(const HarmonicSystem &like, const Watched &watched);
+
+  HarmonicSystem &system() { return *system_; }
+  /// From here on that parameter of a path has that value; `preload`: of the model, where it changes the joint.
+  void set(const PathParameter &parameter, double value, const std::shared_ptr<VariedPreload> &preload);
+  Vec y() const { return y_; } ///< [Y; Omega] at hand
+  void take(Vec y);            ///< The point at hand is a copy of that.
+  double omega() const { return system_->parameter_in(y_); }
+  double amplitude() const; ///< sqrt(sum over k >= 1 of a_k^2 + b_k^2) of what is watched, by differentiate()
+
+  /// Newton's method at the frequency at hand. False where it does not converge.
+  bool solve();
+  /// dY/dOmega, the adjoint and c. False where a solve fails.
+  bool differentiate();
+  /// After that: c's own derivatives by Y and Omega.
+  void turn();
+  /// After differentiate(): c's derivative by a parameter that R_Omega does not know.
+  double by_parameter(const PathParameter &parameter);
+  double c() const { return c_; }
+  Vec along() const { return along_; }       ///< [dY/dOmega; 0]
+  Vec gradient() const { return gradient_; } ///< [dA/dY; 0]
+  Vec turned() const { return turned_; }     ///< [c_Y; c_Omega]
+  double slope() const;                      ///< dc/dOmega along the curve; positive at a maximum
+
+  /// To another frequency, along the curve.
+  void move(double by);
+  /// From a point near it to the maximum. False where no smooth maximum is near: it lies in a corner, or is none.
+  bool climb();
+
+protected:
+  void set_last(Vec v, double value) const;
+  void factor(Vec border);
+  bool solve(Vec right, Vec x, bool transposed);
+
+  std::unique_ptr<HarmonicSystem> system_;
+  UniqueVec y_, along_, gradient_, adjoint_, turned_, at_;
+  UniqueVec fixed_; // border that holds Omega: the last unit vector
+  double step_ = 0; // for differences along dY/dOmega
+
+private:
+  void watch(Vec v, Vec out) const;
+  void add_transposed(double h, double turn, double weight);
+
+  UniqueMat jacobian_;
+  UniqueKSP ksp_;
+  std::vector<double> row_; // (own dofs): what is watched is this times q
+  UniqueVec f_;
+  double c_ = 0;
+  std::optional<double> value_; // of the parameter, see set()
+};
+
+} // namespace dovetail

@@ -1,0 +1,203 @@
+#include "problems/peak_track.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "problems/forced_response.hpp"
+#include "problems/response_metric.hpp"
+#include "support/error.hpp"
+#include "support/mumps.hpp"
+
+namespace dovetail {
+namespace {
+
+constexpr const char *doing = "following a peak";
+
+// That of a response in [Y; Omega], and p by its unit.
+class TrackMetric : public ArcLengthMetric {
+public:
+  TrackMetric(const Layout &layout, double omega_unit, double unit, bool weighted)
+      : response_(layout, omega_unit, weighted), unit_(weighted ? unit : 1) {}
+
+  double product(Vec a, Vec b) const override {
+    return response_.product(a, b) + parameter_of(a) * parameter_of(b) / (unit_ * unit_);
+  }
+  void weigh(Vec t, Vec row) const override {
+    response_.weigh(t, row);
+    set_parameter(row, parameter_of(t) / (unit_ * unit_));
+  }
+  double motion(Vec y) const override { return response_.motion(y); }
+  double largest_motion() const override { return response_.largest_motion(); }
+  void see(Vec y) override { response_.see(y); }
+
+private:
+  ResponseMetric response_;
+  double unit_;
+};
+
+} // namespace
+
+// [J R_Omega R_p; condition's row; border], of the entries of the response's own bordered Jacobian and some more.
+class TrackJacobian : public BorderedJacobian {
+public:
+  explicit TrackJacobian(PeakTrack &track)
+      : track_(track), system_(track.peak_.system()), response_(system_.matrix()), row_(system_.unknowns()),
+        column_(system_.unknowns()) {
+    const Layout &layout = system_.layout();
+    const PetscInt last = layout.unknowns();
+    system_.jacobian(track_.peak_.y(), row_, response_); // to have its pattern
+    std::vector<PetscInt> rows, columns;
+    const auto add = [&](PetscInt i, PetscInt j) { rows.push_back(i), columns.push_back(j); };
+    for_each_row([&](PetscInt i, PetscInt count, const PetscInt *where, const double *) {
+      for (PetscInt j = 0; j < count; ++j) add(i, where[j]);
+      add(i, last), add(last, i);
+    });
+    if (layout.owns_omega()) add(last, last);
+    const PetscInt own = layout.own_unknowns() + (layout.owns_omega() ? 1 : 0);
+    check(MatCreate(layout.comm, matrix_.out()), doing);
+    check(MatSetSizes(matrix_, own, own, last + 1, last + 1), doing);
+    check(MatSetType(matrix_, MATAIJ), doing);
+    check(MatSetPreallocationCOO(matrix_, rows.size(), rows.data(), columns.data()), doing);
+  }
+
+  Mat matrix() const override { return matrix_; }
+  void set_up(KSP ksp) override { factor_by_lu(ksp, matrix_); }
+  int determinant_sign(KSP ksp) override { return dovetail::determinant_sign(ksp); }
+  std::string recover(KSP ksp) override { return recover_lu(ksp, matrix_); }
+
+  void assemble(Vec y, Vec border) override {
+    track_.evaluate(y);
+    const double by_parameter = track_.condition_.derivative(track_.kind_, row_);
+    system_.by_parameter(track_.peak_.y(), track_.kind_, column_);
+    set_parameter(column_, by_parameter); // in the condition's row
+    system_.jacobian(track_.peak_.y(), row_, response_);
+    const double *column, *last;
+    check(VecGetArrayRead(column_, &column), doing);
+    check(VecGetArrayRead(border, &last), doing);
+    std::vector<double> values;
+    PetscInt own = 0;
+    for_each_row([&](PetscInt, PetscInt count, const PetscInt *, const double *entries) {
+      values.insert(values.end(), entries, entries + count);
+      values.push_back(column[own]), values.push_back(last[own]);
+      ++own;
+    });
+    if (system_.layout().owns_omega()) values.push_back(last[own]);
+    check(VecRestoreArrayRead(border, &last), doing);
+    check(VecRestoreArrayRead(column_, &column), doing);
+    check(MatSetValuesCOO(matrix_, values.data(), INSERT_VALUES), doing);
+  }
+
+private:
+  template <class Act> void for_each_row(Act &&act) {
+    PetscInt begin, end, count;
+    const PetscInt *where;
+    const double *entries;
+    check(MatGetOwnershipRange(response_, &begin, &end), doing);
+    for (PetscInt i = begin; i < end; ++i) {
+      check(MatGetRow(response_, i, &count, &where, &entries), doing);
+      act(i, count, where, entries);
+      check(MatRestoreRow(response_, i, &count, &where, &entries), doing);
+    }
+  }
+
+  PeakTrack &track_;
+  HarmonicSystem &system_;
+  UniqueMat response_, matrix_;
+  UniqueVec row_, column_;
+};
+
+PeakTrack::PeakTrack(PeakEquations &peak, const PathParameter &kind, std::shared_ptr<VariedPreload> preload,
+                     TrackCondition &condition, double omega_unit)
+    : peak_(peak), kind_(kind), preload_(std::move(preload)), condition_(condition),
+      omega_unit_(omega_unit), parameter_{kind.name, kind.unit}, inner_(peak.system().unknowns()),
+      f_(peak.system().unknowns()), known_(unknowns()) {
+  check(VecSet(known_, std::numeric_limits<double>::quiet_NaN()), doing); // equal to nothing
+}
+
+UniqueVec PeakTrack::unknowns() const {
+  const Layout &layout = peak_.system().layout();
+  UniqueVec y;
+  check(VecCreateMPI(layout.comm, own_unknowns() + (layout.owns_omega() ? 1 : 0), layout.unknowns() + 1, y.out()),
+        doing);
+  check(VecSet(y, 0), doing);
+  return y;
+}
+
+void PeakTrack::take(Vec y) {
+  hand_over(y);
+  check(VecSet(known_, std::numeric_limits<double>::quiet_NaN()), doing); // others may go on with the equations
+}
+
+void PeakTrack::hand_over(Vec y) {
+  const double *from;
+  double *to;
+  const double p = parameter_of(y);
+  check(VecGetArrayRead(y, &from), doing);
+  check(VecGetArray(inner_, &to), doing);
+  std::copy_n(from, own_unknowns(), to);
+  check(VecRestoreArray(inner_, &to), doing);
+  check(VecRestoreArrayRead(y, &from), doing);
+  peak_.take(inner_);
+  peak_.set(kind_, p, preload_);
+}
+
+void PeakTrack::give(double p, Vec y) const {
+  const double *from;
+  double *to;
+  check(VecGetArrayRead(peak_.y(), &from), doing);
+  check(VecGetArray(y, &to), doing);
+  std::copy_n(from, own_unknowns(), to);
+  check(VecRestoreArray(y, &to), doing);
+  check(VecRestoreArrayRead(peak_.y(), &from), doing);
+  set_parameter(y, p);
+}
+
+double PeakTrack::omega_of(Vec y) const {
+  const Layout &layout = peak_.system().layout();
+  const double *own;
+  check(VecGetArrayRead(y, &own), doing);
+  double omega = layout.owns_omega() ? own[layout.own_coefficients()] : 0;
+  check(VecRestoreArrayRead(y, &own), doing);
+  MPI_Bcast(&omega, 1, MPI_DOUBLE, layout.size - 1, layout.comm);
+  return omega;
+}
+
+// The condition at y, which the equations take.
+double PeakTrack::evaluate(Vec y) {
+  PetscBool same;
+  check(VecEqual(y, known_, &same), doing);
+  hand_over(y);
+  if (same) return known_value_;
+  known_value_ = condition_.value();
+  check(VecCopy(y, known_), doing);
+  return known_value_;
+}
+
+void PeakTrack::residual(Vec y, Vec f) {
+  const double condition = evaluate(y);
+  peak_.system().residual(peak_.y(), f_); // last: what is known of the motion is of here
+  const PetscInt own = own_unknowns();
+  const bool last = peak_.system().layout().owns_omega();
+  const double *from;
+  double *to;
+  check(VecGetArrayRead(f_, &from), doing);
+  check(VecGetArray(f, &to), doing);
+  std::copy_n(from, own, to);
+  if (last) to[own - 1] = condition;
+  check(VecRestoreArray(f, &to), doing);
+  check(VecRestoreArrayRead(f_, &from), doing);
+}
+
+std::unique_ptr<BorderedJacobian> PeakTrack::jacobian() { return std::make_unique<TrackJacobian>(*this); }
+
+std::unique_ptr<ArcLengthMetric> PeakTrack::metric(double unit, bool weighted) const {
+  return std::make_unique<TrackMetric>(peak_.system().layout(), omega_unit_, unit, weighted);
+}
+
+std::shared_ptr<PointData> PeakTrack::describe() {
+  auto data = std::make_shared<ResponseData>();
+  data->activity = peak_.system().activity();
+  return data;
+}
+
+} // namespace dovetail

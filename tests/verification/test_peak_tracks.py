@@ -1,0 +1,174 @@
+"""Peaks over a parameter: against searches for each of them, against dense sweeps, in a corner, on several ranks.
+
+dof5.npz and chain.npz hold peaks found by a dense prototype with a contact law of its own, and by a bounded search without
+derivatives; corner_peak.npz peaks of the five dofs that lie in a corner of the response, where a slider begins to slip.
+"""
+
+import numpy as np
+import pytest
+
+import cases
+import launch
+from dovetail import Results
+from test_sensitivity import DATA, SCENES, given
+
+SEARCHED = slice(5, 7)  # columns of tracks: frequency and rms amplitude by the search; 1 and 2 by derivatives, 3 and 4 in phase
+
+
+def track(folder, scene, parameter, start, end, at=(), peak="amplitude", omega=None, ranks=None, edits=(), status=0, more=""):
+    """Runs a scene of the data along a path over peaks. Returns the run and its Results."""
+    case, data = given(folder, scene)
+    watched = SCENES[scene][0]
+    text = case.path.read_text()
+    head, _, _ = text.partition("[sensitivity]")
+    lines = [line for line in head.splitlines() if not line.startswith("omega")]
+    place = lines.index("[continuation]") + 1
+    lines[place:place] = [f"omega = {list(omega or (0.97 * data['sens_peak'][0], 1.03 * data['sens_peak'][0]))}", f'watch = "{watched}"']
+    text = "\n".join(lines) + f'\n[path]\nparameter = "{parameter}"\nrange = [{start}, {end}]\npeak = "{peak}"\n'
+    if len(at):
+        text += f"at = {list(at)}\n"
+    for old, new in edits:
+        assert old in text
+        text = text.replace(old, new)
+    case.path.write_text(text + more)
+    done = launch.run(case, ranks=ranks, status=status)
+    return done, None if status else Results(done.folder / "results.h5")
+
+
+def at_values(results, values):
+    """(omega, tracked amplitude) of the points exactly there, (len(values), 2)."""
+    rows = [int(np.flatnonzero(results.parameter == value)[0]) for value in values]
+    return np.column_stack([results.omega[rows], results.tracked_amplitude[rows]])
+
+
+def both_ways(tmp_path, scene, parameter, values, nominal, peak="amplitude", **options):
+    """Peaks at values to both sides of the nominal one, where the track begins, in the order of the values."""
+    found = {}
+    down, up = sorted((v for v in values if v < nominal), reverse=True), sorted(v for v in values if v > nominal)
+    for name, side in (("down", down), ("up", up)):
+        if not side:
+            continue
+        (folder := tmp_path / name).mkdir()
+        _, results = track(folder, scene, parameter, nominal, side[-1], side[:-1], peak, **options)
+        found.update(zip((nominal, *side), at_values(results, (nominal, *side))))
+    return np.array([found[value] for value in values])
+
+
+@pytest.mark.parametrize("scene, parameter, name, nominal", [
+    ("dof5", "friction", "track_mu", 1), ("dof5", "preload", "track_static", 1), ("dof5", "gap", "track_gap", 0),
+    ("chain", "friction", "track_mu", 1), ("chain", "preload", "track_static", 1), ("chain", "normal_stiffness", "track_kn", 1)])
+def test_given_tracks(tmp_path, scene, parameter, name, nominal):
+    data = np.load(DATA / f"{scene}.npz")[name]
+    found = both_ways(tmp_path, scene, parameter, data[:, 0].tolist(), nominal)
+    assert np.abs(found[:, 1] / data[:, SEARCHED][:, 1] - 1).max() < 1e-8
+    assert np.abs(found[:, 0] / data[:, SEARCHED][:, 0] - 1).max() < 2e-8  # what a search for a maximum can tell
+    assert np.abs(found / data[:, 1:3] - 1).max() < 1e-8
+
+
+@pytest.mark.parametrize("scene, harmonics", [("dof5", 9), ("chain", 5)])
+def test_given_force_levels(tmp_path, scene, harmonics):
+    data = np.load(DATA / f"{scene}.npz")
+    edits = [("harmonics = 5", f"harmonics = {harmonics}")]
+    found = both_ways(tmp_path, scene, "force", data["forces"].tolist(), 1, edits=edits)
+    assert np.abs(found / data["peak"] - 1).max() < 1e-8
+    (tmp_path / "phase").mkdir()
+    found = both_ways(tmp_path / "phase", scene, "force", data["forces"].tolist(), 1, peak="phase", edits=edits)
+    assert np.abs(found / data["phase_resonance"] - 1).max() < 1e-8
+
+
+def dense_peak(folder, scene, edits, watched, around):
+    """The maximum of the rms amplitude over the frequency, from a polynomial through points of an ordinary sweep close to it."""
+    case, _ = given(folder, scene)
+    text = case.path.read_text().partition("[sensitivity]")[0]
+    lines = [line for line in text.splitlines() if not line.startswith("omega")]
+    frequencies = around * np.linspace(1 - 2e-4, 1 + 2e-4, 9)
+    place = lines.index("[continuation]") + 1
+    lines[place:place] = [f"omega = [{frequencies[0]}, {frequencies[-1]}]", f"at = {frequencies[1:-1].tolist()}", f'watch = "{watched}"']
+    text = "\n".join(lines)
+    for old, new in edits(case.settings):
+        assert old in text
+        text = text.replace(old, new)
+    case.path.write_text(text)
+    results = Results(launch.run(case).folder / "results.h5")
+    rows = [int(np.argmin(np.abs(results.omega - omega))) for omega in frequencies]
+    x = (results.omega[rows] / around - 1) / 2e-4
+    c = results.coefficients[rows, results.dof_index(watched), 1:]
+    fit = np.polynomial.Polynomial.fit(x, np.sum(c**2, axis=1), 6, domain=[-1, 1])
+    assert np.abs(fit(x) / np.sum(c**2, axis=1) - 1).max() < 1e-11  # no corner in between
+    tops = [root.real for root in fit.deriv().roots() if abs(root.imag) < 1e-9 and abs(root) < 1]
+    assert len(tops) == 1
+    return around * (1 + 2e-4 * tops[0]), np.sqrt(fit(tops[0]))
+
+
+@pytest.mark.parametrize("scene, value", [("dof5", 0.7), ("dof5", 1.6), ("chain", 0.7), ("chain", 1.6)])
+def test_tangential_stiffness_against_dense_sweeps(tmp_path, scene, value):
+    found = both_ways(tmp_path, scene, "tangential_stiffness_1", [value], 1)[0]
+
+    def edits(settings):
+        old = settings["tangential_stiffness"]
+        return [(f"tangential_stiffness = {old}", f"tangential_stiffness = {[[value * a, b] for a, b in old]}")]
+    (folder := tmp_path / "dense").mkdir()
+    omega, amplitude = dense_peak(folder, scene, edits, SCENES[scene][0], found[0])
+    assert abs(found[1] / amplitude - 1) < 1e-8 and abs(found[0] / omega - 1) < 1e-6
+
+
+def test_a_peak_in_a_corner(tmp_path):
+    """There no slope is zero: it jumps from rising to falling, where a slider just begins to slip."""
+    data = np.load(DATA / "corner_peak.npz")
+    done, results = track(tmp_path, "dof5", "gap", 0, -0.75, data["gap_offset"])
+    found = at_values(results, data["gap_offset"])
+    assert np.abs(found[:, 1] / data["amplitude_search"] - 1).max() < 1e-8
+    assert np.abs(found[:, 0] / data["omega_search"] - 1).max() < 2e-8
+    assert np.abs(found / np.column_stack([data["omega"], data["rms_amplitude"]]) - 1).max() < 1e-8
+    assert "the peak lies in a corner of the response, where x1.t" in done.out and "the peak has left the corner" in done.out
+    assert done.summary["corners"] >= 2
+
+
+@pytest.mark.parametrize("scene, parameter, end, omega", [
+    ("dof5", "friction", 4, (0.8, 1.4)), ("dof5", "tangential_stiffness_1", 0.3, (0.8, 1.4)), ("chain", "force", 0.06, (1.3, 1.8))])
+def test_a_track_ends_on_the_highest_peak_of_a_sweep(tmp_path, scene, parameter, end, omega):
+    """Through several corners of the response, far from where it began."""
+    _, results = track(tmp_path, scene, parameter, 1, end)
+    (folder := tmp_path / "anew").mkdir()
+    _, anew = track(folder, scene, parameter, end, 1.001 * end, omega=omega)  # begins with what an ordinary sweep finds there
+    assert abs(results.tracked_amplitude[-1] / anew.tracked_amplitude[0] - 1) < 1e-10
+    assert abs(results.omega[-1] / anew.omega[0] - 1) < 1e-9 and len(results.events.of("corner")) >= 2
+
+
+@pytest.mark.parametrize("scene, parameter, end, at", [("chain", "friction", 0.5, 0.7), ("dof5", "gap", -0.71, -0.7)])
+def test_ranks_do_not_change_the_track(tmp_path, scene, parameter, end, at):
+    found = []
+    for ranks in (None, 2, 3):
+        (folder := tmp_path / str(ranks)).mkdir()
+        _, results = track(folder, scene, parameter, 0 if parameter == "gap" else 1, end, [at], ranks=ranks)
+        found.append(at_values(results, [at, end]))
+    assert np.abs(found[1] / found[0] - 1).max() < 1e-8 and np.abs(found[2] / found[0] - 1).max() < 1e-8
+
+
+@pytest.mark.parametrize("old, new, words", [
+    ('peak = "amplitude"', 'peak = "highest"', ["path.peak", '"amplitude" or "phase"']),
+    ('peak = "amplitude"', 'peak = "amplitude"\nomega = 1.0', ["path.omega", "continuation.omega", "Delete one of the two"]),
+    ('watch = "a1"\n', "", ["continuation.watch is missing"]),
+    ("[path]", "[path]\nat = [3]", ["path.at = 3", "outside path.range"]),
+    ("harmonics = 5", 'harmonics = 5\nsolver = "modal"', []),
+    ('samples = "exact"', "samples = 64", ["harmonic_balance.samples", "exact"]),
+    ('law = "coulomb"', 'law = "cone"', ["path.peak", "cone"]),
+    ("[path]", "[stability]\nenabled = true\n[path]", ["stability.enabled"]),
+    ("[path]", "[accuracy]\nestimates = true\n[path]", ["accuracy.estimates"]),
+    ("step = 0.02", "step = 0.02\nadaptive = false", ["continuation.adaptive"]),
+    ("step = 0.02", "step = 0.02\nat = [1.0]", ["continuation.at", "path.at"]),
+])
+def test_wrong_input(tmp_path, old, new, words):
+    done, _ = track(tmp_path, "dof5", "friction", 1, 0.99, edits=[(old, new)], status=2 if words else 0)
+    for word in words:
+        assert word in done.err
+
+
+def test_what_cannot_be_followed(tmp_path):
+    """No peak in the range; a run that is continued."""
+    done, _ = track(tmp_path, "dof5", "friction", 1, 0.9, omega=[1.2, 1.3], status=3)
+    assert "no peak lies within continuation.omega at the first friction" in done.err and "Widen continuation.omega" in done.err
+    (folder := tmp_path / "again").mkdir()
+    track(folder, "dof5", "friction", 1, 0.99)
+    case = cases.Case(folder / "case.toml", None, None, {})
+    assert "path.peak: --restart" in launch.run(case, "--restart", status=2).err
