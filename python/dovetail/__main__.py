@@ -76,6 +76,10 @@ def _picture_of_results(path, arguments):
         return pressure_map(results, arguments.model), "_pressure.png"
     if len(results) == 0:
         raise ValueError(f"{path}: no point has been computed yet")
+    if arguments.kind == "sensitivity":
+        from .sensitivity_map import sensitivity_map
+
+        return sensitivity_map(results, _peak_near(results, arguments), arguments.model, arguments.hz), "_sensitivity.png"
     in_hertz = arguments.hz and results.parameter is None and arguments.at is not None
     at = results.unit.from_hertz(arguments.at) if in_hertz else arguments.at
     if arguments.kind == "mode":
@@ -88,6 +92,14 @@ def _picture_of_results(path, arguments):
     if arguments.kind == "map":
         return contact_map(results, point, arguments.model, arguments.hz), "_map.png"
     return getattr(pictures, arguments.kind)(results, point, arguments.dof, arguments.hz), f"_{arguments.kind}.png"
+
+
+def _peak_near(results, arguments):
+    """The row of the sensitivities whose peak is nearest to --at, or none."""
+    if arguments.at is None or not results.sensitivity:
+        return None
+    at = results.unit.from_hertz(arguments.at) if arguments.hz else arguments.at
+    return int(abs(results.sensitivity.omega - at).argmin())
 
 
 def _top(results, dof):
@@ -172,10 +184,11 @@ def parser():
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points), "
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
-    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "mode"], default="response",
+    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity", "mode"],
+                         default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
-                              "pressure: the joints under their preload; mode: frequency and damping over the amplitude, peaks over the "
-                         "force, of a run with [mode]")
+                              "pressure: the joints under their preload; sensitivity: which contact points a peak depends on; mode: "
+                              "frequency and damping over the amplitude, peaks over the force, of a run with [mode]")
     command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")

@@ -66,10 +66,11 @@ def over_period(results, point):
     return state, activity.slip, np.maximum(activity.dissipation, 0.0)  # round-off of a loop without area
 
 
-def legend_below(figure, grid, states, counts):
-    """What the markers stand for, (name, marker) of each state, and how many points it has, in the last row of the grid."""
+def legend_below(figure, grid, states, counts=None):
+    """What the markers stand for, (name, marker) of each state, and how many points it has if given, in the last row of the grid."""
     handles = [plt.Line2D([], [], marker=marker, linestyle="", color="black", markerfacecolor="#d0d0d0", markersize=7,
-                          label=f"{name} ({count})") for (name, marker), count in zip(states, counts)]
+                          label=name if count is None else f"{name} ({count})")
+               for (name, marker), count in zip(states, counts or [None] * len(states))]
     below = figure.add_subplot(grid[-1, :])
     below.axis("off")
     below.legend(handles=handles, loc="center", ncols=len(states))

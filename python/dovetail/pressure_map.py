@@ -46,7 +46,7 @@ def pressure_map(results, model=None):
             axis.set_title(f"{state.name}: {'pressure' if per_area else 'normal force of each point'} under preload\n"
                            f"{np.count_nonzero(state.closed)} of {len(state.closed)} points closed, normal force "
                            f"{with_unit(f'{state.normal.sum():.5g}', results.unit.force)}", loc="left", fontsize=10)
-        legend_below(figure, grid, STATES, counts)
+        legend_below(figure, grid, STATES, list(counts))
         figure.suptitle(f"{results.title or results.path.name}, preload")
     return figure
 

@@ -129,7 +129,7 @@ class Results:
             self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED if name in points)
         self.has_activity = bool(activity)
         self.events = read_events(file, self._n, dofs, self.parameter is not None)
-        self.sensitivity = read_sensitivity(file, self._n, self.contact)
+        self.sensitivity = read_sensitivity(file, self._n, self.contact, self)
 
     def _load_contact(self, file):
         n, self.contact = self.contact_points, {"law": np.zeros(self.contact_points, int)}  # older files know one law

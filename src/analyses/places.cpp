@@ -174,7 +174,8 @@ bool Follower::solve_wanted(Vec normal, const CurvePoint &a, const CurvePoint &b
 std::optional<Stability> Follower::judge(const CurvePoint &s) {
   if (!stability_ && !large_stability_) return std::nullopt;
   system_->set(s.parameter);
-  if (stability_ && system_->parameter().kind().changes_joint) begin_stability(); // of the joint there
+  const PathParameter &kind = system_->parameter().kind();
+  if (stability_ && (kind.changes_joint || kind.changes_damping)) begin_stability(); // of the model there
   if (stability_) return stability_->judge(all_coefficients(system_->layout(), s.y), system_->setting().omega);
   return large_stability_->judge(s.y);
 }

@@ -68,7 +68,8 @@ std::unique_ptr<HarmonicSystem> harmonic_system(const Case &study, PreloadedMode
   const CurveRange range = study.range();
   const PathParameter &parameter = *range.parameter;
   ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
-  const auto varied = parameter.changes_joint ? std::make_shared<VariedPreload>(model.model) : nullptr;
+  const auto varied =
+      parameter.changes_joint ? std::make_shared<VariedPreload>(model.model, study.path->varied) : nullptr;
   auto system =
       std::make_unique<HarmonicSystem>(std::move(model), harmonics, samples, study.loads,
                                        study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);

@@ -72,6 +72,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     refuse_foreign_files(study, request.reduce_only || request.modes_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
+    settle_path(study, from_model, points);
     check_path(study, checked.contact);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;

@@ -39,8 +39,10 @@ struct LawSetting {
 struct ContactSettings {
   LawSetting law; ///< in the case file only
   std::optional<ContactSetting> normal_stiffness, tangential_stiffness, friction, gap;
-  std::string file;         ///< where a missing one is to be added, for messages
-  std::vector<double> area; ///< (N_x) of each point, from a model or reduced file; 0 or empty: not known [m^2]
+  std::string file;                ///< where a missing one is to be added, for messages
+  std::vector<std::string> joints; ///< names, from a model file
+  std::vector<long> joint;         ///< (N_x) number of the joint of each point, from 0; or empty
+  std::vector<double> area;        ///< (N_x) of each point, from a model or reduced file; 0 or empty: not known [m^2]
 };
 
 /// Name of the load pattern in the dataset /force of a model.
@@ -78,6 +80,9 @@ struct Path {
   const PathParameter *parameter = nullptr;
   double from = 0, to = 0;      ///< factors, or an offset of the gap [m]
   std::optional<PeakKind> peak; ///< what is followed; not given: the motion at one frequency
+  std::string joint;            ///< whose contact points it is of, by name; empty: see points
+  std::vector<int> points;      ///< or those, from 1; empty: all
+  std::vector<bool> varied;     ///< (N_x) which that is, once the model is known; empty: all
 };
 
 /// A nonlinear mode in place of a sweep: [mode].
@@ -171,6 +176,9 @@ std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const
 
 /// Frequencies in Hz become those of the model's unit of time, and are shown with its name.
 void settle_units(Case &study, const Units &units);
+
+/// Finds the contact points that a path is of. Throws InputError where the model has no such joint or points.
+void settle_path(Case &study, const ContactSettings &from_model, int points);
 
 /// Throws InputError where the path of a case is over what these contact points have not.
 void check_path(const Case &study, const std::vector<ContactPoint> &points);

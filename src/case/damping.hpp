@@ -26,6 +26,12 @@ struct Damping {
   bool contact = false;          ///< stiffness also takes the springs of contacts that stick at the preload state
   bool of_parts = false;         ///< structural is of the model's own matrix, not of K
 
+  /// All of it times a factor, but for ratios, which are no numbers of K and M.
+  Damping times(double factor) const {
+    Damping out = *this;
+    out.stiffness *= factor, out.mass *= factor, out.structural *= factor;
+    return out;
+  }
   /// A proportional entry of C.
   double viscous(double k, double m) const { return stiffness * k + mass * m; }
   /// Some of it is not proportional to K and M.

@@ -142,6 +142,11 @@ const std::vector<Key> &keys() {
       {"continuation.stop_at_amplitude", "m",
        [](C c) { return c.stop_at_amplitude > 0 ? number_text(c.stop_at_amplitude) : std::string("never"); }},
       {"path.parameter", "", [](C c) { return std::string(c.path ? c.path->parameter->name : ""); }},
+      {"path.joint", "", [](C c) { return std::string(c.path ? c.path->joint : ""); }},
+      {"path.points", "",
+       [](C c) {
+         return c.path ? numbers_text({c.path->points.begin(), c.path->points.end()}) : "";
+       }},
       {"path.range", "-",
        [](C c) {
          return c.path ? numbers_text({c.path->from, c.path->to}) : "";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "case/number_text.hpp"
 #include "contact/samples.hpp"
@@ -16,6 +17,24 @@ std::string names_of_parameters() {
     if (&parameter != &frequency_parameter())
       names += (names.empty() ? "\"" : ", \"") + std::string(parameter.name) + '"';
   return names;
+}
+
+// Which contact points the parameter is of.
+void read_points(const Document &document, Path &path) {
+  const Entry joint = document["path.joint"], points = document["path.points"];
+  for (const Entry *entry : {&joint, &points})
+    if (*entry && !has_points(*path.parameter))
+      entry->refuse(std::string("path.parameter = \"") + path.parameter->name +
+                    "\" is of no contact points; leave it out");
+  if (joint && points) points.refuse("path.joint is given as well; delete one of the two");
+  if (joint) path.joint = joint.words();
+  if (!points) return;
+  if (!points.is_list()) points.refuse("must be a list of contact points, [3] or [1, 2, 5], numbered from 1");
+  for (const Entry &item : points.items()) {
+    path.points.push_back(item.whole(1, std::numeric_limits<int>::max()));
+    if (std::count(path.points.begin(), path.points.end(), path.points.back()) > 1) item.refuse("is there already");
+  }
+  if (path.points.empty()) points.refuse("names no contact point; leave it out for all of them");
 }
 
 // What goes with a path over peaks, and what does not; what is looked for, from the one word.
@@ -64,9 +83,10 @@ void read_wanted(const Entry &at, const CurveRange &range, Case &study) {
 
 void read_path(const Document &document, Case &study) {
   const Entry parameter = document["path.parameter"], range = document["path.range"], omega = document["path.omega"],
-              at = document["path.at"], peak = document["path.peak"];
+              at = document["path.at"], peak = document["path.peak"], joint = document["path.joint"],
+              points = document["path.points"];
   if (!parameter) {
-    for (const Entry *entry : {&range, &omega, &at, &peak})
+    for (const Entry *entry : {&range, &omega, &at, &peak, &joint, &points})
       if (*entry) entry->refuse("path.parameter is not given; write what is varied: one of " + names_of_parameters());
     return;
   }
@@ -87,6 +107,7 @@ void read_path(const Document &document, Case &study) {
   if (path.parameter->positive() && std::min(ends[0], ends[1]) <= 0)
     range.refuse("is a factor on the value that the case has: both ends must be greater than 0");
   path.from = ends[0], path.to = ends[1];
+  read_points(document, path);
   if (peak) {
     path.peak = read_peak(document, peak, study);
     study.estimates = false, study.stability = false;

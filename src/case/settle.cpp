@@ -26,6 +26,33 @@ void settle_units(Case &study, const Units &units) {
   for (std::size_t i = 0; i < study.at.size() && study.range().is_sweep(); ++i) study.at[i] *= units.seconds;
 }
 
+void settle_path(Case &study, const ContactSettings &from_model, int points) {
+  if (!study.path || (study.path->joint.empty() && study.path->points.empty())) return;
+  Path &path = *study.path;
+  const bool by_name = !path.joint.empty();
+  const std::string key = by_name ? "path.joint" : "path.points", place = study.given.at(key) + ": " + key + " = ";
+  path.varied.assign(points, false);
+  for (const int point : path.points) {
+    if (point > points)
+      throw InputError(place + std::to_string(point) + ": the model has " + std::to_string(points) +
+                       " contact points, numbered from 1");
+    path.varied[point - 1] = true;
+  }
+  if (!by_name) return;
+  const std::vector<std::string> &names = from_model.joints;
+  const auto found = std::find(names.begin(), names.end(), path.joint);
+  if (names.empty() || int(from_model.joint.size()) != points)
+    throw InputError(
+        place + '"' + path.joint + "\": " + (study.reduced.empty() ? study.model : study.reduced).string() +
+        " does not say which joint a contact point is of; write path.points = [...], their numbers from 1");
+  if (found == names.end()) {
+    std::string list;
+    for (const std::string &name : names) list += (list.empty() ? "\"" : ", \"") + name + '"';
+    throw InputError(place + '"' + path.joint + "\": there is no such joint; " + study.model.string() + " has " + list);
+  }
+  for (int p = 0; p < points; ++p) path.varied[p] = from_model.joint[p] == found - names.begin();
+}
+
 void check_path(const Case &study, const std::vector<ContactPoint> &points) {
   if (study.follows_peaks() &&
       std::any_of(points.begin(), points.end(), [](const ContactPoint &p) { return p.law == Law::cone; }))
@@ -42,11 +69,18 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
   if (!changes_joint) return;
   const std::string name = study.path->parameter->name,
                     place = study.given.at("path.parameter") + ": path.parameter = \"" + name + "\": ";
-  const auto any = [&](auto &&wanted) { return std::any_of(points.begin(), points.end(), wanted); };
+  const std::vector<bool> &varied = study.path->varied;
+  const auto any = [&](auto &&wanted) {
+    for (std::size_t p = 0; p < points.size(); ++p)
+      if ((varied.empty() || varied[p]) && wanted(points[p])) return true;
+    return false;
+  };
   if (points.empty()) throw InputError(place + "the model has no contact points");
   const bool rubs = any([](const ContactPoint &p) { return has_friction(p.law); }),
              about_friction = name.rfind("friction", 0) == 0 || name.rfind("tangential", 0) == 0;
-  if (about_friction && !rubs) throw InputError(place + "no contact point has friction, by contact.law");
+  if (about_friction && !rubs)
+    throw InputError(place + (varied.empty() ? "no contact point" : "none of its contact points") +
+                     " has friction, by contact.law");
   if ((name == "friction_1" || name == "friction_2") && any([](const ContactPoint &p) { return p.law == Law::cone; }))
     throw InputError(place + "points of law cone have one friction for both directions; write \"friction\"");
 }

@@ -18,6 +18,7 @@ struct EquivalentMotion {
   std::array<double, 2> friction{}; ///< likewise p, in the rows of either tangential force only
   double closing = 0;               ///< added to x_n
 
+  EquivalentMotion() = default; ///< nothing changes
   /// At the setting `now`, which has no factor 0, along `slope`.
   EquivalentMotion(const Setting::Contact &now, const Setting::Contact &slope);
 };

@@ -62,12 +62,13 @@ void ContactForces::change(std::vector<ContactPoint> points, std::vector<Standst
   points_ = std::move(points), standstill_ = std::move(standstill);
 }
 
-void ContactForces::by_parameter(const double *X, const EquivalentMotion &equivalent, const std::vector<Memory> &memory,
-                                 double *out) const {
+void ContactForces::by_parameter(const double *X, const std::vector<EquivalentMotion> &equivalents,
+                                 const std::vector<Memory> &memory, double *out) const {
   const int n = coefficient_count(harmonics_);
   std::vector<double> motion(3 * n), rubbed(3 * n);
   for (int p = 0; p < size(); ++p, X += 3 * n, out += 3 * n) {
     const Standstill &rest = standstill_[p];
+    const EquivalentMotion &equivalent = equivalents[p];
     for (int d = 0; d < 3; ++d) {
       const double from = d < 2 ? rest.w[d] : points_[p].gap;
       for (int i = 0; i < n; ++i) motion[d * n + i] = equivalent.all[d] * X[d * n + i];

@@ -41,8 +41,8 @@ public:
   void multiply(const double *V, double *out) const;
 
   /// out (points, 3, 2H+1): derivative of the forces by a parameter, at the last motion evaluated, which was X.
-  /// `memory`: by how much it moves the sliders of the standstill, (points).
-  void by_parameter(const double *X, const EquivalentMotion &equivalent, const std::vector<Memory> &memory,
+  /// (points) each: `equivalent` to it, and by how much it moves the sliders of the standstill.
+  void by_parameter(const double *X, const std::vector<EquivalentMotion> &equivalent, const std::vector<Memory> &memory,
                     double *out) const;
 
   /// weights . d(forces of a point) / d(its parameters), at that motion; X, weights (3, 2H+1) of the point.

@@ -8,10 +8,11 @@ using P = Setting;
 
 } // namespace
 
-const std::array<PathParameter, 11> all_parameters{{
+const std::array<PathParameter, 12> all_parameters{{
     {"frequency", "rad/s", Scale::frequency, false, [](P &s, double v) { s.omega = v; }},
     {"force", "-", Scale::none, false, [](P &s, double v) { s.load = v; }},
     {"preload", "-", Scale::none, true, [](P &s, double v) { s.preload = v; }},
+    {"damping", "-", Scale::none, false, [](P &s, double v) { s.damping = v; }, true},
     {"normal_stiffness", "-", Scale::none, true, [](P &s, double v) { s.contact.normal_stiffness = v; }},
     {"tangential_stiffness", "-", Scale::none, true,
      [](P &s, double v) {

@@ -42,7 +42,7 @@ DenseModel dense_model(const HarmonicSystem &system) {
   if (const Dampers *dampers = system.dampers(); dampers && dampers->is_viscous()) {
     dense.C.resize(n * n);
     for (const Dampers::Entry &c : all_of(layout.comm, dampers->entries()))
-      dense.C[place[c.row] * n + place[c.column]] += c.viscous;
+      dense.C[place[c.row] * n + place[c.column]] += c.viscous * system.setting().damping;
   }
   for (const LoadCase &load : system.loads()) {
     const auto contact = load.vector.begin() + layout.own_modes.size();
@@ -58,7 +58,7 @@ DenseModel dense_model(const HarmonicSystem &system) {
     dense.loads.push_back(std::move(constant));
   }
   dense.file = scaled.model.reduced.file;
-  dense.damping = scaled.damping;
+  dense.damping = system.damping();
   dense.contact = all_of(layout.comm, system.contact());
   dense.standstill = all_of(layout.comm, system.standstill());
   return dense;

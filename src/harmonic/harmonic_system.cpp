@@ -43,6 +43,11 @@ std::unique_ptr<LinearPart> linear_part(PreloadedModel &preloaded, const Damping
   return part;
 }
 
+// A coefficient of a motion or force times the imaginary unit, on cosine and sine; the mean has none.
+double turned(const std::vector<double> &of, std::size_t i, int place) {
+  return place == 0 ? 0 : place % 2 ? of[i + 1] : -of[i - 1];
+}
+
 } // namespace
 
 HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, const std::vector<LoadCourse> &loads,
@@ -249,6 +254,30 @@ std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {
   return out;
 }
 
+double HarmonicSystem::by_damping(std::size_t i) const {
+  const int place = static_cast<int>(i % layout_.width), k = (place + 1) / 2;
+  if (place == 0) return 0;
+  const DynamicStiffness one(scaled_.damping, setting_.omega);
+  double sum = one.loss(k) * turned(stiffness_force_, i, place) + one.drag(k) * turned(inertia_force_, i, place);
+  if (!damping_force_.empty()) sum += one.turn(k) * turned(damping_force_, i, place);
+  if (!hysteretic_force_.empty()) sum += one.hysteresis(k) * turned(hysteretic_force_, i, place);
+  return sum;
+}
+
+double HarmonicSystem::weighed_damping(Vec y, Vec weights) {
+  const double *q, *w;
+  check(VecGetArrayRead(y, &q), "differentiating by damping");
+  set(shared_parameter(q));
+  products(q);
+  check(VecRestoreArrayRead(y, &q), "differentiating by damping");
+  double sum = 0;
+  check(VecGetArrayRead(weights, &w), "differentiating by damping");
+  for (PetscInt i = 0; i < layout_.own_coefficients(); ++i) sum += w[i] * by_damping(i);
+  check(VecRestoreArrayRead(weights, &w), "differentiating by damping");
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  return sum;
+}
+
 void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
   const double *q;
   double *column;
@@ -284,22 +313,19 @@ double HarmonicSystem::by_parameter(Vec y, int own_point, const Graze &graze, co
   double value = 0;
   if (own_point >= 0)
     value = forces_.by_parameter(own_point, q + layout_.own_point_offset(own_point), graze,
-                                 {setting_.contact, slope.contact}, memory[own_point]);
+                                 preload_->equivalent(setting_, slope)[own_point], memory[own_point]);
   check(VecRestoreArrayRead(y, &q), "differentiating a graze");
   return value;
 }
 
 void HarmonicSystem::by_frequency(const DynamicStiffness &structure, double *out) const {
   const std::vector<double> &u = stiffness_force_, &v = inertia_force_, &w = damping_force_;
-  const auto turned = [](const std::vector<double> &of, std::size_t i, int place) { // times the imaginary unit
-    return place == 0 ? 0 : place % 2 ? of[i + 1] : -of[i - 1];
-  };
   const int n = layout_.width;
   for (std::size_t i = 0; i < v.size(); ++i) {
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
     out[i] = -structure.inertia_slope(k) * v[i] + structure.loss_slope(k) * turned(u, i, place) +
              structure.drag_slope(k) * turned(v, i, place);
-    if (!w.empty()) out[i] += k * turned(w, i, place);
+    if (!w.empty()) out[i] += structure.turn_slope(k) * turned(w, i, place);
   }
 }
 
@@ -308,12 +334,13 @@ void HarmonicSystem::differentiate(const double *q, const PathParameter &by) {
   const Setting slope = ResponseParameter(by).slope();
   column_.assign(layout_.own_coefficients(), 0.0);
   const int n = layout_.width;
-  if (slope.omega != 0) by_frequency(structure(setting_.omega), column_.data());
+  if (slope.omega != 0) by_frequency(structure(setting_.omega), column_.data()); // eq (13)
+  for (std::size_t i = 0; i < column_.size() && slope.damping != 0; ++i) column_[i] += slope.damping * by_damping(i);
   for (std::size_t i = 0; i < column_.size() && slope.load != 0; ++i)
     column_[i] -= slope.load * force_coefficient(loads_, i / n, i % n);
   if (!by.changes_joint) return;
   const PetscInt first = layout_.own_point_offset(0);
-  forces_.by_parameter(q + first, {setting_.contact, slope.contact}, preload_->memory_slope(setting_, slope),
+  forces_.by_parameter(q + first, preload_->equivalent(setting_, slope), preload_->memory_slope(setting_, slope),
                        &column_[first]);
   const std::vector<double> &r = scaled_.model.reduced.r;
   for (std::size_t i = 0; i < r.size(); ++i) column_[first + i * n] += 2 * slope.preload * r[i];

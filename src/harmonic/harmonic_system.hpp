@@ -95,9 +95,14 @@ public:
   const std::vector<double> &inertia_force() const { return inertia_force_; }
   const std::vector<double> &damping_force() const { return damping_force_; }       ///< C q of the dampers, or none
   const std::vector<double> &hysteretic_force() const { return hysteretic_force_; } ///< S q, likewise
-  const Dampers *dampers() const { return linear_->dampers(); } ///< damping besides K and M, or none
-  DynamicStiffness structure(double omega) const { return DynamicStiffness(scaled_.damping, omega); } ///< its D_k
+  const Dampers *dampers() const { return linear_->dampers(); }                     ///< damping besides K and M, or none
+  DynamicStiffness structure(double omega) const {                                  ///< its D_k
+    return DynamicStiffness(scaled_.damping, omega, setting_.damping);
+  }
+  Damping damping() const { return scaled_.damping.times(setting_.damping); } ///< scaled, at the value set last
 
+  /// weights . d residual / d factor on all damping, at the motion y. Collective.
+  double weighed_damping(Vec y, Vec weights);
   /// weights . d residual / d parameters of every own point, at the motion y, for weights like y. Collective.
   std::vector<ByParameter> weighed(Vec y, Vec weights);
   /// out = d residual / d that parameter, at y and what is set besides; its last entry is 0. Collective.
@@ -117,6 +122,7 @@ private:
   void fit_courses(); // to the harmonics
   double shared_parameter(const double *own) const;
   void differentiate(const double *q, const PathParameter &by); // column_ = d residual / d that parameter
+  double by_damping(std::size_t i) const;                       // d residual / d factor on all damping, at the products
 
   ScaledModel scaled_;
   Layout layout_;

@@ -30,7 +30,7 @@ public:
   }
   /// Derivative of that by the value.
   Setting slope() const {
-    Setting setting{0, 0, 0, {0, {0, 0}, {0, 0}, 0}};
+    Setting setting{0, 0, 0, 0, {0, {0, 0}, {0, 0}, 0}};
     kind_->set(setting, 1);
     return setting;
   }

@@ -162,6 +162,10 @@ ContactSettings read_contact(const h5::Reader &file) {
   read("friction", settings.friction, 0, false);
   read("gap", settings.gap, any, false);
   if (file.has("/contact/area")) settings.area = file.doubles("/contact/area");
+  if (file.has("/contact/joint")) {
+    settings.joint = file.integers("/contact/joint");
+    settings.joints = file.words_attribute("joints", "/contact");
+  }
   return settings;
 }
 

@@ -34,13 +34,24 @@ ReducedModel joint_of(const ReducedModel &model) { // what the preload needs of 
 
 } // namespace
 
-VariedPreload::VariedPreload(const PreloadedModel &nominal)
-    : model_(joint_of(nominal.reduced)), nominal_(nominal.contact), origin_(nominal.standstill), contact_(nominal_),
-      standstill_(origin_), constant_(model_.r.size(), 0.0), problem_(model_, contact_), x_(problem_.unknown()) {}
+VariedPreload::VariedPreload(const PreloadedModel &nominal, const std::vector<bool> &varied)
+    : model_(joint_of(nominal.reduced)), nominal_(nominal.contact), origin_(nominal.standstill),
+      varied_(nominal_.size(), true), contact_(nominal_), standstill_(origin_), constant_(model_.r.size(), 0.0),
+      problem_(model_, contact_), x_(problem_.unknown()) {
+  for (std::size_t p = 0; p < varied_.size() && !varied.empty(); ++p) varied_[p] = varied[model_.own_points.begin + p];
+}
+
+std::vector<EquivalentMotion> VariedPreload::equivalent(const Setting &setting, const Setting &slope) const {
+  std::vector<EquivalentMotion> out(varied_.size());
+  for (std::size_t p = 0; p < out.size(); ++p)
+    if (varied_[p]) out[p] = {setting.contact, slope.contact};
+  return out;
+}
 
 bool VariedPreload::solve(const Setting &setting) {
   if (solved_ && same(*solved_, setting)) return true;
-  for (std::size_t p = 0; p < nominal_.size(); ++p) contact_[p] = changed(nominal_[p], setting.contact);
+  for (std::size_t p = 0; p < nominal_.size(); ++p)
+    if (varied_[p]) contact_[p] = changed(nominal_[p], setting.contact);
   double *start; // always the same: what is found does not depend on where the curve came from
   check(VecGetArray(x_, &start), doing);
   for (std::size_t i = 0; i < constant_.size(); ++i) start[i] = origin_[i / 3].x[i % 3];
@@ -74,10 +85,11 @@ std::vector<Memory> VariedPreload::memory_slope(const Setting &setting, const Se
     if (has_friction(contact_[p].law) && state[p].w != Memory{}) moves = 1;
   }
   MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPI_INT, MPI_MAX, model_.comm);
-  const EquivalentMotion equivalent(setting.contact, slope.contact);
+  const std::vector<EquivalentMotion> equivalents = equivalent(setting, slope);
   std::vector<std::array<double, 3>> by_parameter(contact_.size()); // d force at fixed x
   for (std::size_t p = 0; p < contact_.size() && moves; ++p) {
     const double p_n = x[3 * p + 2] - contact_[p].gap;
+    const EquivalentMotion &equivalent = equivalents[p];
     const double motion[] = {equivalent.all[0] * x[3 * p], equivalent.all[1] * x[3 * p + 1],
                              equivalent.all[2] * p_n + equivalent.closing};
     for (int d = 0; d < 3; ++d) {
@@ -100,7 +112,7 @@ std::vector<Memory> VariedPreload::memory_slope(const Setting &setting, const Se
     for (int d = 0; d < 2 && has_friction(contact_[p].law); ++d) {
       double force = by_parameter[p][d];
       for (int e = 0; e < 3; ++e) force += state[p].slope[d][e] * moved[3 * p + e];
-      memory[p][d] = moved[3 * p + d] - (force - equivalent.all[d] * state[p].force[d]) / contact_[p].kt[d];
+      memory[p][d] = moved[3 * p + d] - (force - equivalents[p].all[d] * state[p].force[d]) / contact_[p].kt[d];
     }
   check(VecRestoreArrayRead(dx, &moved), doing);
   return memory;

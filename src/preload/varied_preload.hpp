@@ -11,8 +11,9 @@ namespace dovetail {
 
 class VariedPreload {
 public:
-  /// `nominal`: with its K_xx; the factors of settings refer to it. Collective.
-  explicit VariedPreload(const PreloadedModel &nominal);
+  /// `nominal`: with its K_xx; the factors of settings refer to it. `varied`: (N_x) the points whose parameters they
+  /// are; empty: all. Collective.
+  explicit VariedPreload(const PreloadedModel &nominal, const std::vector<bool> &varied = {});
 
   /// The own contact points at a setting, and what motions measured from the nominal state are to stand on: x_p is
   /// the nominal one, w_p of the setting; `force` is what the law has there. False where no state of preload is found.
@@ -22,6 +23,8 @@ public:
   const std::vector<Standstill> &standstill() const { return standstill_; }
   /// (3 own) force that is left in the equations by measuring from there: standstill forces and preload now, less then.
   const std::vector<double> &constant() const { return constant_; }
+  /// (own) what changes the forces of the points as that slope does.
+  std::vector<EquivalentMotion> equivalent(const Setting &setting, const Setting &slope) const;
   /// d w_p along a slope, at a setting that has a state of preload. Collective.
   std::vector<Memory> memory_slope(const Setting &setting, const Setting &slope);
 
@@ -29,6 +32,7 @@ private:
   ReducedModel model_; // K_xx and R
   const std::vector<ContactPoint> nominal_;
   const std::vector<Standstill> origin_;
+  std::vector<bool> varied_; // (own)
   std::vector<ContactPoint> contact_;
   std::vector<Standstill> standstill_;
   std::vector<double> constant_;

@@ -92,6 +92,17 @@ void PeakEquations::turn() {
   check(VecAXPY(turned_, -1, f_), doing);
 }
 
+double PeakEquations::omega_by_damping() {
+  const double turn = part_of_omega * omega();
+  double sum = 0;
+  for (const double side : {1.0, -1.0}) {
+    check(VecCopy(y_, at_), doing);
+    set_last(at_, omega() + side * turn);
+    sum += side * system_->weighed_damping(at_, adjoint_) / (2 * turn);
+  }
+  return sum;
+}
+
 // lambda . dR_p/dY dY/dOmega
 double PeakEquations::by_parameter(const PathParameter &parameter) {
   double sum = 0;
@@ -100,7 +111,7 @@ double PeakEquations::by_parameter(const PathParameter &parameter) {
     system_->by_parameter(at_, parameter, f_);
     sum += side * dot(adjoint_, f_) / (2 * step_);
   }
-  return sum;
+  return sum + (parameter.changes_damping ? omega_by_damping() : 0);
 }
 
 double PeakEquations::slope() const { return system_->parameter_in(turned_) + dot(turned_, along_); }

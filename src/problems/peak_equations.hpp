@@ -27,7 +27,7 @@ public:
   bool differentiate();
   /// After that: c's own derivatives by Y and Omega.
   void turn();
-  /// After differentiate(): c's derivative by a parameter that R_Omega does not know.
+  /// After differentiate(): c's derivative by a parameter.
   double by_parameter(const PathParameter &parameter);
   double c() const { return c_; }
   Vec along() const { return along_; }       ///< [dY/dOmega; 0]
@@ -43,6 +43,7 @@ public:
 protected:
   void set_last(Vec v, double value) const;
   void factor(Vec border);
+  double omega_by_damping(); // lambda . d R_Omega / d factor on damping: no other parameter is in R_Omega
   bool solve(Vec right, Vec x, bool transposed);
 
   std::unique_ptr<HarmonicSystem> system_;

@@ -17,6 +17,7 @@ public:
     out.omega = omega(), out.amplitude = amplitude();
     const PeakSlope here = weighed(0, adjoint_);
     out.amplitude_by = scaled(here, -1 / out.amplitude); // dA/dp = -lambda . R_p
+    const double turned_damping = omega_by_damping();
     // [J R_Omega; c_Y c_Omega] [dY; dOmega] = -[R_p; c_p]
     factor(turned_);
     if (!solve(fixed_, at_, true)) return std::nullopt;
@@ -25,6 +26,7 @@ public:
     out.omega_by = scaled(weighed(0, at_), -1);
     for (const double side : {1.0, -1.0}) // c_p = lambda . dR_p/dY dY/dOmega
       add(out.omega_by, weighed(side * step_, adjoint_), -last * side / (2 * step_));
+    out.omega_by.damping -= last * turned_damping;
     return out;
   }
 
@@ -33,7 +35,7 @@ private:
   PeakSlope weighed(double h, Vec weights) {
     UniqueVec there = system_->unknowns();
     check(VecWAXPY(there, h, along_, y_), doing);
-    PeakSlope out{system_->weighed(there, weights), 0, 0};
+    PeakSlope out{system_->weighed(there, weights), 0, 0, system_->weighed_damping(there, weights)};
     const Layout &layout = system_->layout();
     const std::vector<double> &r = system_->scaled().model.reduced.r;
     const double *w;
@@ -59,10 +61,10 @@ private:
         a.friction[d] += factor * b.friction[d];
       }
     }
-    to.force += factor * other.force, to.preload += factor * other.preload;
+    to.force += factor * other.force, to.preload += factor * other.preload, to.damping += factor * other.damping;
   }
   static PeakSlope scaled(const PeakSlope &one, double factor) {
-    PeakSlope out{std::vector<ByParameter>(one.points.size()), 0, 0};
+    PeakSlope out{std::vector<ByParameter>(one.points.size()), 0, 0, 0};
     add(out, one, factor);
     return out;
   }

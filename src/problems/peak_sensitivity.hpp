@@ -10,8 +10,8 @@ namespace dovetail {
 
 /// Derivatives of one number at the peak, scaled.
 struct PeakSlope {
-  std::vector<ByParameter> points; ///< (own)
-  double force = 0, preload = 0;   ///< by factors on them
+  std::vector<ByParameter> points;            ///< (own)
+  double force = 0, preload = 0, damping = 0; ///< by factors on them
 };
 
 struct PeakSensitivity {

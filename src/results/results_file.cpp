@@ -260,6 +260,7 @@ void ResultsFile::make_sensitivity_columns(hsize_t points) {
     list("gap", &SlopeRecord::gap, {points});
     number("force", &SlopeRecord::force);
     number("preload", &SlopeRecord::preload);
+    number("damping", &SlopeRecord::damping);
   }
   column("point", {}, H5T_NATIVE_INT, [](Record r) -> const void * { return &r.point; });
   column("amplitude", {}, H5T_NATIVE_DOUBLE, [](Record r) -> const void * { return &r.amplitude; });

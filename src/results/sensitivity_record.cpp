@@ -35,7 +35,7 @@ SlopeRecord collect(const PeakSlope &slope, const HarmonicSystem &system, double
     for (int d = 0; d < 2; ++d)
       out.tangential_stiffness.push_back(all[i + 2 + 2 * d]), out.friction.push_back(all[i + 3 + 2 * d]);
   }
-  out.force = unit * slope.force, out.preload = unit * slope.preload;
+  out.force = unit * slope.force, out.preload = unit * slope.preload, out.damping = unit * slope.damping;
   return out;
 }
 

@@ -9,7 +9,7 @@ namespace dovetail {
 struct SlopeRecord {
   std::vector<double> normal_stiffness, gap;          ///< (N_x)
   std::vector<double> tangential_stiffness, friction; ///< (N_x, 2)
-  double force = 0, preload = 0;                      ///< by factors on them
+  double force = 0, preload = 0, damping = 0;         ///< by factors on them
 };
 
 /// Complete on rank 0 only.

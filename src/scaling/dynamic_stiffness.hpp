@@ -9,9 +9,9 @@ namespace dovetail {
 
 class DynamicStiffness {
 public:
-  /// Damping and frequency scaled.
-  explicit DynamicStiffness(const Damping &damping = {}, double omega = 0, double ratio = 0)
-      : damping_(damping), omega_(omega), ratio_(ratio) {}
+  /// Damping and frequency scaled. `factor`: on all damping; `ratio`: zeta.
+  explicit DynamicStiffness(const Damping &damping = {}, double omega = 0, double factor = 1, double ratio = 0)
+      : damping_(damping.times(factor)), omega_(omega), factor_(factor), ratio_(ratio) {}
 
   const Damping &damping() const { return damping_; }
   double omega() const { return omega_; }
@@ -25,13 +25,14 @@ public:
   double quadrature(int k, double stiffness, double mass) const { return loss(k) * stiffness + drag(k) * mass; } ///< Q
 
   // What multiplies other damping matrices, in Q: of a viscous one, and of one that is structural in place of K.
-  double turn(int k) const { return k * omega_; }
+  double turn(int k) const { return k * omega_ * factor_; }
   double hysteresis(int k) const { return k > 0 && damping_.of_parts ? damping_.structural : 0; }
 
   // Derivatives by Omega.
   double inertia_slope(int k) const { return 2 * k * k * omega_; }
   double loss_slope(int k) const { return k * damping_.stiffness; }
   double drag_slope(int k) const { return k * (damping_.mass - 4 * ratio_ * omega_); }
+  double turn_slope(int k) const { return k * factor_; }
   /// Of drag, by zeta.
   double feeding_slope(int k) const { return -2 * k * omega_ * omega_; }
 
@@ -39,8 +40,7 @@ private:
   double eta(int k) const { return k > 0 && !damping_.of_parts ? damping_.structural : 0; }
 
   Damping damping_;
-  double omega_;
-  double ratio_; // zeta
+  double omega_, factor_, ratio_;
 };
 
 } // namespace dovetail

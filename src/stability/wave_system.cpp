@@ -63,9 +63,11 @@ void WaveSystem::assemble(const std::vector<double> &blocks) {
   const auto add = [&](PetscInt i, PetscInt j, double value) {
     rows.push_back(i), columns.push_back(j), values.push_back(value);
   };
+  const Damping damping = system_.damping();
+  const double factor = system_.setting().damping; // of dampers
   for (const Coupling &c : system_.couplings()) {
     const PetscInt i = c.row * w, j = c.column * w;
-    const double viscous = system_.scaled().damping.viscous(c.k, c.m);
+    const double viscous = damping.viscous(c.k, c.m);
     for (int a = 0; a < w; ++a) {
       const double turn = wave_number(waves_, a) * omega_;
       add(i + a, j + a, c.k + s * viscous + (s * s - turn * turn) * c.m);
@@ -77,8 +79,8 @@ void WaveSystem::assemble(const std::vector<double> &blocks) {
   for (const Dampers::Entry &c : system_.dampers() ? system_.dampers()->entries() : std::vector<Dampers::Entry>())
     for (int a = 0; a < w; ++a) {
       const PetscInt i = c.row * w + a, j = c.column * w + a;
-      const double cross = wave_number(waves_, a) * omega_ * c.viscous;
-      add(i, j, s * c.viscous);
+      const double cross = wave_number(waves_, a) * omega_ * factor * c.viscous;
+      add(i, j, s * factor * c.viscous);
       if (is_sine(waves_, a)) add(i - 1, j, cross), add(i, j - 1, -cross);
     }
   const double *next = blocks.data();
@@ -95,7 +97,7 @@ void WaveSystem::assemble(const std::vector<double> &blocks) {
 // has the eigenvalues 1 / t of (p, r) -> (-Q^-1 (Omega D p + Omega^2 M (2 shift p + r)), p).
 void WaveSystem::apply(const double *x, double *y) {
   const double *p = x, *r = x + own_;
-  const Damping &damping = system_.scaled().damping;
+  const Damping damping = system_.damping();
   const double squared = omega_ * omega_;
   const double *stiff, *heavy;
   double *right;
@@ -119,7 +121,7 @@ void WaveSystem::apply(const double *x, double *y) {
   if (const Dampers *dampers = system_.dampers(); dampers && dampers->is_viscous()) {
     std::vector<double> force(own_);
     dampers->viscous_force(p, width_, force.data());
-    for (PetscInt i = 0; i < own_; ++i) right[i] -= omega_ * force[i];
+    for (PetscInt i = 0; i < own_; ++i) right[i] -= omega_ * system_.setting().damping * force[i];
   }
   check(VecRestoreArray(right_, &right), doing);
   check(VecRestoreArrayRead(heavy_, &heavy), doing);

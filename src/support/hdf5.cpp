@@ -141,18 +141,18 @@ std::string Reader::text_attribute(const std::string &name) const {
   return text.substr(0, text.find('\0'));
 }
 
-std::vector<std::string> Reader::words_attribute(const std::string &name) const {
-  if (H5Aexists(file_, name.c_str()) <= 0) return {};
-  Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+std::vector<std::string> Reader::words_attribute(const std::string &name, const std::string &object) const {
+  if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return {};
+  Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   const hssize_t count = H5Sget_simple_extent_npoints(space);
   if (H5Tget_class(type) != H5T_STRING || count < 1)
-    throw InputError(place("/") + ": attribute " + name + " must be a list of texts");
+    throw InputError(place(object) + ": attribute " + name + " must be a list of texts");
   std::vector<std::string> words;
   if (H5Tis_variable_str(type) > 0) {
     std::vector<char *> texts(count, nullptr);
     if (H5Aread(attribute, type, texts.data()) < 0)
-      throw InputError(place("/") + ": attribute " + name + " cannot be read");
+      throw InputError(place(object) + ": attribute " + name + " cannot be read");
     for (char *text : texts) {
       words.emplace_back(text ? text : "");
       H5free_memory(text);
@@ -162,7 +162,7 @@ std::vector<std::string> Reader::words_attribute(const std::string &name) const 
   const std::size_t length = H5Tget_size(type);
   std::string texts(length * count, '\0');
   if (H5Aread(attribute, type, texts.data()) < 0)
-    throw InputError(place("/") + ": attribute " + name + " cannot be read");
+    throw InputError(place(object) + ": attribute " + name + " cannot be read");
   for (hssize_t i = 0; i < count; ++i) {
     const std::string text = texts.substr(i * length, length);
     words.push_back(text.substr(0, text.find('\0')));

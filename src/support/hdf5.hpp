@@ -46,7 +46,8 @@ public:
   std::vector<long> integers(const std::string &dataset, Extent offset = {}, Extent count = {}) const;
   std::vector<std::string> members(const std::string &group) const; ///< names in a group, in order of the alphabet
   std::string text_attribute(const std::string &name) const;        ///< of the root group, "" if absent
-  std::vector<std::string> words_attribute(const std::string &name) const; ///< a list of texts, or one; empty if absent
+  /// A list of texts, or one; empty if absent.
+  std::vector<std::string> words_attribute(const std::string &name, const std::string &object = "/") const;
   /// Of the root group unless another object is named; `otherwise` if absent.
   long integer_attribute(const std::string &name, long otherwise, const std::string &object = "/") const;
   const std::filesystem::path &path() const { return path_; }

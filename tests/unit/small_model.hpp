@@ -61,14 +61,15 @@ inline std::vector<ContactPoint> small_contact(const ReducedModel &model) {
 }
 
 /// The small model with a law for each point, at a setting of its joint. With a tangential `pull` of 12, points slip at
-/// the preload.
-inline PreloadedModel preloaded(const std::vector<Law> &law, double pull, const Setting &setting) {
+/// the preload. `varied`: (N_x) points that the setting is of; empty: all.
+inline PreloadedModel preloaded(const std::vector<Law> &law, double pull, const Setting &setting,
+                                const std::vector<bool> &varied = {}) {
   ReducedModel model = small_reduced(PETSC_COMM_WORLD);
   std::vector<ContactPoint> contact = small_contact(model);
   for (std::size_t p = 0; p < contact.size(); ++p) {
     contact[p].law = law[model.own_points.begin + p];
     if (contact[p].law == Law::cone) contact[p].mu[1] = contact[p].mu[0];
-    contact[p] = changed(contact[p], setting.contact);
+    if (varied.empty() || varied[model.own_points.begin + p]) contact[p] = changed(contact[p], setting.contact);
   }
   for (std::size_t i = 0; i < model.r.size(); ++i) model.r[i] *= (i % 3 == 2 ? 1 : pull) * setting.preload;
   std::string note;

@@ -193,7 +193,8 @@ TEST(Damping, modes_left_out_are_damped_as_those_kept) {
     check(VecAssemblyBegin(z), "");
     check(VecAssemblyEnd(z), "");
     small.residual(y, f), large.residual(z, g);
-    left_out_forces(small, y, left);
+    const LeftOutModes modes(small, y);
+    modes.forces(modes.motion(y, 1), left);
     const std::vector<double> plain = all_coefficients(small.layout(), f),
                               more = all_coefficients(small.layout(), left),
                               whole = all_coefficients(large.layout(), g);

@@ -1,5 +1,6 @@
 """Estimated errors against the true ones, and runs that keep a tolerance; truth is the same case with many more harmonics."""
 
+import re
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -120,6 +121,39 @@ def test_modes_left_out_are_estimated(tmp_path, name, modes):
     ratio = true / few.points["error_modes"][points]
     assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.9, ratio
     assert few.summary["accuracy"]["modes"] == pytest.approx(few.points["error_modes"].max(), rel=1e-2)
+
+
+def template(folder, harmonics, modes, at):
+    """The lap joint of `dovetail new`, with so many harmonics and modes: the sweep's width, and the run."""
+    command = [sys.executable, "-m", "dovetail", "new", folder / "joint"]
+    subprocess.run(command, check=True, capture_output=True, env=SURROUNDINGS)
+    subprocess.run([sys.executable, "model.py"], check=True, capture_output=True, env=SURROUNDINGS, cwd=folder / "joint")
+    path = folder / "joint/case.toml"
+    text = path.read_text()
+    for line, instead in (("# modes = 10", f"modes = {modes}"), ("tolerance = 1e-2", ""), ("# harmonics = 5", f"harmonics = {harmonics}"),
+                          ("# at = [11500.0, 12000.0]", f"at = {at}"), ("# enabled = true", "enabled = false")):
+        assert text.count(f"\n{line} ") == 1, line
+        text = text.replace(f"\n{line} ", f"\n{instead} ")
+    path.write_text(text)
+    begin, end = map(float, re.search(r"\nomega = \[([\d.]+), ([\d.]+)\]", text).groups())
+    return end - begin, run(SimpleNamespace(path=path), out="out")
+
+
+def test_modes_left_out_that_harmonics_meet(tmp_path):
+    """Ten harmonics of the lap joint lie beyond the modes that are kept, and near a resonance that those left out move: what they would do
+    must not be taken for what the kept ones would do if these stood still."""
+    frequencies = np.linspace(11350, 11500, 7)
+    at = sorted(float(f + shift * OFFSET * 1600) for f in frequencies for shift in (-1, 0, 1))
+    sweep, few = template(make_folder(tmp_path, "few"), 10, 10, at)
+    assert sweep == 1600
+    _, every = template(make_folder(tmp_path, "every"), 10, 120, at)
+    with h5py.File(few.folder / "state.h5") as state:
+        scales = state["scales"][()]
+    results, reference = (Results(done.folder / "results.h5") for done in (few, every))
+    points, true = distances(results, reference, scales, sweep, frequencies, OFFSET * sweep)
+    ratio = results.points("error_modes")[points] / true
+    assert len(points) >= len(frequencies) and true.max() > 1e-3
+    assert np.all((ratio > 0.3) & (ratio < 3)), ratio
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 import json
 import re
 
+import h5py
 import numpy as np
 import pytest
 
@@ -14,32 +15,39 @@ from test_against_core import close
 # parameter: [from, to, one in between]
 RANGES = {"force": [1, 0.4, 0.7], "preload": [1, 1.4, 1.2], "normal_stiffness": [1, 2, 1.5], "tangential_stiffness": [1, 2, 1.5],
           "tangential_stiffness_1": [1, 0.5, 0.75], "tangential_stiffness_2": [1, 2, 1.5], "friction": [1, 2, 1.5],
-          "friction_1": [1, 0.3, 0.6], "friction_2": [1, 2, 1.5], "gap": [0, -0.1, -0.05]}
+          "friction_1": [1, 0.3, 0.6], "friction_2": [1, 2, 1.5], "gap": [0, -0.1, -0.05], "damping": [1, 0.4, 0.7]}
 OMEGA = 1.0
 MILD, STRONG = [0.2, 1, 0.5, 0, 0.3], [0.6, 3, 1.5, 0, 0.9]  # loads under which some points slip; all slip and lift off
 
 
-def path_of(folder, parameter, values, **overrides):
+def path_of(folder, parameter, values, points=None, **overrides):
     case = cases.several_points(folder, omega=None, kind="auto", **{"fourier": STRONG, **overrides})
     start, end, between = values
     case.path.write_text(case.path.read_text() + f'\n[path]\nparameter = "{parameter}"\nrange = [{start}, {end}]\n'
-                                                 f"omega = {OMEGA}\nat = [{between}]\n")
+                                                 f"omega = {OMEGA}\nat = [{between}]\n" + (f"points = {points}\n" if points else ""))
     return case
 
 
-def made_with(case, parameter, value):
-    """The reference's equations and preload of a case whose parameter has that value."""
+def made_with(case, parameter, value, points=None):
+    """The reference's equations and preload of a case whose parameter has that value, at these points or all."""
     name, _, direction = parameter.rpartition("_")
     if direction not in "12":
         name, direction = parameter, ""
     settings, reduced = dict(case.settings), case.reduced
     rows = slice(None) if not direction else int(direction) - 1
+    which = [True] * 4 if points is None else [point in points for point in range(1, 5)]
     if name in ("normal_stiffness", "tangential_stiffness", "friction"):
         values = np.array(settings[name], float)
-        values[..., rows] *= value
+        factors = np.where(which, value, 1.0)
+        if values.ndim == 1:
+            values *= factors
+        else:
+            values[:, rows] *= factors if direction else factors[:, None]
         settings[name] = values.tolist()
     elif name == "gap":
-        settings["gap"] = [gap + value for gap in settings["gap"]]
+        settings["gap"] = [gap + value * varied for gap, varied in zip(settings["gap"], which)]
+    elif name == "damping":
+        settings["stiffness"] = value * settings["stiffness"]
     elif name == "preload":
         reduced = reference.Reduced(**{**vars(reduced), "r": value * reduced.r})
     else:
@@ -52,9 +60,12 @@ def run(case, ranks=None, *options):
     return done, done.points
 
 
-@pytest.mark.parametrize("parameter", RANGES)
-def test_points_solve_the_equations_with_its_value(tmp_path, parameter):
-    case = path_of(tmp_path, parameter, RANGES[parameter], samples=64)
+OF_POINTS = [(name, [2, 3]) for name in ("normal_stiffness", "tangential_stiffness_1", "friction", "gap")]
+
+
+@pytest.mark.parametrize("parameter, of", [*((name, None) for name in RANGES), *OF_POINTS])
+def test_points_solve_the_equations_with_its_value(tmp_path, parameter, of):
+    case = path_of(tmp_path, parameter, RANGES[parameter], of, samples=64)
     _, points = run(case)
     start, end, between = RANGES[parameter]
     assert points["parameter"][0] == start and points["parameter"][-1] == end and between in points["parameter"]
@@ -65,7 +76,7 @@ def test_points_solve_the_equations_with_its_value(tmp_path, parameter):
     nominal = case.preload.xp
     for i in {*range(0, len(points["omega"]), 10), *np.flatnonzero(np.isin(points["parameter"], [end, between]))}:
         value, q = points["parameter"][i], points["coefficients"][i]
-        made = made_with(case, parameter, value)
+        made = made_with(case, parameter, value, of)
         system = made.system()
         motion = q.copy()
         motion[len(case.reduced.kaa):, 0] += 2 * (nominal - made.preload.xp).ravel()
@@ -90,6 +101,84 @@ def test_ranks_do_not_change_the_branch(over_friction, ranks):
 def test_both_forms_end_at_the_same_point(over_friction, tmp_path):
     assembled = run(path_of(tmp_path, "friction", RANGES["friction"], fourier=MILD, solver="assembled"))[1]
     close(assembled["coefficients"][-1], over_friction[1]["coefficients"][-1], 1e-8)
+
+
+def two_blocks(folder, lines, **contact):
+    """Two joints, "left" with four points and "right" with two, between a bar and the ground; a path over friction, with these lines."""
+    joints = {"left": 4, "right": 2}
+    case = cases.several_points(folder, omega=None, kind="auto", structure=cases.random_structure(12, points=6), **{
+        "normal_stiffness": 4.0, "tangential_stiffness": 2.0, "friction": 0.4, "gap": -0.1, **contact})
+    with h5py.File(folder / "model.h5", "r+") as file:
+        file["contact/joint"] = np.repeat(np.arange(2), list(joints.values()))
+        file["contact"].attrs["joints"] = np.array([name.encode() for name in joints])
+    case.path.write_text(case.path.read_text() + f'\n[path]\nparameter = "friction"\nrange = [1, 0.5]\nomega = {OMEGA}\n{lines}\n')
+    return case
+
+
+def test_a_joint_is_its_points(tmp_path):
+    """By name as by number, and another curve than all joints have."""
+    found = {}
+    for name, lines in (("joint", 'joint = "right"'), ("points", "points = [5, 6]"), ("all", "")):
+        (folder := tmp_path / name).mkdir()
+        found[name] = run(two_blocks(folder, lines))[1]["coefficients"]
+    np.testing.assert_array_equal(found["joint"], found["points"])
+    first, last = found["joint"][[0, -1], :, 1:]
+    assert np.linalg.norm(last - first) > 1e-4 * np.linalg.norm(first)
+    assert np.linalg.norm(found["all"][-1, :, 1:] - last) > 1e-4 * np.linalg.norm(first)
+
+
+def test_ranks_share_the_points_of_a_path(tmp_path):
+    case = two_blocks(tmp_path, 'joint = "right"')
+    alone, together = run(case)[1], run(case, 3)[1]
+    close(together["coefficients"][-1], alone["coefficients"][-1], 1e-8)
+
+
+@pytest.mark.parametrize("lines, words", [
+    ('joint = "middle"', ["path.joint", '"middle"', "no such joint", '"left", "right"']),
+    ("points = [7]", ["path.points = 7", "6 contact points", "from 1"]),
+    ("points = [0]", ["path.points", "0"]),
+    ("points = [2, 2]", ["path.points", "there already"]),
+    ("points = []", ["path.points", "no contact point"]),
+    ('points = [2]\njoint = "left"', ["path.points", "path.joint is given as well"]),
+])
+def test_points_that_are_not_there(tmp_path, lines, words):
+    done = launch.run(two_blocks(tmp_path, lines), status=2)
+    for word in words:
+        assert word in done.err
+
+
+@pytest.mark.parametrize("parameter", ["force", "preload", "damping"])
+def test_what_is_of_no_joint(tmp_path, parameter):
+    case = path_of(tmp_path, parameter, [1, 2, 1.5], [1])
+    done = launch.run(case, status=2)
+    assert "path.points" in done.err and f'"{parameter}" is of no contact points' in done.err
+
+
+def test_a_model_without_joints(tmp_path):
+    case = path_of(tmp_path, "friction", RANGES["friction"])
+    case.path.write_text(case.path.read_text() + 'joint = "left"\n')
+    done = launch.run(case, status=2)
+    assert "path.joint" in done.err and "write path.points" in done.err
+
+
+def test_points_of_a_path_stay_in_a_restart(tmp_path):
+    case = two_blocks(tmp_path, "points = [5, 6]")
+    text = case.path.read_text()
+    case.path.write_text(text.replace("step = 0.05", "step = 0.05\nmax_points = 2"))
+    run(case)
+    case.path.write_text(text.replace("[5, 6]", "[5]"))
+    assert "path.points = [5]: this run began with [5, 6]" in launch.run(case, "--restart", status=2).err
+
+
+def test_damping_moves_stability(tmp_path):
+    """Stability of a point is that of a case made with its damping."""
+    case = path_of(tmp_path, "damping", RANGES["damping"], harmonics=3, fourier=MILD)
+    case.path.write_text(case.path.read_text() + "\n[stability]\nenabled = true\n")
+    points = run(case)[1]
+    made = cases.several_points(tmp_path, kind="auto", harmonics=3, omega=[OMEGA, OMEGA], stiffness=0.4 * case.settings["stiffness"])
+    made.path.write_text(made.path.read_text() + "\n[stability]\nenabled = true\n")
+    assert points["multiplier"][-1] == pytest.approx(run(made)[1]["multiplier"][0], rel=1e-6)
+    assert abs(points["multiplier"][0] - points["multiplier"][-1]) > 1e-4
 
 
 def lift_off(folder, forces):

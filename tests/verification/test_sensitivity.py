@@ -1,5 +1,7 @@
 """Derivatives of a peak by the contact parameters: against given ones, and against peaks of cases that are computed anew."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 import cases
 import launch
 from dovetail import Results, reference
+from dovetail.__main__ import main
 from test_against_core import close
 
 DATA = cases.Path(__file__).parent / "data"
@@ -82,6 +85,8 @@ def test_against_peaks_computed_anew(tmp_path, samples):
         if name == "force":
             fourier = case.settings["fourier"]
             case.edit(f"fourier = {fourier}", f"fourier = {[change * number for number in fourier]}")
+        elif name == "damping":
+            case.edit(f"stiffness = {case.settings['stiffness']}", f"stiffness = {change * case.settings['stiffness']}")
         elif name == "preload":
             with h5py.File(folder / "reduced.h5", "r+") as file:
                 file["R"][...] = change * file["R"][()]
@@ -95,7 +100,8 @@ def test_against_peaks_computed_anew(tmp_path, samples):
 
     middle, _ = peak(tmp_path / "middle")
     assert len(middle["omega"]) == 1
-    for name in (*NAMES, "force", "preload"):
+    factors = ("force", "preload", "damping")
+    for name in (*NAMES, *factors):
         (up, value), (down, _) = (peak(tmp_path / f"{name}{side}", name, 1 + side * h) for side in (1, -1))
         for number in ("omega", "amplitude"):
             slope = (up[number][0] - down[number][0]) / (2 * h)
@@ -114,6 +120,61 @@ def test_python_gives_them_relative(tmp_path):
     by_omega = data["par"][:, 0] * data["sens_omega"][:, 0] / data["sens_peak"][0]
     close(sensitivity.relative("normal_stiffness", of="omega")[0], by_omega, 1e-6)
     assert sensitivity.relative("force").shape == (1,)
+
+
+def with_joints(case, names=("left", "right")):
+    """The run's results, beside a model that says which joint each of four points is of."""
+    done = launch.run(case)
+    path = done.folder / "model.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["format"], file.attrs["version"] = "dovetail-model", 1
+        file["contact/position"] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1.0, 1, 0]]
+        file["contact/axes"], file["contact/area"] = np.tile(np.eye(3), (4, 1, 1)), np.ones(4)
+        file["contact/joint"] = [0, 0, 0, 1]
+        file["contact"].attrs["joints"] = np.array([name.encode() for name in names])
+    return Results(done.folder / "results.h5", path), path
+
+
+def test_sums_by_joint(tmp_path):
+    case, data = given(tmp_path, "chain")
+    results, path = with_joints(case)
+    sensitivity = results.sensitivity
+    for column, name in (((3, 4), "friction"), ((1, 2), "tangential_stiffness"), ((0,), "normal_stiffness")):
+        wanted = sum(data["par"][:, i] * data["sens_amplitude"][:, i] for i in column) / data["sens_peak"][1]
+        found = sensitivity.by_joint(name, model=path)
+        assert list(found) == ["left", "right"]
+        close(np.array([found["left"][0], found["right"][0]]), np.array([wanted[:3].sum(), wanted[3]]), 1e-6)
+        close(sensitivity.of_points(name)[0], wanted, 1e-6)
+    with pytest.raises(ValueError, match="force is of no contact point"):
+        sensitivity.by_joint("force", model=path)
+
+
+def test_map_of_what_matters(tmp_path):
+    from dovetail.sensitivity_map import PARAMETERS, sensitivity_map
+
+    case, _ = given(tmp_path, "chain")
+    results, path = with_joints(case)
+    figure = sensitivity_map(results, model=path)
+    titles = [axis.get_title(loc="left") for axis in figure.axes]
+    for name in PARAMETERS:
+        sums = results.sensitivity.by_joint(name, model=path)
+        for joint in sums:
+            assert any(f"{name.replace('_', ' ')}: together {sums[joint][0]:+.3g} % per %" in title for title in titles)
+    drawn = [np.ravel(part.get_array()) for axis in figure.axes for part in axis.collections if part.get_array() is not None]
+    values = np.concatenate([results.sensitivity.of_points(name)[0] for name in PARAMETERS])
+    shown = np.sort(np.concatenate(drawn))
+    assert set(np.round(shown[shown > 0], 12)) <= set(np.round(np.abs(values), 12)) and len(shown) >= 8
+    out = tmp_path / "map.png"
+    assert main(["plot", str(results.path), "--kind", "sensitivity", "--model", str(path), "-o", str(out)]) == 0
+    assert out.stat().st_size > 5000
+
+
+def test_no_map_without_sensitivities(tmp_path, capsys):
+    case, _ = given(tmp_path, "chain")
+    case.path.write_text(re.sub(r"\n\[sensitivity\]\nof = .*", "", case.path.read_text()))
+    results = launch.run(case).folder / "results.h5"
+    assert main(["plot", str(results), "--kind", "sensitivity"]) == 2
+    assert "has no sensitivities; write [sensitivity]" in capsys.readouterr().err
 
 
 def test_a_restart_keeps_them(tmp_path):
