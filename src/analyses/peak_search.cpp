@@ -52,6 +52,7 @@ std::optional<PeakSearch::Found> PeakSearch::climb(double value) {
 std::vector<PeakSearch::Candidate> PeakSearch::candidates() {
   const Layout &layout = peak_.system().layout();
   const auto all = peak_.system().grazes(peak_.y());
+  const double reach = farthest * peak_.omega(); // collective, and ranks have different numbers of grazes
   std::vector<Candidate> found;
   const double *along;
   check(VecGetArrayRead(peak_.along(), &along), doing);
@@ -63,7 +64,7 @@ std::vector<PeakSearch::Candidate> PeakSearch::candidates() {
         rate += graze.by_t[i] * of_point[graze.direction * layout.width + i] +
                 graze.by_n[i] * of_point[2 * layout.width + i];
       const double offset = rate == 0 ? HUGE_VAL : -graze.height / rate;
-      if (std::abs(offset) < farthest * peak_.omega()) found.push_back({offset, static_cast<int>(p), graze});
+      if (std::abs(offset) < reach) found.push_back({offset, static_cast<int>(p), graze});
     }
   check(VecRestoreArrayRead(peak_.along(), &along), doing);
   std::sort(found.begin(), found.end(),
