@@ -239,7 +239,8 @@ def _range_options(commands):
                          "default: that of the case")
     command.add_argument("--watch", metavar="NAME", help="the unknown or node whose largest peak is meant; default: that of the case")
     command.add_argument("--samples", metavar="N", type=int, default=128, help="of all ranges together; default: %(default)s; 0: none")
-    command.add_argument("--along", metavar="N", type=int, default=9, help="points over each parameter alone; default: %(default)s; 0: none")
+    command.add_argument("--along", metavar="N", type=int, default=9,
+                         help="points over each parameter alone; default: %(default)s; 0: none")
     command.add_argument("--each-point", action="store_true", help="contact points vary each by itself in the samples, not all alike")
     command.add_argument("--until-peak", metavar="N", type=int, help="end every sweep behind so many peaks: quicker, without the band of "
                          "curves")

@@ -168,6 +168,8 @@ def _results(results):
         lines.append(("omega", f"{_range(results.omega)} {unit} ({_range(results.frequency)} Hz), last {results.omega[-1]:g} {unit}"))
         if results.parameter is not None:
             lines.append((results.parameter_name, f"{_range(results.parameter)}, last {results.parameter[-1]:g}"))
+        if results.damping_ratio is not None:
+            lines.append(("damping ratio", f"{_range(results.damping_ratio)}, last {results.damping_ratio[-1]:g}"))
         lines += _peaks(results)
         lines += _events(results) + _stability(results)
         lines += [(f"points that {verb}", f"at most {100 * results.points(name).max():.4g} %, in {np.count_nonzero(results.points(name))}"

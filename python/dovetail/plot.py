@@ -100,6 +100,8 @@ def _what(results):
     """The name of what the curve is drawn over."""
     if results.parameter is None:
         return "excitation frequency"
+    if results.modal_amplitude is not None:
+        return "modal amplitude"
     return f"{results.parameter_name.replace('_', ' ')}, {'offset' if results.parameter_unit == 'm' else 'factor'}"
 
 

@@ -16,6 +16,8 @@ from .sensitivity import read_sensitivity
 VERSION = 1  # of the format
 DIRECTIONS = ("t1", "t2", "n")
 NEEDED = ("omega", "arclength", "newton_iterations", "seconds", "stick", "slip", "open")  # of /points
+OF_MODES = ("modal_amplitude", "damping_ratio", "friction_energy", "force_level", "energy_error")
+MODAL = "m kg^1/2"  # unit of modal amplitudes in the SI
 ESTIMATED = ("error_harmonics", "error_sampling", "error_modes")
 JUDGED = {"stable": "i", "multiplier": "f", "instability": "i"}
 BLOCK = 1 << 23  # numbers of coefficients in memory at a time
@@ -46,9 +48,13 @@ class Results:
         Excitation frequency in units of the model, [rad/s] in SI; `frequency` is the same in Hz.
     parameter : (n,) array or None
         Of a sweep over another parameter than the frequency, its value at every point; `parameter_name` is its name in the case
-        file, `parameter_unit` "-" for a factor on what the case has.
+        file, `parameter_unit` "-" for a factor on what the case has. Of a nonlinear mode, the modal amplitude.
     tracked_amplitude : (n,) array or None
         Of peaks that are followed over a parameter, sqrt(sum of a_k^2 + b_k^2, k >= 1) of what is watched, which is largest there.
+    modal_amplitude, damping_ratio, friction_energy, force_level, energy_error : (n,) arrays or None
+        Of a nonlinear mode ([mode]), whose `omega` is its frequency: amplitude [m kg^1/2], damping ratio of the resonance,
+        energy that the contacts dissipate per period [J], multiple of the load at whose resonance it is the response (inf where
+        the load does no work on it), and by how much energies fail to balance, as a damping ratio. None of other runs.
     harmonics, samples, modes, contact_points : int
         H, N, N_a, N_x; N is 0 where contact forces were evaluated exactly, without samples. H is the largest of any point: a run
         may add harmonics on its way; `points("harmonics")` holds those of each, the rest of its coefficients is zero.
@@ -110,8 +116,10 @@ class Results:
             self._points[name] = self._points[name].astype(np.float64)
             if not np.all(np.isfinite(self._points[name])):
                 raise ValueError(f"/points/{name} is not finite everywhere")
-        self.omega, self.parameter = self._points["omega"], self._points.get("parameter")
-        self.tracked_amplitude = self._points.get("tracked_amplitude")
+        self.omega, self.tracked_amplitude = self._points["omega"], self._points.get("tracked_amplitude")
+        self.modal_amplitude, self.damping_ratio, self.friction_energy, self.force_level, self.energy_error = (
+            self._points.get(name) for name in OF_MODES)
+        self.parameter = self._points.get("parameter", self.modal_amplitude)
         self.stable = self.multiplier = self.instability = None
         if "stable" in points:
             self.stable, self.multiplier, self.instability = (
@@ -200,7 +208,7 @@ class Results:
         """Its unit, "" for a factor on what the case has."""
         if self.parameter is None:
             return self.unit.omega
-        return self.unit.length if self.parameter_unit == "m" else ""
+        return {"m": self.unit.length, MODAL: self.unit.modal}.get(self.parameter_unit, "")
 
     def place(self, value, digits=9):
         """A value of `along` in words: "1.3 rad/s", or "friction 0.5"."""

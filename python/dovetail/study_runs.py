@@ -77,6 +77,8 @@ class UserCase:
             raise ValueError(f"{path}: {error}") from None
         if self.content.pop("path", None):  # the template has an empty one
             raise ValueError(f"{path}: follows another parameter ([path]); a study compares curves over the frequency")
+        if self.content.pop("mode", None):
+            raise ValueError(f"{path}: follows a nonlinear mode ([mode]); a study compares curves over the frequency")
         self.content.pop("sensitivity", None)  # peaks alone are compared
 
     @property

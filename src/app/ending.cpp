@@ -23,12 +23,14 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
   case End::interrupted:
     if (summary.counts.points == 0)
       return "stopped by " + std::string(signal_name(signal)) + " before a first point was found";
+    if (study.mode) return "stopped by " + std::string(signal_name(signal)) + " at " + where + ". " + so_far;
     return "stopped by " + std::string(signal_name(signal)) + " at " + where + ". " + so_far +
            (study.follows_peaks() ? "; a run with path.range from there on goes on."
                                   : "; the same command with --restart goes on from there.");
   case End::no_start:
     if (study.follows_peaks())
       return summary.why + " (" + where + "). Widen continuation.omega, or begin at the other end of path.range.";
+    if (study.mode) return summary.why + " (" + where + "). Fewer harmonics may help";
     return summary.why + " (" + where +
            "). Try the other end of the sweep, a start from other results (continuation.start), fewer harmonics, or a "
            "smaller load first.";
@@ -36,6 +38,9 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
     if (study.follows_peaks())
       return "the peak could not be followed beyond " + where + ": " + summary.why + ". " + so_far +
              "; try path.range from the other end.";
+    if (study.mode)
+      return "the mode could not be followed beyond " + place(summary.farthest) + ": " + summary.why + ". " + so_far +
+             ". Where contacts open, more harmonics help; or end mode.amplitude there.";
     return "the sweep could not go on beyond " + place(summary.farthest) + ": " + summary.why + ". " + so_far +
            (study.samples == exactly
                 ? ". Where contacts open, more harmonics help"

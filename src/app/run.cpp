@@ -8,6 +8,7 @@
 #include "app/earlier_run.hpp"
 #include "app/ending.hpp"
 #include "app/follow.hpp"
+#include "app/follow_mode.hpp"
 #include "app/forecast.hpp"
 #include "app/own_files.hpp"
 #include "app/tell_resonances.hpp"
@@ -47,6 +48,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.forces, study.model);
       checked.units = units_of(header.units);
       if (!study.watch.node.empty()) node_motion(study.model, study.watch);
+      settle_solver(study, static_cast<int>(study.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     } else {
@@ -54,6 +56,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.loads, study.reduced);
       from_model.area = header.area;
       checked.units = units_of(header.units);
+      settle_solver(study, static_cast<int>(header.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
     }
@@ -77,6 +80,9 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       throw InputError(study.given.at("path.peak") +
                        ": path.peak: --restart: peaks over a parameter are not continued; "
                        "begin anew, from the value reached");
+    if (request.restart && study.mode)
+      throw InputError(study.file.string() + ": [mode]: a mode is not continued with --restart; begin anew without it, "
+                                             "from a larger mode.amplitude");
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;
@@ -215,6 +221,11 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
       stages.run("3a resonances", [&] { return try_resonances(preloaded, study, voice); });
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
+  std::optional<StuckMode> mode;
+  if (study.mode) {
+    if (study.solver == SolverKind::assembled) check_memory(comm, checked.sizes);
+    mode = stages.run("3b mode", [&] { return stuck_mode(preloaded, study); });
+  }
   SavedRun begin = earlier ? *earlier : SavedRun{};
   if (!earlier) begin.run = new_run_name();
   begin.problem = problem_of(study, checked.contact), begin.limits = limits_of(study), begin.end.clear();
@@ -232,14 +243,16 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
                           std::filesystem::remove(study.directory / "summary.json"); // would pass for this run's
                           checked.has_results = true;
                         });
-    Followed followed = follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+    Followed followed = mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, voice)
+                             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
     followed.kept = results.finish();
     return followed;
   };
   Followed followed = into_file();
   BranchStory &story = followed.story;
-  story.resonances = found, story.warnings = std::move(warnings);
-  if (followed.kept || earlier) judge(comm, checked, story, voice);
+  story.resonances = found;
+  story.warnings.insert(story.warnings.begin(), warnings.begin(), warnings.end());
+  if ((followed.kept || earlier) && !mode) judge(comm, checked, story, voice);
   write_summary(comm, followed.kept || earlier ? study.directory : "", &story, stages, reduction);
   const bool cut_off = story.summary.end == BranchSummary::End::interrupted;
   followed.keeper.finish(cut_off ? "" : name_of(story.summary.end)); // last: ended, nothing is missing

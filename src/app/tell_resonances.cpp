@@ -118,7 +118,7 @@ std::string in_table(const Resonances &found, const Case &study) {
     for (const ResonanceSet *set : sets) row += cell(*set, j);
     out += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";
   }
-  out += "\nsweep: " + sweep_in_words(study) + (marked ? "; * lies in it" : "");
+  if (!study.mode) out += "\nsweep: " + sweep_in_words(study) + (marked ? "; * lies in it" : "");
   std::string harmonics;
   for (const int k : driving_harmonics(study.loads))
     if (k > 1) harmonics += (harmonics.empty() ? "" : ", ") + std::to_string(k);

@@ -85,6 +85,14 @@ struct Path {
   std::vector<bool> varied;     ///< (N_x) which that is, once the model is known; empty: all
 };
 
+/// A nonlinear mode in place of a sweep: [mode].
+struct ModeWish {
+  int number = 0;          ///< of the stuck structure at the preload state, from 1; 0: the one next to
+  double near = 0;         ///< that frequency [rad/s]
+  double from = 0, to = 0; ///< modal amplitude [m kg^1/2]
+  double to_force = 0;     ///< or until this multiple of the load; 0: not asked for
+};
+
 /// How the harmonic balance is solved: [harmonic_balance] solver.
 enum class SolverKind { modal, assembled };
 
@@ -125,6 +133,7 @@ struct Case {
   double omega_from = 0, omega_to = 0; ///< [rad/s]; equal: one point, or the frequency of a path; where peaks are
                                        ///< followed, the first one lies between
   std::optional<Path> path;
+  std::optional<ModeWish> mode;
   double step = 0.02; ///< first arc length, in the scaled variables
   bool adaptive = true;
   int max_points = 20000;
@@ -152,6 +161,7 @@ struct Case {
   bool follows_peaks() const { return path && path->peak; }
   CurveRange range() const {
     if (path) return {path->parameter, path->from, path->to, "path.range", frequency_unit, follows_peaks()};
+    if (mode) return {&modal_amplitude(), mode->from, mode->to, "mode.amplitude", frequency_unit};
     return {&frequency_parameter(), omega_from, omega_to, "continuation.omega", frequency_unit};
   }
 };
@@ -188,6 +198,10 @@ void check_damping(const Case &study, int modes, int points, bool has_matrix);
 
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);
+
+/// Sets how a nonlinear mode is solved where the case does not say: by factors while they are quick, with that many
+/// reduced dofs.
+void settle_solver(Case &study, int dofs);
 
 /// Every value in force, one per line: key, value, unit of the model, and whether it was given or is the default.
 void describe(std::ostream &out, const Case &study, const std::vector<ContactPoint> &points, const Units &units);

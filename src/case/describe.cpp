@@ -78,7 +78,8 @@ std::vector<Row> rows_of(const Case &study, const std::vector<ContactPoint> &poi
       row.origin = contact_origin(study, key.name, span);
     }
     if (row.value.empty()) continue;
-    if (row.key == "continuation.omega" || row.key == "continuation.at" || row.key == "path.omega")
+    if (row.key == "continuation.omega" || row.key == "continuation.at" || row.key == "path.omega" ||
+        row.key == "mode.near")
       row.unit = study.frequency_unit.name();
     if (study.path && (row.key == "path.range" || row.key == "path.at"))
       row.unit = units.instead_of(study.path->parameter->unit);

@@ -129,12 +129,12 @@ const std::vector<Key> &keys() {
       {"continuation.unit", "", [](C c) { return std::string(c.frequency_unit.name()); }},
       {"continuation.omega", "rad/s",
        [](C c) {
-         return c.path && !c.path->peak ? "" : frequencies_text(c, {c.omega_from, c.omega_to});
+         return c.range().is_sweep() || c.follows_peaks() ? frequencies_text(c, {c.omega_from, c.omega_to}) : "";
        }},
       {"continuation.step", "-", [](C c) { return number_text(c.step); }},
       {"continuation.adaptive", "", [](C c) { return std::string(c.adaptive ? "true" : "false"); }},
       {"continuation.max_points", "-", [](C c) { return std::to_string(c.max_points); }},
-      {"continuation.at", "rad/s", [](C c) { return c.path ? "" : frequencies_text(c, c.at); }},
+      {"continuation.at", "rad/s", [](C c) { return c.range().is_sweep() ? frequencies_text(c, c.at) : ""; }},
       {"continuation.start", "", [](C c) { return c.start.empty() ? "zero" : c.start.string(); }},
       {"continuation.watch", "", [](C c) { return c.watch.name.empty() ? "what moves most" : c.watch.name; }},
       {"continuation.stop_after_peaks", "-",
@@ -157,6 +157,15 @@ const std::vector<Key> &keys() {
          return std::string(!c.follows_peaks() ? "" : *c.path->peak == PeakKind::phase ? "phase" : "amplitude");
        }},
       {"path.at", "-", [](C c) { return c.path ? numbers_text(c.at) : ""; }},
+      {"mode.number", "-", [](C c) { return c.mode && c.mode->number > 0 ? std::to_string(c.mode->number) : ""; }},
+      {"mode.near", "rad/s",
+       [](C c) { return c.mode && c.mode->near > 0 ? c.frequency_unit.number(c.mode->near) : ""; }},
+      {"mode.amplitude", "m kg^1/2",
+       [](C c) {
+         return c.mode ? numbers_text({c.mode->from, c.mode->to}) : "";
+       }},
+      {"mode.at", "m kg^1/2", [](C c) { return c.mode ? numbers_text(c.at) : ""; }},
+      {"mode.to_force", "-", [](C c) { return c.mode && c.mode->to_force > 0 ? number_text(c.mode->to_force) : ""; }},
       {"sensitivity.of", "", [](C c) { return c.sensitivity ? c.watch.name : ""; }},
       {"recovery.strategies", "", [](C c) { return c.strategies.text(); }},
       {"recovery.allow_branch_change", "", [](C c) { return std::string(c.allow_branch_change ? "true" : "false"); }},

@@ -11,6 +11,7 @@
 #include "case/document.hpp"
 #include "case/keys.hpp"
 #include "case/load_settings.hpp"
+#include "case/mode_settings.hpp"
 #include "case/path_settings.hpp"
 #include "support/error.hpp"
 
@@ -219,8 +220,10 @@ void read_frequencies(const Document &document, Case &study) {
 
 void read_continuation(const Document &document, Case &study) {
   read_path(document, study);
-  if (!study.path || study.path->peak) read_frequencies(document, study);
-  if (!study.path) read_wanted(document["continuation.at"], study.range(), study);
+  read_mode(document, study);
+  const bool sweep = study.range().is_sweep();
+  if (sweep || study.follows_peaks()) read_frequencies(document, study);
+  if (sweep) read_wanted(document["continuation.at"], study.range(), study);
   const Entry adaptive = document["continuation.adaptive"];
   read_positive(document["continuation.step"], study.step);
   if (adaptive) study.adaptive = adaptive.truth();
@@ -323,6 +326,7 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_continuation(document, study);
   read_stops(document, study);
   read_recovery(document, study);
+  if (study.mode) refuse_beside_mode(document, study);
   leave_out_motions_in_time(document, study);
   return study;
 }

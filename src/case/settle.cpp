@@ -22,7 +22,8 @@ void settle_units(Case &study, const Units &units) {
   unit.seconds = units.seconds, unit.omega = units.omega;
   if (!unit.hertz) return;
   study.omega_from *= units.seconds, study.omega_to *= units.seconds;
-  for (std::size_t i = 0; i < study.at.size() && !study.path; ++i) study.at[i] *= units.seconds;
+  if (study.mode) study.mode->near *= units.seconds;
+  for (std::size_t i = 0; i < study.at.size() && study.range().is_sweep(); ++i) study.at[i] *= units.seconds;
 }
 
 void settle_path(Case &study, const ContactSettings &from_model, int points) {
@@ -98,6 +99,13 @@ void check_damping(const Case &study, int modes, int points, bool has_matrix) {
                           : study.reduced.string() + " has no /Caa; write the viscous damping matrix "
                                                      "as /Caa, /Cax and /Cxx there") +
                      ", or leave damping.matrix out");
+}
+
+void settle_solver(Case &study, int dofs) {
+  constexpr double most_assembled = 500; // unknowns
+  if (!study.mode || study.given.count("harmonic_balance.solver")) return;
+  const bool small = double(dofs) * (2 * study.harmonics + 1) <= most_assembled;
+  study.solver = small ? SolverKind::assembled : SolverKind::modal;
 }
 
 // Where judging a point takes hardly more time than computing it. (Measured: five dofs, one point, H = 10: 0.03 ms

@@ -175,37 +175,48 @@ void HarmonicSystem::evaluate_contact(const double *q) {
   contact_.assign(contact, contact + count);
 }
 
-void HarmonicSystem::residual(Vec y, Vec f) {
-  const int n = layout_.width;
-  const double *q;
-  double *out;
-  check(VecGetArrayRead(y, &q), "evaluating the residual");
-  set(shared_parameter(q));
-  const double factor = setting_.load;
-  const DynamicStiffness of_structure = structure(setting_.omega);
+void HarmonicSystem::evaluate(const double *q) {
   products(q);
+  evaluate_contact(q);
+}
+
+const double *HarmonicSystem::holding() {
+  adrift_ = loose_.motions() > 0 && hold_adrift();
+  return adrift_ ? held_.data() : nullptr;
+}
+
+void HarmonicSystem::balance(const DynamicStiffness &structure, double constant, double varying, double *out) const {
+  const int n = layout_.width;
   const std::vector<double> &u = stiffness_force_, &v = inertia_force_;
-  check(VecGetArray(f, &out), "evaluating the residual");
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
     const PetscInt at = d * n;
-    out[at] = u[at] - force_coefficient(loads_, d, 0, factor);
+    out[at] = u[at] - force_coefficient(loads_, d, 0, constant);
     for (int k = 1; k <= harmonics_; ++k) {
       const PetscInt c = at + cosine(k), s = at + sine(k);
-      const double inertia = of_structure.inertia(k), loss = of_structure.loss(k), drag = of_structure.drag(k);
-      out[c] = u[c] - inertia * v[c] + loss * u[s] + drag * v[s] - force_coefficient(loads_, d, cosine(k), factor);
-      out[s] = u[s] - inertia * v[s] - loss * u[c] - drag * v[c] - force_coefficient(loads_, d, sine(k), factor);
+      const double inertia = structure.inertia(k), loss = structure.loss(k), drag = structure.drag(k);
+      out[c] = u[c] - inertia * v[c] + loss * u[s] + drag * v[s] - force_coefficient(loads_, d, cosine(k), varying);
+      out[s] = u[s] - inertia * v[s] - loss * u[c] - drag * v[c] - force_coefficient(loads_, d, sine(k), varying);
     }
   }
   for (std::size_t i = 0; i < damping_force_.size(); ++i)
     if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
-      out[i] += of_structure.turn(k) * (place % 2 ? damping_force_[i + 1] : -damping_force_[i - 1]);
+      out[i] += structure.turn(k) * (place % 2 ? damping_force_[i + 1] : -damping_force_[i - 1]);
   for (std::size_t i = 0; i < hysteretic_force_.size(); ++i)
     if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
-      out[i] += of_structure.hysteresis(k) * (place % 2 ? hysteretic_force_[i + 1] : -hysteretic_force_[i - 1]);
-  evaluate_contact(q);
+      out[i] += structure.hysteresis(k) * (place % 2 ? hysteretic_force_[i + 1] : -hysteretic_force_[i - 1]);
   double *contact = out + layout_.own_point_offset(0);
   for (std::size_t i = 0; i < force_.size(); ++i) contact[i] += force_[i];
   for (std::size_t i = 0; i < constant_.size(); ++i) contact[i * n] += 2 * constant_[i];
+}
+
+void HarmonicSystem::residual(Vec y, Vec f) {
+  const double *q;
+  double *out;
+  check(VecGetArrayRead(y, &q), "evaluating the residual");
+  set(shared_parameter(q));
+  evaluate(q);
+  check(VecGetArray(f, &out), "evaluating the residual");
+  balance(structure(setting_.omega), setting_.load, setting_.load, out);
   check(VecRestoreArray(f, &out), "evaluating the residual");
   check(VecRestoreArrayRead(y, &q), "evaluating the residual");
 }
@@ -214,14 +225,17 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   const double *q, *last;
   check(VecGetArrayRead(y, &q), "evaluating the Jacobian");
   set(shared_parameter(q));
-  products(q);
-  evaluate_contact(q);
+  evaluate(q);
   differentiate(q, parameter_.kind());
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
-  adrift_ = loose_.motions() > 0 && hold_adrift();
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
-  linear_->fill(J, {structure(setting_.omega), forces_, adrift_ ? held_.data() : nullptr, column_.data(), last});
+  fill(J, structure(setting_.omega), column_.data(), last);
   check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
+}
+
+void HarmonicSystem::fill(Mat J, const DynamicStiffness &structure, const double *column, const double *border) {
+  const double *held = holding();
+  linear_->fill(J, {structure, forces_, held, column, border});
 }
 
 std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {
@@ -269,8 +283,7 @@ void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
   double *column;
   check(VecGetArrayRead(y, &q), "differentiating by a parameter");
   set(shared_parameter(q));
-  products(q);
-  evaluate_contact(q);
+  evaluate(q);
   differentiate(q, by);
   check(VecRestoreArrayRead(y, &q), "differentiating by a parameter");
   check(VecSet(out, 0), "differentiating by a parameter");
@@ -305,19 +318,23 @@ double HarmonicSystem::by_parameter(Vec y, int own_point, const Graze &graze, co
   return value;
 }
 
+void HarmonicSystem::by_frequency(const DynamicStiffness &structure, double *out) const {
+  const std::vector<double> &u = stiffness_force_, &v = inertia_force_, &w = damping_force_;
+  const int n = layout_.width;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const int place = static_cast<int>(i % n), k = (place + 1) / 2;
+    out[i] = -structure.inertia_slope(k) * v[i] + structure.loss_slope(k) * turned(u, i, place) +
+             structure.drag_slope(k) * turned(v, i, place);
+    if (!w.empty()) out[i] += structure.turn_slope(k) * turned(w, i, place);
+  }
+}
+
 // At the motion q, whose products and contact forces are there.
 void HarmonicSystem::differentiate(const double *q, const PathParameter &by) {
   const Setting slope = ResponseParameter(by).slope();
-  const DynamicStiffness here = structure(setting_.omega);
-  const std::vector<double> &u = stiffness_force_, &v = inertia_force_, &w = damping_force_;
   column_.assign(layout_.own_coefficients(), 0.0);
   const int n = layout_.width;
-  for (std::size_t i = 0; i < column_.size() && slope.omega != 0; ++i) { // eq (13)
-    const int place = static_cast<int>(i % n), k = (place + 1) / 2;
-    column_[i] = -here.inertia_slope(k) * v[i] + here.loss_slope(k) * turned(u, i, place) +
-                 here.drag_slope(k) * turned(v, i, place);
-    if (!w.empty()) column_[i] += here.turn_slope(k) * turned(w, i, place);
-  }
+  if (slope.omega != 0) by_frequency(structure(setting_.omega), column_.data());
   for (std::size_t i = 0; i < column_.size() && slope.damping != 0; ++i) column_[i] += slope.damping * by_damping(i);
   for (std::size_t i = 0; i < column_.size() && slope.load != 0; ++i)
     column_[i] -= slope.load * force_coefficient(loads_, i / n, i % n);

@@ -42,6 +42,7 @@ public:
   /// (3 own) constant force on the contact dofs, there; empty where the joint does not change.
   const std::vector<double> &constant() const { return constant_; }
 
+  LinearForm form() const { return form_; }
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }
   int harmonics() const { return harmonics_; }
@@ -68,18 +69,35 @@ public:
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);
 
+  /// The same of D_k with the contacts as evaluated last, and any column (own coefficients) and border (own unknowns).
+  /// Collective.
+  void fill(Mat J, const DynamicStiffness &structure, const double *column, const double *border);
+
   /// Rigid motions that only the joint holds. While contacts leave one of them adrift, jacobian() holds the points'
   /// means by a part of their springs: Newton then finds the way back to contact, or the mean it started from.
   const LooseBody &loose_body() const { return loose_; }
   bool adrift() const { return adrift_; } ///< so it was when the Jacobian was evaluated last
 
+  /// Products and contact forces at a motion, (own coefficients): what follows is of the motion evaluated last.
+  /// Collective.
+  void evaluate(const double *q);
+  /// out (own coefficients) = D q + G - the loads, their means times `constant`, their harmonics times `varying`.
+  void balance(const DynamicStiffness &structure, double constant, double varying, double *out) const;
+  /// out (own coefficients) = derivative of D q by the frequency, eq (13).
+  void by_frequency(const DynamicStiffness &structure, double *out) const;
+  const ContactForces &contact_forces() const { return forces_; }
+  const std::vector<double> &contact_force() const { return force_; } ///< (own points, 3, 2H+1) G
+  /// See loose_body(): what is added to the derivative of the means, (own contact dofs), or null. Collective.
+  const double *holding();
+
   /// K q and M q of the motion evaluated last, (own coefficients).
   const std::vector<double> &stiffness_force() const { return stiffness_force_; }
   const std::vector<double> &inertia_force() const { return inertia_force_; }
-  const std::vector<double> &damping_force() const { return damping_force_; } ///< C q of the dampers, or none
-  const Dampers *dampers() const { return linear_->dampers(); }               ///< damping besides K and M, or none
-  DynamicStiffness structure(double omega) const {                            ///< its D_k
-    return DynamicStiffness(scaled_.damping, omega, setting_.damping);
+  const std::vector<double> &damping_force() const { return damping_force_; }       ///< C q of the dampers, or none
+  const std::vector<double> &hysteretic_force() const { return hysteretic_force_; } ///< S q, likewise
+  const Dampers *dampers() const { return linear_->dampers(); } ///< damping besides K and M, or none
+  DynamicStiffness structure(double omega) const {              ///< its D_k
+    return DynamicStiffness(scaled_.damping, omega, 0, setting_.damping);
   }
   Damping damping() const { return scaled_.damping.times(setting_.damping); } ///< scaled, at the value set last
 

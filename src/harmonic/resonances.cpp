@@ -35,7 +35,7 @@ ResonanceSet set_of(const LowModes &modes, const Case &study) {
     const double omega = std::sqrt(std::max(0.0, square));
     int met = 0;
     for (const int k : harmonics)
-      if (met == 0 && low <= omega / k && omega / k <= high) met = k;
+      if (met == 0 && omega > 0 && low <= omega / k && omega / k <= high) met = k;
     set.omega.push_back(omega), set.in_sweep.push_back(met);
   }
   return set;

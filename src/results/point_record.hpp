@@ -35,6 +35,11 @@ struct PointRecord {
   double tracked = 0;       ///< of the same, sqrt(sum over k >= 1 of a_k^2 + b_k^2)
   int unknown = -1;         ///< that it is of: a row of coefficients, or -1 for the node that the case names
   double between_error = 0; ///< of the amplitude since the point before; NaN: unknown
+  // Of a nonlinear mode, over whose amplitude `parameter` is:
+  double damping_ratio = 0;   ///< zeta, of the resonance
+  double friction_energy = 0; ///< per period [J]
+  double force_level = 0;     ///< multiple of the load at whose phase resonance this is the response
+  double energy_error = 0;    ///< of the balance of energies, as a damping ratio
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
 };

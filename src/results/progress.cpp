@@ -40,6 +40,13 @@ double Progress::elapsed() const {
 
 void Progress::heading() const {
   if (!speaks_) return;
+  if (of_mode()) {
+    std::printf("  step %21s %15s %12s %8s   stick  slip  open   done     time     left\n",
+                ("amplitude" + (told_.units.modal.empty() ? "" : " [" + told_.units.modal + "]")).c_str(),
+                range_.unit.hertz ? "frequency [Hz]" : ("omega [" + range_.unit.omega + "]").c_str(), "damping",
+                "Newton");
+    return;
+  }
   const std::string unit = told_.unit(static_cast<int>(watched_));
   const std::string what = (told_.watch.empty() ? "motion" : told_.watch) + (unit.empty() ? "" : " [" + unit + "]");
   const std::string frequency = CurveRange{.unit = range_.unit}.heading(told_.units);
@@ -59,11 +66,16 @@ void Progress::point(const PointRecord &record) {
   const double made = record.progress - before_; // since this run was begun or continued
   char left[32] = "";
   if (made > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 - record.progress) / made);
-  std::printf("%6d %15.8g ", points_, range_.shown(record.parameter));
-  if (range_.of_peaks) std::printf("%15.8g ", record.omega / range_.unit.radians());
-  std::printf("%12.4e %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", record.amplitude, record.newton,
-              100 * record.stick, 100 * record.slip, 100 * record.open, 100 * std::clamp(record.progress, 0.0, 1.0),
-              elapsed(), left);
+  if (of_mode())
+    std::printf("%6d %21.8g %15.8g %12.5e", points_, record.parameter, record.omega / range_.unit.radians(),
+                record.damping_ratio);
+  else if (range_.of_peaks)
+    std::printf("%6d %15.8g %15.8g %12.4e", points_, range_.shown(record.parameter),
+                record.omega / range_.unit.radians(), record.amplitude);
+  else
+    std::printf("%6d %15.8g %12.4e", points_, range_.shown(record.parameter), record.amplitude);
+  std::printf(" %8d %6.0f%% %4.0f%% %4.0f%% %5.0f%% %6.1f s %8s\n", record.newton, 100 * record.stick,
+              100 * record.slip, 100 * record.open, 100 * std::clamp(record.progress, 0.0, 1.0), elapsed(), left);
   std::fflush(stdout);
 }
 

@@ -20,6 +20,7 @@ public:
 
 private:
   double elapsed() const;
+  bool of_mode() const { return range_.parameter == &modal_amplitude(); }
   bool speaks_, terminal_;
   Told told_;
   PetscInt watched_;

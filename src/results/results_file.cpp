@@ -139,6 +139,10 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
     file_->attribute("parameter", study.path->parameter->name);
     file_->attribute("parameter_unit", study.path->parameter->unit);
   }
+  if (study.mode) {
+    file_->attribute("parameter", "modal_amplitude");
+    file_->attribute("parameter_unit", modal_amplitude().unit);
+  }
 }
 
 void ResultsFile::write_model(const PreloadedModel &preloaded) {
@@ -203,9 +207,16 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   real("stick", &PointRecord::stick);
   real("slip", &PointRecord::slip);
   real("open", &PointRecord::open);
-  over_path_ = study.path.has_value();
-  if (over_path_) real("parameter", &PointRecord::parameter);
+  over_path_ = !study.range().is_sweep();
+  if (study.path) real("parameter", &PointRecord::parameter);
   if (study.follows_peaks()) real("tracked_amplitude", &PointRecord::tracked);
+  if (study.mode) {
+    real("damping_ratio", &PointRecord::damping_ratio);
+    real("friction_energy", &PointRecord::friction_energy);
+    real("force_level", &PointRecord::force_level);
+    real("energy_error", &PointRecord::energy_error);
+    real("modal_amplitude", &PointRecord::parameter);
+  }
   real("omega", &PointRecord::omega); // grows last: who sees a frequency finds all that belongs to it
 
   const auto event = [&](const std::string &name, hid_t type, auto EventRecord::*value) {
@@ -254,6 +265,20 @@ void ResultsFile::make_sensitivity_columns(hsize_t points) {
   column("point", {}, H5T_NATIVE_INT, [](Record r) -> const void * { return &r.point; });
   column("amplitude", {}, H5T_NATIVE_DOUBLE, [](Record r) -> const void * { return &r.amplitude; });
   column("omega", {}, H5T_NATIVE_DOUBLE, [](Record r) -> const void * { return &r.omega; });
+}
+
+void ResultsFile::describe(const StuckMode &mode) {
+  std::vector<double> shape = gather(comm_, mode.modal);
+  const std::vector<double> contact = gather(comm_, mode.contact);
+  shape.insert(shape.end(), contact.begin(), contact.end());
+  on_all_ranks(comm_, [&] {
+    if (!file_) return;
+    file_->attribute("mode", mode.number);
+    file_->rows("/mode/omega", {1}, 0, 1, &mode.omega);
+    file_->rows("/mode/onset", {1}, 0, 1, &mode.onset.amplitude);
+    file_->rows("/mode/shape", {shape.size()}, 0, shape.size(), shape.data());
+    file_->flush();
+  });
 }
 
 void ResultsFile::append(const SensitivityRecord &peak) {

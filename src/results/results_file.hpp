@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "case/case.hpp"
+#include "harmonic/stuck_mode.hpp"
 #include "results/point_record.hpp"
 #include "results/sensitivity_record.hpp"
 #include "support/hdf5.hpp"
@@ -34,6 +35,8 @@ public:
   /// Writes one point and flushes. Rank 0 writes, all ranks learn of a failure. Collective.
   void append(const PointRecord &point);
   void append(const EventRecord &event);
+  /// Of a nonlinear mode, the one of the stuck structure that it begins with. Collective.
+  void describe(const StuckMode &mode);
   void append(const SensitivityRecord &peak);
   /// Closes the file. Returns whether it has its name: not so if it has no point and there is an earlier file, which
   /// then stays. Collective.

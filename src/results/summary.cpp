@@ -150,6 +150,16 @@ std::string in_json(const std::vector<Warning> &warnings) {
   return "  \"warnings\": [" + out + (out.empty() ? "" : "\n  ") + "],\n";
 }
 
+std::string in_json(const ModeStory &mode) {
+  const auto finite = [](double value) { return std::isfinite(value) ? number("%.17g", value) : std::string("null"); };
+  return "  \"mode\": {\"number\": " + std::to_string(mode.number) + ", \"omega\": " + number("%.17g", mode.omega) +
+         ", \"onset\": " + finite(mode.onset.amplitude) + ", \"onset_point\": " + std::to_string(mode.onset.point) +
+         ", \"onset_kind\": " + quoted(mode.onset.what) +
+         ",\n    \"largest_damping_ratio\": " + number("%.17g", mode.ratio_most) +
+         ", \"energy_error\": " + number("%.3g", mode.energy_error) + ", \"force_level\": " + finite(mode.force_level) +
+         "},\n";
+}
+
 std::string in_json(const BranchStory &story) {
   const BranchSummary &branch = story.summary;
   std::string out = "  \"end\": " + quoted(name_of(branch.end)) + ",\n  \"why\": " + quoted(branch.why) +
@@ -158,6 +168,7 @@ std::string in_json(const BranchStory &story) {
     out += "  " + quoted(name) + ": " + std::to_string(count) + ",\n";
   });
   out += accuracy_in_json(story);
+  if (story.mode) out += in_json(*story.mode);
   if (story.resonances) out += in_json(*story.resonances);
   out += in_json(story.warnings);
   const double last = branch.parameter * story.scale;
@@ -211,6 +222,25 @@ void tell_accuracy(const BranchStory &story) {
                                                     : "more harmonics would not have helped there");
 }
 
+void tell(const ModeStory &mode, const BranchStory &story) {
+  const auto amplitude = [&](double value) {
+    return number("%.7g", value) + behind_number(story.told.units.instead_of(story.range.parameter->unit));
+  };
+  std::printf("  mode %d: %s stuck, %s at the end; damping ratio of the resonance at most %.5g, at amplitude %s\n",
+              mode.number, story.range.unit.text(mode.omega).c_str(), story.range.unit.text(mode.omega_last).c_str(),
+              mode.ratio_most, amplitude(mode.amplitude_most).c_str());
+  if (mode.onset.point > 0)
+    std::printf("  contact point %d %s first, at amplitude %s\n", mode.onset.point, mode.onset.what,
+                amplitude(mode.onset.amplitude).c_str());
+  else
+    std::printf("  no contact point slips or lifts off in this mode, at any amplitude\n");
+  std::printf("  energies balance to a damping ratio of %.1e\n", mode.energy_error);
+  if (std::isfinite(mode.force_level))
+    std::printf("  the last point is the resonance under %.5g times the load\n", mode.force_level);
+  else
+    std::printf("  the load does no work on this mode: there is no force level\n");
+}
+
 // The same in words.
 void tell(const BranchStory &story) {
   const Counts &counts = story.summary.counts;
@@ -229,6 +259,7 @@ void tell(const BranchStory &story) {
   if (counts.inexact > 0)
     std::printf("  %s left more of the equations than was asked: Newton's method may creep, and turns be missed\n",
                 many(counts.inexact, "linear solve", "linear solves").c_str());
+  if (story.mode) tell(*story.mode, story);
   tell_accuracy(story);
   if (counts.leaps + counts.integrations > 0)
     std::printf("  after a leap the branch may be another one: look at the curve there\n");
@@ -250,7 +281,9 @@ void tell(const BranchStory &story) {
       std::printf("  stability changes at %s\n", story.range.text(value_of(story, event)).c_str());
   if (counts.missed > 0)
     std::printf("  %d %s without solution\n", counts.missed,
-                story.range.is_sweep() ? "frequencies of continuation.at" : "values of path.at");
+                story.range.is_sweep() ? "frequencies of continuation.at"
+                : story.mode           ? "amplitudes of mode.at"
+                                       : "values of path.at");
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "harmonic/resonances.hpp"
+#include "harmonic/stuck_mode.hpp"
 #include "results/told.hpp"
 #include "support/stage.hpp"
 
@@ -24,6 +25,18 @@ struct Warning {
   std::string kind, text;
 };
 
+/// Of a nonlinear mode, besides its curve.
+struct ModeStory {
+  int number = 0;        ///< of the stuck structure
+  double omega = 0;      ///< of that [rad/s]
+  Onset onset;           ///< [m kg^1/2]
+  double omega_last = 0; ///< at the last point
+  double ratio_most = 0; ///< largest damping ratio, and the amplitude there
+  double amplitude_most = 0;
+  double energy_error = 0; ///< largest of all points, as a damping ratio
+  double force_level = 0;  ///< at the last point; infinite where the load does no work on the mode
+};
+
 /// What became of the branch.
 struct BranchStory {
   BranchSummary summary;
@@ -32,8 +45,9 @@ struct BranchStory {
   double omega = 0;                ///< of a path [rad/s]
   std::vector<EventRecord> events; ///< on rank 0, as the rest of it
   std::vector<EstimateRecord> estimates;
-  double tolerance = 0;                 ///< asked for; 0: none
-  double closed_contact_frequency = 0;  ///< [rad/s], where estimates are large; 0: not asked for
+  double tolerance = 0;                ///< asked for; 0: none
+  double closed_contact_frequency = 0; ///< [rad/s], where estimates are large; 0: not asked for
+  std::optional<ModeStory> mode;
   std::optional<Resonances> resonances; ///< nothing where they could not be computed
   std::vector<Warning> warnings;
   Told told;

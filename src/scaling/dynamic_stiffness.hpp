@@ -1,16 +1,17 @@
 #pragma once
 // The structure in one harmonic, with all proportional kinds of damping (docs/theory/equations.md, formula (A)):
-//     D_k = kappa_k K - mu_k M,    kappa_k = 1 + i (k Om b + eta),    mu_k = k^2 Om^2 - i k Om a,
-// eta but in the mean. D_k = P + i Q stands for [P Q; -Q P] on cosine and sine.
+//     D_k = kappa_k K - mu_k M,    kappa_k = 1 + i (k Om b + eta),    mu_k = k^2 Om^2 - i k Om a + 2 i k zeta Om^2,
+// eta but in the mean; zeta feeds a free motion with what is dissipated, and is 0 in a forced one. D_k = P + i Q stands
+// for [P Q; -Q P] on cosine and sine.
 #include "case/damping.hpp"
 
 namespace dovetail {
 
 class DynamicStiffness {
 public:
-  /// Both scaled. `factor`: on all damping.
-  explicit DynamicStiffness(const Damping &damping = {}, double omega = 0, double factor = 1)
-      : damping_(damping.times(factor)), omega_(omega), factor_(factor) {}
+  /// Damping and frequency scaled. `ratio`: zeta; `factor`: on all damping.
+  explicit DynamicStiffness(const Damping &damping = {}, double omega = 0, double ratio = 0, double factor = 1)
+      : damping_(damping.times(factor)), omega_(omega), ratio_(ratio), factor_(factor) {}
 
   const Damping &damping() const { return damping_; }
   double omega() const { return omega_; }
@@ -19,7 +20,7 @@ public:
 
   double inertia(int k) const { return k * omega_ * k * omega_; }                                       ///< Re mu_k
   double loss(int k) const { return k * omega_ * damping_.stiffness + eta(k); }                         ///< Im kappa_k
-  double drag(int k) const { return k * omega_ * damping_.mass; }                                       ///< -Im mu_k
+  double drag(int k) const { return k * omega_ * (damping_.mass - 2 * ratio_ * omega_); }               ///< -Im mu_k
   double in_phase(int k, double stiffness, double mass) const { return stiffness - inertia(k) * mass; } ///< P
   double quadrature(int k, double stiffness, double mass) const { return loss(k) * stiffness + drag(k) * mass; } ///< Q
 
@@ -30,14 +31,18 @@ public:
   // Derivatives by Omega.
   double inertia_slope(int k) const { return 2 * k * k * omega_; }
   double loss_slope(int k) const { return k * damping_.stiffness; }
-  double drag_slope(int k) const { return k * damping_.mass; }
+  double drag_slope(int k) const { return k * (damping_.mass - 4 * ratio_ * omega_); }
   double turn_slope(int k) const { return k * factor_; }
+  /// Of drag, by zeta.
+  double feeding_slope(int k) const { return -2 * k * omega_ * omega_; }
 
 private:
   double eta(int k) const { return k > 0 && !damping_.of_parts ? damping_.structural : 0; }
 
   Damping damping_;
-  double omega_, factor_;
+  double omega_;
+  double ratio_; // zeta
+  double factor_;
 };
 
 } // namespace dovetail

@@ -82,6 +82,7 @@ def test_template_case_explains_every_key():
         "continuation": {"unit", "omega", "step", "adaptive", "max_points", "at", "start", "watch", "stop_after_peaks",
                              "stop_at_amplitude"},
         "path": {"parameter", "joint", "points", "range", "omega", "peak", "at"}, "sensitivity": {"of"},
+        "mode": {"number", "near", "amplitude", "at", "to_force"},
         "recovery": {"strategies", "allow_branch_change", "work"}, "stability": {"enabled"}, "output": {"directory", "motion"}}
     assert {"title", "model", "reduced"} <= set(case)
 

@@ -68,7 +68,7 @@ def test_the_reference_finds_the_same_points(tmp_path, kind, solver, ranks):
 
 
 @pytest.mark.parametrize("make, closed", [(cases.always_open, 0), (cases.always_stuck, 1)])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [kind if kind == "all" else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS])
 def test_linear_cases_equal_the_full_model(tmp_path, make, closed, kind):
     """All modes kept and nothing slips. Springs of the contacts take no part in any damping."""
     case = make(tmp_path, omega=[0.9, 1.1], **NONE | KINDS[kind])
@@ -102,7 +102,7 @@ def test_ratios_of_a_stuck_structure_are_those_of_its_modes(tmp_path):
         close(case.system().contact_part(q)[:, :, 1:3], exact, 1e-8)
 
 
-@pytest.mark.parametrize("omega, states", [(9.0, {0, 1, 2}), (6.0, {-1, 0, 1})])
+@pytest.mark.parametrize("omega, states", [(9.0, {0, 1, 2}), pytest.param(6.0, {-1, 0, 1}, marks=pytest.mark.slow)])
 def test_mass_damping_in_time(tmp_path, omega, states):
     """A mass that slips, and lifts off at the higher frequency, 60 harmonics, against integration from event to event."""
     a = 0.8

@@ -9,7 +9,7 @@ import pytest
 
 import cases
 import launch
-from dovetail import Results
+from dovetail import Results, info, plot
 from test_sensitivity import DATA, SCENES, given
 
 SEARCHED = slice(5, 7)  # columns of tracks: frequency and rms amplitude by the search; 1 and 2 by derivatives, 3 and 4 in phase
@@ -145,6 +145,32 @@ def test_ranks_do_not_change_the_track(tmp_path, scene, parameter, end, at):
     assert np.abs(found[1] / found[0] - 1).max() < 1e-8 and np.abs(found[2] / found[0] - 1).max() < 1e-8
 
 
+def test_a_peak_vanishes_where_it_meets_a_minimum(tmp_path):
+    """Ordinary sweeps show it just before, and no more just behind."""
+    watched = [('watch = "a1"', 'watch = "x1.t1"')]
+    done, results = track(tmp_path, "dof5", "tangential_stiffness_2", 1, 20, omega=(3.3, 5), edits=watched)
+    assert done.summary["end"] == "vanished" and "the peak meets a minimum of the amplitude" in done.out
+    assert results.events.of("fold").place.tolist() == [results.parameter[-1]] and results.parameter[-1] == results.parameter.max()
+    last, omega = results.parameter[-1], (3.9, 4.4)
+    for name in ("before", "behind"):
+        (tmp_path / name).mkdir()
+    track(tmp_path / "before", "dof5", "tangential_stiffness_2", 0.99 * last, 0.98 * last, omega=omega, edits=watched)
+    done, _ = track(tmp_path / "behind", "dof5", "tangential_stiffness_2", 1.01 * last, 1.02 * last, omega=omega, edits=watched, status=3)
+    assert "no peak lies within continuation.omega" in done.err
+
+
+def test_pictures_and_info_tell_of_the_peak(tmp_path):
+    done, results = track(tmp_path, "dof5", "friction", 1, 0.9)
+    assert np.all(np.diff(results.parameter) < 0) and results.tracked_amplitude.shape == results.omega.shape
+    row = results.coefficients[:, 0, 1:]
+    assert np.abs(np.linalg.norm(row, axis=1) / results.tracked_amplitude - 1).max() < 1e-14
+    *_, frequency, states = plot.response(results, ["a1"]).axes
+    assert frequency.get_ylabel().startswith("frequency") and states.get_xlabel().startswith("friction")
+    np.testing.assert_array_equal(frequency.lines[0].get_ydata(), results.omega)
+    text = info.describe(done.folder / "results.h5")
+    assert "last peak of a1" in text and f"at friction {results.parameter[-1]:.7g}, {results.omega[-1]:.7g} rad/s" in text
+
+
 @pytest.mark.parametrize("old, new, words", [
     ('peak = "amplitude"', 'peak = "highest"', ["path.peak", '"amplitude" or "phase"']),
     ('peak = "amplitude"', 'peak = "amplitude"\nomega = 1.0', ["path.omega", "continuation.omega", "Delete one of the two"]),
@@ -152,7 +178,7 @@ def test_ranks_do_not_change_the_track(tmp_path, scene, parameter, end, at):
     ("[path]", "[path]\nat = [3]", ["path.at = 3", "outside path.range"]),
     ("harmonics = 5", 'harmonics = 5\nsolver = "modal"', []),
     ('samples = "exact"', "samples = 64", ["harmonic_balance.samples", "exact"]),
-    ('law = "coulomb"', 'law = "cone"', ["path.peak", "cone"]),
+    ("[contact]", '[contact]\nlaw = "cone"', ["path.peak", "cone"]),
     ("[path]", "[stability]\nenabled = true\n[path]", ["stability.enabled"]),
     ("[path]", "[accuracy]\nestimates = true\n[path]", ["accuracy.estimates"]),
     ("step = 0.02", "step = 0.02\nadaptive = false", ["continuation.adaptive"]),

@@ -58,7 +58,7 @@ def test_frequencies_are_those_of_the_full_model(tmp_path, ranks):
         assert f"1: {wanted[state][0] / (2 * np.pi):.6g} Hz = {wanted[state][0]:.6g} rad/s" in told
 
 
-@pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_many_contact_points(tmp_path, ranks):
     """360 contact dofs: found by block Lanczos. Few modes are kept, and the full model's frequencies met to 1e-4."""
     points = 120
@@ -118,7 +118,7 @@ def test_rigid_motions_are_zero(tmp_path):
 
 
 # -------------------------------------------------------------------------------------------------------------- command
-@pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.parametrize("ranks", [pytest.param(None, marks=pytest.mark.slow), 2])
 def test_modes_prints_a_table_and_spares_what_is_there(tmp_path, ranks):
     case = cases.several_points(tmp_path, **ALL_MODES | {"omega": [0.9, 1.3]})
     wanted, _ = expected(case)
@@ -280,7 +280,7 @@ def test_resonances_without_damping_are_not_stepped_over_in_silence(tmp_path, fo
     assert [line for line in warned(done.out) if "without damping" in line] == ["warning: " + line for line in lines]
 
 
-@pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_without_contact_points(tmp_path, ranks):
     """Four modes by themselves, of which the load drives two."""
     none = np.zeros((0, 0))

@@ -1,0 +1,261 @@
+#include "analyses/backbone.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "continuation/stepper.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+using End = BranchSummary::End;
+
+constexpr const char *doing = "following a mode";
+constexpr double decade = 1;            // counts as much as the largest motion
+constexpr double longest_unit = 10;     // StepLimits::longest_parameter_step of it is a tenth of a decade
+constexpr double begin_below = 0.5;     // of the onset, where the mode is a straight line there
+constexpr double begin_slipping = 1e-3; // of the next onset, where some point slips from amplitude 0 on
+constexpr double short_of = 1e-9;       // relative, of the onset: the step to it ends before the corner
+constexpr double least_alike = 0.9;     // cosine between the shape and the one that the phase is referred to
+
+class Backbone : public Stepper {
+public:
+  Backbone(HarmonicSystem &system, const NewtonSettings &newton, const BackboneSettings &settings,
+           const BackboneObserver &observer)
+      : Stepper(StepControl(true, settings.step), longest_unit, newton.step_tolerance), settings_(settings),
+        observer_(observer), mode_(system), own_(mode_, newton, decade, true, counts_) {
+    take_curve(own_);
+  }
+
+  BranchSummary run() {
+    if (begin()) follow();
+    summary_.counts.newton = counts_.newton, summary_.counts.linear = counts_.linear;
+    summary_.counts.inexact = counts_.inexact;
+    summary_.parameter = summary_.farthest = std::pow(10, here_.parameter);
+    return summary_;
+  }
+
+private:
+  bool begin();
+  bool go_straight();
+  void follow();
+  void set_stuck(double amplitude);
+  bool solve_at(double amplitude, CurvePoint &s);
+  void report(const CurvePoint &s, double arclength, bool located);
+  void report_fold(Vec normal, double step, double plain);
+  std::optional<Located> at_force(Vec normal, double step, double force);
+  double load_at(Vec y) { return balance_of(mode_, mode_.evaluate(y)).load; }
+  bool end(End how, const std::string &why = "") {
+    summary_.end = how, summary_.why = why;
+    ended_ = true;
+    return false;
+  }
+  bool interrupted() { return observer_.interrupted && observer_.interrupted(); }
+  void notify(BranchEvent::Kind kind, const std::string &text, double parameter) {
+    observer_.event({kind, text, std::pow(10, parameter)});
+  }
+
+  Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
+  Outcome settle(Vec way) override;
+  void halved(const std::string &why) override {
+    ++summary_.counts.cuts;
+    notify(BranchEvent::Kind::cut, why + ", step halved", here_.parameter);
+  }
+  void turned_kink(double angle, double parameter) override {
+    ++summary_.counts.corners;
+    notify(BranchEvent::Kind::corner,
+           "corner of the curve, turning by " + std::to_string(std::lround(angle * 180 / M_PI)) + " degrees",
+           parameter);
+  }
+  Outcome no_step() override {
+    end(End::stalled, refusal_);
+    return Outcome::ended;
+  }
+
+  const BackboneSettings &settings_;
+  const BackboneObserver &observer_;
+  SolveCounts counts_;
+  BranchSummary summary_;
+  NonlinearMode mode_;
+  Curve own_;
+  double arclength_ = 0, load_ = 0; // at here_
+  double least_ = 0;                // log10 of the amplitude it begins at
+  bool ended_ = false;
+};
+
+// The mode of the stuck structure, with what its damping feeds on.
+void Backbone::set_stuck(double amplitude) {
+  const Layout &layout = mode_.system().layout();
+  const auto write = [&](double ratio) {
+    double *own;
+    check(VecGetArray(here_.y, &own), doing);
+    std::fill_n(own, layout.own_coefficients(), 0.0);
+    for (PetscInt d = 0; d < layout.own_dofs(); ++d) own[d * layout.width + cosine(1)] = settings_.shape[d];
+    const double last[] = {settings_.omega, ratio, std::log10(amplitude)};
+    if (layout.owns_omega()) std::copy_n(last, 3, own + layout.own_coefficients());
+    check(VecRestoreArray(here_.y, &own), doing);
+  };
+  write(0);
+  mode_.refer_to(here_.y);
+  write(balance_of(mode_, mode_.evaluate(here_.y)).ratio());
+}
+
+bool Backbone::solve_at(double amplitude, CurvePoint &s) {
+  if (!curve_->solve_at(std::log10(amplitude), s)) return false;
+  curve_->norm.see(s.y);
+  return true;
+}
+
+bool Backbone::begin() {
+  const double first = std::min(
+      settings_.from, settings_.onset < INFINITY ? (settings_.straight ? begin_below : begin_slipping) * settings_.onset
+                                                 : settings_.from);
+  least_ = std::log10(first);
+  set_stuck(first);
+  curve_->norm.see(here_.y);
+  if (!solve_at(first, here_)) return end(End::no_start, "no mode was found at a small amplitude: " + here_.newton.why);
+  mode_.refer_to(here_.y);
+  if (first >= settings_.from) report(here_, 0, false);
+  load_ = load_at(here_.y);
+  if (settings_.straight && !go_straight()) return false;
+  measure_anew();
+  PetscReal plain;
+  check(VecNorm(here_.t, NORM_2, &plain), doing);
+  control_.set(settings_.step / plain);
+  limit_step();
+  return true;
+}
+
+// Below the onset nothing but the amplitude changes.
+bool Backbone::go_straight() {
+  const double last = std::min(settings_.onset * (1 - short_of), settings_.to);
+  std::vector<double> stops;
+  if (here_.parameter < std::log10(settings_.from)) stops.push_back(settings_.from);
+  stops.insert(stops.end(), settings_.at.begin(), settings_.at.end());
+  stops.push_back(last);
+  for (const double stop : stops) {
+    if (stop > last || std::log10(stop) <= here_.parameter) continue;
+    if (!solve_at(stop, here_)) return end(End::stalled, here_.newton.why);
+    if (stop >= settings_.from) report(here_, 0, false);
+    load_ = load_at(here_.y);
+    if (summary_.counts.points >= settings_.max_points)
+      return end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
+  }
+  return last < settings_.to || end(End::arrived);
+}
+
+void Backbone::follow() {
+  while (!ended_) {
+    if (summary_.counts.points >= settings_.max_points)
+      end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
+    else if (interrupted())
+      end(End::interrupted, "interrupted");
+    else
+      advance();
+  }
+}
+
+void Backbone::report_fold(Vec normal, double step, double plain) {
+  auto fold = locator().between(normal, {0, here_.y, parameter_of(here_.t)}, {step, trial_.y, parameter_of(trial_.t)},
+                                [](CurvePoint &s) { return parameter_of(s.t); });
+  if (!fold) return;
+  ++summary_.counts.folds;
+  if (fold->at.parameter < std::log10(settings_.from)) return;
+  report(fold->at, arclength_ + plain * fold->along, true);
+  notify(BranchEvent::Kind::fold, "the mode turns back in its amplitude", fold->at.parameter);
+}
+
+// Where the load of the case has reached a factor within the step.
+std::optional<Located> Backbone::at_force(Vec normal, double step, double force) {
+  return locator().between(normal, {0, here_.y, load_ - settings_.to_force},
+                           {step, trial_.y, force - settings_.to_force},
+                           [&](CurvePoint &s) { return load_at(s.y) - settings_.to_force; });
+}
+
+Stepper::Outcome Backbone::pass(Vec normal, double step, double plain, bool at_kink) {
+  const double rate = parameter_of(here_.t), next_rate = parameter_of(trial_.t), force = load_at(trial_.y);
+  const double a = here_.parameter, b = trial_.parameter;
+  std::vector<std::pair<double, bool>> values; // wanted amplitudes passed, and whether the mode ends there
+  const auto want = [&](double amplitude, bool last) {
+    const double value = std::log10(amplitude);
+    if ((value - a) * (value - b) < 0 || value == b) values.emplace_back(amplitude, last);
+  };
+  if (settings_.from < settings_.to) want(settings_.from, false);
+  for (const double amplitude : settings_.at)
+    if (amplitude != settings_.from && amplitude != settings_.to) want(amplitude, false);
+  want(settings_.to, true);
+  std::sort(values.begin(), values.end());
+  if (b < a) std::reverse(values.begin(), values.end());
+  std::optional<Located> reached;
+  if (settings_.to_force > 0 && load_ < settings_.to_force && force >= settings_.to_force && !at_kink)
+    reached = at_force(normal, step, force);
+  if (rate * next_rate < 0 && !at_kink) report_fold(normal, step, plain);
+  for (const auto &[amplitude, last] : values) {
+    const double value = std::log10(amplitude);
+    if (reached && (value - reached->at.parameter) * (b - a) > 0) break;
+    CurvePoint s = curve_->point();
+    check(VecWAXPY(s.y, -1, here_.y, trial_.y), doing);
+    check(VecAYPX(s.y, (value - a) / (b - a), here_.y), doing);
+    if (!curve_->solve_at(value, s)) {
+      ++summary_.counts.missed;
+      notify(BranchEvent::Kind::missed, "an amplitude that was asked for has no solution", value);
+      if (last) return Outcome::refused;
+      continue;
+    }
+    report(s, arclength_ + plain * step * (value - a) / (b - a), true);
+    if (!last) continue;
+    std::swap(here_, s);
+    end(End::arrived);
+    return Outcome::ended;
+  }
+  if (reached) {
+    report(reached->at, arclength_ + plain * reached->along, true);
+    std::swap(here_, reached->at);
+    end(End::arrived);
+    return Outcome::ended;
+  }
+  arclength_ += step * plain;
+  std::swap(here_, trial_);
+  load_ = force;
+  const double amplitude = std::pow(10, here_.parameter);
+  const bool told = !values.empty() && std::log10(values.back().first) == here_.parameter;
+  if (amplitude >= settings_.from && !told) report(here_, arclength_, false);
+  if (here_.parameter < least_) {
+    end(End::turned_back, "the mode turned back to amplitudes below those it began with");
+    return Outcome::ended;
+  }
+  return Outcome::on;
+}
+
+// The phase stays referred to one shape while the mode is like it; then to the one at hand, which is turned to fit.
+Stepper::Outcome Backbone::settle(Vec way) {
+  const Outcome outcome = Stepper::settle(way);
+  if (mode_.along_reference(here_.y) < least_alike) {
+    mode_.refer_to(here_.y);
+    UniqueVec normal = mode_.unknowns();
+    check(VecCopy(here_.t, normal), doing);
+    curve_->solve_across(normal, here_);
+    measure_anew();
+    forget_before();
+  }
+  return outcome;
+}
+
+void Backbone::report(const CurvePoint &s, double arclength, bool located) {
+  ++summary_.counts.points;
+  const ModeState state = mode_.evaluate(s.y);
+  const double begin = std::log10(settings_.from), end = std::log10(settings_.to);
+  const double progress = s.parameter >= end ? 1 : (s.parameter - begin) / (end - begin);
+  observer_.point({mode_, state, balance_of(mode_, state), arclength, s.newton, progress, located});
+}
+
+} // namespace
+
+BranchSummary follow_backbone(HarmonicSystem &system, const NewtonSettings &newton, const BackboneSettings &settings,
+                              const BackboneObserver &observer) {
+  return Backbone(system, newton, settings, observer).run();
+}
+
+} // namespace dovetail
