@@ -334,7 +334,7 @@ void HarmonicSystem::differentiate(const double *q, const PathParameter &by) {
   const Setting slope = ResponseParameter(by).slope();
   column_.assign(layout_.own_coefficients(), 0.0);
   const int n = layout_.width;
-  if (slope.omega != 0) by_frequency(structure(setting_.omega), column_.data());
+  if (slope.omega != 0) by_frequency(structure(setting_.omega), column_.data()); // eq (13)
   for (std::size_t i = 0; i < column_.size() && slope.damping != 0; ++i) column_[i] += slope.damping * by_damping(i);
   for (std::size_t i = 0; i < column_.size() && slope.load != 0; ++i)
     column_[i] -= slope.load * force_coefficient(loads_, i / n, i % n);

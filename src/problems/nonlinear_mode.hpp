@@ -41,7 +41,7 @@ public:
 
   const ModeState &state() const { return state_; } ///< likewise
   DynamicStiffness structure() const {              ///< likewise, with what feeds it
-    return DynamicStiffness(system_.scaled().damping, state_.omega, state_.ratio);
+    return DynamicStiffness(system_.scaled().damping, state_.omega, 1, state_.ratio);
   }
   const std::vector<double> &reference() const { return reference_; } ///< see refer_to; (own dofs), times the mass
 

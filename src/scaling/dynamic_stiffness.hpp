@@ -9,9 +9,9 @@ namespace dovetail {
 
 class DynamicStiffness {
 public:
-  /// Damping and frequency scaled. `ratio`: zeta; `factor`: on all damping.
-  explicit DynamicStiffness(const Damping &damping = {}, double omega = 0, double ratio = 0, double factor = 1)
-      : damping_(damping.times(factor)), omega_(omega), ratio_(ratio), factor_(factor) {}
+  /// Damping and frequency scaled. `factor`: on all damping; `ratio`: zeta.
+  explicit DynamicStiffness(const Damping &damping = {}, double omega = 0, double factor = 1, double ratio = 0)
+      : damping_(damping.times(factor)), omega_(omega), factor_(factor), ratio_(ratio) {}
 
   const Damping &damping() const { return damping_; }
   double omega() const { return omega_; }
@@ -40,9 +40,7 @@ private:
   double eta(int k) const { return k > 0 && !damping_.of_parts ? damping_.structural : 0; }
 
   Damping damping_;
-  double omega_;
-  double ratio_; // zeta
-  double factor_;
+  double omega_, factor_, ratio_;
 };
 
 } // namespace dovetail
