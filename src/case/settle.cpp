@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "case/case.hpp"
+#include "contact/law_traits.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -46,7 +47,7 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
   const bool rubs = any([](const ContactPoint &p) { return has_friction(p.law); }),
              about_friction = name.rfind("friction", 0) == 0 || name.rfind("tangential", 0) == 0;
   if (about_friction && !rubs) throw InputError(place + "no contact point has friction, by contact.law");
-  if ((name == "friction_1" || name == "friction_2") && any([](const ContactPoint &p) { return p.law == Law::cone; }))
+  if ((name == "friction_1" || name == "friction_2") && any([](const ContactPoint &p) { return shares_slider(p.law); }))
     throw InputError(place + "points of law cone have one friction for both directions; write \"friction\"");
 }
 
