@@ -135,7 +135,7 @@ void PeakFollower::begin(PeakSearch::Found found) {
            "from here on the peak lies in a corner of the response, where " + leg_->corner + " begins to slip", here_);
   else if (was_in_corner)
     notify(BranchEvent::Kind::corner, "the peak has left the corner", here_);
-  control_.set(step_limits.after_jump);
+  control_.set(step_limits.careful);
   limit_step();
   if (here_.parameter == settings_.to) end(End::arrived);
 }

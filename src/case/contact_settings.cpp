@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "case/number_text.hpp"
+#include "contact/law_traits.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -150,7 +151,7 @@ void spread_laws(const LawSetting &setting, std::vector<ContactPoint> &points) {
 void check_friction(std::vector<ContactPoint> &points, const std::string &where) {
   for (size_t i = 0; i < points.size(); ++i) {
     ContactPoint &point = points[i];
-    if (point.law == Law::cone && point.mu[0] != point.mu[1])
+    if (shares_slider(point.law) && point.mu[0] != point.mu[1])
       throw InputError(where + " = [" + number_text(point.mu[0]) + ", " + number_text(point.mu[1]) +
                        "] at contact point " + std::to_string(i) +
                        " (counted from 0): contact.law = \"cone\" knows one coefficient for all directions of the "

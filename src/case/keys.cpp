@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "case/number_text.hpp"
+#include "contact/law_traits.hpp"
 
 namespace dovetail {
 namespace {
@@ -62,7 +63,7 @@ std::string motion_text(const MotionWish &wish) {
 
 std::string samples_text(const Case &study) {
   if (study.samples != exactly) return std::to_string(study.samples);
-  const bool cone = study.contact.law.any([](Law law) { return law == Law::cone; });
+  const bool cone = study.contact.law.any(shares_slider);
   return cone ? "exact; cone: " + std::to_string(enough_samples(study.harmonics)) : "exact";
 }
 

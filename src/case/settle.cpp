@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "case/case.hpp"
+#include "contact/law_traits.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -81,7 +82,7 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
   if (about_friction && !rubs)
     throw InputError(place + (varied.empty() ? "no contact point" : "none of its contact points") +
                      " has friction, by contact.law");
-  if ((name == "friction_1" || name == "friction_2") && any([](const ContactPoint &p) { return p.law == Law::cone; }))
+  if ((name == "friction_1" || name == "friction_2") && any([](const ContactPoint &p) { return shares_slider(p.law); }))
     throw InputError(place + "points of law cone have one friction for both directions; write \"friction\"");
 }
 

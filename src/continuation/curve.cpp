@@ -65,7 +65,7 @@ void Curve::count(const Corrector::Direction &solve) {
 
 bool Curve::finish(CurvePoint &s) {
   count(s.newton);
-  solve_ = none;
+  solve_.reset();
   if (!s.newton.converged) return false;
   s.data = problem.describe();
   s.parameter = parameter_of(s.y);
@@ -78,7 +78,8 @@ bool Curve::finish(CurvePoint &s) {
   }
   check(VecScale(s.t, 1 / norm.length(s.t)), "computing a tangent");
   static long solves = 0;
-  s.solve = solve_ = ++solves;
+  s.solve = ++solves;
+  solve_ = s.solve;
   return true;
 }
 
@@ -91,19 +92,6 @@ bool Curve::correct(const CurvePoint &s, Vec r, Vec c) {
   const auto correction = corrector_.correct(r, c);
   count(correction);
   return correction.found;
-}
-
-void Curve::bend(const CurvePoint &before, const CurvePoint &here, double step, Vec y) {
-  const Vec more = work_[0];
-  check(VecWAXPY(more, -1, before.y, here.y), "predicting");
-  const double last = norm.length(more), square = step * step / last, cubic = square * (last + step) / last;
-  if (!(last > 0)) return;
-  // square (t - chord / last) + cubic (t + t_before - 2 chord / last), divided differences of the cubic
-  check(
-      VecAXPBYPCZ(more, square + cubic, cubic / norm.length(before.t), -(square + 2 * cubic) / last, here.t, before.t),
-      "predicting");
-  check(VecAXPY(more, -norm.product(more, here.t), here.t), "predicting");
-  check(VecAXPY(y, 1, more), "predicting");
 }
 
 double Curve::off_middle(const CurvePoint &a, const CurvePoint &b) {
@@ -122,7 +110,7 @@ double Curve::off_middle(const CurvePoint &a, const CurvePoint &b) {
 
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   norm.weigh(normal, row_);
-  solve_ = none;
+  solve_.reset();
   const auto direction = corrector_.tangent_at(y, row_, t);
   count(direction);
   sign = direction.sign;

@@ -1,6 +1,7 @@
 #pragma once
 // The solution curve of a problem: points on it, found by Newton's method, with oriented tangents.
 #include <memory>
+#include <optional>
 
 #include "continuation/corrector.hpp"
 
@@ -53,10 +54,6 @@ public:
   /// the last solve if s is from that. False where it failed. Collective.
   bool correct(const CurvePoint &s, Vec r, Vec c);
 
-  /// Bends a guess y = here + step t, which the tangent gives, as the step before was bent: by the cubic through both
-  /// its ends with the tangents there, without what leaves the plane across t. The error goes with step^4, not step^2.
-  void bend(const CurvePoint &before, const CurvePoint &here, double step, Vec y);
-
   /// How far the middle of the cubic from a to b lies off the curve, over the length of the step: roughly, by one
   /// correction with the factors of the last solve, which led to b; NaN where that failed. Large where the step led to
   /// another piece of the curve, or across a loop of it. Collective.
@@ -84,8 +81,7 @@ private:
   Corrector corrector_;
   SolveCounts &counts_;
   UniqueVec row_, unit_, work_[3];
-  static constexpr long none = -1;
-  long solve_ = none; // of which the corrector holds factors
+  std::optional<long> solve_; // of which the corrector holds factors
 };
 
 /// Other way round: the same point, the tangent turned.

@@ -7,15 +7,14 @@
 namespace dovetail {
 namespace {
 
-constexpr int many_folds = 12;         // turning points and kinks
-constexpr double crowded_part = 0.03;  // of the range, that they lie in
-constexpr double creeping_part = 0.01; // of the range
-constexpr long most_creeping = 1000;   // Newton iterations within it, unless the curve is as smooth as
-constexpr int few_folds = 6;           // that: narrow peaks are
+constexpr double least_ahead = 0.01;      // of the range, for a curve that goes on
+constexpr int many_folds = 12;            // turning points and kinks
+constexpr double crowded_part = 0.03;     // of the range, that they lie in
+constexpr long most_creeping = 1000;      // Newton iterations within it, unless the curve is as smooth as
+constexpr int few_folds = many_folds / 2; // that: narrow peaks are
 constexpr const char *folds_often = "the curve bends again and again";
 
-constexpr double least_ahead = 0.01;  // of the range, for a curve that goes on;
-constexpr double enough_ahead = 0.05; // or that is no longer the one that was left
+constexpr double enough_ahead = 0.05; // of the range, for a curve that is no longer the one that was left
 constexpr int most_halved = 3;        // times that patience is halved by having been left
 
 constexpr double nothing = 1e-6; // part of a step
@@ -24,7 +23,7 @@ constexpr int enough_still = 3;  // steps along which nothing but mean positions
 } // namespace
 
 bool FoldClusterMonitor::near(double parameter) const {
-  return std::abs(parameter - reached_.parameter) <= creeping_part * unit_;
+  return std::abs(parameter - reached_.parameter) <= least_ahead * unit_;
 }
 
 void FoldClusterMonitor::folded(double parameter) {
@@ -49,7 +48,7 @@ double FoldClusterMonitor::beyond(double here, int sense) {
   for (std::size_t i = 0; i < folds.size() && i < many_folds; ++i)
     farthest = std::max(farthest, sense * folds[folds.size() - 1 - i]);
   why_.clear();
-  return sense * (farthest + creeping_part * unit_);
+  return sense * (farthest + least_ahead * unit_);
 }
 
 void FoldClusterMonitor::archive(Archive &archive) {

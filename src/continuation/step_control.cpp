@@ -8,17 +8,11 @@ namespace {
 
 constexpr double alike_ratio = 0.75; // of successive angles, half of it of corrections: beyond, they do not shrink
 constexpr int lengths_per_octave = 8;
-constexpr double rounding = 1e-9;   // so that one of these lengths stays what it is
-constexpr double least_turn = 1e-3; // [rad]: a straight curve's step grows by its other limits
+constexpr double rounding = 1e-9; // so that one of these lengths stays what it is
 
 } // namespace
 
-bool StepMeasure::refused() const { return angle > step_limits.most_angle || std::atan(correction) > angle + allowed; }
-
-std::string StepMeasure::why() const {
-  return angle > step_limits.most_angle ? "the curve turns too far within one step"
-                                        : "the solution lies too far from the predicted one";
-}
+bool StepMeasure::lies_too_far() const { return std::atan(correction) > angle + allowed; }
 
 bool Halvings::add(const StepMeasure &now) {
   const bool alike =
@@ -33,7 +27,7 @@ double StepControl::shortest() const { return adaptive_ ? step_limits.shortest :
 void StepControl::after(double step, double turned, int newton) {
   if (!adaptive_) return;
   const double by_newton = std::pow(2.0, (step_limits.aimed_newton - newton) / 2.0),
-               by_angle = step_limits.aimed_angle / std::max(turned, least_turn);
+               by_angle = step_limits.aimed_angle / turned;
   step_ = step * std::clamp(std::min(by_newton, by_angle), 1 / step_limits.most_change, step_limits.most_change);
 }
 
@@ -42,8 +36,7 @@ void StepControl::limit(const Rates &rates, bool smooth) {
   step_ = std::min(step_, step_limits.longest);
   if (rates.parameter > 0) step_ = std::min(step_, step_limits.longest_parameter_step / rates.parameter);
   if (rates.motion > 0)
-    step_ = std::min(
-        step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion, step_limits.least_motion_step));
+    step_ = std::min(step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion, step_limits.careful));
   step_ = std::max(step_, 10 * step_limits.shortest);
   if (smooth) step_ = std::exp2(std::floor(lengths_per_octave * std::log2(step_) + rounding) / lengths_per_octave);
 }

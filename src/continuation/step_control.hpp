@@ -1,9 +1,6 @@
 #pragma once
-// How long the next step is, and which steps are refused. Lengths are in the weighted norm, where 1 is the largest
-// motion so far or the whole range of the parameter.
-#include <optional>
-#include <string>
-
+// How long the next step is, and what a trial step shows; step_check.hpp refuses it. Lengths are in the weighted norm,
+// where 1 is the largest motion so far or the whole range of the parameter.
 #include "support/archive.hpp"
 
 namespace dovetail {
@@ -13,37 +10,38 @@ struct StepLimits {
   double longest = 0.1;
   double longest_parameter_step = 0.01; ///< of the range: a resonance narrower than this could be stepped over
   double longest_motion_step = 0.25;    ///< of the motion at hand, which after a resonance is far below the largest
-  double least_motion_step = 1e-3;      ///< that limit does not hold a curve up where the motion passes zero
   double shortest = 1e-7;
-  double after_jump = 1e-3;        ///< first step from a point that no step led to
-  double aimed_angle = 0.25;       ///< between tangents [rad]
-  int aimed_newton = 4;            ///< iterations
-  double most_change = 2;          ///< of the length, from one step to the next
-  double most_angle = 0.64;        ///< between the tangents before and after a step [rad]
-  double most_correction = 2;      ///< distance from predicted to converged point, in steps, where a kink may be
-  double most_off_middle = 0.05;   ///< of a step, by which its middle may lie off the curve; smooth ones: 1e-3 and less
-  int most_newton = 8;             ///< iterations of a step, for shorter ones converge in fewer;
-  double least_newton_step = 1e-4; ///< those below may take the settings'
-  double straight = 0.3;           ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
-  double kink_step = 2e-3;         ///< shorter steps that fail may be at a kink of the curve
-  double close_to_kink = 1e-4;     ///< so near, both sides of a kink are tried
-  double most_miss = 0.05;         ///< of the tangents' lines at a kink, of the way there and back
-  int most_waiting = 3;            ///< further halvings, where iterations are expensive and trying all legs was in vain
-  int most_refinements = 8;        ///< of the problem, for one step
+  double careful = 1e-3;       ///< first step from a point that no step led to; and where the motion passes zero
+  double aimed_angle = 0.25;   ///< between tangents [rad]
+  int aimed_newton = 4;        ///< iterations
+  double most_change = 2;      ///< of the length, from one step to the next
+  double most_angle = 0.64;    ///< between the tangents before and after a step [rad]
+  double most_correction = 2;  ///< distance from predicted to converged point, in steps, where a kink may be
+  double most_off = 0.05;      ///< of a step, by which the curve may miss its middle; smooth ones: 1e-3 and less;
+                               ///< and of the way round a kink, by which the tangents' lines may miss each other
+  int most_newton = 8;         ///< iterations of a step, for shorter ones converge in fewer
+  double straight = 0.3;       ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
+  double kink_step = 2e-3;     ///< shorter steps that fail may be at a kink of the curve
+  double close_to_kink = 1e-4; ///< so near, both sides of a kink are tried, with the settings' iterations
+  int most_waiting = 3;        ///< further halvings, where iterations are expensive and trying all legs was in vain
+  int most_refinements = 8;    ///< of the problem, for one step
 };
 constexpr StepLimits step_limits{};
 
 /// By how much a step may point away from the tangent more than the curve turns [rad]: smooth problems, and those with
 /// kinks too close to be followed one by one.
 constexpr double most_astray = 0.1, most_astray_rough = 0.8;
+inline double allowed_astray(bool smooth) { return smooth ? most_astray : most_astray_rough; }
 
 /// What a trial step shows.
 struct StepMeasure {
   double angle = 0, correction = 0; ///< between the tangents [rad]; from the predicted point [steps]
   double allowed = most_astray;     ///< [rad]
+  bool turns_too_far() const { return angle > step_limits.most_angle; }
   /// Where the step points elsewhere although the tangents agree, it led to another piece of the curve.
-  bool refused() const;
-  std::string why() const; ///< where it is refused
+  bool lies_too_far() const;
+  bool refused() const { return turns_too_far() || lies_too_far(); }
+  bool straight() const { return angle < step_limits.straight && correction < step_limits.straight; }
 };
 
 /// What successive halvings of a step tell. Halving makes angle and correction of a smooth curve 1/2 and 1/4 as large;

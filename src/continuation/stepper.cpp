@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "continuation/predictor.hpp"
+#include "continuation/step_check.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -25,7 +28,7 @@ Stepper::Outcome Stepper::advance() {
     halved(refusal_);
     if (!control_.adaptive() || step > kink_due) continue;
     const bool all = waiting-- <= 0;
-    const bool found = round_kink(step, all ? Extent::all : Extent::first, outcome);
+    const bool found = round_kink(step, all ? KinkTurn::Extent::all : KinkTurn::Extent::first, outcome);
     if (all) kinks_in_vain_ = found ? 0 : std::min(kinks_in_vain_ + 1, step_limits.most_waiting);
     if (found) return outcome;
     if (all) kink_due = step / kink_again;
@@ -33,48 +36,31 @@ Stepper::Outcome Stepper::advance() {
   return no_step();
 }
 
-double Stepper::allowed_astray() const { return curve_->problem.is_smooth() ? most_astray : most_astray_rough; }
-
-StepMeasure Stepper::measured(double step) {
-  check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  return {angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step, allowed_astray()};
-}
-
 // trial_ becomes the point a step along the curve, if Newton's method finds one.
 bool Stepper::solve_trial(double step) {
-  check(VecWAXPY(trial_.y, step, here_.t, here_.y), "predicting");
-  check(VecCopy(trial_.y, predicted_), "predicting");
-  if (before_ && step == control_.step()) curve_->bend(*before_, here_, step, trial_.y); // else there may be a kink
+  TangentPredictor().predict(here_, step, predicted_);
+  if (before_ && step == control_.step()) // else there may be a kink
+    CubicPredictor(curve_->norm, *before_).predict(here_, step, trial_.y);
+  else
+    check(VecCopy(predicted_, trial_.y), "predicting");
   branch_point_.reset();
   if (!curve_->problem.is_admissible(parameter_of(trial_.y))) {
     refusal_ = "the predicted " + curve_->problem.parameter().name + " is not positive";
     return false;
   }
-  const bool hurried = control_.adaptive() && step > step_limits.least_newton_step; // more would be refused
+  const bool hurried = control_.adaptive() && step > step_limits.close_to_kink; // more would be refused
   if (curve_->solve_across(here_.t, trial_, {false, hurried ? step_limits.most_newton : 0, step})) return true;
   refusal_ = trial_.newton.why;
   return false;
 }
 
-// Whether trial_ and here_ hang together, by all checks in turn.
+// Whether trial_ and here_ hang together.
 bool Stepper::belongs(double step, const StepMeasure &measure, bool kink) {
-  if (measure.refused() && !kink) {
-    refusal_ = measure.why();
-    return false;
-  }
-  if (!kink && curve_->problem.is_smooth() && step > step_limits.close_to_kink &&
-      curve_->off_middle(here_, trial_) > step_limits.most_off_middle) {
-    refusal_ = "the curve does not run smoothly from one end of the step to the other";
-    return false;
-  }
-  if (trial_.sign * here_.sign >= 0) return true;
-  refusal_ = "the curve turns round within one step"; // a hairpin was jumped over, or another branch crosses
-  const bool straight = measure.angle < step_limits.straight && measure.correction < step_limits.straight;
-  if (straight && locator().leads_back(step, measure.correction * step)) {
-    branch_point_ = locator().branch_point(step);
-    return true;
-  }
-  return kink && step <= step_limits.close_to_kink;
+  Trial trial{*curve_, here_, trial_, step, measure, kink, locator()};
+  const auto why = refused(trial);
+  branch_point_ = std::move(trial.branch_point);
+  if (why) refusal_ = *why;
+  return !why;
 }
 
 Stepper::Outcome Stepper::try_step(double step) {
@@ -82,7 +68,9 @@ Stepper::Outcome Stepper::try_step(double step) {
     halvings_ = {};
     return Outcome::refused;
   }
-  const StepMeasure measure = measured(step);
+  check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
+  const StepMeasure measure{angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step,
+                            allowed_astray(curve_->problem.is_smooth())};
   const bool kink = halvings_.add(measure);
   if (control_.adaptive() && !belongs(step, measure, kink)) return Outcome::refused;
   const int newton = trial_.newton.newton;
@@ -107,6 +95,23 @@ Stepper::Outcome Stepper::accept_step(Vec normal, double step, bool at_kink) {
     before_.reset();
   check(VecWAXPY(predicted_, -1, trial_.y, here_.y), "measuring a step");
   return settle(predicted_);
+}
+
+// True if a leg beyond a kink was taken; `outcome` says how that went.
+bool Stepper::round_kink(double step, KinkTurn::Extent extent, Outcome &outcome) {
+  const double from = here_.parameter;
+  const auto take = [&](const KinkTurn::Leg &leg) {
+    branch_point_.reset();
+    outcome = accept_step(leg.normal, leg.way, leg.at_kink);
+    if (outcome == Outcome::refused) return false;
+    if (leg.at_kink) turned_kink(leg.turned, from);
+    if (outcome == Outcome::on) {
+      control_.set(leg.step);
+      limit_step();
+    }
+    return true;
+  };
+  return KinkTurn(*curve_, here_, trial_, curvature_, iterations_are_expensive(), take).turn(step, extent);
 }
 
 Stepper::Outcome Stepper::settle(Vec) {

@@ -1,12 +1,12 @@
 #pragma once
-// Steps along a curve: predict, correct, check, halve; round a kink where halving leads nowhere. stepper.cpp: the
-// steps; kinks.cpp: round kinks. What a step is worth, and what else is done with it, says the class that derives from
-// this.
+// Steps along a curve: predict, correct, check, halve; round a kink where halving leads nowhere. What a step is worth,
+// and what else is done with it, says the class that derives from this.
 #include <optional>
 #include <string>
 
 #include "continuation/curve.hpp"
 #include "continuation/event_locator.hpp"
+#include "continuation/kink_turn.hpp"
 #include "continuation/step_control.hpp"
 
 namespace dovetail {
@@ -72,14 +72,7 @@ private:
   bool solve_trial(double step);
   bool belongs(double step, const StepMeasure &measure, bool kink);
   Outcome accept_step(Vec normal, double step, bool at_kink = false);
-  StepMeasure measured(double step);
-  double allowed_astray() const;
-
-  enum class Extent { first, all }; // legs that are tried
-  bool round_kink(double step, Extent extent, Outcome &outcome);
-  bool try_legs(double step, bool by_sign, Extent extent, Outcome &outcome);
-  bool go_round(Vec t, double step, bool by_sign, Outcome &outcome);
-  bool back_to_kink(CurvePoint &kink);
+  bool round_kink(double step, KinkTurn::Extent extent, Outcome &outcome);
 
   Halvings halvings_;
   double curvature_ = 0; // at the last smooth step: angle per arc length

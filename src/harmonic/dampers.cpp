@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "contact/law_traits.hpp"
 #include "harmonic/modal_factors.hpp"
 #include "harmonic/own_rows.hpp"
 
@@ -15,9 +16,9 @@ std::array<double, 3> springs_at_rest(const ContactPoint &point, const Standstil
   constexpr double bound = 1 - 1e-9; // of friction, to rounding errors of the preload
   std::array<double, 3> springs = stuck_springs(point);
   const std::array<double, 3> &force = at_rest.force;
-  if (point.law != Law::bilateral && !(force[2] > 0)) return {};
+  if (may_open(point.law) && !(force[2] > 0)) return {};
   for (int d = 0; d < 2; ++d) {
-    const double size = point.law == Law::cone ? std::hypot(force[0], force[1]) : std::abs(force[d]);
+    const double size = shares_slider(point.law) ? std::hypot(force[0], force[1]) : std::abs(force[d]);
     if (!(size < bound * point.mu[d] * force[2])) springs[d] = 0;
   }
   return springs;

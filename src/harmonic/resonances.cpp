@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/law_traits.hpp"
 #include "harmonic/low_modes.hpp"
 #include "harmonic/stuck_basis.hpp"
 
@@ -13,9 +14,7 @@ constexpr PetscInt least_modes = 10, most_modes = 80;
 constexpr int instants = 128;     // of a period, at which loads are looked at
 constexpr double undriven = 1e-9; // modal force relative to the largest: of a load that is orthogonal to the mode
 
-bool closed_at_rest(const ContactPoint &point, const Standstill &at) {
-  return point.law == Law::bilateral || at.force[2] > 0;
-}
+bool closed_at_rest(const ContactPoint &point, const Standstill &at) { return !may_open(point.law) || at.force[2] > 0; }
 
 // As many as reach up to `reach`, or `most_modes`.
 std::optional<LowModes> modes_up_to(double reach, const PreloadedModel &model, const std::vector<double> &springs,
@@ -99,9 +98,10 @@ double friction_against(const PreloadedModel &model, const std::vector<double> &
   for (std::size_t p = 0; p < model.contact.size(); ++p) {
     const ContactPoint &point = model.contact[p];
     const double N = std::max(0.0, model.standstill[p].force[2]);
-    if (point.law == Law::coulomb)
+    if (shares_slider(point.law))
+      held += point.mu[0] * N * std::hypot(x[3 * p], x[3 * p + 1]);
+    else if (has_friction(point.law))
       for (int d = 0; d < 2; ++d) held += point.mu[d] * N * std::abs(x[3 * p + d]);
-    if (point.law == Law::cone) held += point.mu[0] * N * std::hypot(x[3 * p], x[3 * p + 1]);
   }
   return held;
 }
@@ -166,7 +166,7 @@ Resonances resonances(const PreloadedModel &model, const Case &study) {
   double sums[4] = {}; // points, closed, that may lift, clamping
   for (std::size_t p = 0; p < model.contact.size(); ++p) {
     const bool closed = closed_at_rest(model.contact[p], model.standstill[p]);
-    const bool may_lift = model.contact[p].law != Law::bilateral;
+    const bool may_lift = may_open(model.contact[p].law);
     for (int d = 0; d < 3 && closed; ++d) stuck[3 * p + d] = all[3 * p + d];
     slipping[3 * p + 2] = stuck[3 * p + 2];
     sums[0] += 1, sums[1] += closed, sums[2] += may_lift;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "contact/law_traits.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -12,7 +14,7 @@ constexpr const char *doing = "following the preload";
 std::array<double, 3> force_at(const ContactPoint &point, const std::array<double, 3> &x, const Memory &w) {
   std::array<double, 3> force{};
   const double closing = x[2] - point.gap;
-  force[2] = point.law == Law::bilateral ? point.kn * closing : pressed(point.kn, closing);
+  force[2] = !may_open(point.law) ? point.kn * closing : pressed(point.kn, closing);
   for (int d = 0; d < 2 && has_friction(point.law); ++d) force[d] = point.kt[d] * (x[d] - w[d]);
   return force;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/law_traits.hpp"
 #include "contact/samples.hpp"
 #include "harmonic/dense_model.hpp"
 #include "support/error.hpp"
@@ -18,7 +19,7 @@ constexpr double few = 2;        // iterations expected, where few contacts move
 // Those of any rank count. Collective.
 bool has_cones(const HarmonicSystem &system) {
   const std::vector<ContactPoint> &points = system.scaled().model.contact;
-  int some = std::any_of(points.begin(), points.end(), [](const ContactPoint &p) { return p.law == Law::cone; });
+  int some = std::any_of(points.begin(), points.end(), [](const ContactPoint &p) { return shares_slider(p.law); });
   MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_LOR, system.layout().comm);
   return some != 0;
 }

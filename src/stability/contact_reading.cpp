@@ -1,6 +1,7 @@
 #include "stability/contact_reading.hpp"
 
 #include "contact/fourier.hpp"
+#include "contact/law_traits.hpp"
 
 namespace dovetail {
 
@@ -17,12 +18,12 @@ void ContactReading::read(const std::vector<double> &coefficients) {
     const double *X = &coefficients[static_cast<std::size_t>(model_.modes + 3 * p) * w];
     double *G = &force_[static_cast<std::size_t>(3) * p * w];
     Activity activity;
-    if (point.law == Law::bilateral) {
+    if (!may_open(point.law)) {
       linear_[p].reset(harmonics_);
       linear_[p].springs_only = true;
       linear_[p].multiply(point, X, G);
       writer_.add_steady(point, true);
-    } else if (point.law == Law::cone) {
+    } else if (shares_slider(point.law)) {
       if (!cone_) cone_.emplace(harmonics_, enough_samples(harmonics_));
       cone_->evaluate(point, model_.standstill[p], X, G, activity, &linear_[p]);
       linear_[p].springs_only = activity.open == 0 && activity.slip == 0;

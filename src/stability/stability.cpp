@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "contact/fourier.hpp"
+#include "contact/law_traits.hpp"
 #include "stability/finer_motion.hpp"
 #include "stability/growth.hpp"
 #include "stability/hill.hpp"
@@ -35,7 +36,7 @@ struct StabilityTest::Workspace {
   explicit Workspace(const DenseModel &given)
       : model(given), monodromy(model), hill(model),
         cones(std::any_of(given.contact.begin(), given.contact.end(),
-                          [](const ContactPoint &point) { return point.law == Law::cone; })) {}
+                          [](const ContactPoint &point) { return shares_slider(point.law); })) {}
 
   Stability judge(const std::vector<double> &coefficients, double omega) {
     const int n = model.dofs(), w = static_cast<int>(coefficients.size()) / n;

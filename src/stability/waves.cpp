@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/law_traits.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -62,8 +64,8 @@ void describe(const ContactHistory::Hold &hold, Waves waves, std::vector<double>
 void write_waves(Waves waves, int harmonics, const ContactPoint &point, const Linearisation &linear,
                  const ContactHistory &history, int number, double *blocks) {
   const int n = wave_coefficients(waves, harmonics), size = n * n;
-  const bool springs = linear.springs_only || point.law == Law::bilateral, friction = point.law == Law::coulomb;
-  if (point.law == Law::cone) { // always stuck, or always open
+  const bool springs = linear.springs_only || !may_open(point.law), friction = has_friction(point.law);
+  if (shares_slider(point.law)) { // always stuck, or always open
     for (const BlockPlace place : block_places(point.law)) {
       Block block(waves, harmonics, blocks);
       if (springs && place.row == place.column) block.add_spring(place.row == 2 ? point.kn : point.kt[place.row]);

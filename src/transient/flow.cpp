@@ -4,29 +4,26 @@
 #include <cmath>
 
 #include "contact/fourier.hpp"
+#include "contact/law_traits.hpp"
 #include "harmonic/slab.hpp"
 #include "transient/weighted_sum.hpp"
 
 namespace dovetail {
-namespace {
-
-constexpr int p = series_order;
-constexpr double two_pi = 6.283185307179586476925287;
-
-} // namespace
+namespace {} // namespace
 
 Flow::Flow(const DenseModel &model, double omega, double tolerance)
     : model_(model), modes_(free_modes(model)), tolerance_(tolerance) {
   const int n = modes_.count, m = 3 * model.points;
   set_omega(omega);
-  eta_.resize(static_cast<std::size_t>(p + 1) * n), x_.resize(padded<double>(m)), g_.resize(m), now_.resize(2 * n);
+  eta_.resize(static_cast<std::size_t>(series_order + 1) * n), x_.resize(padded<double>(m)), g_.resize(m),
+      now_.resize(2 * n);
   pull_.resize(padded<double>(n)), rest_pull_.resize(n);
   for (int i = 0; i < n; ++i)
     for (int c = 0; c < m; ++c) rest_pull_[i] += modes_.contact[i * m + c] * model.standstill[c / 3].force[c % 3];
-  work_of_step_ = (p + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // all points closed
-  work_of_step_ += (p + 1) * static_cast<double>(modes_.viscous.size());
+  work_of_step_ = (series_order + 1) * (2.0 * n * m + 4.0 * n + 800.0 * model.points); // all points closed
+  work_of_step_ += (series_order + 1) * static_cast<double>(modes_.viscous.size());
   for (const ContactPoint &point : model.contact)
-    if (point.law == Law::cone) work_of_step_ += 8.0 * p * p; // products of series
+    if (shares_slider(point.law)) work_of_step_ += 8.0 * series_order * series_order; // products of series
   for (const LoadCase &load : modes_.loads) {
     driven_.emplace_back(), courses_.emplace_back();
     for (int h = 1; sine(h) < static_cast<int>(load.fourier.size()); ++h)
@@ -145,14 +142,14 @@ void Flow::expand(const State &state, double time) {
       const double a = fourier[cosine(h)], b = fourier[sine(h)];
       const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
       double now = a * c + b * s, quarter_on = b * c - a * s; // derivatives: in turn, with alternating signs
-      for (int k = 0; k <= p; ++k) {
+      for (int k = 0; k <= series_order; ++k) {
         force[k] += now;
         const double next = w / (k + 1) * quarter_on;
         quarter_on = -w / (k + 1) * now, now = next;
       }
     }
   }
-  for (int k = 0; k <= p; ++k) {
+  for (int k = 0; k <= series_order; ++k) {
     combine(n, seen_columns_, term(k), seen_.data(), x_.data());
     double *x = x_.data(), *g = g_.data();
     for (int point = 0; point < model_.points; ++point) {
@@ -164,7 +161,7 @@ void Flow::expand(const State &state, double time) {
       else
         touches_[point].expand_open(k, x[-1]);
     }
-    if (k + 2 > p) continue;
+    if (k + 2 > series_order) continue;
     combine(static_cast<int>(g - g_.data()), static_cast<int>(pull_.size()), g_.data(), pulls_.data(), pull_.data());
     for (int i = 0; i < n && k == 0; ++i) pull_[i] -= rest_pull_[i];
     if (!modes_.viscous.empty()) {
@@ -188,7 +185,7 @@ void Flow::expand(const State &state, double time) {
 double Flow::length(const State &state, double left) const {
   const double allowed = tolerance_ * size_;
   double step = left;
-  for (const int k : {p - 1, p}) {
+  for (const int k : {series_order - 1, series_order}) {
     double most = 0;
     for (int i = 0; i < modes_.count; ++i) most = std::max(most, std::abs(term(k)[i]));
     if (most != most) return most;
@@ -202,8 +199,8 @@ double Flow::length(const State &state, double left) const {
 // Coordinates of the free modes at time t of the step, and d/dt.
 void Flow::evaluate(double t, double *eta, double *rate) const {
   const int n = modes_.count;
-  for (int i = 0; i < n; ++i) eta[i] = term(p)[i], rate[i] = p * term(p)[i];
-  for (int k = p - 1; k >= 1; --k)
+  for (int i = 0; i < n; ++i) eta[i] = term(series_order)[i], rate[i] = series_order * term(series_order)[i];
+  for (int k = series_order - 1; k >= 1; --k)
     for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(k)[i], rate[i] = rate[i] * t + k * term(k)[i];
   for (int i = 0; i < n; ++i) eta[i] = eta[i] * t + term(0)[i];
 }
@@ -262,7 +259,7 @@ bool Flow::period(State &state, int instants, Motion &motion) {
 bool Flow::period(State &state, Tangents &tangents) { return march(state, 0, nullptr, &tangents); }
 
 bool Flow::march(State &state, int instants, Motion *motion, Tangents *tangents) {
-  const double period = two_pi / omega_;
+  const double period = 2 * M_PI / omega_;
   double time = 0;
   int instant = 0;
   note_size(state);
@@ -278,7 +275,7 @@ bool Flow::march(State &state, int instants, Motion *motion, Tangents *tangents)
     if (!(step > 0)) return false;
     Series powers;
     powers[0] = 1;
-    for (int k = 1; k <= p; ++k) powers[k] = powers[k - 1] * step;
+    for (int k = 1; k <= series_order; ++k) powers[k] = powers[k - 1] * step;
     TouchEvent first;
     int touched = -1;
     for (int point = 0; point < model_.points; ++point)

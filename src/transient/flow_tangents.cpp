@@ -12,8 +12,6 @@
 namespace dovetail {
 namespace {
 
-constexpr int p = series_order;
-constexpr double pi = 3.141592653589793238462643;
 constexpr double tolerance = 1e-10; // of a step, of the largest derivative
 
 } // namespace
@@ -38,7 +36,7 @@ std::vector<double> Flow::contact_tangents(const Dense &eta, int point) const {
 
 std::vector<double> Flow::acceleration(double t) const {
   std::vector<double> out(modes_.count);
-  for (int k = p; k >= 2; --k)
+  for (int k = series_order; k >= 2; --k)
     for (int i = 0; i < modes_.count; ++i) out[i] = out[i] * t + k * (k - 1) * term(k)[i];
   return out;
 }
@@ -58,7 +56,7 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
   const int n = modes_.count, width = tangents.eta.rows, tall = static_cast<int>(pull_.size()), block = n * width,
             last = tangents.numbers - 1;
   const int closed = static_cast<int>(pulls_.size()) / tall;
-  tangent_terms_.resize(static_cast<std::size_t>(p + 1) * block);
+  tangent_terms_.resize(static_cast<std::size_t>(series_order + 1) * block);
   const auto terms = [&](int k) { return &tangent_terms_[static_cast<std::size_t>(k) * block]; };
   std::copy_n(tangents.eta.values.begin(), block, terms(0));
   std::copy_n(tangents.rate.values.begin(), block, terms(1));
@@ -69,7 +67,7 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
       const double w = h * omega_, c = std::cos(w * time), s = std::sin(w * time);
       double now = h * (b * c - a * s), quarter_on = -h * (a * c + b * s); // of df / d(h omega t), as in expand
       double before = 0;
-      for (int k = 0; k <= p; ++k) {
+      for (int k = 0; k <= series_order; ++k) {
         slopes[load][k] += tangents.turning * (time * now + before); // times t
         before = now;
         const double next = w / (k + 1) * quarter_on;
@@ -77,7 +75,7 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
       }
     }
   std::vector<double> x(3 * width), g(static_cast<std::size_t>(closed) * width);
-  for (int k = 0; k <= p; ++k) {
+  for (int k = 0; k <= series_order; ++k) {
     for (int point = 0, c = 0; point < model_.points; ++point) {
       if (!closed_[point]) continue;
       for (int d = 0; d < 3; ++d)
@@ -86,7 +84,7 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
                                       tangents.along.column(2 * point), &g[static_cast<std::size_t>(c) * width]);
       c += 3;
     }
-    if (k + 2 > p) continue; // the last terms: for cones that slip
+    if (k + 2 > series_order) continue; // the last terms: for cones that slip
     const double share = 1.0 / ((k + 1) * (k + 2));
     next_term({n, width, closed, tall, modes_.w2.data(), pulls_.data()}, share, model_.damping.stiffness * (k + 1),
               model_.damping.mass * (k + 1), terms(k), terms(k + 1), g.data(), terms(k + 2));
@@ -102,7 +100,7 @@ void Flow::expand_tangents(const State &state, double time, const Tangents &tang
 double Flow::tangent_length(const Tangents &tangents) const {
   const int block = static_cast<int>(tangents.eta.values.size());
   double step = HUGE_VAL;
-  for (const int k : {p - 1, p}) {
+  for (const int k : {series_order - 1, series_order}) {
     const double most = largest_of(block, &tangent_terms_[static_cast<std::size_t>(k) * block]);
     if (most > 0) step = std::min(step, std::pow(tolerance * tangents.largest / most, 1.0 / k));
   }
@@ -114,9 +112,9 @@ void Flow::advance_tangents(const State &state, double t, int touched, const Tou
   const int block = static_cast<int>(tangents.eta.values.size());
   const auto terms = [&](int k) { return &tangent_terms_[static_cast<std::size_t>(k) * block]; };
   double *eta = tangents.eta.values.data(), *rate = tangents.rate.values.data();
-  std::copy_n(terms(p), block, eta);
+  std::copy_n(terms(series_order), block, eta);
   std::fill_n(rate, block, 0.0);
-  for (int k = p - 1; k >= 0; --k) {
+  for (int k = series_order - 1; k >= 0; --k) {
     scale_and_add(block, t, eta, rate);
     scale_and_add(block, t, terms(k), eta);
   }
@@ -134,7 +132,7 @@ void Flow::advance_tangents(const State &state, double t, int touched, const Tou
 // The end of the period, at time t of its last step, comes the sooner the higher the frequency is.
 void Flow::turn_end(const State &state, double t, Tangents &tangents) {
   const int last = tangents.numbers - 1;
-  const double later = -2 * pi / (omega_ * omega_) * tangents.turning;
+  const double later = -2 * M_PI / (omega_ * omega_) * tangents.turning;
   const std::vector<double> a = acceleration(t);
   for (int i = 0; i < modes_.count; ++i) {
     tangents.eta(last, i) += later * state.rate[i];

@@ -8,20 +8,20 @@
 namespace dovetail {
 namespace {
 
-constexpr int p = series_order;
 constexpr double none = 2;
 constexpr int deepest = 40; // halvings: to 1e-12 of the step, where two zeros are one
 
 constexpr int width = 24; // of a row of these tables, and of numbers in Bernstein's basis: whole vectors
 using Bernstein = std::array<double, width>;
-using Table = std::array<double, (p + 1) * width>; // by rows, (p+1, p+1) of it not zero
+using Table =
+    std::array<double, (series_order + 1) * width>; // by rows, (series_order+1, series_order+1) of it not zero
 
-// binomial(i, k) / binomial(p, k) in row k, from powers to Bernstein's basis.
+// binomial(i, k) / binomial(series_order, k) in row k, from powers to Bernstein's basis.
 const Table to_bernstein = [] {
   Table t{};
-  for (int i = 0; i <= p; ++i) {
+  for (int i = 0; i <= series_order; ++i) {
     t[i] = 1;
-    for (int k = 1; k <= i; ++k) t[k * width + i] = t[(k - 1) * width + i] * (i - k + 1) / (p - k + 1);
+    for (int k = 1; k <= i; ++k) t[k * width + i] = t[(k - 1) * width + i] * (i - k + 1) / (series_order - k + 1);
   }
   return t;
 }();
@@ -30,7 +30,7 @@ const Table to_bernstein = [] {
 const Table to_first_half = [] {
   Table t{};
   t[0] = 1;
-  for (int i = 1; i <= p; ++i)
+  for (int i = 1; i <= series_order; ++i)
     for (int k = 0; k <= i; ++k)
       t[k * width + i] = (t[k * width + i - 1] + (k > 0 ? t[(k - 1) * width + i - 1] : 0)) / 2;
   return t;
@@ -39,8 +39,9 @@ const Table to_first_half = [] {
 // Of the second half: the same from the other side.
 const Table to_second_half = [] {
   Table t{};
-  for (int k = 0; k <= p; ++k)
-    for (int i = 0; i <= p; ++i) t[k * width + i] = to_first_half[(p - k) * width + p - i];
+  for (int k = 0; k <= series_order; ++k)
+    for (int i = 0; i <= series_order; ++i)
+      t[k * width + i] = to_first_half[(series_order - k) * width + series_order - i];
   return t;
 }();
 
@@ -48,10 +49,10 @@ const Table to_second_half = [] {
 // before.
 std::array<double, 2> value_and_slope(const Series &c, double t) {
   constexpr int parts = 4;
-  static_assert(p % parts == 0);
+  static_assert(series_order % parts == 0);
   const double power = t * t * t * t;
-  std::array<double, parts> f{c[p]}, df{}; // of the power
-  for (int first = p - parts; first >= 0; first -= parts)
+  std::array<double, parts> f{c[series_order]}, df{}; // of the power
+  for (int first = series_order - parts; first >= 0; first -= parts)
     for (int i = 0; i < parts; ++i) df[i] = df[i] * power + f[i], f[i] = f[i] * power + c[first + i];
   return {f[0] + t * (f[1] + t * (f[2] + t * f[3])),
           f[1] + t * (2 * f[2] + t * (3 * f[3] + t * 4 * (df[0] + t * (df[1] + t * (df[2] + t * df[3])))))};
@@ -78,36 +79,36 @@ double first_in(const Series &c, const Bernstein &b, double low, double high, do
   if (low >= limit) return none;
   if (b[0] < 0) return low;
   int changes = 0;
-  for (int i = 1; i <= p; ++i) changes += (b[i] < 0) != (b[i - 1] < 0);
+  for (int i = 1; i <= series_order; ++i) changes += (b[i] < 0) != (b[i - 1] < 0);
   if (changes == 0) return none;
   if (changes == 1) {
     if (limit < high && value(c, limit) >= 0) return none;
     const auto i = std::find_if(b.begin(), b.end(), [](double value) { return value < 0; }) - b.begin();
-    return polish(c, low, high, low + (high - low) * (i - 1 + b[i - 1] / (b[i - 1] - b[i])) / p);
+    return polish(c, low, high, low + (high - low) * (i - 1 + b[i - 1] / (b[i - 1] - b[i])) / series_order);
   }
-  if (depth == deepest) return b[p] < 0 ? high : none;
+  if (depth == deepest) return b[series_order] < 0 ? high : none;
   Bernstein half;
-  combine(p + 1, width, b.data(), to_first_half.data(), half.data());
+  combine(series_order + 1, width, b.data(), to_first_half.data(), half.data());
   const double middle = (low + high) / 2, first = first_in(c, half, low, middle, limit, depth + 1);
   if (first <= 1) return first;
-  combine(p + 1, width, b.data(), to_second_half.data(), half.data());
+  combine(series_order + 1, width, b.data(), to_second_half.data(), half.data());
   return first_in(c, half, middle, high, limit, depth + 1);
 }
 
 } // namespace
 
 double value(const Series &c, double t) {
-  double sum = c[p];
-  for (int k = p - 1; k >= 0; --k) sum = sum * t + c[k];
+  double sum = c[series_order];
+  for (int k = series_order - 1; k >= 0; --k) sum = sum * t + c[k];
   return sum;
 }
 
 double first_below_zero(const Series &c, double limit) {
   double others = 0;
-  for (int k = 1; k <= p; ++k) others += std::abs(c[k]);
+  for (int k = 1; k <= series_order; ++k) others += std::abs(c[k]);
   if (c[0] > others) return none;
   Bernstein b;
-  combine(p + 1, width, c.data(), to_bernstein.data(), b.data());
+  combine(series_order + 1, width, c.data(), to_bernstein.data(), b.data());
   return first_in(c, b, 0, 1, limit, 0);
 }
 

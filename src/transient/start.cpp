@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/fourier.hpp"
+#include "contact/law_traits.hpp"
 
 namespace dovetail {
 namespace {
@@ -28,7 +29,7 @@ std::vector<Memory> dragged(const DenseModel &model, const std::vector<double> &
       const double bound = pressed(law.kn, x[2 * N + j] - law.gap);
       std::array<double, 2> T{law.kt[0] * (x[j] - w[0]), law.kt[1] * (x[N + j] - w[1])}, along;
       const std::array<double, 2> trial = T;
-      if (law.law == Law::coulomb)
+      if (!shares_slider(law.law))
         for (int d = 0; d < 2; ++d) T[d] = rubbed(T[d], law.mu[d] * bound);
       else if (slips(std::hypot(T[0], T[1]), law.mu[0] * bound))
         drawn_back(law.mu[0] * bound, T, along);

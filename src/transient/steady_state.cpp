@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/law_traits.hpp"
 #include "transient/shooting.hpp"
 #include "transient/start.hpp"
 
@@ -38,7 +39,7 @@ int enough_instants(const Flow &flow, int harmonics) {
 bool opens(const DenseModel &model, const Motion &motion) {
   for (int p = 0; p < model.points; ++p) {
     const double play = model.standstill[p].x[2] - model.contact[p].gap;
-    for (int j = 0; j < motion.instants && model.contact[p].law != Law::bilateral; ++j)
+    for (int j = 0; j < motion.instants && may_open(model.contact[p].law); ++j)
       if (motion.at(j)[model.modes + 3 * p + 2] + play < 0) return true;
   }
   return false;

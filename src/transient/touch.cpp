@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/law_traits.hpp"
+
 namespace dovetail {
 namespace {
 
-constexpr int p = series_order;
 using Kind = TouchEvent::Kind;
 
 double dot(const std::array<double, 2> &a, const std::array<double, 2> &b) { return a[0] * b[0] + a[1] * b[1]; }
@@ -31,7 +32,7 @@ void Touch::reach(double displacement) {
 TouchState Touch::at(const double *x, const double *v, const Memory &w, const std::array<bool, 2> &held) const {
   TouchState state;
   state.w = w, state.held = held;
-  state.closed = point_.law == Law::bilateral || x[2] > 0 || (x[2] == 0 && v[2] > 0);
+  state.closed = !may_open(point_.law) || x[2] > 0 || (x[2] == 0 && v[2] > 0);
   if (!state.closed) return state;
   const double N = point_.kn * x[2], growth = point_.kn * v[2];
   std::array<double, 2> T, V;
@@ -104,7 +105,7 @@ double Touch::longest(const TouchState &state) const {
   if (frozen_) return 2 * brief_;
   const double allowed = 1e-10 * std::hypot(force_[0][0], force_[1][0]);
   double step = HUGE_VAL;
-  for (const int k : {p - 1, p})
+  for (const int k : {series_order - 1, series_order})
     for (int d = 0; d < 2; ++d)
       if (force_[d][k] != 0) step = std::min(step, std::pow(allowed / std::abs(force_[d][k]), 1.0 / k));
   return step;
@@ -112,7 +113,7 @@ double Touch::longest(const TouchState &state) const {
 
 // Notes the event if the guard falls below zero before it.
 void Touch::look(TouchEvent &event, Kind kind, Series guard, const Series &powers, int d, int s) const {
-  for (int k = 0; k <= p; ++k) guard[k] *= powers[k];
+  for (int k = 0; k <= series_order; ++k) guard[k] *= powers[k];
   guard[0] += kind == Kind::sticks ? tiny_ * rate_ : tiny_;
   const double at = first_below_zero(guard, event.at);
   if (at < event.at) event = {kind, at, d, s};
@@ -121,11 +122,11 @@ void Touch::look(TouchEvent &event, Kind kind, Series guard, const Series &power
 TouchEvent Touch::next(const TouchState &state, const Series &powers, double before) const {
   TouchEvent event;
   event.at = before;
-  if (point_.law == Law::bilateral) return event;
+  if (!may_open(point_.law)) return event;
   Series guard;
   const Series &N = force_[2];
   if (!state.closed) {
-    for (int k = 0; k <= p; ++k) guard[k] = -point_.kn * x_[2][k];
+    for (int k = 0; k <= series_order; ++k) guard[k] = -point_.kn * x_[2][k];
     look(event, Kind::lands, guard, powers);
     return event;
   }
@@ -137,14 +138,14 @@ TouchEvent Touch::next(const TouchState &state, const Series &powers, double bef
   for (int d = 0; d < 2; ++d) {
     if (!rubs(d)) continue;
     if (const int s = state.side[d]; s != 0) { // slips as long as the slider moves to that side
-      for (int k = 0; k < p; ++k) guard[k] = (k + 1) * (s * kt_[d] * x_[d][k + 1] - mu_[d] * N[k + 1]);
-      guard[p] = 0;
+      for (int k = 0; k < series_order; ++k) guard[k] = (k + 1) * (s * kt_[d] * x_[d][k + 1] - mu_[d] * N[k + 1]);
+      guard[series_order] = 0;
       look(event, Kind::sticks, guard, powers, d, s);
       continue;
     }
     for (const int s : {1, -1}) {
       if (state.held[d]) continue;
-      for (int k = 0; k <= p; ++k) guard[k] = mu_[d] * N[k] - s * force_[d][k];
+      for (int k = 0; k <= series_order; ++k) guard[k] = mu_[d] * N[k] - s * force_[d][k];
       look(event, Kind::slips, guard, powers, d, s);
     }
   }
@@ -157,7 +158,7 @@ void Touch::look_at_cone(const TouchState &state, TouchEvent &event, const Serie
   Series guard{};
   if (state.slides) {
     if (frozen_) return;
-    std::copy_n(power_.begin(), p, guard.begin());
+    std::copy_n(power_.begin(), series_order, guard.begin());
     for (double &term : guard) term /= mu * N[0];
     look(event, Kind::sticks, guard, powers);
     return;
@@ -165,11 +166,11 @@ void Touch::look_at_cone(const TouchState &state, TouchEvent &event, const Serie
   if (state.held[0]) return;
   std::array<double, 3> rest{}; // bounds of what the later terms come to
   for (int d = 0; d < 3; ++d)
-    for (int k = 1; k <= p; ++k) rest[d] += std::abs(force_[d][k]) * powers[k];
+    for (int k = 1; k <= series_order; ++k) rest[d] += std::abs(force_[d][k]) * powers[k];
   const double size = std::hypot(std::abs(force_[0][0]) + rest[0], std::abs(force_[1][0]) + rest[1]);
   if (mu * (N[0] - rest[2]) > size) return;
   const double scale = mu * std::abs(N[0]) + size; // (mu N)^2 - |T|^2, in the unit of a force
-  for (int k = 0; k <= p; ++k)
+  for (int k = 0; k <= series_order; ++k)
     for (int i = 0; i <= k; ++i)
       guard[k] +=
           (mu * mu * N[i] * N[k - i] - force_[0][i] * force_[0][k - i] - force_[1][i] * force_[1][k - i]) / scale;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact/law.hpp"
+#include "contact/law_traits.hpp"
 #include "transient/series.hpp"
 
 namespace dovetail {
@@ -80,7 +81,7 @@ public:
 
 private:
   bool rubs(int d) const { return has_friction(point_.law) && mu_[d] > 0; }
-  bool cone() const { return point_.law == Law::cone && mu_[0] > 0; }
+  bool cone() const { return shares_slider(point_.law) && mu_[0] > 0; }
   void expand_cone(const TouchState &state, int k);
   void expand_cone_tangents(const TouchState &state, int k, int width, const double *dx, const double *de);
   void slid(int d, double side, double turn, int width, const double *dx, const double *de, double *out) const;

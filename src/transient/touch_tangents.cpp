@@ -8,7 +8,6 @@
 namespace dovetail {
 namespace {
 
-constexpr int p = series_order;
 using Kind = TouchEvent::Kind;
 
 enum Row { x1, x2, T1, T2, N, power, square, lambda, rows }; // of tangents_
@@ -62,7 +61,8 @@ void Touch::expand_tangents(const TouchState &state, int k, int width, const dou
   add_scaled(width, point_.kn, dx + 2 * width, dg + 2 * width);
   if (cone() && state.slides) {
     expand_cone_tangents(state, k, width, dx, de);
-    for (int d = 0; d < 2; ++d) std::copy_n(&tangents_[((T1 + d) * (p + 1) + k) * width], width, dg + d * width);
+    for (int d = 0; d < 2; ++d)
+      std::copy_n(&tangents_[((T1 + d) * (series_order + 1) + k) * width], width, dg + d * width);
     return;
   }
   for (int d = 0; d < 2; ++d) {
@@ -79,9 +79,9 @@ void Touch::expand_tangents(const TouchState &state, int k, int width, const dou
 // Line by line that of expand_cone.
 void Touch::expand_cone_tangents(const TouchState &state, int k, int width, const double *dx, const double *de) {
   const double mu = mu_[0];
-  tangents_.resize(static_cast<std::size_t>(rows) * (p + 1) * width);
+  tangents_.resize(static_cast<std::size_t>(rows) * (series_order + 1) * width);
   const auto row = [&](int which, int order) {
-    return &tangents_[static_cast<std::size_t>(which * (p + 1) + order) * width];
+    return &tangents_[static_cast<std::size_t>(which * (series_order + 1) + order) * width];
   };
   for (int d = 0; d < 2; ++d) std::copy_n(dx + d * width, width, row(x1 + d, k));
   std::fill_n(row(N, k), width, 0.0);
@@ -124,7 +124,7 @@ void Touch::expand_cone_tangents(const TouchState &state, int k, int width, cons
 std::array<double, 2> Touch::turning(double t) const {
   std::array<double, 2> T{}, rate{};
   for (int d = 0; d < 2 && !frozen_; ++d)
-    for (int k = p; k >= 0; --k) rate[d] = rate[d] * t + T[d], T[d] = T[d] * t + force_[d][k];
+    for (int k = series_order; k >= 0; --k) rate[d] = rate[d] * t + T[d], T[d] = T[d] * t + force_[d][k];
   if (frozen_) return {};
   std::vector<double> change{rate[0], rate[1]};
   std::array<double, 2> out;
@@ -141,8 +141,8 @@ void Touch::advance_tangents(const TouchState &state, double t, const TouchEvent
   const bool slid_along = cone() && !frozen_ && (kind == Kind::sticks || (kind == Kind::none && state.slides));
   if (slid_along) {
     for (int e = 0; e < 2; ++e)
-      for (int k = p; k >= 0; --k)
-        scale_and_add(width, t, &tangents_[static_cast<std::size_t>((T1 + e) * (p + 1) + k) * width],
+      for (int k = series_order; k >= 0; --k)
+        scale_and_add(width, t, &tangents_[static_cast<std::size_t>((T1 + e) * (series_order + 1) + k) * width],
                       &change[e * width]);
     turn_direction({value(force_[0], t), value(force_[1], t)}, change, width, de);
   }

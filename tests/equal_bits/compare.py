@@ -5,7 +5,7 @@
 
 Models are reduced once, by the first program, and both follow the curve from the stored reduced.h5. `--parts N`: the second program stops
 after N points and goes on from its own state, so that what it saves and restores is compared as well. `--ranks R`: both under mpirun.
-Exit status 1 where anything differs.
+Exit status 1 where anything differs; and, of all scenes, where a strategy of recovery is used by none.
 """
 
 import argparse
@@ -28,6 +28,7 @@ FOLDER = ROOT / "build/equal_bits"
 TIMES = {"seconds", "parts"}  # datasets and entries of summary.json that are no result
 ABOUT = {"program", "stages", "reduction", "branch_seconds", "blas_kernel", *TIMES}
 LIMIT = 120  # seconds of the processor for one run
+STRATEGIES = ["fewer_harmonics", "jump", "integration", "elsewhere"]  # as in src/recovery/strategies.hpp
 ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
@@ -51,10 +52,11 @@ def write(name, folder):
 
 
 def run(program, case, folder, ranks, *options):
-    """Exit status of a run, whose files are in `folder`."""
+    """Exit status of a run, whose files are in `folder`, with what it said in run.log."""
     mpirun = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
     command = ["prlimit", f"--cpu={LIMIT}", *mpirun, str(program), "run", str(case), "--out", str(folder), *options]
-    return subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, **ALONE}).returncode
+    with open(folder / "run.log", "a") as log:
+        return subprocess.run(command, stdout=log, stderr=subprocess.DEVNULL, env={**os.environ, **ALONE}).returncode
 
 
 def in_parts(program, case, folder, ranks, points):
@@ -95,6 +97,16 @@ def differences(one, other):
                     if counts.get(name) != counts_2.get(name)]
 
 
+def strategies_used(folder):
+    """Strategies of recovery that a run has used."""
+    said, counts = (folder / "run.log").read_text(), {}
+    if (folder / "summary.json").exists():
+        counts = json.loads((folder / "summary.json").read_text())
+    used = {"jump": counts.get("leaps"), "integration": counts.get("integrations") or "comes from time integration" in said,
+            "fewer_harmonics": "comes from fewer harmonics" in said, "elsewhere": "begun at this one" in said}
+    return {name for name, yes in used.items() if yes}
+
+
 def compared(name, before, after, ranks, parts):
     """A scene by both programs: name, exit statuses and differences."""
     folder = FOLDER / name
@@ -107,9 +119,10 @@ def compared(name, before, after, ranks, parts):
         shutil.copy(reduced, folder / "after")
     statuses.append(in_parts(after, case, folder / "after", ranks, parts) if parts else run(after, case, folder / "after", ranks))
     ended = [(folder / part / "summary.json").exists() for part in ("before", "after")]
+    used = strategies_used(folder / "after")
     if not all(ended):
-        return name, statuses, [] if statuses[0] == statuses[1] else ["one of them did not end"]
-    return name, statuses, differences(folder / "before", folder / "after")
+        return name, statuses, used, [] if statuses[0] == statuses[1] else ["one of them did not end"]
+    return name, statuses, used, differences(folder / "before", folder / "after")
 
 
 def main():
@@ -124,17 +137,21 @@ def main():
     names = [name for name in scene_names() if not options.scenes or name.startswith(tuple(options.scenes))]
     if not names:
         parser.error("no scene begins like that")
-    unlike = 0
+    unlike, users = 0, {name: [] for name in STRATEGIES}
     with ProcessPoolExecutor(options.jobs) as pool:
         programs = options.before.resolve(), options.after.resolve()
         works = [pool.submit(compared, name, *programs, options.ranks, options.parts) for name in names]
         for work in works:
-            name, statuses, found = work.result()
+            name, statuses, used, found = work.result()
             unlike += bool(found)
+            for strategy in used:
+                users[strategy].append(name)
             verdict = "DIFFERS" if found else "equal"
             print(f"{name:28} {verdict:8} status {statuses[0]} {statuses[1]}  {'; '.join(found[:3])}", flush=True)
     print(f"{len(names) - unlike} of {len(names)} scenes equal bit for bit")
-    sys.exit(unlike > 0)
+    for strategy, scenes in users.items():
+        print(f"{strategy:16} used by {', '.join(scenes) or 'none'}")
+    sys.exit(unlike > 0 or (names == scene_names() and not all(users.values())))
 
 
 if __name__ == "__main__":

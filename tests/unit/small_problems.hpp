@@ -2,6 +2,7 @@
 // Problems of a few unknowns, each rank by itself, and a walk along their curves.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <utility>
 #include <vector>
@@ -91,6 +92,58 @@ inline std::vector<double> values(Vec y) {
   check(VecRestoreArrayRead(y, &at), "");
   return out;
 }
+
+/// One equation f(x, p) = 0 with its derivatives.
+inline Equations one(const std::function<double(double x, double p)> &f,
+                     const std::function<double(double, double)> &by_x,
+                     const std::function<double(double, double)> &by_p) {
+  return {1, [f](const double *y, double *out) { out[0] = f(y[0], y[1]); },
+          [by_x, by_p](const double *y, double *J) { J[0] = by_x(y[0], y[1]), J[1] = by_p(y[0], y[1]); }};
+}
+
+inline Equations circle() {
+  return one([](double x, double p) { return x * x + p * p - 1; }, [](double x, double) { return 2 * x; },
+             [](double, double p) { return 2 * p; });
+}
+
+/// p = -slope |x|: two straight legs that meet in a kink at 0.
+inline Equations hairpin(double slope) {
+  return one([slope](double x, double p) { return p + slope * std::abs(x); },
+             [slope](double x, double) { return x < 0 ? -slope : slope; }, [](double, double) { return 1.0; });
+}
+
+/// x (p - x^2) = 0: two branches that cross at 0.
+inline Equations pitchfork() {
+  return one([](double x, double p) { return x * (p - x * x); }, [](double x, double p) { return p - 3 * x * x; },
+             [](double x, double) { return x; });
+}
+
+/// Points of a small curve.
+struct SmallCurve {
+  SmallCurve(Equations equations, double range) : problem(std::move(equations)), unit(range) {}
+
+  SmallProblem problem;
+  double unit;
+  SolveCounts counts;
+  Curve curve{problem, {1e-11, 1e-12, 30}, unit, true, counts};
+
+  /// The solution near (x, p) at that p, with its tangent towards growing p.
+  CurvePoint at(double x, double p) {
+    CurvePoint s = curve.point();
+    check(VecSetValue(s.y, 0, x, INSERT_VALUES), "");
+    check(VecAssemblyBegin(s.y), "");
+    check(VecAssemblyEnd(s.y), "");
+    EXPECT_TRUE(curve.solve_at(p, s)) << s.newton.why;
+    return s;
+  }
+  /// On the plane across the tangent of `here`, from a guess `step` along it.
+  CurvePoint on(const CurvePoint &here, double step) {
+    CurvePoint s = curve.point();
+    check(VecWAXPY(s.y, step, here.t, here.y), "");
+    EXPECT_TRUE(curve.solve_across(here.t, s)) << s.newton.why;
+    return s;
+  }
+};
 
 /// Steps along a curve, with what happened on the way.
 class Walk : private SmallProblem, public Stepper {

@@ -8,6 +8,7 @@
 
 #include "contact/fourier.hpp"
 #include "contact/law.hpp"
+#include "contact/law_traits.hpp"
 #include "harmonic/dense_model.hpp"
 
 namespace dovetail::testing {
@@ -69,12 +70,12 @@ inline void small_steps(const DenseModel &model, double omega, int periods, int 
     std::array<double, 3> total, g{};
     for (int d = 0; d < 3; ++d) total[d] = x[d] + rest.x[d];
     const double closing = total[2] - point.gap;
-    g[2] = point.law == Law::bilateral ? point.kn * closing : pressed(point.kn, closing);
-    seen[1] += point.law != Law::bilateral && closing < 0;
+    g[2] = !may_open(point.law) ? point.kn * closing : pressed(point.kn, closing);
+    seen[1] += may_open(point.law) && closing < 0;
     if (has_friction(point.law)) {
       std::array<double, 2> T{point.kt[0] * (total[0] - w[p][0]), point.kt[1] * (total[1] - w[p][1])}, along;
       const std::array<double, 2> trial = T;
-      if (point.law == Law::cone) {
+      if (shares_slider(point.law)) {
         if (slips(std::hypot(T[0], T[1]), point.mu[0] * g[2])) drawn_back(point.mu[0] * g[2], T, along);
       } else {
         for (int d = 0; d < 2; ++d) T[d] = rubbed(T[d], point.mu[d] * g[2]);

@@ -137,4 +137,47 @@ TEST(Recovery, elsewhere_is_the_other_end_first_and_nowhere_for_one_frequency) {
   EXPECT_TRUE(point.tried.empty());
 }
 
+// Each strategy by itself: which failures it is for, and what it asks for.
+TEST(FewerHarmonics, asks_for_simpler_models_at_a_first_point_only) {
+  for (const Kind kind : {Kind::nowhere, Kind::no_step, Kind::crowded, Kind::drifting, Kind::lost})
+    EXPECT_FALSE(fewer_harmonics().handles(kind));
+  Curve curve;
+  curve.succeeds = [](const std::string &, double) { return true; };
+  EXPECT_TRUE(fewer_harmonics().handles(Kind::no_start));
+  EXPECT_TRUE(fewer_harmonics().attempt({Kind::no_start, "", 1.2}, curve));
+  EXPECT_EQ(curve.tried, std::vector<std::string>{"simpler"}); // the curve goes on from there as from any first point
+  EXPECT_EQ(curve.places, std::vector<double>{1.2});
+}
+
+TEST(Jump, goes_on_at_the_first_solution_ahead) {
+  EXPECT_FALSE(jump().handles(Kind::no_start) || jump().handles(Kind::nowhere));
+  Curve curve;
+  curve.succeeds = [](const std::string &, double where) { return where > 1.25; };
+  EXPECT_TRUE(jump().attempt({Kind::no_step, "", 1.2}, curve));
+  EXPECT_EQ(curve.tried.back(), "jumped");
+  EXPECT_NEAR(curve.places.back(), 1.4, 1e-12);
+}
+
+TEST(Integration, is_for_first_points_and_for_places_ahead) {
+  EXPECT_FALSE(integration().handles(Kind::nowhere));
+  Curve start;
+  start.succeeds = [](const std::string &, double) { return true; };
+  EXPECT_TRUE(integration().attempt({Kind::no_start, "", 1.2}, start));
+  EXPECT_EQ(start.tried, std::vector<std::string>{"integrate"});
+  EXPECT_EQ(start.shares, std::vector<double>{1}); // all the work that is left
+  Curve curve;
+  curve.succeeds = start.succeeds;
+  EXPECT_TRUE(integration().attempt({Kind::no_step, "", 1.2}, curve));
+  EXPECT_EQ(curve.tried, (std::vector<std::string>{"integrate", "integrated"}));
+}
+
+TEST(Elsewhere, begins_at_the_first_place_that_has_a_point) {
+  EXPECT_FALSE(elsewhere().handles(Kind::no_start));
+  Curve curve;
+  curve.succeeds = [](const std::string &, double where) { return where > 1.1 && where < 1.9; };
+  EXPECT_TRUE(elsewhere().attempt({Kind::nowhere, "", 1}, curve));
+  ASSERT_EQ(curve.places.size(), 3u); // the other end, 2 %, 20 %
+  EXPECT_NEAR(curve.places.back(), 1.2, 1e-12);
+}
+
 } // namespace dovetail

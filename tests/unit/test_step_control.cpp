@@ -75,7 +75,7 @@ TEST(StepControl, limits_hold) {
   EXPECT_DOUBLE_EQ(limited({0, 0, 0}), step_limits.longest);
   EXPECT_DOUBLE_EQ(limited({0.5, 0, 0}), step_limits.longest_parameter_step / 0.5);
   EXPECT_DOUBLE_EQ(limited({0, 1, 0.1}), step_limits.longest_motion_step * 0.1);
-  EXPECT_DOUBLE_EQ(limited({0, 1, 0}), step_limits.least_motion_step);
+  EXPECT_DOUBLE_EQ(limited({0, 1, 0}), step_limits.careful);
 }
 
 TEST(StepControl, lengths_of_smooth_curves_are_few) {

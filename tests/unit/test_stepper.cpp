@@ -8,26 +8,8 @@
 using namespace dovetail;
 using namespace dovetail::testing;
 
-namespace {
-
-Equations one(const std::function<double(double x, double p)> &f, const std::function<double(double, double)> &by_x,
-              const std::function<double(double, double)> &by_p) {
-  return {1, [f](const double *y, double *out) { out[0] = f(y[0], y[1]); },
-          [by_x, by_p](const double *y, double *J) { J[0] = by_x(y[0], y[1]), J[1] = by_p(y[0], y[1]); }};
-}
-
-// p = -slope |x|: two straight legs that meet in a kink at 0.
-Equations hairpin(double slope) {
-  return one([slope](double x, double p) { return p + slope * std::abs(x); },
-             [slope](double x, double) { return x < 0 ? -slope : slope; }, [](double, double) { return 1.0; });
-}
-
-} // namespace
-
 TEST(Stepper, a_circle_is_followed_all_round) {
-  Walk walk(one([](double x, double p) { return x * x + p * p - 1; }, [](double x, double) { return 2 * x; },
-                [](double, double p) { return 2 * p; }),
-            1);
+  Walk walk(circle(), 1);
   walk.begin({1}, 0, 1);
   bool below = false; // until it comes up again on the side where it began
   ASSERT_TRUE(walk.go([&](const auto &y) {
@@ -70,9 +52,7 @@ TEST(Stepper, kinks_are_rounded_however_sharp) {
 }
 
 TEST(Stepper, a_branch_that_crosses_is_located_and_passed) {
-  Walk walk(one([](double x, double p) { return x * (p - x * x); }, [](double x, double p) { return p - 3 * x * x; },
-                [](double x, double) { return x; }),
-            2);
+  Walk walk(pitchfork(), 2);
   walk.begin({0}, -1, 1);
   ASSERT_TRUE(walk.go([](const auto &y) { return y[1] < 1; }));
   ASSERT_EQ(walk.branch_points.size(), 1u);

@@ -1,0 +1,81 @@
+#include "analyses/response_recovery.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "analyses/last_iterate.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+std::string ahead_in_words(const std::string &parameter, double part) { // of the range
+  const long percent = std::lround(100 * part);
+  return percent < 1 ? "the next " + parameter
+                     : "a " + parameter + " " + std::to_string(percent) + " % of the sweep ahead";
+}
+
+} // namespace
+
+bool ResponseRecovery::recovers(Failure::Kind kind, const std::string &why, double from) {
+  before_jump_ = stepper_.here().parameter;
+  return recover(settings_.strategies, {kind, why, from}, *this);
+}
+
+bool ResponseRecovery::first_point(double value) {
+  how_.clear();
+  CurvePoint &here = stepper_.here();
+  if (stepper_.response.curve().solve_at(value, here)) return true;
+  starting_ = true;
+  report_.summary.why = "no solution was found at the first " + stepper_.response.parameter_name() + ": " +
+                        here.newton.why + difference(stepper_.response.system(), here);
+  const bool found = recovers(Failure::Kind::no_start, report_.summary.why, value);
+  how_ = "Newton does not converge from rest; the first point comes from " + how_;
+  starting_ = false;
+  return found;
+}
+
+bool ResponseRecovery::stand_on(std::optional<PointSearch::Found> found) {
+  if (!found) return false;
+  how_ = found->how;
+  stepper_.stand_on(std::move(found->point), std::move(found->system));
+  return true;
+}
+
+bool ResponseRecovery::integrate_at(double value, double share) {
+  return stand_on(search_.by_integration(value, starting_ ? nullptr : static_cast<Vec>(stepper_.here().y), share));
+}
+
+bool ResponseRecovery::begin_at(double from, double to) {
+  SweepRange &range = stepper_.range;
+  const auto [first, last] = std::pair(range.from, range.to);
+  range.from = from, range.to = to;
+  search_.set_integrated(0);
+  check(VecSet(stepper_.here().y, 0), "beginning elsewhere");
+  if (first_point(from)) return true;
+  range.from = first, range.to = last;
+  return false;
+}
+
+void ResponseRecovery::go_on(const Failure &failure, bool integrated) {
+  const SweepRange &range = stepper_.range;
+  CurvePoint &here = stepper_.here();
+  const std::string parameter = stepper_.response.parameter_name();
+  const double next = here.parameter, reached = stepper_.farthest.or_farther(before_jump_);
+  for (const double w : range.between(reached, next))
+    report_.event(report_.counts.missed, BranchEvent::Kind::missed,
+                  "this " + parameter + " of " + stepper_.response.at_key() + " is left out by a leap", w);
+  if (range.direction() < 0) turn(here);
+  report_.event(integrated ? report_.counts.integrations : report_.counts.leaps,
+                integrated ? BranchEvent::Kind::integration : BranchEvent::Kind::leap,
+                "the curve could not be followed here (" + failure.why + "): went on from the " +
+                    (integrated ? "steady state that time integration finds" : "solution") + " at " +
+                    ahead_in_words(parameter, std::abs(next - before_jump_) / range.unit) +
+                    "; the branch may have changed",
+                next);
+  stepper_.land();
+  if (next == range.to) report_.end(BranchReport::End::arrived);
+}
+
+} // namespace dovetail

@@ -1,0 +1,87 @@
+// Why steps are refused, each check by itself, on curves in closed form.
+#include <gtest/gtest.h>
+
+#include "continuation/step_check.hpp"
+#include "small_problems.hpp"
+
+using namespace dovetail;
+using namespace dovetail::testing;
+
+namespace {
+
+Trial trial_between(SmallCurve &scene, const CurvePoint &from, const CurvePoint &to, double step, StepMeasure measure,
+                    bool kink = false) {
+  return {scene.curve, from, to, step, measure, kink, EventLocator(scene.curve, from, to, 1e-11)};
+}
+
+constexpr StepMeasure turned{1.0, std::tan(0.5)}, beside{0.1, 2}, smooth{0.1, 0.05};
+
+} // namespace
+
+TEST(AngleCheck, refuses_what_turns_too_far_unless_halvings_show_a_kink) {
+  SmallCurve scene(circle(), 1);
+  const CurvePoint here = scene.at(1, 0), there = scene.on(here, 0.1);
+  Trial wide = trial_between(scene, here, there, 0.1, turned),
+        known = trial_between(scene, here, there, 0.1, turned, true),
+        narrow = trial_between(scene, here, there, 0.1, beside);
+  EXPECT_EQ(AngleCheck().refuse(wide), "the curve turns too far within one step");
+  EXPECT_FALSE(AngleCheck().refuse(known));
+  EXPECT_FALSE(AngleCheck().refuse(narrow));
+}
+
+TEST(DistanceCheck, refuses_another_piece_of_the_curve) {
+  SmallCurve scene(circle(), 1);
+  const CurvePoint here = scene.at(1, 0), there = scene.on(here, 0.1);
+  Trial far = trial_between(scene, here, there, 0.1, beside),
+        known = trial_between(scene, here, there, 0.1, beside, true),
+        near = trial_between(scene, here, there, 0.1, turned);
+  EXPECT_EQ(DistanceCheck().refuse(far), "the solution lies too far from the predicted one");
+  EXPECT_FALSE(DistanceCheck().refuse(known));
+  EXPECT_FALSE(DistanceCheck().refuse(near));
+}
+
+// x^2 = 1: two lines, which have the same tangents.
+TEST(MiddleCheck, refuses_a_step_from_one_line_to_another) {
+  SmallCurve scene(one([](double x, double) { return x * x - 1; }, [](double x, double) { return 2 * x; },
+                       [](double, double) { return 0.0; }),
+                   1);
+  const CurvePoint here = scene.at(1, 0), along = scene.at(1, 0.1);
+  Trial good = trial_between(scene, here, along, 0.1, smooth);
+  EXPECT_FALSE(MiddleCheck().refuse(good));
+  const CurvePoint across = scene.at(-1, 0.1);
+  Trial bad = trial_between(scene, here, across, 0.1, smooth),
+        tiny = trial_between(scene, here, across, step_limits.close_to_kink, smooth);
+  EXPECT_EQ(MiddleCheck().refuse(bad), "the curve does not run smoothly from one end of the step to the other");
+  EXPECT_FALSE(MiddleCheck().refuse(tiny)); // so near a kink it may not
+}
+
+TEST(OrientationCheck, refuses_a_jump_across_a_hairpin) {
+  SmallCurve scene(hairpin(30), 30);
+  const CurvePoint here = scene.at(-0.1, -3), there = scene.at(0.09, -2.7);
+  Trial across = trial_between(scene, here, there, 0.01, smooth),
+        at_kink = trial_between(scene, here, there, 1e-5, turned, true);
+  EXPECT_EQ(OrientationCheck().refuse(across), "the curve turns round within one step");
+  EXPECT_FALSE(across.branch_point);
+  EXPECT_FALSE(OrientationCheck().refuse(at_kink));
+  const CurvePoint further = scene.at(-0.09, -2.7);
+  Trial along = trial_between(scene, here, further, 0.01, smooth);
+  EXPECT_FALSE(OrientationCheck().refuse(along));
+}
+
+TEST(OrientationCheck, finds_a_branch_that_crosses) {
+  SmallCurve scene(pitchfork(), 2);
+  const CurvePoint here = scene.at(0, -0.07), there = scene.on(here, 0.1);
+  Trial trial = trial_between(scene, here, there, 0.1, {0, 0});
+  EXPECT_FALSE(OrientationCheck().refuse(trial));
+  ASSERT_TRUE(trial.branch_point);
+  EXPECT_NEAR(trial.branch_point->at.parameter, 0, 1e-5);
+}
+
+TEST(StepChecks, the_first_that_refuses_says_why) {
+  SmallCurve scene(circle(), 1);
+  const CurvePoint here = scene.at(1, 0), there = scene.on(here, 0.1);
+  Trial both = trial_between(scene, here, there, 0.1, {1.0, 100}),
+        none = trial_between(scene, here, there, 0.1, smooth);
+  EXPECT_EQ(refused(both), "the curve turns too far within one step");
+  EXPECT_FALSE(refused(none));
+}
