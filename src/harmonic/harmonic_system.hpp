@@ -95,8 +95,8 @@ public:
   const std::vector<double> &inertia_force() const { return inertia_force_; }
   const std::vector<double> &damping_force() const { return damping_force_; }       ///< C q of the dampers, or none
   const std::vector<double> &hysteretic_force() const { return hysteretic_force_; } ///< S q, likewise
-  const Dampers *dampers() const { return linear_->dampers(); }                     ///< damping besides K and M, or none
-  DynamicStiffness structure(double omega) const {                                  ///< its D_k
+  const Dampers *dampers() const { return linear_->dampers(); } ///< damping besides K and M, or none
+  DynamicStiffness structure(double omega) const {              ///< its D_k
     return DynamicStiffness(scaled_.damping, omega, setting_.damping);
   }
   Damping damping() const { return scaled_.damping.times(setting_.damping); } ///< scaled, at the value set last

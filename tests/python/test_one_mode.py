@@ -1,5 +1,7 @@
 """Forced responses from one nonlinear mode: against linear responses, direct peaks of another program, and the equations themselves."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ import launch
 import synthetic_results
 from backbones import mode, system_of
 from dovetail import Results, reference
+from dovetail.__main__ import main
 from dovetail.modes import Backbone, complex_amplitudes
 from dovetail.reduced_system import equations, stuck
 from test_sensitivity import DATA, given
@@ -221,3 +224,22 @@ def test_peaks_over_the_force_are_drawn_as_they_are(tmp_path, scene):
     i = int(np.flatnonzero(np.isfinite(error))[-2])
     [peak] = backbone.peaks(force[i])
     assert (peak.amplitude(row), backbone.error(peak, row)) == pytest.approx((amplitude[i], error[i]), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_the_mode_of_a_run(tmp_path):
+    """[mode] of the program, five degrees of freedom to three times the load: peaks for three forces, from one run of some 20 points."""
+    case, data = given(tmp_path, "dof5")
+    text = case.path.read_text()
+    case.path.write_text(re.sub(r"omega = .*|step = .*|samples = .*|\[sensitivity\]\nof = .*", "", text)
+                         + "\n[mode]\nnumber = 1\namplitude = [0.5, 60]\n")
+    results = Results(launch.run(case).folder / "results.h5")
+    backbone, row = Backbone.read(results), int(data["watch"])
+    assert backbone.linear_below and len(backbone.alpha) < 60
+    levels = [backbone.force_levels(alpha)[0] for alpha in results.modal_amplitude]
+    np.testing.assert_allclose(levels, results.force_level, rtol=1e-6)
+    for force, (omega, amplitude) in zip(data["forces"], data["peak"]):
+        best = backbone.highest(row, force)
+        assert rms(best, row) == pytest.approx(amplitude, rel=1.3e-2) and best.omega == pytest.approx(omega, rel=5e-3)
+    assert main(["plot", str(results.path), "--kind", "mode", "--dof", "a1", "-o", str(tmp_path / "mode.png")]) == 0
+    assert (tmp_path / "mode.png").read_bytes().startswith(b"\x89PNG")
