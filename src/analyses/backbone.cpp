@@ -57,6 +57,10 @@ private:
     observer_.event({kind, text, std::pow(10, parameter)});
   }
 
+  std::vector<std::pair<double, bool>> wanted() const;
+  Outcome pass_wanted(double value, bool last, double length);
+  Outcome arrive(CurvePoint &s);
+
   Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
   Outcome settle(Vec way) override;
   void halved(const std::string &why) override {
@@ -158,6 +162,7 @@ void Backbone::follow() {
 }
 
 void Backbone::report_fold(Vec normal, double step, double plain) {
+  if (parameter_of(here_.t) * parameter_of(trial_.t) >= 0) return;
   auto fold = locator().between(normal, {0, here_.y, parameter_of(here_.t)}, {step, trial_.y, parameter_of(trial_.t)},
                                 [](CurvePoint &s) { return parameter_of(s.t); });
   if (!fold) return;
@@ -169,18 +174,19 @@ void Backbone::report_fold(Vec normal, double step, double plain) {
 
 // Where the load of the case has reached a factor within the step.
 std::optional<Located> Backbone::at_force(Vec normal, double step, double force) {
+  if (settings_.to_force <= 0 || load_ >= settings_.to_force || force < settings_.to_force) return std::nullopt;
   return locator().between(normal, {0, here_.y, load_ - settings_.to_force},
                            {step, trial_.y, force - settings_.to_force},
                            [&](CurvePoint &s) { return load_at(s.y) - settings_.to_force; });
 }
 
-Stepper::Outcome Backbone::pass(Vec normal, double step, double plain, bool at_kink) {
-  const double rate = parameter_of(here_.t), next_rate = parameter_of(trial_.t), force = load_at(trial_.y);
+// log10 of the amplitudes wanted within the step, in its order, and whether the mode ends there.
+std::vector<std::pair<double, bool>> Backbone::wanted() const {
   const double a = here_.parameter, b = trial_.parameter;
-  std::vector<std::pair<double, bool>> values; // wanted amplitudes passed, and whether the mode ends there
+  std::vector<std::pair<double, bool>> values;
   const auto want = [&](double amplitude, bool last) {
     const double value = std::log10(amplitude);
-    if ((value - a) * (value - b) < 0 || value == b) values.emplace_back(amplitude, last);
+    if ((value - a) * (value - b) < 0 || value == b) values.emplace_back(value, last);
   };
   if (settings_.from < settings_.to) want(settings_.from, false);
   for (const double amplitude : settings_.at)
@@ -188,45 +194,54 @@ Stepper::Outcome Backbone::pass(Vec normal, double step, double plain, bool at_k
   want(settings_.to, true);
   std::sort(values.begin(), values.end());
   if (b < a) std::reverse(values.begin(), values.end());
+  return values;
+}
+
+// Of the step, at one of them; the mode ends at the last one, which has to have a solution.
+Stepper::Outcome Backbone::pass_wanted(double value, bool last, double length) {
+  const double part = (value - here_.parameter) / (trial_.parameter - here_.parameter);
+  CurvePoint s = curve_->point();
+  check(VecWAXPY(s.y, -1, here_.y, trial_.y), doing);
+  check(VecAYPX(s.y, part, here_.y), doing);
+  if (!curve_->solve_at(value, s)) {
+    ++summary_.counts.missed;
+    notify(BranchEvent::Kind::missed, "an amplitude that was asked for has no solution", value);
+    return last ? Outcome::refused : Outcome::on;
+  }
+  report(s, arclength_ + length * part, true);
+  return last ? arrive(s) : Outcome::on;
+}
+
+Stepper::Outcome Backbone::arrive(CurvePoint &s) {
+  std::swap(here_, s);
+  end(End::arrived);
+  return Outcome::ended;
+}
+
+Stepper::Outcome Backbone::pass(Vec normal, double step, double plain, bool at_kink) {
+  const double force = load_at(trial_.y), way = trial_.parameter - here_.parameter;
+  const auto values = wanted();
   std::optional<Located> reached;
-  if (settings_.to_force > 0 && load_ < settings_.to_force && force >= settings_.to_force && !at_kink)
+  if (!at_kink) {
     reached = at_force(normal, step, force);
-  if (rate * next_rate < 0 && !at_kink) report_fold(normal, step, plain);
-  for (const auto &[amplitude, last] : values) {
-    const double value = std::log10(amplitude);
-    if (reached && (value - reached->at.parameter) * (b - a) > 0) break;
-    CurvePoint s = curve_->point();
-    check(VecWAXPY(s.y, -1, here_.y, trial_.y), doing);
-    check(VecAYPX(s.y, (value - a) / (b - a), here_.y), doing);
-    if (!curve_->solve_at(value, s)) {
-      ++summary_.counts.missed;
-      notify(BranchEvent::Kind::missed, "an amplitude that was asked for has no solution", value);
-      if (last) return Outcome::refused;
-      continue;
-    }
-    report(s, arclength_ + plain * step * (value - a) / (b - a), true);
-    if (!last) continue;
-    std::swap(here_, s);
-    end(End::arrived);
-    return Outcome::ended;
+    report_fold(normal, step, plain);
+  }
+  for (const auto &[value, last] : values) {
+    if (reached && (value - reached->at.parameter) * way > 0) break;
+    if (const Outcome outcome = pass_wanted(value, last, plain * step); outcome != Outcome::on) return outcome;
   }
   if (reached) {
     report(reached->at, arclength_ + plain * reached->along, true);
-    std::swap(here_, reached->at);
-    end(End::arrived);
-    return Outcome::ended;
+    return arrive(reached->at);
   }
   arclength_ += step * plain;
   std::swap(here_, trial_);
   load_ = force;
-  const double amplitude = std::pow(10, here_.parameter);
-  const bool told = !values.empty() && std::log10(values.back().first) == here_.parameter;
-  if (amplitude >= settings_.from && !told) report(here_, arclength_, false);
-  if (here_.parameter < least_) {
-    end(End::turned_back, "the mode turned back to amplitudes below those it began with");
-    return Outcome::ended;
-  }
-  return Outcome::on;
+  const bool told = !values.empty() && values.back().first == here_.parameter;
+  if (here_.parameter >= std::log10(settings_.from) && !told) report(here_, arclength_, false);
+  if (here_.parameter >= least_) return Outcome::on;
+  end(End::turned_back, "the mode turned back to amplitudes below those it began with");
+  return Outcome::ended;
 }
 
 // The phase stays referred to one shape while the mode is like it; then to the one at hand, which is turned to fit.
