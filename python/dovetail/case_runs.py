@@ -129,16 +129,16 @@ class CaseRuns:
         self.contact, self.dof = results.contact, self.case.watch or results.watched
         return results
 
-    def each(self, list_of_changes, digest, what="", at=None):
+    def each(self, list_of_changes, digest, what="", at=None, key=""):
         """What `digest` (a function of Results, to JSON) makes of each case with changes, a dict with `status` and `reason` besides.
 
         `what` names them on the screen, where nothing is said without it; `at`: frequencies wanted exactly, in the unit of the case.
-        digest must not depend on anything that the case's text does not show.
+        digest must not depend on anything that neither the case's text nor `key`, a string, shows.
         """
         runs = []
         for number, changes in enumerate(list_of_changes):
             folder = self.folder / "under_way" / f"{number + 1}"
-            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at)))
+            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at), key))
         missing = {run.fingerprint: run for run in runs if run.fingerprint not in self.kept}
         if what and len(missing) < len({run.fingerprint for run in runs}):
             print(f"{what}: {len(runs) - len(missing)} of {len(runs)} are there from before", file=sys.stderr)
@@ -166,8 +166,8 @@ class CaseRuns:
             raise ValueError(f"--preload: runs start from the reduced model then, which knows no node: watch an unknown such as x1.t1, "
                              f"found {self.dof}")
 
-    def _run(self, folder, changes, text):
-        fingerprint = hashlib.sha256("\n".join([text, *self.identity]).encode()).hexdigest()
+    def _run(self, folder, changes, text, key=""):
+        fingerprint = hashlib.sha256("\n".join([text, *self.identity, key]).encode()).hexdigest()
         if changes and "preload" in changes:
             return PreloadedRun(None, folder, text, fingerprint, source=self._reduced, factor=changes["preload"][1])
         return Run(None, folder, text, fingerprint)

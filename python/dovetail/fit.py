@@ -183,7 +183,7 @@ class Search:
         size = len(self.runs.contact["law"])
         wanted = [changes_of(self.unknowns, np.exp(key), size) for key in missing]
         if wanted:
-            self.seen.update(zip(missing, self.runs.each(wanted, self.digest, at=self.at)))
+            self.seen.update(zip(missing, self.runs.each(wanted, self.digest, at=self.at, key=f"fit, harmonic {self.harmonic}")))
         return [self.seen[key] for key in keys]
 
     def failed(self, x):

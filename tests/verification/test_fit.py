@@ -9,8 +9,10 @@ import pytest
 import cases
 from dovetail import Results
 from dovetail.__main__ import main
-from dovetail.fit import Unknown, changes_of, uncertainty
-from dovetail.measured import read_measured
+from dovetail.case_runs import CaseRuns, CurveCase
+from dovetail.fit import Search, Unknown, changes_of, uncertainty
+from dovetail.measured import Measured, read_measured
+from dovetail.study_runs import Program
 from dovetail.units import parse
 from launch import BINARY, run
 
@@ -125,12 +127,36 @@ def test_measured_files_say_their_units(tmp_path):
     ("frequency [Hz], amplitude [m]\n1, 2\n1, 3\n", "frequency 1 is there twice"),
     ("frequency [rpm], amplitude [m]\n1, 2\n", "[rpm]: the unit"),
     ("frequency [Hz], amplitude [g]\n1, 2\n", "amplitude [g]: the unit of a displacement"), ("frequency [Hz], amplitude [m]\n", "no line"),
-    ("frequency [Hz], amplitude [m]\n1, -2\n", "greater than 0")])
+    ("frequency [Hz], amplitude [m]\n1, -2\n", "greater than 0"),
+    ("frequency [Hz]; amplitude [mm]\n100,5; 0,012\n", ":2: found '100,5; 0,012'"),
+    ("frequency [Hz], amplitude [mm]\n100, 5, 90\n", "no further column"),
+    ("frequency [Hz], amplitude [mm], phase [deg]\n100, 5\n", "wanted is a header"),
+    ("frequency [Hz], amplitude [mm], phase\n100, 5\n", "wanted is a header")])
 def test_measured_files_that_are_refused(tmp_path, text, words):
     (tmp_path / "m.csv").write_text(text)
     with pytest.raises(ValueError) as refused:
         read_measured(tmp_path / "m.csv", parse("SI"))
     assert words in str(refused.value)
+
+
+def test_amplitudes_are_lengths_also_where_units_are_not_known(tmp_path):
+    (file := tmp_path / "m.csv").write_text("frequency [Hz], amplitude [m/s]\n1, 2\n")
+    with pytest.raises(ValueError, match="unit of a displacement"):
+        read_measured(file, parse(""))
+    file.write_text("frequency [Hz], amplitude [mm]\n1, 2\n")
+    assert read_measured(file, parse("")).amplitude == pytest.approx([2.0])
+
+
+def test_a_harmonic_does_not_take_over_peaks_of_another(tmp_path):
+    """The run is the same, what is kept of it is not: a mass that sticks has no second harmonic."""
+    case = cases.stuck_mass(tmp_path)
+    case.edit("harmonics = 1", "harmonics = 2")
+    curve = Measured(np.linspace(9, 11, 3), np.ones(3))
+    for harmonic, there in ((None, True), (2, False), (None, True)):
+        runs = CaseRuns(CurveCase(case.path, (9, 11), "x1.t1"), Program(BINARY), tmp_path / "out")
+        runs.begin()
+        [record] = Search(runs, [Unknown("tangential_stiffness")], curve, [10.0], harmonic).records(np.zeros((1, 1)))
+        assert all((max(values) > 1e-3) == there for values in record["passes"])
 
 
 @pytest.mark.parametrize("options, words", [
