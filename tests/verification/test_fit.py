@@ -111,6 +111,69 @@ def test_uncertainty_of_a_line():
     assert correlation[0, 1] == pytest.approx(-2 / np.sqrt(10) / np.sqrt(1 / 5 + 4 / 10))
 
 
+class Curves(Search):
+    """In place of runs: passages by a formula of x."""
+
+    def __init__(self, passes, measured):
+        super().__init__(None, [Unknown("friction")], measured, [], None)
+        self.passes = passes
+
+    def records(self, places):
+        return [{"status": 3} if (found := self.passes(float(x[0]))) is None else {"status": 0, "passes": found} for x in places]
+
+
+@pytest.mark.parametrize("passes, slopes", [
+    (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)] if x <= 0 else []], [3, 2]),  # missed above
+    (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)] if x > 0 else []], [3, 0]),  # missed here
+    (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)] if x == 0 else []], [3, 0]),  # missed on both sides
+    (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)]] if x <= 0 else None, [3, 2])])  # the run above fails
+def test_slopes_where_a_frequency_is_missed_beside(passes, slopes):
+    search = Curves(passes, Measured(np.array([1.0, 2]), np.array([1.0, 1])))
+    assert search.derivative(np.zeros(1))[:, 0] == pytest.approx(slopes, abs=1e-9)
+
+
+def test_no_more_points_than_unknowns_tell_nothing():
+    deviation, _ = uncertainty(np.ones(2), np.eye(2))
+    assert np.isinf(deviation).all()
+
+
+def stuck_curve(folder, omega, factor=1.0):
+    """That of `cases.stuck_mass` with its tangential stiffness times a factor."""
+    return measured(folder / "curve.csv", omega, 1 / np.abs(40 + 60 * factor - omega**2 + 0.4j * omega))
+
+
+def test_a_search_that_ends_at_its_limit_is_no_fit(tmp_path, capsys):
+    """The measured amplitudes lie far beneath all that a stiffness 100 times as large gives."""
+    case = cases.stuck_mass(tmp_path)
+    omega = np.linspace(7, 8, 5)
+    numbers, _ = fitted(case, measured(tmp_path / "curve.csv", omega, np.full(5, 1e-6)), "--parameters", "tangential_stiffness",
+                        "--watch", "x1.t1")
+    [found] = numbers["parameters"]
+    assert found["at_limit"] and found["factor"] > 90 and found["high"] is None and found["low"] is None
+    said = capsys.readouterr().out
+    assert "tangential_stiffness is at the limit of a factor of 100: no fit" in said and "hardly depends" not in said
+
+
+def test_a_search_that_is_broken_off_is_no_fit(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("dovetail.fit.EVALUATIONS", 1)
+    numbers, _ = fitted(cases.stuck_mass(tmp_path), stuck_curve(tmp_path, np.linspace(9, 11, 5), 1.2), "--parameters",
+                        "tangential_stiffness", "--watch", "x1.t1")
+    said = capsys.readouterr().out
+    assert not numbers["converged"] and "caution: not converged" in said and numbers["parameters"][0]["high"] is None
+    assert "hardly depends" not in said
+
+
+def test_measured_frequencies_and_the_sweep_of_the_case(tmp_path, capsys):
+    case = cases.stuck_mass(tmp_path)
+    command = ["fit", str(case.path), str(stuck_curve(tmp_path, np.linspace(1, 2, 5))), "--watch", "x1.t1", "--binary", str(BINARY)]
+    assert main(command) == 2
+    said = capsys.readouterr().err
+    assert "measured from 1 to 2" in said and "continuation.omega from 7 to 13.5" in said
+    stuck_curve(tmp_path, np.linspace(6.5, 9, 5))
+    assert main([*command, "--parameters", "tangential_stiffness"]) == 0
+    assert "6.5 to 9, reach beyond continuation.omega, 7 to 13.5" in capsys.readouterr().out
+
+
 def test_measured_files_say_their_units(tmp_path):
     file = tmp_path / "m.csv"
     file.write_text("# bench 3\nfrequency [Hz]; amplitude [um]\n2; 5\n1; 4\n")
