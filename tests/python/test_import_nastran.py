@@ -239,7 +239,9 @@ def test_a_sum_of_dynamic_loads(tmp_path):
 @pytest.mark.parametrize("old, new, said", [
     ("100.,0.5", "100.,0.6", "table 40, which is not one constant TABLED1"), ("RLOAD1,50,20,,30", "RLOAD1,50,20,7,30", "DELAY"),
     ("DPHASE,30", "DPHASE,31", "DPHASE 30, which is not there"), ("RLOAD1,50,20", "RLOAD1,50,21", "load set 21, which is not there"),
-    ("DAREA,20,3,1", "DAREA,20,77,1", "grid point 77 is not there"), ("2.,4,2,3.", "2.,77,2,3.", "grid point 77 is not there"), ("FORCE,20,3,", "FORCE,20,3,8", "FORCE in coordinate system 8"),
+    ("DAREA,20,3,1", "DAREA,20,77,1", "grid point 77 is not there"),
+    ("2.,4,2,3.", "2.,77,2,3.", "grid point 77 is not there"),
+    ("FORCE,20,3,", "FORCE,20,3,8", "FORCE in coordinate system 8"),
     ("RLOAD1,50", "TLOAD1,50", "no force that varies as a sine"), ("RLOAD1,50", "RLOAD1,59", "there is no such card")])
 def test_dynamic_loads_that_are_named_instead(tmp_path, old, new, said):
     assert old in SHAKEN
