@@ -99,10 +99,13 @@ class Formula:
 
 @pytest.mark.parametrize("amplitude, slopes, meaningless", [
     (lambda force, friction: 5 + force - 2 * friction + 0.5 * friction**2, {"force": 1, "friction": -2}, False),
-    (lambda force, friction: 5 + 0.1 * force + friction**2 + 0.01 * friction, {"force": 0.1, "friction": 0.01}, False),
+    (lambda force, friction: 5 + 0.1 * force + friction**2 + 0.01 * friction, {"force": 0.1, "friction": 0.01}, True),
+    (lambda force, friction: 5 + friction**2, {"force": 0, "friction": 0}, True),
+    (lambda force, friction: 5 + 0 * force, {"force": 0, "friction": 0}, False),
     (lambda force, friction: 5 + 0.1 * friction + 3 * (friction - 0.02) ** 2, {"force": 0.0, "friction": -0.02}, True)])
 def test_first_order_is_told_where_it_is_meaningless(amplitude, slopes, meaningless):
-    """The third one has its minimum beside the middle: slope -0.02, where the ends lie 3 higher."""
+    """The second one has its minimum over friction beside a slope by force; the last beside the middle: slope -0.02, where the ends
+    lie 3 higher."""
     given = [Range("force", "factor", 0.5, 2), Range("friction", "value", 0.2, 0.6)]
     runs = Formula(given, amplitude)
 
@@ -112,6 +115,7 @@ def test_first_order_is_told_where_it_is_meaningless(amplitude, slopes, meaningl
     middle = runs.each([changes({})], None, "")[0]
     first = ranges.first_order(runs, given, changes, None, middle, False)
     assert first.amplitude == pytest.approx(slopes, abs=1e-9) and set(first.by.values()) == {"differences"}
+    assert first.flat == (not any(slopes.values()))
     assert first.meaningless == meaningless and first.omega == pytest.approx({"force": 0, "friction": 0})
     assert first.deviation() == pytest.approx(np.hypot(*slopes.values()) / np.sqrt(3))
 
@@ -136,6 +140,14 @@ def test_wrong_input(tmp_path, capsys, options, words):
     case = cases.dof5(tmp_path)
     assert main(["range", str(case.path), "--binary", str(BINARY), *options]) == 2
     assert words in capsys.readouterr().err and not (tmp_path / "case_range").exists()
+
+
+def test_damping_by_a_matrix_is_not_scaled(tmp_path, capsys):
+    case = cases.dof5(tmp_path)
+    case.edit("[damping]", "[damping]\nmatrix = true")
+    for command in (["range", str(case.path), "--damping", "0.5x", "2x"], ["fit", str(case.path), "m.csv", "--parameters", "damping"]):
+        assert main([*command, "--binary", str(BINARY)]) == 2
+        assert "the matrix of the model has no factor" in capsys.readouterr().err
 
 
 def test_what_a_case_has_not(tmp_path, capsys):
