@@ -19,6 +19,8 @@ from .study_runs import Run, RunFailed, UserCase, compute, hash_of, toml
 
 PRELOADED = "preloaded.h5"  # a reduced file with another preload
 KEPT = "runs.jsonl"  # one line a run, with its fingerprint
+COPY = "# A copy with other parameters, which may be overwritten.\n"
+WHOLE = ("case", "middle", "fitted")  # folders of runs that are kept as they are
 LINES = 25  # of progress, more or less
 
 
@@ -63,9 +65,9 @@ class CurveCase(UserCase):
             content["continuation"]["at"] = list(at)
         if sensitivity:
             content["sensitivity"] = {"of": content["continuation"]["watch"]}
-        head = ""
+        head = COPY
         if changes and "preload" in changes:
-            content, head = without_model(content, contact, PRELOADED), f"# preload times {changes['preload'][1]!r}\n"
+            content, head = without_model(content, contact, PRELOADED), f"{COPY}# preload times {changes['preload'][1]!r}\n"
         if "model" in content:
             node = watch.rpartition(".")[0] if watch and not curves.is_reduced(watch) else ""
             content["output"] = {"motion": [int(node) if node.isdigit() else node] if node else []}
@@ -123,6 +125,8 @@ class CaseRuns:
 
     def begin(self):
         """The case as it stands: its Results. Raises RunFailed where it could not be run."""
+        for name in WHOLE:
+            need_own(self.folder / name)
         run, results = self.whole("case")
         if results is None or len(results) == 0:
             raise RunFailed(f"{self.case.path}: could not be run as it stands: {run.reason}")
@@ -167,6 +171,7 @@ class CaseRuns:
                              f"found {self.dof}")
 
     def _run(self, folder, changes, text, key=""):
+        need_own(folder)
         fingerprint = hashlib.sha256("\n".join([text, *self.identity, key]).encode()).hexdigest()
         if changes and "preload" in changes:
             return PreloadedRun(None, folder, text, fingerprint, source=self._reduced, factor=changes["preload"][1])
@@ -186,6 +191,13 @@ class CaseRuns:
                 file.write(json.dumps(record) + "\n")
         self.kept[run.fingerprint] = record
         shutil.rmtree(run.folder)
+
+
+def need_own(folder):
+    """Refuses a folder with a case that is not a copy written here."""
+    if (file := folder / "case.toml").is_file() and not (folder / "run.json").is_file() \
+            and not file.read_text(errors="replace").startswith(COPY):
+        raise ValueError(f"{file}: was not written here, and would be overwritten; name another folder with --out")
 
 
 class Progress:

@@ -10,7 +10,8 @@ import synthetic_results
 from dovetail import Results, ranges
 from dovetail.__main__ import main
 from dovetail.case_changes import Range, apply, contact_values, need
-from dovetail.case_runs import CurveCase, largest_at, largest_peak
+from dovetail.case_runs import CaseRuns, CurveCase, largest_at, largest_peak
+from dovetail.study_runs import Program
 from launch import BINARY
 
 CONTACT = {"law": np.array([0, 0, 2]), "normal_stiffness": np.array([1.0, 2, 3]), "gap": np.zeros(3),
@@ -140,6 +141,32 @@ def test_wrong_input(tmp_path, capsys, options, words):
     case = cases.dof5(tmp_path)
     assert main(["range", str(case.path), "--binary", str(BINARY), *options]) == 2
     assert words in capsys.readouterr().err and not (tmp_path / "case_range").exists()
+
+
+@pytest.mark.parametrize("command, name", [(["range", "--friction", "0.2", "0.5"], "case"), (["fit", "m.csv"], "fitted")])
+def test_a_case_of_the_user_is_not_overwritten(tmp_path, capsys, command, name):
+    case = cases.dof5(tmp_path)
+    (tmp_path / name).mkdir()
+    (file := tmp_path / name / "case.toml").write_text("mine = true\n")
+    assert main([command[0], str(case.path), *command[1:], "--out", str(tmp_path), "--binary", str(BINARY)]) == 2
+    assert "would be overwritten" in capsys.readouterr().err and file.read_text() == "mine = true\n"
+
+
+def test_a_copy_that_was_broken_off_is_overwritten(tmp_path):
+    case = cases.dof5(tmp_path)
+    (tmp_path / "case").mkdir()
+    curves = CurveCase(case.path)
+    (tmp_path / "case/case.toml").write_text(curves.text(tmp_path / "case"))
+    assert CaseRuns(curves, Program(BINARY), tmp_path)._run(tmp_path / "case", None, "").folder == tmp_path / "case"
+
+
+@pytest.mark.parametrize("section", ["[path]\nparameter = \"force\"\nrange = [1, 2]\n", "[mode]\nnumber = 1\n"])
+def test_other_curves_are_refused(tmp_path, capsys, section):
+    case = cases.dof5(tmp_path)
+    case.path.write_text(f"{case.path.read_text()}\n{section}")
+    assert main(["range", str(case.path), "--friction", "0.2", "0.5", "--binary", str(BINARY)]) == 2
+    said = capsys.readouterr().err
+    assert "curves over the frequency are wanted" in said and "study" not in said
 
 
 def test_damping_by_a_matrix_is_not_scaled(tmp_path, capsys):
