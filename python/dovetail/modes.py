@@ -90,10 +90,8 @@ class Backbone:
 
     @property
     def excited(self):
-        """The lowest harmonic of the load that is not 0; ValueError without a load."""
-        if not len(there := np.flatnonzero(np.any(self.load != 0, axis=0))):
-            raise ValueError("no harmonic of the load excites anything")
-        return int(there[0]) + 1
+        """The lowest harmonic of the load that is not 0, 1 without a load."""
+        return int(np.argmax(np.any(self.load != 0, axis=0))) + 1
 
     def at(self, alpha):
         """omega, damping ratio and complex shape (dofs, H+1), Psi_k but for the mean, which is as it is, at an amplitude.
