@@ -42,7 +42,7 @@ const ErrorEstimate &ErrorWatch::with_modes(CurvePoint &s) {
 // Where contacts are stiff, twice the harmonics may cost ten times as much as the point: what estimates take is kept to
 // a part of what the points take.
 const ErrorEstimate &ErrorWatch::affordable(CurvePoint &s) {
-  static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan("")};
+  static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan(""), false, {}};
   const bool known = data_of(s).error.has_value();
   if (!to_tolerance_) count_work(estimated_least);
   return known || (!to_tolerance_ && affordable_work_ >= 0) ? with_modes(s) : none;
