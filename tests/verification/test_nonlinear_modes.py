@@ -341,6 +341,6 @@ def test_no_restart(tmp_path):
     assert "cut off" not in launch.run(case).out  # nothing of the finished run is put aside
     assert not (tmp_path / "results.old.h5").exists()
     with h5py.File(tmp_path / "results.h5", "r+") as file:
-        assert file.attrs["end"] == "arrived"
-        file.attrs["end"] = ""  # as after a signal
+        assert file.attrs["end"] == b"arrived"
+        del file.attrs["end"]  # as after a kill
     assert "cut off after" in launch.run(case).out and (tmp_path / "results.old.h5").exists()

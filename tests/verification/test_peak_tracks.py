@@ -203,7 +203,7 @@ def test_what_cannot_be_followed(tmp_path):
     assert "path.peak: --restart" in launch.run(case, "--restart", status=2).err
     assert "cut off" not in launch.run(case).out  # it had ended
     with h5py.File(folder / "results.h5", "r+") as file:
-        assert file.attrs["end"] == "arrived"
+        assert file.attrs["end"] == b"arrived"
         del file.attrs["end"]  # as after a kill
     assert "cut off after" in launch.run(case).out and (folder / "results.old.h5").exists()
 
