@@ -33,7 +33,8 @@ public:
     if (begin()) follow();
     summary_.counts.newton = counts_.newton, summary_.counts.linear = counts_.linear;
     summary_.counts.inexact = counts_.inexact;
-    summary_.parameter = summary_.farthest = std::pow(10, here_.parameter);
+    summary_.parameter = std::pow(10, here_.parameter);
+    summary_.farthest = std::pow(10, std::max(farthest_, here_.parameter));
     return summary_;
   }
 
@@ -47,6 +48,10 @@ private:
   void report_fold(Vec normal, double step, double plain);
   std::optional<Located> at_force(Vec normal, double step, double force);
   double load_at(Vec y) { return balance_of(mode_, mode_.evaluate(y)).load; }
+  void keep(double load) { // infinite where the load does no work: nothing is reached there
+    if (std::isfinite(load)) load_ = load;
+  }
+  bool enough(double load) const { return settings_.to_force > 0 && std::isfinite(load) && load >= settings_.to_force; }
   bool end(End how, const std::string &why = "") {
     summary_.end = how, summary_.why = why;
     ended_ = true;
@@ -86,6 +91,7 @@ private:
   Curve own_;
   double arclength_ = 0, load_ = 0; // at here_
   double least_ = 0;                // log10 of the amplitude it begins at
+  double farthest_ = -HUGE_VAL;     // log10 of the largest amplitude of a point so far
   bool ended_ = false;
 };
 
@@ -118,11 +124,13 @@ bool Backbone::begin() {
                                                  : settings_.from);
   least_ = std::log10(first);
   set_stuck(first);
+  here_.parameter = least_;
   curve_->norm.see(here_.y);
   if (!solve_at(first, here_)) return end(End::no_start, "no mode was found at a small amplitude: " + here_.newton.why);
   mode_.refer_to(here_.y);
-  if (first >= settings_.from) report(here_, 0, false);
-  load_ = load_at(here_.y);
+  keep(load_at(here_.y));
+  if (first >= settings_.from || enough(load_)) report(here_, 0, false);
+  if (enough(load_)) return end(End::arrived, "mode.to_force is reached at the first amplitude already");
   if (settings_.straight && !go_straight()) return false;
   measure_anew();
   PetscReal plain;
@@ -132,18 +140,21 @@ bool Backbone::begin() {
   return true;
 }
 
-// Below the onset nothing but the amplitude changes.
+// Below the onset nothing but the amplitude changes, and the load in proportion to it.
 bool Backbone::go_straight() {
   const double last = std::min(settings_.onset * (1 - short_of), settings_.to);
-  std::vector<double> stops;
+  const double reached =
+      settings_.to_force > 0 && load_ > 0 ? std::pow(10, here_.parameter) * settings_.to_force / load_ : INFINITY;
+  std::vector<double> stops{reached, last};
   if (here_.parameter < std::log10(settings_.from)) stops.push_back(settings_.from);
   stops.insert(stops.end(), settings_.at.begin(), settings_.at.end());
-  stops.push_back(last);
+  std::sort(stops.begin(), stops.end());
   for (const double stop : stops) {
-    if (stop > last || std::log10(stop) <= here_.parameter) continue;
+    if (stop > last || (stop != reached && std::log10(stop) <= here_.parameter)) continue;
     if (!solve_at(stop, here_)) return end(End::stalled, here_.newton.why);
-    if (stop >= settings_.from) report(here_, 0, false);
-    load_ = load_at(here_.y);
+    if (stop >= settings_.from || stop == reached) report(here_, 0, false);
+    if (stop == reached) return end(End::arrived);
+    keep(load_at(here_.y));
     if (summary_.counts.points >= settings_.max_points)
       return end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
   }
@@ -152,6 +163,7 @@ bool Backbone::go_straight() {
 
 void Backbone::follow() {
   while (!ended_) {
+    farthest_ = std::max(farthest_, here_.parameter);
     if (summary_.counts.points >= settings_.max_points)
       end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
     else if (interrupted())
@@ -172,9 +184,8 @@ void Backbone::report_fold(Vec normal, double step, double plain) {
   notify(BranchEvent::Kind::fold, "the mode turns back in its amplitude", fold->at.parameter);
 }
 
-// Where the load of the case has reached a factor within the step.
+// Where the load of the case has reached the factor within the step.
 std::optional<Located> Backbone::at_force(Vec normal, double step, double force) {
-  if (settings_.to_force <= 0 || load_ >= settings_.to_force || force < settings_.to_force) return std::nullopt;
   return locator().between(normal, {0, here_.y, load_ - settings_.to_force},
                            {step, trial_.y, force - settings_.to_force},
                            [&](CurvePoint &s) { return load_at(s.y) - settings_.to_force; });
@@ -221,9 +232,10 @@ Stepper::Outcome Backbone::arrive(CurvePoint &s) {
 Stepper::Outcome Backbone::pass(Vec normal, double step, double plain, bool at_kink) {
   const double force = load_at(trial_.y), way = trial_.parameter - here_.parameter;
   const auto values = wanted();
-  std::optional<Located> reached;
+  const bool crossed = enough(force) && !enough(load_);
+  std::optional<Located> reached; // nothing in a kink, or where it is not found: then trial_ is where the mode ends
   if (!at_kink) {
-    reached = at_force(normal, step, force);
+    if (crossed) reached = at_force(normal, step, force);
     report_fold(normal, step, plain);
   }
   for (const auto &[value, last] : values) {
@@ -236,9 +248,13 @@ Stepper::Outcome Backbone::pass(Vec normal, double step, double plain, bool at_k
   }
   arclength_ += step * plain;
   std::swap(here_, trial_);
-  load_ = force;
+  keep(force);
   const bool told = !values.empty() && values.back().first == here_.parameter;
-  if (here_.parameter >= std::log10(settings_.from) && !told) report(here_, arclength_, false);
+  if ((crossed || here_.parameter >= std::log10(settings_.from)) && !told) report(here_, arclength_, false);
+  if (crossed) {
+    end(End::arrived);
+    return Outcome::ended;
+  }
   if (here_.parameter >= least_) return Outcome::on;
   end(End::turned_back, "the mode turned back to amplitudes below those it began with");
   return Outcome::ended;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace dovetail {
 namespace {
@@ -24,25 +25,35 @@ const ErrorEstimate &ErrorWatch::of(CurvePoint &s) {
   if (error) return *error;
   error = (*estimator_)(s.y, s.t);
   counts_.inexact += estimator_->take_inexact();
-  if (!response_.system().scaled().model.reduced.left_out.squares.empty()) error->modes = response_.curve().left_out(s);
   return *error;
+}
+
+const ErrorEstimate &ErrorWatch::with_modes(CurvePoint &s) {
+  of(s);
+  ErrorEstimate &error = *data_of(s).error;
+  if (response_.system().scaled().model.reduced.left_out.squares.empty() || std::exchange(error.has_modes, true))
+    return error;
+  solved_ += response_.curve().take_work();
+  error.modes = response_.curve().left_out(s);
+  left_out_ += response_.curve().take_work();
+  return error;
 }
 
 // Where contacts are stiff, twice the harmonics may cost ten times as much as the point: what estimates take is kept to
 // a part of what the points take.
 const ErrorEstimate &ErrorWatch::affordable(CurvePoint &s) {
-  static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan(""), {}};
-  const auto &error = data_of(s).error;
-  if (to_tolerance_) return error ? *error : none;
-  count_work(estimated_least);
-  return error || affordable_work_ >= 0 ? of(s) : none;
+  static const ErrorEstimate none{std::nan(""), std::nan(""), std::nan(""), false, {}};
+  const bool known = data_of(s).error.has_value();
+  if (!to_tolerance_) count_work(estimated_least);
+  return known || (!to_tolerance_ && affordable_work_ >= 0) ? with_modes(s) : none;
 }
 
 // Up by what solves along the curve took, and `besides`, down by what estimates took.
 void ErrorWatch::count_work(double besides) {
   if (!estimator_) return;
   const double part = response_.iterations_are_expensive() ? estimated_dear : estimated_part,
-               solved = response_.curve().take_work(), estimated = estimator_->take_work();
+               solved = std::exchange(solved_, 0.0) + response_.curve().take_work(),
+               estimated = std::exchange(left_out_, 0.0) + estimator_->take_work();
   if (std::isfinite(solved) && std::isfinite(estimated)) // else not counted, and every point is estimated
     affordable_work_ = std::min(affordable_work_ + part * solved + besides, estimated_ahead) - estimated;
 }

@@ -18,8 +18,10 @@ public:
   }
 
   bool asked() const { return estimator_ != nullptr; }
-  /// Estimated where that has not been done. Collective.
+  /// Estimated where that has not been done, but for the modes left out. Collective.
   const ErrorEstimate &of(CurvePoint &s);
+  /// All of it. Collective.
+  const ErrorEstimate &with_modes(CurvePoint &s);
   /// The same where work for it is left; else no number. Collective.
   const ErrorEstimate &affordable(CurvePoint &s);
   /// Between two steps nothing is left to count: a restart goes on from the same.
@@ -33,6 +35,7 @@ private:
   SolveCounts &counts_;
   std::unique_ptr<Estimator> estimator_;
   double affordable_work_ = 0;
+  double solved_ = 0, left_out_ = 0; // work since it was counted last: along the curve, and for modes left out
 };
 
 } // namespace dovetail

@@ -32,8 +32,9 @@ private:
   void halved(const std::string &why) override;
   void turned_kink(double angle, double value) override;
   Outcome no_step() override;
-  bool stays_in_corner();
-  bool report_wanted(Vec normal, double plain, double until);
+  bool is_peak(const CurvePoint &s);
+  bool solve_within(const CurvePoint &until, double value, CurvePoint &s);
+  Outcome pass_wanted(Vec normal, double plain, const CurvePoint &until);
   Outcome meet_minimum(Vec normal, double step, double plain);
   Outcome end(End how, const std::string &why = "");
   void report(const CurvePoint &s, double arclength, bool located = false);
@@ -99,13 +100,15 @@ bool PeakFollower::find_first(Vec y) {
                               observer_.interrupted};
   const BranchSummary swept = follow_branch(system_, newton_, settings_.search, y, search);
   summary_.counts.newton += swept.counts.newton, summary_.counts.linear += swept.counts.linear;
+  summary_.counts.inexact += swept.counts.inexact;
   if (swept.end == End::interrupted) {
     end(End::interrupted, "interrupted");
     return false;
   }
   if (peaks == 0) {
+    const bool whole = swept.end == End::arrived || swept.end == End::peaks;
     end(End::no_start, "no peak lies within continuation.omega at the first " + name() +
-                           (swept.good() ? "" : ", as far as it was swept: " + swept.why));
+                           (whole ? "" : ", as far as it was swept: " + swept.why));
     return false;
   }
   auto found = search_.near(settings_.from, highest);
@@ -174,41 +177,62 @@ Stepper::Outcome PeakFollower::no_step() {
   return end(End::stalled, why);
 }
 
-// Whether trial_ is a peak; of a corner only.
-bool PeakFollower::stays_in_corner() {
-  if (leg_->corner.empty()) return true;
-  const auto sides = search_.sides(*leg_->track, trial_.y);
-  if (sides && sides->is_peak()) return true;
-  refusal_ = "the peak leaves the corner within the step";
+// Whether a point of the track is a maximum: the minimum that a maximum meets lies on the same track.
+bool PeakFollower::is_peak(const CurvePoint &s) {
+  if (settings_.kind == TrackedPeak::phase) return true;
+  if (!leg_->corner.empty()) {
+    const auto sides = search_.sides(*leg_->track, s.y);
+    return sides && sides->is_peak();
+  }
+  leg_->track->take(s.y);
+  if (!peak_.differentiate()) return false;
+  peak_.turn();
+  return peak_.slope() > 0;
+}
+
+// The peak at a value of the parameter between those of here_ and `until`; else s.newton.why tells.
+bool PeakFollower::solve_within(const CurvePoint &until, double value, CurvePoint &s) {
+  const double part = (value - here_.parameter) / (until.parameter - here_.parameter);
+  check(VecAXPBYPCZ(s.y, 1 - part, part, 0, here_.y, until.y), doing);
+  if (!curve_->solve_at(value, s)) return false;
+  if (is_peak(s)) return true;
+  s.newton.why = "what is found there is no maximum";
   return false;
 }
 
-// Points at the values of `at` between here_ and trial_ that come before `until`, a value of the parameter; false where
-// the end of the range is among them.
-bool PeakFollower::report_wanted(Vec normal, double plain, double until) {
-  const double from = here_.parameter, sense = until < from ? -1 : 1;
-  const auto passed = [&](double value) { return (value - from) * sense > 0 && (until - value) * sense >= 0; };
+// Points at the values of `at` between here_ and `until`. The end of the range, where it is among them, needs a peak:
+// else the step is refused.
+Stepper::Outcome PeakFollower::pass_wanted(Vec normal, double plain, const CurvePoint &until) {
+  const double from = here_.parameter, sense = until.parameter < from ? -1 : 1;
+  const auto passed = [&](double value) {
+    return (value - from) * sense > 0 && (until.parameter - value) * sense >= 0;
+  };
+  const auto along = [&](const CurvePoint &s) {
+    return arclength_ + (curve_->plane(normal, s.y) - curve_->plane(normal, here_.y)) * plain;
+  };
+  const bool arrives = passed(settings_.to);
+  CurvePoint last = curve_->point();
+  if (arrives && !solve_within(until, settings_.to, last)) {
+    refusal_ = "no peak at the end of path.range: " + last.newton.why;
+    return Outcome::refused;
+  }
   std::vector<double> wanted;
   for (const double value : settings_.at)
     if (passed(value) && (settings_.to - value) * sense > 0) wanted.push_back(value);
   std::sort(wanted.begin(), wanted.end(), [&](double a, double b) { return (b - a) * sense > 0; });
-  if (passed(settings_.to)) wanted.push_back(settings_.to);
   for (const double value : wanted) {
     CurvePoint s = curve_->point();
-    const double part = (value - from) / (trial_.parameter - from);
-    check(VecAXPBYPCZ(s.y, 1 - part, part, 0, here_.y, trial_.y), doing);
-    if (!curve_->solve_at(value, s)) {
-      ++summary_.counts.missed;
-      notify(BranchEvent::Kind::missed, "no peak at this " + name() + " of path.at: " + s.newton.why, s);
+    if (solve_within(until, value, s)) {
+      report(s, along(s), true);
       continue;
     }
-    const double along = curve_->plane(normal, s.y) - curve_->plane(normal, here_.y);
-    report(s, arclength_ + along * plain, value != settings_.to);
-    if (value != settings_.to) continue;
-    std::swap(here_, s);
-    return false;
+    ++summary_.counts.missed;
+    notify(BranchEvent::Kind::missed, "no peak at this " + name() + " of path.at: " + s.newton.why, s);
   }
-  return true;
+  if (!arrives) return Outcome::on;
+  report(last, along(last));
+  std::swap(here_, last);
+  return end(End::arrived);
 }
 
 // A fold of the track: beyond, it leads back along the minimum of the response that the peak meets here; in a corner,
@@ -217,28 +241,33 @@ Stepper::Outcome PeakFollower::meet_minimum(Vec normal, double step, double plai
   const Measured rate = [](CurvePoint &s) { return parameter_of(s.t); };
   std::optional<Located> fold =
       locator().between(normal, {0, here_.y, rate(here_)}, {step, trial_.y, rate(trial_)}, rate);
-  if (!report_wanted(normal, plain, fold ? fold->at.parameter : here_.parameter)) return end(End::arrived);
+  const bool corner = !leg_->corner.empty(), phase = settings_.kind == TrackedPeak::phase;
   if (fold) {
+    if (const Outcome outcome = pass_wanted(normal, plain, fold->at); outcome != Outcome::on) return outcome;
     report(fold->at, arclength_ + fold->along * plain, true);
     std::swap(here_, fold->at);
+    ++summary_.counts.folds;
+    notify(BranchEvent::Kind::fold,
+           corner  ? "the corner in which the peak lies turns back: beyond, there is neither"
+           : phase ? "phase resonance turns back here: beyond, there is none"
+                   : "the peak meets a minimum of the amplitude: beyond, there is neither",
+           here_);
   }
-  ++summary_.counts.folds;
-  const bool corner = !leg_->corner.empty();
-  notify(BranchEvent::Kind::fold,
-         corner ? "the corner in which the peak lies turns back: beyond, there is neither"
-                : "the peak meets a minimum of the amplitude: beyond, there is neither",
-         here_);
-  return end(End::vanished, corner ? "the corner in which the peak lay turned back, and the peak vanished"
-                                   : "the peak met a minimum of the amplitude and vanished");
+  return end(End::vanished, corner  ? "the corner in which the peak lay turned back, and the peak vanished"
+                            : phase ? "phase resonance turned back"
+                                    : "the peak met a minimum of the amplitude and vanished");
 }
 
 Stepper::Outcome PeakFollower::pass(Vec normal, double step, double plain, bool at_kink) {
-  if (!stays_in_corner()) return Outcome::refused;
+  if (!leg_->corner.empty() && !is_peak(trial_)) {
+    refusal_ = "the peak leaves the corner within the step";
+    return Outcome::refused;
+  }
   if (parameter_of(here_.t) * parameter_of(trial_.t) < 0) {
     refusal_ = "the track turns back in a corner"; // to a minimum: the peak itself goes on, if in the corner
     return at_kink ? Outcome::refused : meet_minimum(normal, step, plain);
   }
-  if (!report_wanted(normal, plain, trial_.parameter)) return end(End::arrived);
+  if (const Outcome outcome = pass_wanted(normal, plain, trial_); outcome != Outcome::on) return outcome;
   arclength_ += step * plain;
   std::swap(here_, trial_);
   report(here_, arclength_);

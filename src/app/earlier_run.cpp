@@ -42,11 +42,10 @@ fs::path state_beside(const fs::path &results) { // results.old.2.h5: state.old.
   return results.parent_path() / ("state" + results.filename().string().substr(std::string("results").size()));
 }
 
-// A nonlinear mode keeps no state; its summary comes last.
-bool is_finished_mode(const Case &study) {
+// Of runs that keep no state, nonlinear modes and tracks of peaks: how they ended stands in the results.
+bool says_it_ended(const Case &study) {
   try {
-    return h5::Reader(results_of(study)).integer_attribute("mode", 0) > 0 &&
-           fs::exists(study.directory / "summary.json");
+    return !h5::Reader(results_of(study)).text_attribute("end").empty();
   } catch (const InputError &) {
     return false;
   }
@@ -55,7 +54,7 @@ bool is_finished_mode(const Case &study) {
 // Where the results in the folder go when a new run begins; nowhere if their run ended, or if a longer one of the same
 // problem is kept already.
 fs::path place_aside(const Case &study) {
-  if (is_finished_mode(study)) return {};
+  if (says_it_ended(study)) return {};
   const std::optional<SavedRun> run = saved(state_of(study));
   if (run && !run->end.empty()) return {};
   const hsize_t points = points_in(results_of(study));

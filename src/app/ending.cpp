@@ -14,7 +14,7 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
       "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();
   switch (summary.end) {
   case End::arrived:
-    return "";
+    return summary.why.empty() ? "" : summary.why + ", at " + where;
   case End::max_points:
   case End::peaks:
   case End::amplitude:

@@ -9,7 +9,6 @@
 #include "app/watching.hpp"
 #include "results/progress.hpp"
 #include "support/error.hpp"
-#include "support/memory.hpp"
 #include "support/signals.hpp"
 
 namespace dovetail {
@@ -36,9 +35,10 @@ BackboneSettings settings_of(const Case &study, const StuckMode &mode, const Sca
   return settings;
 }
 
-bool has_constant_load(const HarmonicSystem &system) {
-  return std::any_of(system.loads().begin(), system.loads().end(),
-                     [](const LoadCase &load) { return load.fourier[0] != 0; });
+// Means move with it before anything slips: what is known of the onset is of the preload state.
+bool has_constant_load(const Case &study) {
+  return std::any_of(study.loads.begin(), study.loads.end(),
+                     [](const LoadCourse &load) { return !load.fourier.empty() && load.fourier[0] != 0; });
 }
 
 PointRecord record_of(const BackbonePoint &point, const Scales &scales, double seconds) {
@@ -65,6 +65,7 @@ std::string amplitude_in_words(const Case &study, double amplitude) {
 // What the user should know before the first point.
 std::vector<Warning> warnings_of(const Case &study, const StuckMode &mode) {
   const double onset = mode.onset.amplitude;
+  if (has_constant_load(study)) return {};
   if (!std::isfinite(onset))
     return {{"no_slip", "no contact point slips or lifts off in mode " + std::to_string(mode.number) +
                             ", at any amplitude: it is the linear mode of the stuck structure"}};
@@ -78,31 +79,15 @@ std::vector<Warning> warnings_of(const Case &study, const StuckMode &mode) {
 void say_mode(const Case &study, const StuckMode &mode, const Voice &voice) {
   std::string line =
       "mode " + std::to_string(mode.number) + ": " + study.frequency_unit.in_hertz(true).text(mode.omega, 9) + " stuck";
-  if (std::isfinite(mode.onset.amplitude))
+  const bool known = !has_constant_load(study); // what gives way first
+  if (known && std::isfinite(mode.onset.amplitude))
     line += "; contact point " + std::to_string(mode.onset.point) + " " + mode.onset.what + " first, at amplitude " +
             amplitude_in_words(study, mode.onset.amplitude);
-  if (!mode.straight) line += "; a point is at its bound in the preload, and slips from amplitude 0 on";
+  if (known && !mode.straight) line += "; a point is at its bound in the preload, and slips from amplitude 0 on";
   voice.say(line);
 }
 
 } // namespace
-
-void check_memory(MPI_Comm comm, const Forecast &sizes) {
-  constexpr double gib = 1024.0 * 1024 * 1024;
-  int ranks;
-  MPI_Comm_size(comm, &ranks);
-  const double wanted = sum_on_machine(comm, sizes.solve_gib / ranks), free = available_bytes() / gib;
-  double short_of[] = {wanted > free ? 1.0 : 0.0, wanted > free ? wanted : 0, wanted > free ? free : 0};
-  MPI_Allreduce(MPI_IN_PLACE, short_of, 3, MPI_DOUBLE, MPI_MAX, comm);
-  if (short_of[0] == 0) return;
-  char text[200];
-  std::snprintf(
-      text, sizeof text,
-      "a mode factors its matrix of %.0f unknowns as a whole, roughly %.2g GiB on one machine, where %.2g GiB "
-      "are free; harmonic_balance.solver = \"modal\", or fewer harmonics, take less",
-      sizes.unknowns, short_of[1], short_of[2]);
-  throw ComputeError(text);
-}
 
 Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMode &mode, ResultsFile &results,
                      SavedRun begin, Stages &stages, const Voice &voice) {
@@ -120,7 +105,7 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
         study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   BackboneSettings settings = settings_of(study, mode, scales);
-  if (has_constant_load(*system)) settings.straight = false; // means move with it before anything slips
+  if (has_constant_load(study)) settings.straight = false;
   Watching watching(study, *system);
   story.range = study.range(), story.scale = scales.modal;
   story.told = {watching.units(), study.watch.name, system->layout().modes};

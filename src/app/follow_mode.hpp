@@ -1,13 +1,9 @@
 #pragma once
 // Steps 4 and 5 of a run of [mode]: scaling by the onset, then the mode over its amplitude.
 #include "app/follow.hpp"
-#include "app/forecast.hpp"
 #include "harmonic/stuck_mode.hpp"
 
 namespace dovetail {
-
-/// Throws ComputeError where the matrix of a mode that is factored as a whole would not fit into memory. Collective.
-void check_memory(MPI_Comm comm, const Forecast &sizes);
 
 /// As follow(); such a run is not continued, so no state is kept of it. Collective.
 Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMode &mode, ResultsFile &results,

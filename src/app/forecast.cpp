@@ -5,6 +5,8 @@
 #include <ostream>
 
 #include "contact/linearisation.hpp"
+#include "support/error.hpp"
+#include "support/memory.hpp"
 
 namespace dovetail {
 namespace {
@@ -26,7 +28,8 @@ double dense_matrices(double dofs, double contact_dofs) {
 void harmonic_balance(Forecast &sizes, const Case &study) {
   const double h = study.harmonics, n = 2 * h + 1, na = sizes.modes, nc = 3.0 * sizes.points;
   sizes.unknowns = (na + nc) * n + 1;
-  if (study.solver == SolverKind::modal) {
+  const bool peaks = study.follows_peaks(); // always of the assembled form: the response's own, and that of the track
+  if (study.solver == SolverKind::modal && !peaks) {
     sizes.solve_gib = (dense_matrices(na + nc, nc) + beyond_matrices(na + nc, sizes.points, h) +
                        (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /
                       gib;
@@ -41,7 +44,7 @@ void harmonic_balance(Forecast &sizes, const Case &study) {
       pairs * (1 + 4 * h) + 2 * na * nc * 2 * h + blocks * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
   // 12 bytes an entry in the matrix, 24 in the list it is assembled from; the factors at worst full
   const double factor = std::min(sizes.unknowns * sizes.unknowns, 20 * sizes.jacobian_entries);
-  sizes.solve_gib = (36 * sizes.jacobian_entries + 12 * factor + 40 * pairs) / gib;
+  sizes.solve_gib = (peaks ? 2 : 1) * (36 * sizes.jacobian_entries + 12 * factor + 40 * pairs) / gib;
 }
 
 } // namespace
@@ -81,6 +84,20 @@ void describe(std::ostream &out, const Forecast &sizes) {
   std::snprintf(line, sizeof line, "memory\n  harmonic balance         roughly %.2g GiB over all ranks\n",
                 sizes.solve_gib);
   out << line;
+}
+
+void check_memory(MPI_Comm comm, const Forecast &sizes, const std::string &who, const std::string &less) {
+  int ranks;
+  MPI_Comm_size(comm, &ranks);
+  const double wanted = sum_on_machine(comm, sizes.solve_gib / ranks), free = available_bytes() / gib;
+  double short_of[] = {wanted > free ? 1.0 : 0.0, wanted > free ? wanted : 0, wanted > free ? free : 0};
+  MPI_Allreduce(MPI_IN_PLACE, short_of, 3, MPI_DOUBLE, MPI_MAX, comm);
+  if (short_of[0] == 0) return;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                " of %.0f unknowns as a whole, roughly %.2g GiB on one machine, where %.2g GiB are free; ",
+                sizes.unknowns, short_of[1], short_of[2]);
+  throw ComputeError(who + text + less);
 }
 
 } // namespace dovetail

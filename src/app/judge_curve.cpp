@@ -4,6 +4,7 @@
 
 #include "app/earlier_run.hpp"
 #include "app/tell_resonances.hpp"
+#include "case/undamped.hpp"
 #include "support/hdf5.hpp"
 
 namespace dovetail {
@@ -41,11 +42,6 @@ private:
   std::vector<double> omega_;
   hsize_t points_;
 };
-
-bool undamped(const Damping &damping) {
-  return damping.stiffness == 0 && damping.mass == 0 && damping.structural == 0 && !damping.matrix &&
-         std::all_of(damping.ratios.begin(), damping.ratios.end(), [](const ModeRatio &one) { return one.ratio == 0; });
-}
 
 // The resonances of the stuck structure that the curve steps over while it is that structure. Without damping its
 // response has no bound there.

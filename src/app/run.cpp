@@ -221,9 +221,14 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
       stages.run("3a resonances", [&] { return try_resonances(preloaded, study, voice); });
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
+  if (study.follows_peaks())
+    check_memory(comm, checked.sizes, "following a peak factors two matrices",
+                 "fewer harmonics, or fewer modes, take less");
   std::optional<StuckMode> mode;
   if (study.mode) {
-    if (study.solver == SolverKind::assembled) check_memory(comm, checked.sizes);
+    if (study.solver == SolverKind::assembled)
+      check_memory(comm, checked.sizes, "a mode factors its matrix",
+                   "harmonic_balance.solver = \"modal\", or fewer harmonics, take less");
     mode = stages.run("3b mode", [&] { return stuck_mode(preloaded, study); });
   }
   SavedRun begin = earlier ? *earlier : SavedRun{};
@@ -245,6 +250,8 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
                         });
     Followed followed = mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, voice)
                              : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+    const BranchSummary::End end = followed.story.summary.end;
+    if (mode || study.follows_peaks()) results.say_end(end == BranchSummary::End::interrupted ? "" : name_of(end));
     followed.kept = results.finish();
     return followed;
   };

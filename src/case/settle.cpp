@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "case/case.hpp"
+#include "case/undamped.hpp"
 #include "contact/law_traits.hpp"
 #include "support/error.hpp"
 
@@ -67,6 +68,11 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
                        " is made of the joint as the case has it, and would not change with it; write damping.of = "
                        "\"fixed\", or another damping");
   }
+  if (study.path && study.path->parameter->changes_damping && undamped(study.damping))
+    throw InputError(
+        study.given.at("path.parameter") +
+        ": path.parameter = \"damping\": the case has no damping, so a factor on it changes nothing; write "
+        "some under [damping]");
   if (!changes_joint) return;
   const std::string name = study.path->parameter->name,
                     place = study.given.at("path.parameter") + ": path.parameter = \"" + name + "\": ";
@@ -82,6 +88,11 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
   if (about_friction && !rubs)
     throw InputError(place + (varied.empty() ? "no contact point" : "none of its contact points") +
                      " has friction, by contact.law");
+  if (name.rfind("friction", 0) == 0 && !any([&](const ContactPoint &p) {
+        return has_friction(p.law) && ((name != "friction_2" && p.mu[0] > 0) || (name != "friction_1" && p.mu[1] > 0));
+      }))
+    throw InputError(place + (varied.empty() ? "all contact points have" : "all of its contact points have") +
+                     " a contact.friction of 0 there, so a factor on it changes nothing");
   if ((name == "friction_1" || name == "friction_2") && any([](const ContactPoint &p) { return shares_slider(p.law); }))
     throw InputError(place + "points of law cone have one friction for both directions; write \"friction\"");
 }

@@ -15,7 +15,8 @@ namespace dovetail {
 struct ErrorEstimate {
   double harmonics = 0, sampling = 0; ///< by what is missing; they add up as vectors, so their sum bounds the whole
   double modes = 0;                   ///< by modes that the reduced model leaves out, as far as they are known; not the
-                                      ///< Estimator's: see Curve::left_out
+                                      ///< Estimator's: see ResponseCurve::left_out
+  bool has_modes = false;             ///< that has been estimated
   std::vector<double> content;        ///< size of each harmonic, 0 .. finer H, of the corrected motion; relative
 
   double balance() const { return harmonics + sampling; } ///< what more harmonics would mend
@@ -32,8 +33,7 @@ public:
   /// From now on for points of the same model with other harmonics or samples.
   void match(const HarmonicSystem &system);
 
-  /// Of the linear solver since asked last (linear_part.hpp), without what modes left out take: a solve like the
-  /// others.
+  /// Of the linear solver since asked last (linear_part.hpp).
   double take_work() { return std::exchange(work_, 0.0); }
   int take_inexact() { return std::exchange(inexact_, 0); } ///< linear solves, see LinearEffort
 

@@ -112,15 +112,19 @@ void ModeKrylov::eliminate() {
     const std::array<double, 3> sums = along_rows(answers_[b].data());
     for (int a = 0; a < border; ++a) left(a, b) = (a == border - 1 ? border_.corner[b] : 0) - sums[a];
   }
+  eliminated_ = true;
+  inverse_ = {};
   Factors factors;
-  factors.factor(left);
+  if (!factors.factor(left)) { // the preconditioner goes without the border
+    ++effort_.inexact;
+    return;
+  }
   for (int b = 0; b < border; ++b) {
     std::vector<double> unit(border, 0.0);
     unit[b] = 1;
     factors.solve(unit.data());
     for (int a = 0; a < border; ++a) inverse_[a][b] = unit[a];
   }
-  eliminated_ = true;
 }
 
 void ModeKrylov::precondition(Vec r, Vec x) {

@@ -127,13 +127,13 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
     };
     stages.run("2e constraint modes",
                [&] { solver.solve_sparse(right_hand_sides(sides, first, count), psi, at, count); }); // eq (16)
-    const Tall inertia = stages.run("2f projections", [&] {
+    Tall carried = stages.run("2f projections", [&] {
       keep_rows(kept, psi, at, count, recovery.psi, nc, first);
       if (first == 0) out.backward_error = backward_error(parts.K.ee, psi, parts.K.ec);
       add_block(model.kxx, nc, first, 1, multiply(parts.K.ce, psi, at, count)); // K_xx = K_cc + K_ce Psi
-      Tall carried = carry(parts.M, model.mxx);
-      mix_probes(carried, first, nc, of_loads.columns, probes);
-      const auto coupling = gram(comm, phi, 0, modes, carried, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
+      Tall inertia = carry(parts.M, model.mxx);
+      mix_probes(inertia, first, nc, of_loads.columns, probes);
+      const auto coupling = gram(comm, phi, 0, modes, inertia, 0, count); // M_ax = Phi^T (M_ee Psi + M_ec)
       const auto loaded = gram(comm, psi, at, count, force, 0, loads);    // F_x = Psi^T F_e + F_c, eq (18)
       for (PetscInt j = std::max(first, first_own); j < std::min(first + count, first_own + own_nc); ++j) {
         std::copy_n(coupling.data() + static_cast<std::size_t>(j - first) * modes, modes,
@@ -141,11 +141,15 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
         for (PetscInt pattern = 0; pattern < loads; ++pattern)
           model.loads[pattern].fx[j - first_own] += loaded[pattern * count + j - first];
       }
-      return carried;
+      return inertia;
     });
-    close(inertia, model.mxx);
-    for (const auto &[C, matrix] : damped)
-      close(stages.run("2f projections", [&, C = C, matrix = matrix] { return carry(*C, matrix->xx); }), matrix->xx);
+    close(carried, model.mxx);
+    carried = Tall(); // one at a time: each is as large as a block of Psi
+    for (const auto &[C, matrix] : damped) {
+      carried = stages.run("2f projections", [&, C = C, matrix = matrix] { return carry(*C, matrix->xx); });
+      close(carried, matrix->xx);
+      carried = Tall();
+    }
   }
   psi = Tall(); // no longer needed, and a count of modes takes a factorisation
   if (probes.columns > 0 && modes < parts.elastic)
@@ -161,11 +165,13 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
       model.left_out = left_out(parts, found, probes);
     });
   model.kaa = found.squares;
-  for (const auto &[C, matrix] : damped) {
-    matrix->aa = gram(comm, phi, 0, modes, multiply(C->ee, phi), 0, modes);
-    matrix->xa = carried_by(parts, *C, phi);
-    mirror_upper(comm, model.points, matrix->xx);
-  }
+  stages.run("2f projections", [&] {
+    for (const auto &[C, matrix] : damped) {
+      matrix->aa = gram(comm, phi, 0, modes, multiply(C->ee, phi), 0, modes);
+      matrix->xa = carried_by(parts, *C, phi);
+      mirror_upper(comm, model.points, matrix->xx);
+    }
+  });
   const auto modal = gram(comm, phi, 0, modes, force, 0, loads); // eq (17)
   for (PetscInt pattern = 0; pattern < loads; ++pattern)
     model.loads[pattern].fa.assign(modal.begin() + pattern * modes, modal.begin() + (pattern + 1) * modes);

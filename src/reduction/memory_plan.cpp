@@ -31,12 +31,13 @@ MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt k
   MPI_Comm_size(comm, &ranks);
   const bool alone = ranks == 1;
   const double rows = parts.own.size(), nc = 3.0 * parts.full.contact_dofs.size(),
-               own_nc = 3.0 * parts.own_points.size(), wanted = std::max<PetscInt>(modes, 1), b = lanczos_block;
+               own_nc = 3.0 * parts.own_points.size(), wanted = std::max<PetscInt>(modes, 1), b = lanczos_block,
+               damped = (parts.C.cc ? 1 : 0) + (parts.K_structural.cc ? 1 : 0); // matrices of damping
   const double now = resident_bytes(), factor = parts.solver ? parts.solver->forecast_bytes() : 0;
   const double basis = lanczos_columns(static_cast<PetscInt>(wanted), parts.elastic) + 3 * b;
-  const double search = 8 * rows * (basis + wanted + 6 * b) + solving(rows, b, alone) + 3 * 8 * basis * basis +
-                        8 * own_nc * (2 * nc + modes);
-  const double kept = 8 * (own_nc * (2 * nc + modes) + kept_rows * (nc + modes)) + 8 * rows * modes;
+  const double reduced = 8 * (own_nc * ((2 + damped) * nc + (1 + damped) * modes) + damped * modes * modes);
+  const double search = 8 * rows * (basis + wanted + 6 * b) + solving(rows, b, alone) + 3 * 8 * basis * basis + reduced;
+  const double kept = reduced + 8 * kept_rows * (nc + modes) + 8 * rows * modes;
   double counting = 0; // a second factorisation, with pivoting and PETSc's copies, when Psi is gone
   if (count_modes && parts.solver) {
     MatInfo info{};

@@ -38,6 +38,8 @@ public:
   /// Of a nonlinear mode, the one of the stuck structure that it begins with. Collective.
   void describe(const StuckMode &mode);
   void append(const SensitivityRecord &peak);
+  /// Says how a run that keeps no state has ended; empty: it was interrupted. Collective.
+  void say_end(const std::string &end);
   /// Closes the file. Returns whether it has its name: not so if it has no point and there is an earlier file, which
   /// then stays. Collective.
   bool finish();

@@ -210,6 +210,24 @@ def test_the_force_level_is_where_the_forced_motion_resonates(tmp_path):
     assert np.linalg.norm(mode[:, 1:3].ravel() - first) < 0.05 * np.linalg.norm(first)
 
 
+def test_a_force_level_below_the_onset(tmp_path):
+    """There the load is in proportion to the amplitude; a level below the first one is told."""
+    onset = float(np.load(DATA / "dof5.npz")["onset_alpha"])
+    for name in ("whole", "below"):
+        (tmp_path / name).mkdir()
+    case, _ = scene(tmp_path / "whole", "dof5", amplitude=[0.1 * onset, 0.5 * onset], at=None)
+    first = float(launch.run(case).points["force_level"][0])
+    for from_, at_ in ((0.1, [0.2 * onset]), (0.9, None)):  # also before the range begins
+        case, _ = scene(tmp_path / "below", "dof5", amplitude=[from_ * onset, 2 * onset], at=at_, to_force=6 * first)
+        done = launch.run(case)
+        assert done.summary["end"] == "arrived" and abs(done.points["force_level"][-1] / (6 * first) - 1) < 1e-9
+        assert abs(done.points["modal_amplitude"][-1] / (0.6 * onset) - 1) < 1e-9
+        assert len(done.points["omega"]) == (3 if at_ else 1)
+    case.edit(f"to_force = {6 * first!r}", f"to_force = {0.5 * first!r}")
+    done = launch.run(case)
+    assert len(done.points["omega"]) == 1 and "mode.to_force is reached at the first amplitude already" in done.out
+
+
 def test_every_kind_of_damping_balances(tmp_path):
     data = np.load(DATA / "dof5.npz")
     ratio = 0.01
@@ -345,3 +363,7 @@ def test_no_restart(tmp_path):
     assert "not continued with --restart" in launch.run(case, "--restart", status=2).err
     assert "cut off" not in launch.run(case).out  # nothing of the finished run is put aside
     assert not (tmp_path / "results.old.h5").exists()
+    with h5py.File(tmp_path / "results.h5", "r+") as file:
+        assert file.attrs["end"] == b"arrived"
+        del file.attrs["end"]  # as after a kill
+    assert "cut off after" in launch.run(case).out and (tmp_path / "results.old.h5").exists()

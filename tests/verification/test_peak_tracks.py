@@ -4,6 +4,9 @@ dof5.npz and chain.npz hold peaks found by a dense prototype with a contact law 
 derivatives; corner_peak.npz peaks of the five dofs that lie in a corner of the response, where a slider begins to slip.
 """
 
+import re
+
+import h5py
 import numpy as np
 import pytest
 
@@ -198,3 +201,23 @@ def test_what_cannot_be_followed(tmp_path):
     track(folder, "dof5", "friction", 1, 0.99)
     case = cases.Case(folder / "case.toml", None, None, {})
     assert "path.peak: --restart" in launch.run(case, "--restart", status=2).err
+    assert "cut off" not in launch.run(case).out  # it had ended
+    with h5py.File(folder / "results.h5", "r+") as file:
+        assert file.attrs["end"] == b"arrived"
+        del file.attrs["end"]  # as after a kill
+    assert "cut off after" in launch.run(case).out and (folder / "results.old.h5").exists()
+
+
+@pytest.mark.parametrize("parameter, key, words", [
+    ("damping", "stiffness", ['path.parameter = "damping"', "the case has no damping"]),
+    ("friction", "friction", ['path.parameter = "friction"', "friction of 0"]),
+])
+def test_a_factor_on_nothing(tmp_path, parameter, key, words):
+    case, _ = given(tmp_path, "dof5")
+    text, count = re.subn(rf"(?m)^{key} = .*$", f"{key} = 0.0", case.path.read_text().partition("[sensitivity]")[0])
+    assert count == 1
+    case.path.write_text(text + f'\n[path]\nparameter = "{parameter}"\nrange = [1, 2]\nomega = 1.0\n')
+    case.path.write_text(re.sub(r"(?m)^omega = \[.*\n", "", case.path.read_text()))
+    done = launch.run(case, status=2)
+    for word in words:
+        assert word in done.err
