@@ -85,7 +85,7 @@ def _picture_of_results(path, arguments):
     if arguments.kind == "mode":
         from .mode_picture import mode_picture
 
-        return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], hz=arguments.hz), "_mode.png"
+        return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], arguments.harmonic, arguments.hz), "_mode.png"
     if arguments.kind == "response":
         return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
     point = results.at(at) if at is not None else _top(results, (arguments.dof or pictures.contact_dofs(results))[0])
@@ -194,6 +194,7 @@ def parser():
                          "the response, chosen for the others; default there: the peak of the first dof")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for maps, pressures and nodes, if it is not where it "
                          "was when the run started")
+    command.add_argument("--harmonic", metavar="K", type=int, help="mode: that of the load which excites the mode; default: its lowest")
     command.add_argument("--up", choices="xyz", default="z", help="mesh: the axis that points upwards; default: %(default)s")
     command.add_argument("--hz", action="store_true", help="frequencies in Hz")
     command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")

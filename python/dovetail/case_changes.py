@@ -151,3 +151,6 @@ def need_damping(content):
     section = content.get("damping", {})
     if not any(section.get(key) for key in DAMPING):
         raise ValueError("--damping: the case has no stiffness, mass, structural or ratios in [damping] to be varied")
+    if section.get("matrix"):
+        raise ValueError("--damping: damping.matrix = true: the matrix of the model has no factor, so that all damping cannot be varied; "
+                         "leave it out, or give the numbers in [damping] of their own")

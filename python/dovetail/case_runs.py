@@ -19,6 +19,8 @@ from .study_runs import Run, RunFailed, UserCase, compute, hash_of, toml
 
 PRELOADED = "preloaded.h5"  # a reduced file with another preload
 KEPT = "runs.jsonl"  # one line a run, with its fingerprint
+COPY = "# A copy with other parameters, which may be overwritten.\n"
+WHOLE = ("case", "middle", "fitted")  # folders of runs that are kept as they are
 LINES = 25  # of progress, more or less
 
 
@@ -63,9 +65,9 @@ class CurveCase(UserCase):
             content["continuation"]["at"] = list(at)
         if sensitivity:
             content["sensitivity"] = {"of": content["continuation"]["watch"]}
-        head = ""
+        head = COPY
         if changes and "preload" in changes:
-            content, head = without_model(content, contact, PRELOADED), f"# preload times {changes['preload'][1]!r}\n"
+            content, head = without_model(content, contact, PRELOADED), f"{COPY}# preload times {changes['preload'][1]!r}\n"
         if "model" in content:
             node = watch.rpartition(".")[0] if watch and not curves.is_reduced(watch) else ""
             content["output"] = {"motion": [int(node) if node.isdigit() else node] if node else []}
@@ -123,22 +125,24 @@ class CaseRuns:
 
     def begin(self):
         """The case as it stands: its Results. Raises RunFailed where it could not be run."""
+        for name in WHOLE:
+            need_own(self.folder / name)
         run, results = self.whole("case")
         if results is None or len(results) == 0:
             raise RunFailed(f"{self.case.path}: could not be run as it stands: {run.reason}")
         self.contact, self.dof = results.contact, self.case.watch or results.watched
         return results
 
-    def each(self, list_of_changes, digest, what="", at=None):
+    def each(self, list_of_changes, digest, what="", at=None, key=""):
         """What `digest` (a function of Results, to JSON) makes of each case with changes, a dict with `status` and `reason` besides.
 
         `what` names them on the screen, where nothing is said without it; `at`: frequencies wanted exactly, in the unit of the case.
-        digest must not depend on anything that the case's text does not show.
+        digest must not depend on anything that neither the case's text nor `key`, a string, shows.
         """
         runs = []
         for number, changes in enumerate(list_of_changes):
             folder = self.folder / "under_way" / f"{number + 1}"
-            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at)))
+            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at), key))
         missing = {run.fingerprint: run for run in runs if run.fingerprint not in self.kept}
         if what and len(missing) < len({run.fingerprint for run in runs}):
             print(f"{what}: {len(runs) - len(missing)} of {len(runs)} are there from before", file=sys.stderr)
@@ -166,8 +170,9 @@ class CaseRuns:
             raise ValueError(f"--preload: runs start from the reduced model then, which knows no node: watch an unknown such as x1.t1, "
                              f"found {self.dof}")
 
-    def _run(self, folder, changes, text):
-        fingerprint = hashlib.sha256("\n".join([text, *self.identity]).encode()).hexdigest()
+    def _run(self, folder, changes, text, key=""):
+        need_own(folder)
+        fingerprint = hashlib.sha256("\n".join([text, *self.identity, key]).encode()).hexdigest()
         if changes and "preload" in changes:
             return PreloadedRun(None, folder, text, fingerprint, source=self._reduced, factor=changes["preload"][1])
         return Run(None, folder, text, fingerprint)
@@ -186,6 +191,13 @@ class CaseRuns:
                 file.write(json.dumps(record) + "\n")
         self.kept[run.fingerprint] = record
         shutil.rmtree(run.folder)
+
+
+def need_own(folder):
+    """Refuses a folder with a case that is not a copy written here."""
+    if (file := folder / "case.toml").is_file() and not (folder / "run.json").is_file() \
+            and not file.read_text(errors="replace").startswith(COPY):
+        raise ValueError(f"{file}: was not written here, and would be overwritten; name another folder with --out")
 
 
 class Progress:

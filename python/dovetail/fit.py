@@ -64,13 +64,20 @@ class Fit:
     model: np.ndarray
     misfit: float
     runs: int
+    converged: bool = True
+    beyond: tuple | None = None  # (case, measured) sweeps in the unit of the case, where the second reaches beyond the first
     curve: object = None
     start: object = None
 
     @property
     def undetermined(self):
         """Numbers of the unknowns that the curve hardly depends on: their interval is wider than a factor of 10 to either side."""
-        return [i for i, deviation in enumerate(self.deviation) if not self.high[i] / self.factor[i] < 10]
+        return [i for i in range(len(self.factor)) if self.high[i] / self.factor[i] >= 10]
+
+    @property
+    def at_limit(self):
+        """Numbers of the unknowns whose search ended at the widest factor."""
+        return [i for i, factor in enumerate(self.factor) if limited(np.log(factor))]
 
     @property
     def changes(self):
@@ -114,6 +121,7 @@ def fitted(runs, file, names, by_joint=False, harmonic=None):
         raise ValueError(f"--harmonic {harmonic}: the case has {results.harmonics}")
     start = results.response(runs.dof)
     in_case = results.unit.hertz(measured.omega) if runs.case.content["continuation"].get("unit") == "Hz" else measured.omega
+    beyond = outside(file, in_case, runs.case)
     first, last = runs.case.content["continuation"]["omega"]
     ordered = np.asarray(in_case)[::1 if first < last else -1]
     runs.case.content["continuation"]["omega"] = [float(ordered[0]), float(ordered[-1])]
@@ -122,18 +130,39 @@ def fitted(runs, file, names, by_joint=False, harmonic=None):
                              max_nfev=EVALUATIONS)
     if search.failed(solution.x):
         raise RunFailed(f"{runs.case.path}: the case could not be computed with any parameters that were tried")
-    deviation, correlation = uncertainty(solution.fun, solution.jac)
-    width = student.ppf((1 + CONFIDENCE) / 2, len(measured.omega) - len(unknowns)) * deviation
+    there = np.isfinite(search.amplitudes(solution.x))
+    deviation, correlation = uncertainty(solution.fun[there], solution.jac[there])
+    free = np.count_nonzero(there) - len(unknowns)
+    width = student.ppf((1 + CONFIDENCE) / 2, free) * deviation if free > 0 else deviation
+    width = np.where(limited(solution.x) | (solution.status == 0), np.nan, width)
     with np.errstate(over="ignore"):
         found = Fit(runs.case, file, runs.dof, results.unit, results.unit_of(runs.dof), measured, harmonic, runs.contact, unknowns,
                     np.exp(solution.x), deviation, correlation, np.exp(solution.x - width), np.exp(solution.x + width),
-                    search.amplitudes(solution.x), float(np.sqrt(np.mean(solution.fun**2))), len(search.seen))
+                    search.amplitudes(solution.x), float(np.sqrt(np.mean(solution.fun**2))), len(search.seen),
+                    bool(solution.status != 0), beyond)
     found.start = start
     run, best = runs.whole("fitted", found.changes)
     if best is None:
         raise RunFailed(f"{runs.folder / 'fitted'}: the curve of the fit could not be computed: {run.reason}")
     found.curve = best.response(runs.dof)
     return found
+
+
+def outside(file, in_case, case):
+    """(case, measured) sweeps where the measured one reaches beyond that of the case, else None; refuses two without overlap."""
+    low, high = sorted(case.content["continuation"]["omega"])
+    unit = case.content["continuation"].get("unit", "")
+    words = (f"{file}: measured from {in_case.min():.6g} to {in_case.max():.6g}, "
+             f"{case.path}: continuation.omega from {low:g} to {high:g} {unit}")
+    if in_case.min() > high or in_case.max() < low:
+        raise ValueError(f"{words.rstrip()}: wanted are frequencies that the sweep of the case has")
+    slack = 1e-9 * high
+    return None if low - slack <= in_case.min() and in_case.max() <= high + slack else ((low, high), (in_case.min(), in_case.max()))
+
+
+def limited(x):
+    """Whether logarithms of factors lie at the end of what is searched; the search stays inside by a little."""
+    return np.abs(x) > 0.99 * WIDEST
 
 
 def unknowns_of(results, names, by_joint):
@@ -183,7 +212,7 @@ class Search:
         size = len(self.runs.contact["law"])
         wanted = [changes_of(self.unknowns, np.exp(key), size) for key in missing]
         if wanted:
-            self.seen.update(zip(missing, self.runs.each(wanted, self.digest, at=self.at)))
+            self.seen.update(zip(missing, self.runs.each(wanted, self.digest, at=self.at, key=f"fit, harmonic {self.harmonic}")))
         return [self.seen[key] for key in keys]
 
     def failed(self, x):
@@ -201,9 +230,20 @@ class Search:
         return found
 
     def derivative(self, x):
-        """(m, p)"""
-        here, *beside = self.records([x, *(x + STEP * unit for unit in np.eye(len(x)))])
-        return np.column_stack([(self._errors(record) - self._errors(here)) / STEP for record in beside])
+        """(m, p); where x or the place beside it alone has a point, from the other side, and 0 where that does not help."""
+        steps = STEP * np.eye(len(x))
+        here, *beside = self.records([x, *(x + step for step in steps)])
+        met = np.isfinite(self._nearest(here))
+        columns = []
+        for step, record in zip(steps, beside):
+            both = met & np.isfinite(self._nearest(record))
+            column = np.where(both, self._errors(record) - self._errors(here), 0.0)
+            if np.any(met & ~both):
+                [other] = self.records([x - step])
+                back = np.where(np.isfinite(self._nearest(other)), self._errors(here) - self._errors(other), 0.0)
+                column = np.where(met & ~both, back, column)
+            columns.append(column / STEP)
+        return np.column_stack(columns)
 
     def _nearest(self, record):
         if record["status"] != 0:
@@ -217,8 +257,11 @@ class Search:
 
 
 def uncertainty(errors, jacobian):
-    """Standard deviation (p,) of each unknown and their correlation (p, p); infinite along what the errors do not depend on."""
+    """Standard deviation (p,) of each unknown and their correlation (p, p); infinite along what the errors do not depend on, and of
+    all where there are not more errors than unknowns."""
     m, p = jacobian.shape
+    if m <= p:
+        return np.full(p, np.inf), np.eye(p)
     left, size, right = np.linalg.svd(jacobian, full_matrices=False)
     variance = np.sum(errors**2) / (m - p)
     with np.errstate(divide="ignore"):

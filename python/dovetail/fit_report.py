@@ -37,6 +37,20 @@ def base(found, unknown):
     return (float(values.flat[0]), unit) if np.ptp(values) <= 1e-12 * np.abs(values).max() else (None, "")
 
 
+def interval(found, i):
+    return "none" if np.isnan(found.high[i]) else f"{found.low[i]:.4g} to {found.high[i]:.4g}"
+
+
+def cautions(found):
+    """Of the search itself."""
+    lines = [] if found.converged else ["caution: not converged: no fit, and no intervals; begin elsewhere, or with fewer parameters"]
+    lines += [f"caution: {found.unknowns[i]} is at the limit of a factor of 100: no fit" for i in found.at_limit]
+    if found.beyond:
+        (low, high), (first, last) = found.beyond
+        lines.append(f"caution: the measured frequencies, {first:.6g} to {last:.6g}, reach beyond continuation.omega, {low:g} to {high:g}")
+    return lines
+
+
 def in_words(found):
     what = "half the peak-to-peak" if found.harmonic is None else f"harmonic {found.harmonic}"
     width = max(24, *(len(str(unknown)) for unknown in found.unknowns)) + 2
@@ -46,7 +60,8 @@ def in_words(found):
     for i, unknown in enumerate(found.unknowns):
         number, unit = base(found, unknown)
         value = "" if number is None else with_unit(f"{number * found.factor[i]:.5g}", unit)
-        lines.append(f"{unknown!s:<{width}}{value:>16}{found.factor[i]:10.4g}   {found.low[i]:.4g} to {found.high[i]:.4g}")
+        lines.append(f"{unknown!s:<{width}}{value:>16}{found.factor[i]:10.4g}   {interval(found, i)}")
+    lines += cautions(found)
     lines += [f"caution: the curve hardly depends on {found.unknowns[i]}: leave it out, or measure at another force"
               for i in found.undetermined]
     for i in range(len(found.unknowns)):
@@ -65,10 +80,11 @@ def numbers(found):
         return [float(value) if np.isfinite(value) else None for value in values]
 
     return {"case": found.case.path.name, "measured": found.file.name, "watched": found.dof, "harmonic": found.harmonic,
-            "misfit": found.misfit, "runs": found.runs,
+            "misfit": found.misfit, "runs": found.runs, "converged": found.converged,
             "parameters": [{"name": unknown.name, "joint": unknown.joint, "factor": float(found.factor[i]),
                             "value": None if (number := base(found, unknown)[0]) is None else number * float(found.factor[i]),
-                            "low": plain(found.low)[i], "high": plain(found.high)[i], "deviation": plain(found.deviation)[i]}
+                            "low": plain(found.low)[i], "high": plain(found.high)[i], "deviation": plain(found.deviation)[i],
+                            "at_limit": i in found.at_limit}
                            for i, unknown in enumerate(found.unknowns)],
             "correlation": found.correlation.tolist(), "omega": plain(found.measured.omega),
             "amplitude": plain(found.measured.amplitude), "fitted": plain(found.model)}
@@ -77,7 +93,7 @@ def numbers(found):
 def fitted_toml(found):
     """Lines for the case file."""
     lines = [f"# Fitted to {found.file.name}: to be written into {found.case.path.name}."]
-    intervals = [f"# {unknown}: factor {found.factor[i]:.5g}, 95 %: {found.low[i]:.5g} to {found.high[i]:.5g}"
+    intervals = [f"# {unknown}: factor {found.factor[i]:.5g}, 95 %: {interval(found, i)}"
                  for i, unknown in enumerate(found.unknowns)]
     changed = case_changes.apply(found.case.content, found.contact, found.changes)
     lines += intervals
@@ -116,6 +132,6 @@ def picture(found):
         errors.axhline(0, color="#9a9a9a", linewidth=0.8)
         errors.plot(found.measured.omega, 100 * (found.model / found.measured.amplitude - 1), "o", color="black", markersize=3)
         errors.set(xlabel=f"excitation frequency [{found.unit.omega}]", ylabel="error [%]")
-        figure.suptitle(", ".join(f"{unknown} {found.factor[i]:.4g}x ({found.low[i]:.4g} to {found.high[i]:.4g})"
+        figure.suptitle(", ".join(f"{unknown} {found.factor[i]:.4g}x ({interval(found, i)})"
                                   for i, unknown in enumerate(found.unknowns)), fontsize=10)
     return figure

@@ -10,6 +10,7 @@ import numpy as np
 from .units import SIZES
 
 FREQUENCIES = {"Hz": 1.0, "kHz": 1e3}  # in Hz
+NAMED = r"([^,;\t\[\]]+?)\s*\[([^\]]*)\]"  # a name and its unit
 HEADER = 'a header such as "frequency [Hz], amplitude [mm]"'
 
 
@@ -27,18 +28,19 @@ def read_measured(path, unit):
     lines = [(number, line) for number, line in lines if line and not line.startswith("#")]
     if not lines:
         raise ValueError(f"{path}: is empty; wanted is {HEADER}, and a line per frequency")
-    names = re.findall(r"([^,;\t\[\]]+?)\s*\[([^\]]*)\]", lines[0][1])
-    if len(names) < 2:
+    names = re.fullmatch(rf"{NAMED}\s*[,;]?\s*{NAMED}", lines[0][1])
+    if names is None:
         raise ValueError(f"{path}:{lines[0][0]}: found {lines[0][1]!r}; wanted is {HEADER}")
-    (first, in_unit), (_, length) = ((name.strip(), text.strip()) for name, text in names[:2])
+    first, in_unit, _, length = (text.strip() for text in names.groups())
     rows = []
     for number, line in lines[1:]:
         try:
-            rows.append([float(word) for word in re.split(r"[,;\s]+", line)[:2]])
+            rows.append([float(word) for word in re.split(r"\s*[,;]\s*|\s+", line)])
         except ValueError:
             rows.append([])
         if len(rows[-1]) != 2 or not all(math.isfinite(value) and value > 0 for value in rows[-1]):
-            raise ValueError(f"{path}:{number}: found {line!r}; wanted are a frequency and an amplitude, both greater than 0")
+            raise ValueError(f"{path}:{number}: found {line!r}; wanted are a frequency and an amplitude, both greater than 0, "
+                             "with decimal points, and no further column")
     if not rows:
         raise ValueError(f"{path}: has a header and no line behind it")
     frequency, amplitude = np.array(sorted(rows)).T
@@ -60,8 +62,8 @@ def _omega(path, frequency, name, in_unit, unit):
 
 def _length(path, name, unit):
     name = name.replace("um", "µm")
-    if name == unit.length or not unit.known:
-        return 1.0
     if name not in SIZES["length"]:
         raise ValueError(f"{path}: amplitude [{name}]: the unit of a displacement is wanted, one of {', '.join(SIZES['length'])}")
+    if not unit.known:  # amplitudes are taken as they are
+        return 1.0
     return SIZES["length"][name] / SIZES["length"][unit.length]

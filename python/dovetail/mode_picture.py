@@ -1,5 +1,7 @@
 """Picture of a nonlinear mode: frequency and damping over its amplitude, and the peaks of the response over the force."""
 
+import sys
+
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
@@ -28,8 +30,9 @@ def peaks_over_force(backbone, row, harmonic=1):
     return np.array(rows)
 
 
-def mode_picture(results, dof, harmonic=1, hz=False):
-    """The figure of the results of a run with [mode]; `dof` is a name as in `Results`."""
+def mode_picture(results, dof, harmonic=None, hz=False):
+    """The figure of the results of a run with [mode]; `dof` is a name as in `Results`. `harmonic` of the load: by default the lowest that
+    it has. Without peaks where the load does no work on the mode, or is none."""
     backbone = Backbone.read(results)
     if is_reduced(dof):
         row = results.dof_index(dof)
@@ -39,11 +42,20 @@ def mode_picture(results, dof, harmonic=1, hz=False):
         row = node_row(results, dof)
     shown = backbone.grid >= _from(backbone)
     grid = backbone.grid[shown]
+    try:
+        shaken = backbone.excited if harmonic is None else harmonic
+        backbone.levels(shaken)
+        layout = [["frequency", "damping", "peaks"], ["frequency", "damping", "errors"]]
+    except ValueError as reason:
+        if harmonic is not None:
+            raise
+        print(f"{results.path}: {reason}; the picture has frequency and damping alone", file=sys.stderr)
+        layout = [["frequency", "damping"]] * 2
     omega, zeta = np.array([backbone.at(alpha)[:2] for alpha in grid]).T
     with plt.rc_context(STYLE):
-        figure, places = plt.subplot_mosaic([["frequency", "damping", "peaks"], ["frequency", "damping", "errors"]], figsize=(13.5, 4.4),
-                                            gridspec_kw={"height_ratios": [3, 1]}, layout="constrained")
-        axes = [places[name] for name in ("frequency", "damping", "peaks", "errors")]
+        figure, places = plt.subplot_mosaic(layout, figsize=(4.5 * len(layout[0]), 4.4), gridspec_kw={"height_ratios": [3, 1]},
+                                            layout="constrained")
+        axes = list(places.values())
         points = {"marker": "o", "markersize": 3.5, "markerfacecolor": "white", "linestyle": "none", "color": "black"}
         for axis, curve, marks, label in ((axes[0], results.unit.hertz(omega) if hz else omega,
                                            results.unit.hertz(backbone.omega) if hz else backbone.omega,
@@ -54,8 +66,9 @@ def mode_picture(results, dof, harmonic=1, hz=False):
             axis.plot(backbone.alpha[inside], marks[inside], **points)
             axis.set(xscale="log", xlabel="modal amplitude" + bracket(results.unit.modal), ylabel=label)
         axes[1].set_ylim(0, None)
-        _peaks(*axes[2:], backbone, row, harmonic, shown)
-        dress(axes[2].yaxis, f"amplitude of {dof} at the peak", results.unit_of(dof))
+        if axes[2:]:
+            _peaks(*axes[2:], backbone, row, shaken, shown)
+            dress(axes[2].yaxis, f"amplitude of {dof} at the peak", results.unit_of(dof))
         for axis in axes:
             axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))

@@ -3,6 +3,7 @@
 Equations: docs/theory/one-mode.md. Complex amplitudes are Z_k = q_ck - i q_sk.
 """
 
+import warnings
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -80,8 +81,19 @@ class Backbone:
         rising = np.concatenate([[True], alpha[1:] > np.maximum.accumulate(alpha)[:-1]]) if len(alpha) else np.zeros(0, bool)
         if np.count_nonzero(rising) < 2:
             raise ValueError(f"{results.path}: {len(alpha)} points; a backbone needs two or more")
-        linear = bool(results.points("slip")[0] == 0 and results.points("stick")[0] + results.points("open")[0] == 1)
+        if not rising.all():
+            tops = ", ".join(f"{top:.6g}" for top in alpha[:-1][rising[:-1] & ~rising[1:]])
+            warnings.warn(f"{results.path}: the mode turns back in its amplitude at {tops}; {np.count_nonzero(~rising)} points "
+                          "behind it, which do not reach beyond, are left out", stacklevel=2)
+        linear = bool(not results.contact_activity(0).events.any() and results.points("slip")[0] == 0)
         return cls(alpha[rising], results.omega[rising], zeta[rising], results.coefficients[rising], equations(results, samples), linear)
+
+    @property
+    def excited(self):
+        """The lowest harmonic of the load that is not 0; ValueError without a load."""
+        if not len(there := np.flatnonzero(np.any(self.load != 0, axis=0))):
+            raise ValueError("no harmonic of the load excites anything")
+        return int(there[0]) + 1
 
     def at(self, alpha):
         """omega, damping ratio and complex shape (dofs, H+1), Psi_k but for the mean, which is as it is, at an amplitude.

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import qmc
 
-from .case_changes import CONTACT, NAMES, Range, contact_values, need, need_damping, split
+from .case_changes import CONTACT, FACTORS, NAMES, Range, contact_values, need, need_damping, split
 from .case_runs import CaseRuns, CurveCase, largest_at, largest_peak
 from .curves import is_reduced
 from .ranges_report import write
@@ -16,6 +16,7 @@ SAMPLES = 128  # a power of two suits Sobol's points
 ALONG = 9  # points of a curve over one parameter, both ends included
 FREQUENCIES = 201  # at which the band of the curves is drawn
 STEP = 0.02  # of xi, for slopes by differences
+NOISE = 1e-6  # relative, beneath which differences of peaks say nothing
 
 
 @dataclass
@@ -25,7 +26,9 @@ class FirstOrder:
     amplitude, omega : dicts name -> slope, or (N_x,) where every point has its own number
     by : dict name -> "sensitivity" or "differences"
     change, second : of the amplitude from the middle to the farthest corner along the gradient, by first order, and half the second
-        difference of the peaks there and opposite; NaN where one of them is no peak
+        difference of the peaks there and opposite; NaN where one of them is no peak, and where the gradient is 0
+    seconds : dict name -> half the second difference of the peaks at both ends of this range alone
+    noise : of an amplitude, as far as peaks are computed
     """
 
     amplitude: dict = field(default_factory=dict)
@@ -33,6 +36,8 @@ class FirstOrder:
     by: dict = field(default_factory=dict)
     change: float = np.nan
     second: float = np.nan
+    seconds: dict = field(default_factory=dict)
+    noise: float = 0.0
 
     def at(self, middle, places, of="amplitude"):
         """Of the peak, for a dict of places xi."""
@@ -44,7 +49,17 @@ class FirstOrder:
 
     @property
     def meaningless(self):
-        return bool(self.second > abs(self.change))
+        return bool(self.second > abs(self.change) or self.bent)
+
+    @property
+    def flat(self):
+        """Whether there are slopes, and all are 0."""
+        return bool(self.amplitude) and max(np.abs(slope).max() for slope in self.amplitude.values()) == 0
+
+    @property
+    def bent(self):
+        """Names of the parameters whose own second difference exceeds their slope."""
+        return [name for name, slope in self.amplitude.items() if self.seconds[name] > max(abs(np.sum(slope)), self.noise)]
 
 
 @dataclass
@@ -147,8 +162,9 @@ def spread(given, samples, seed, points=0):
 
 
 def first_order(runs, given, changes, digest, middle, each_point):
-    """Slopes from [sensitivity] where it knows them, else by differences; two runs more say how far they reach."""
-    first = FirstOrder()
+    """Slopes from [sensitivity] where it knows them, else by differences; two runs more for each parameter, and two along the gradient,
+    say how far they reach."""
+    first = FirstOrder(noise=NOISE * middle["amplitude"])
     known = None
     if is_reduced(runs.dof):
         run, results = runs.whole("middle", changes({}), sensitivity=True)
@@ -157,27 +173,36 @@ def first_order(runs, given, changes, digest, middle, each_point):
     if row is not None and abs(known.omega[row] / middle["omega"] - 1) > 1e-2:
         row = None  # of another peak
     for wanted in given:
-        if row is not None and wanted.name != "damping":
+        if row is not None:
             for of, size in (("amplitude", middle["amplitude"] / known.amplitude[row]), ("omega", 1.0)):
                 slope = size * slope_of(wanted, getattr(known, f"{of}_by"), row, runs.contact, each_point)
                 getattr(first, of)[wanted.name] = slope
             first.by[wanted.name] = "sensitivity"
         else:
             _by_differences(first, runs, wanted, changes, digest, each_point)
+    for wanted in given:
+        ends = runs.each([changes({wanted.name: sign}) for sign in (1.0, -1.0)], digest, f"ends of {wanted.name}")
+        first.seconds[wanted.name] = second_difference(middle, *ends)
     largest = max((np.abs(slope).max() for slope in first.amplitude.values()), default=0.0)
     if largest > 0:
         corner = {name: slope / largest for name, slope in first.amplitude.items()}
         up, down = runs.each([changes({name: sign * place for name, place in corner.items()}) for sign in (1, -1)], digest,
                              "along the gradient")
         first.change = sum(float(np.sum(slope * corner[name])) for name, slope in first.amplitude.items())
-        if all(end["status"] == 0 and end["peak"] for end in (up, down)):
-            first.second = abs(up["amplitude"] - 2 * middle["amplitude"] + down["amplitude"]) / 2
+        first.second = second_difference(middle, up, down)
     return first
+
+
+def second_difference(middle, up, down):
+    """Half of it; NaN where one of them is no peak."""
+    if any(end["status"] != 0 or not end["peak"] for end in (up, down)):
+        return np.nan
+    return abs(up["amplitude"] - 2 * middle["amplitude"] + down["amplitude"]) / 2
 
 
 def slope_of(wanted, slopes, row, contact, each_point):
     """Slope by xi of a peak, from derivatives by the parameters themselves: a number, or (N_x,) for one per point."""
-    if wanted.name in ("force", "preload"):
+    if wanted.name in FACTORS:
         return float(slopes[wanted.name][row]) * wanted.half  # by the factor on what the middle has
     key, directions = split(wanted.name)
     by = np.nan_to_num(slopes[key][row])

@@ -80,10 +80,17 @@ def _first_order(found):
         share, of_omega = np.sum(slope) / found.middle["amplitude"], np.sum(first.omega[name]) / found.middle["omega"]
         lines.append(f"  {name:<24}amplitude {100 * share:+.3g} %, frequency {100 * of_omega:+.3g} %  (by {first.by[name]})")
     lines.append(f"  standard deviation of the amplitude {first.deviation():.3g}, of the frequency {first.deviation('omega'):.3g}")
-    if not np.isfinite(first.second):
+    lines += [f"caution: first order is meaningless over these ranges: over {name} alone it changes the peak by "
+              f"{abs(np.sum(first.amplitude[name])):.3g}, and the second difference of computed peaks adds {first.seconds[name]:.3g}"
+              for name in first.bent]
+    if unknown := [name for name in first.amplitude if not np.isfinite(first.seconds[name])]:
+        lines.append(f"caution: no peak at an end of {', '.join(unknown)}, so that how far first order reaches there is not known")
+    if first.flat:
+        lines.append("caution: the slope of the peak is 0 in the middle: first order says nothing")
+    elif not np.isfinite(first.second):
         lines.append("caution: no peak at the ends along the gradient, so that how far first order reaches is not known")
     else:
-        head = "caution: first order is meaningless over these ranges:" if first.meaningless else " "
+        head = "caution: first order is meaningless over these ranges:" if first.second > abs(first.change) else " "
         lines.append(f"{head} along the gradient it changes the peak by {abs(first.change):.3g}, and the second difference of computed "
                      f"peaks adds {first.second:.3g}")
     return lines
@@ -123,6 +130,7 @@ def numbers(found):
                             "omega": {name: np.asarray(slope).tolist() for name, slope in first.omega.items()}, "by": first.by,
                             "amplitude_deviation": first.deviation(), "omega_deviation": first.deviation("omega"),
                             "change_along_gradient": _or_none(first.change), "second_difference": _or_none(first.second),
+                            "second_differences": {name: _or_none(number) for name, number in first.seconds.items()},
                             "meaningless": first.meaningless},
             "curves": {name: [{"number": float(number), **short(record)} for number, record in points]
                        for name, points in found.curves.items()}}

@@ -76,9 +76,9 @@ class UserCase:
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ValueError(f"{path}: {error}") from None
         if self.content.pop("path", None):  # the template has an empty one
-            raise ValueError(f"{path}: follows another parameter ([path]); a study compares curves over the frequency")
+            raise ValueError(f"{path}: follows another parameter ([path]); curves over the frequency are wanted")
         if self.content.pop("mode", None):
-            raise ValueError(f"{path}: follows a nonlinear mode ([mode]); a study compares curves over the frequency")
+            raise ValueError(f"{path}: follows a nonlinear mode ([mode]); curves over the frequency are wanted")
         self.content.pop("sensitivity", None)  # peaks alone are compared
 
     @property

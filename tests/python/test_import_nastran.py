@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
 from dovetail import Model
-from dovetail.importers import ansys, convert, nastran
+from dovetail.importers import ansys, convert, nastran, nastran_loads
 from launch import BINARY, words_of
 
 if not importlib.util.find_spec("pyNastran"):
@@ -216,6 +216,17 @@ def test_dynamic_loads_with_their_phases(tmp_path, selected, force):
     assert f"NOT taken: load set 11, dynamic load {101 - selected}, dynamic load 60" in "\n".join(structure.notes)
 
 
+def test_the_phase_of_a_scalar_point():
+    """Its component is 0."""
+    model = BDF(log=QUIET)
+    model.add_spoint([9])
+    model.add_darea(20, 9, 0, 2.0)
+    model.add_dphase(30, [9], [0], [90.0])
+    model.add_rload1(50, 20, dphase=30, tc=3.0)
+    [[(grid, direction, value, _)]] = nastran_loads._parts(model, 50, 1.0, set())
+    assert (grid, direction) == (9, 1) and value == pytest.approx(6j)
+
+
 def test_a_sum_of_dynamic_loads(tmp_path):
     first, second = (excited(tmp_path, SHAKEN, selected) for selected in (50, 51))
     both = excited(tmp_path, SHAKEN, 60)
@@ -228,7 +239,9 @@ def test_a_sum_of_dynamic_loads(tmp_path):
 @pytest.mark.parametrize("old, new, said", [
     ("100.,0.5", "100.,0.6", "table 40, which is not one constant TABLED1"), ("RLOAD1,50,20,,30", "RLOAD1,50,20,7,30", "DELAY"),
     ("DPHASE,30", "DPHASE,31", "DPHASE 30, which is not there"), ("RLOAD1,50,20", "RLOAD1,50,21", "load set 21, which is not there"),
-    ("DAREA,20,3,1", "DAREA,20,77,1", "grid point 77 is not there"), ("FORCE,20,3,", "FORCE,20,3,8", "FORCE in coordinate system 8"),
+    ("DAREA,20,3,1", "DAREA,20,77,1", "grid point 77 is not there"),
+    ("2.,4,2,3.", "2.,77,2,3.", "grid point 77 is not there"),
+    ("FORCE,20,3,", "FORCE,20,3,8", "FORCE in coordinate system 8"),
     ("RLOAD1,50", "TLOAD1,50", "no force that varies as a sine"), ("RLOAD1,50", "RLOAD1,59", "there is no such card")])
 def test_dynamic_loads_that_are_named_instead(tmp_path, old, new, said):
     assert old in SHAKEN

@@ -104,6 +104,9 @@ def test_a_harmonic_of_the_load_may_excite_the_mode():
     best = max(near, key=lambda motion: rms(motion, row))
     assert rms(peak, row) == pytest.approx(rms(best, row), rel=0.035) and peak.omega == pytest.approx(best.omega, rel=8e-3)
     assert 0 < near.index(best) < 3
+    assert backbone.excited == 1
+    backbone.load[:, 0] = 0
+    assert backbone.excited == 3
 
 
 # --------------------------------------------------------------------------------------------------- linear, and made up

@@ -10,7 +10,8 @@ import synthetic_results
 from dovetail import Results, ranges
 from dovetail.__main__ import main
 from dovetail.case_changes import Range, apply, contact_values, need
-from dovetail.case_runs import CurveCase, largest_at, largest_peak
+from dovetail.case_runs import CaseRuns, CurveCase, largest_at, largest_peak
+from dovetail.study_runs import Program
 from launch import BINARY
 
 CONTACT = {"law": np.array([0, 0, 2]), "normal_stiffness": np.array([1.0, 2, 3]), "gap": np.zeros(3),
@@ -99,10 +100,13 @@ class Formula:
 
 @pytest.mark.parametrize("amplitude, slopes, meaningless", [
     (lambda force, friction: 5 + force - 2 * friction + 0.5 * friction**2, {"force": 1, "friction": -2}, False),
-    (lambda force, friction: 5 + 0.1 * force + friction**2 + 0.01 * friction, {"force": 0.1, "friction": 0.01}, False),
+    (lambda force, friction: 5 + 0.1 * force + friction**2 + 0.01 * friction, {"force": 0.1, "friction": 0.01}, True),
+    (lambda force, friction: 5 + friction**2, {"force": 0, "friction": 0}, True),
+    (lambda force, friction: 5 + 0 * force, {"force": 0, "friction": 0}, False),
     (lambda force, friction: 5 + 0.1 * friction + 3 * (friction - 0.02) ** 2, {"force": 0.0, "friction": -0.02}, True)])
 def test_first_order_is_told_where_it_is_meaningless(amplitude, slopes, meaningless):
-    """The third one has its minimum beside the middle: slope -0.02, where the ends lie 3 higher."""
+    """The second one has its minimum over friction beside a slope by force; the last beside the middle: slope -0.02, where the ends
+    lie 3 higher."""
     given = [Range("force", "factor", 0.5, 2), Range("friction", "value", 0.2, 0.6)]
     runs = Formula(given, amplitude)
 
@@ -112,6 +116,7 @@ def test_first_order_is_told_where_it_is_meaningless(amplitude, slopes, meaningl
     middle = runs.each([changes({})], None, "")[0]
     first = ranges.first_order(runs, given, changes, None, middle, False)
     assert first.amplitude == pytest.approx(slopes, abs=1e-9) and set(first.by.values()) == {"differences"}
+    assert first.flat == (not any(slopes.values()))
     assert first.meaningless == meaningless and first.omega == pytest.approx({"force": 0, "friction": 0})
     assert first.deviation() == pytest.approx(np.hypot(*slopes.values()) / np.sqrt(3))
 
@@ -136,6 +141,40 @@ def test_wrong_input(tmp_path, capsys, options, words):
     case = cases.dof5(tmp_path)
     assert main(["range", str(case.path), "--binary", str(BINARY), *options]) == 2
     assert words in capsys.readouterr().err and not (tmp_path / "case_range").exists()
+
+
+@pytest.mark.parametrize("command, name", [(["range", "--friction", "0.2", "0.5"], "case"), (["fit", "m.csv"], "fitted")])
+def test_a_case_of_the_user_is_not_overwritten(tmp_path, capsys, command, name):
+    case = cases.dof5(tmp_path)
+    (tmp_path / name).mkdir()
+    (file := tmp_path / name / "case.toml").write_text("mine = true\n")
+    assert main([command[0], str(case.path), *command[1:], "--out", str(tmp_path), "--binary", str(BINARY)]) == 2
+    assert "would be overwritten" in capsys.readouterr().err and file.read_text() == "mine = true\n"
+
+
+def test_a_copy_that_was_broken_off_is_overwritten(tmp_path):
+    case = cases.dof5(tmp_path)
+    (tmp_path / "case").mkdir()
+    curves = CurveCase(case.path)
+    (tmp_path / "case/case.toml").write_text(curves.text(tmp_path / "case"))
+    assert CaseRuns(curves, Program(BINARY), tmp_path)._run(tmp_path / "case", None, "").folder == tmp_path / "case"
+
+
+@pytest.mark.parametrize("section", ["[path]\nparameter = \"force\"\nrange = [1, 2]\n", "[mode]\nnumber = 1\n"])
+def test_other_curves_are_refused(tmp_path, capsys, section):
+    case = cases.dof5(tmp_path)
+    case.path.write_text(f"{case.path.read_text()}\n{section}")
+    assert main(["range", str(case.path), "--friction", "0.2", "0.5", "--binary", str(BINARY)]) == 2
+    said = capsys.readouterr().err
+    assert "curves over the frequency are wanted" in said and "study" not in said
+
+
+def test_damping_by_a_matrix_is_not_scaled(tmp_path, capsys):
+    case = cases.dof5(tmp_path)
+    case.edit("[damping]", "[damping]\nmatrix = true")
+    for command in (["range", str(case.path), "--damping", "0.5x", "2x"], ["fit", str(case.path), "m.csv", "--parameters", "damping"]):
+        assert main([*command, "--binary", str(BINARY)]) == 2
+        assert "the matrix of the model has no factor" in capsys.readouterr().err
 
 
 def test_what_a_case_has_not(tmp_path, capsys):

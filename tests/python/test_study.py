@@ -178,7 +178,7 @@ def test_what_a_study_does_not_compare(tmp_path):
     case.path.write_text(text + '\n[sensitivity]\nof = "a1"\n')
     assert "sensitivity" not in UserCase(case.path).changed(Setting(3, "exact", 2, "modal"), tmp_path)
     case.path.write_text(text + '\n[path]\nparameter = "friction"\n')
-    with pytest.raises(ValueError, match="compares curves over the frequency"):
+    with pytest.raises(ValueError, match="curves over the frequency are wanted"):
         UserCase(case.path)
 
 

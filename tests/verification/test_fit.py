@@ -9,8 +9,10 @@ import pytest
 import cases
 from dovetail import Results
 from dovetail.__main__ import main
-from dovetail.fit import Unknown, changes_of, uncertainty
-from dovetail.measured import read_measured
+from dovetail.case_runs import CaseRuns, CurveCase
+from dovetail.fit import Search, Unknown, changes_of, uncertainty
+from dovetail.measured import Measured, read_measured
+from dovetail.study_runs import Program
 from dovetail.units import parse
 from launch import BINARY, run
 
@@ -109,6 +111,69 @@ def test_uncertainty_of_a_line():
     assert correlation[0, 1] == pytest.approx(-2 / np.sqrt(10) / np.sqrt(1 / 5 + 4 / 10))
 
 
+class Curves(Search):
+    """In place of runs: passages by a formula of x."""
+
+    def __init__(self, passes, measured):
+        super().__init__(None, [Unknown("friction")], measured, [], None)
+        self.passes = passes
+
+    def records(self, places):
+        return [{"status": 3} if (found := self.passes(float(x[0]))) is None else {"status": 0, "passes": found} for x in places]
+
+
+@pytest.mark.parametrize("passes, slopes", [
+    (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)] if x <= 0 else []], [3, 2]),  # missed above
+    (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)] if x > 0 else []], [3, 0]),  # missed here
+    (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)] if x == 0 else []], [3, 0]),  # missed on both sides
+    (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)]] if x <= 0 else None, [3, 2])])  # the run above fails
+def test_slopes_where_a_frequency_is_missed_beside(passes, slopes):
+    search = Curves(passes, Measured(np.array([1.0, 2]), np.array([1.0, 1])))
+    assert search.derivative(np.zeros(1))[:, 0] == pytest.approx(slopes, abs=1e-9)
+
+
+def test_no_more_points_than_unknowns_tell_nothing():
+    deviation, _ = uncertainty(np.ones(2), np.eye(2))
+    assert np.isinf(deviation).all()
+
+
+def stuck_curve(folder, omega, factor=1.0):
+    """That of `cases.stuck_mass` with its tangential stiffness times a factor."""
+    return measured(folder / "curve.csv", omega, 1 / np.abs(40 + 60 * factor - omega**2 + 0.4j * omega))
+
+
+def test_a_search_that_ends_at_its_limit_is_no_fit(tmp_path, capsys):
+    """The measured amplitudes lie far beneath all that a stiffness 100 times as large gives."""
+    case = cases.stuck_mass(tmp_path)
+    omega = np.linspace(7, 8, 5)
+    numbers, _ = fitted(case, measured(tmp_path / "curve.csv", omega, np.full(5, 1e-6)), "--parameters", "tangential_stiffness",
+                        "--watch", "x1.t1")
+    [found] = numbers["parameters"]
+    assert found["at_limit"] and found["factor"] > 90 and found["high"] is None and found["low"] is None
+    said = capsys.readouterr().out
+    assert "tangential_stiffness is at the limit of a factor of 100: no fit" in said and "hardly depends" not in said
+
+
+def test_a_search_that_is_broken_off_is_no_fit(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("dovetail.fit.EVALUATIONS", 1)
+    numbers, _ = fitted(cases.stuck_mass(tmp_path), stuck_curve(tmp_path, np.linspace(9, 11, 5), 1.2), "--parameters",
+                        "tangential_stiffness", "--watch", "x1.t1")
+    said = capsys.readouterr().out
+    assert not numbers["converged"] and "caution: not converged" in said and numbers["parameters"][0]["high"] is None
+    assert "hardly depends" not in said
+
+
+def test_measured_frequencies_and_the_sweep_of_the_case(tmp_path, capsys):
+    case = cases.stuck_mass(tmp_path)
+    command = ["fit", str(case.path), str(stuck_curve(tmp_path, np.linspace(1, 2, 5))), "--watch", "x1.t1", "--binary", str(BINARY)]
+    assert main(command) == 2
+    said = capsys.readouterr().err
+    assert "measured from 1 to 2" in said and "continuation.omega from 7 to 13.5" in said
+    stuck_curve(tmp_path, np.linspace(6.5, 9, 5))
+    assert main([*command, "--parameters", "tangential_stiffness"]) == 0
+    assert "6.5 to 9, reach beyond continuation.omega, 7 to 13.5" in capsys.readouterr().out
+
+
 def test_measured_files_say_their_units(tmp_path):
     file = tmp_path / "m.csv"
     file.write_text("# bench 3\nfrequency [Hz]; amplitude [um]\n2; 5\n1; 4\n")
@@ -125,12 +190,36 @@ def test_measured_files_say_their_units(tmp_path):
     ("frequency [Hz], amplitude [m]\n1, 2\n1, 3\n", "frequency 1 is there twice"),
     ("frequency [rpm], amplitude [m]\n1, 2\n", "[rpm]: the unit"),
     ("frequency [Hz], amplitude [g]\n1, 2\n", "amplitude [g]: the unit of a displacement"), ("frequency [Hz], amplitude [m]\n", "no line"),
-    ("frequency [Hz], amplitude [m]\n1, -2\n", "greater than 0")])
+    ("frequency [Hz], amplitude [m]\n1, -2\n", "greater than 0"),
+    ("frequency [Hz]; amplitude [mm]\n100,5; 0,012\n", ":2: found '100,5; 0,012'"),
+    ("frequency [Hz], amplitude [mm]\n100, 5, 90\n", "no further column"),
+    ("frequency [Hz], amplitude [mm], phase [deg]\n100, 5\n", "wanted is a header"),
+    ("frequency [Hz], amplitude [mm], phase\n100, 5\n", "wanted is a header")])
 def test_measured_files_that_are_refused(tmp_path, text, words):
     (tmp_path / "m.csv").write_text(text)
     with pytest.raises(ValueError) as refused:
         read_measured(tmp_path / "m.csv", parse("SI"))
     assert words in str(refused.value)
+
+
+def test_amplitudes_are_lengths_also_where_units_are_not_known(tmp_path):
+    (file := tmp_path / "m.csv").write_text("frequency [Hz], amplitude [m/s]\n1, 2\n")
+    with pytest.raises(ValueError, match="unit of a displacement"):
+        read_measured(file, parse(""))
+    file.write_text("frequency [Hz], amplitude [mm]\n1, 2\n")
+    assert read_measured(file, parse("")).amplitude == pytest.approx([2.0])
+
+
+def test_a_harmonic_does_not_take_over_peaks_of_another(tmp_path):
+    """The run is the same, what is kept of it is not: a mass that sticks has no second harmonic."""
+    case = cases.stuck_mass(tmp_path)
+    case.edit("harmonics = 1", "harmonics = 2")
+    curve = Measured(np.linspace(9, 11, 3), np.ones(3))
+    for harmonic, there in ((None, True), (2, False), (None, True)):
+        runs = CaseRuns(CurveCase(case.path, (9, 11), "x1.t1"), Program(BINARY), tmp_path / "out")
+        runs.begin()
+        [record] = Search(runs, [Unknown("tangential_stiffness")], curve, [10.0], harmonic).records(np.zeros((1, 1)))
+        assert all((max(values) > 1e-3) == there for values in record["passes"])
 
 
 @pytest.mark.parametrize("options, words", [

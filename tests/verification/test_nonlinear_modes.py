@@ -126,6 +126,25 @@ def test_a_mass_that_lifts_off_has_the_exact_period(tmp_path):
     np.testing.assert_allclose(points["friction_energy"], 0, atol=1e-10)
     balanced(points)
     assert abs(done.summary["mode"]["onset"] - onset) < 1e-12 and done.summary["mode"]["onset_kind"] == "lifts off"
+    assert Backbone.read(done.folder / "results.h5").linear_below
+
+
+def test_a_mode_that_begins_with_lift_off_is_not_linear_below(tmp_path):
+    """Nothing slips, and the point is closed or open all the time, as beneath the onset."""
+    mode = {"near": float(np.sqrt(1.5)), "amplitude": [2.0, 3.0]}
+    case = mode_of(tmp_path, one_mass([3.7, 5.1, 1.0], [0, 0, 1.0], force=(0.0, 0, 1)), mode, mass=0.01, harmonics=9,
+                   normal_stiffness=0.5, law="unilateral")
+    path = launch.run(case).folder / "results.h5"
+    with h5py.File(path, "r+") as file:  # as if it began there
+        begin = int(np.flatnonzero(file["points/open"][()] > 0.1)[0])
+        for name in list(file["points"]) + [f"contact/{name}" for name in file["points/contact"]]:
+            if isinstance(file[f"points/{name}"], h5py.Dataset):
+                values = file[f"points/{name}"][begin:]
+                del file[f"points/{name}"]
+                file[f"points/{name}"] = values
+    results = Results(path)
+    assert results.points("slip")[0] == 0 and results.points("stick")[0] + results.points("open")[0] == 1
+    assert results.points("open")[0] > 0 and not Backbone.read(results).linear_below
 
 
 @pytest.mark.parametrize("solver", ["assembled", "modal"])
@@ -249,6 +268,8 @@ def test_a_mode_that_bends_back_in_its_amplitude(tmp_path):
     assert second == points["modal_amplitude"][folds[0]["point"]:].min()
     assert np.count_nonzero(points["modal_amplitude"] == 10) == 3
     balanced(points)
+    with pytest.warns(UserWarning, match=f"turns back in its amplitude at {first:.6g}; "):
+        Backbone.read(done.folder / "results.h5")
 
 
 def test_peaks_made_of_a_mode(tmp_path):
@@ -293,6 +314,8 @@ def test_a_load_that_does_no_work_on_the_mode(tmp_path):
     done = launch.run(case)
     assert "does no work on this mode" in done.out and np.all(np.isinf(done.points["force_level"]))
     assert done.summary["mode"]["force_level"] is None
+    said = launch.words_of([sys.executable, "-m", "dovetail", "plot", str(done.folder / "results.h5"), "--kind", "mode"])
+    assert "frequency and damping alone" in said[1] and (done.folder / "results_mode.png").stat().st_size > 1000
     case.edit("amplitude = [0.1, 3.0]", "amplitude = [0.1, 3.0]\nto_force = 2")
     assert "does no work on mode" in launch.run(case, status=2).err
 

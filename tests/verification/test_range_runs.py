@@ -91,14 +91,14 @@ def test_closed_form_of_a_stuck_mass(tmp_path):
     assert np.all(np.diff(band, axis=0) >= 0) and omega[0] == 7 and omega[-1] == 13.5
 
 
-def test_slopes_by_differences_where_there_is_no_derivative(tmp_path):
-    """Of the damping: the amplitude goes with 1/c but for z^2."""
+def test_slopes_by_damping(tmp_path):
+    """The amplitude goes with 1/c but for z^2."""
     case = cases.stuck_mass(tmp_path)
     assert main(["range", str(case.path), "--damping", "0.8x", "1.25x", "--watch", "x1.t1", "--samples", "0", "--along", "0",
                  "--until-peak", "1", "--binary", str(BINARY)]) == 0
     numbers = found(tmp_path / "case_range")
     share = numbers["first_order"]["amplitude"]["damping"] / numbers["middle"]["amplitude"]
-    assert numbers["first_order"]["by"] == {"damping": "differences"} and share == pytest.approx(-np.log(1.25), rel=2e-3)
+    assert numbers["first_order"]["by"] == {"damping": "sensitivity"} and share == pytest.approx(-np.log(1.25), rel=2e-3)
 
 
 @pytest.mark.slow

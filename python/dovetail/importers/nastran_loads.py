@@ -90,7 +90,7 @@ def _turned(model, load, place):
     card = model.dphases.get(load.dphase)
     if card is None:
         raise NotTaken(f"{load.type} {load.sid} asks for DPHASE {load.dphase}, which is not there")
-    degrees = {(grid, int(c)): phase for grid, c, phase in zip(card.nodes, card.components, card.phase_leads)}
+    degrees = {(grid, max(int(c), 1)): phase for grid, c, phase in zip(card.nodes, card.components, card.phase_leads)}
     return cmath.exp(1j * math.radians(degrees.get(place) or 0))
 
 
@@ -117,10 +117,11 @@ def _fill(deck, parts):
         before = sums.get((grid, direction), (0, card))[0]
         sums[grid, direction] = before + value, card
     largest = max((abs(value) for value, _ in sums.values()), default=0)
-    for (grid, direction), (value, card) in sums.items():
-        row = deck.rows_of([grid])
+    rows = {grid: deck.rows_of([grid]) for grid, _ in sums}
+    for grid, row in rows.items():
         if row[0] < 0:
             raise NotTaken(f"grid point {grid} is not there")
+    for (grid, direction), (value, card) in sums.items():
         for part, loads in ((value.real, deck.loads), (value.imag, deck.late_loads)):
             if abs(part) > 1e-14 * largest:  # what sine and cosine leave of a right angle
-                loads.append(Entry(row, direction, direction, part, 0, f"{deck.path}, {card}", card=card))
+                loads.append(Entry(rows[grid], direction, direction, part, 0, f"{deck.path}, {card}", card=card))
