@@ -7,6 +7,28 @@
 #include "support/error.hpp"
 
 namespace dovetail {
+namespace {
+
+// Friction that no varied point has by its law is refused after this, in other words.
+void refuse_factor_on_nothing(const Case &study, const std::vector<ContactPoint> &points) {
+  const Path &path = *study.path;
+  const std::string name = path.parameter->name,
+                    place = study.given.at("path.parameter") + ": path.parameter = \"" + name + "\": ";
+  if (path.parameter->changes_damping && undamped(study.damping))
+    throw InputError(place + "the case has no damping, so a factor on it changes nothing; write some under [damping]");
+  if (name.rfind("friction", 0) != 0) return;
+  bool rubs = false, some = false;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    if (!(path.varied.empty() || path.varied[p]) || !has_friction(points[p].law)) continue;
+    rubs = true;
+    some = some || (name != "friction_2" && points[p].mu[0] > 0) || (name != "friction_1" && points[p].mu[1] > 0);
+  }
+  if (rubs && !some)
+    throw InputError(place + (path.varied.empty() ? "all" : "all of its") +
+                     " contact points have a contact.friction of 0 there, so a factor on it changes nothing");
+}
+
+} // namespace
 
 int watched_dof(const Case &study, int modes, int points) {
   const Watch &watch = study.watch;
@@ -68,11 +90,7 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
                        " is made of the joint as the case has it, and would not change with it; write damping.of = "
                        "\"fixed\", or another damping");
   }
-  if (study.path && study.path->parameter->changes_damping && undamped(study.damping))
-    throw InputError(
-        study.given.at("path.parameter") +
-        ": path.parameter = \"damping\": the case has no damping, so a factor on it changes nothing; write "
-        "some under [damping]");
+  if (study.path) refuse_factor_on_nothing(study, points);
   if (!changes_joint) return;
   const std::string name = study.path->parameter->name,
                     place = study.given.at("path.parameter") + ": path.parameter = \"" + name + "\": ";
@@ -88,11 +106,6 @@ void check_path(const Case &study, const std::vector<ContactPoint> &points) {
   if (about_friction && !rubs)
     throw InputError(place + (varied.empty() ? "no contact point" : "none of its contact points") +
                      " has friction, by contact.law");
-  if (name.rfind("friction", 0) == 0 && !any([&](const ContactPoint &p) {
-        return has_friction(p.law) && ((name != "friction_2" && p.mu[0] > 0) || (name != "friction_1" && p.mu[1] > 0));
-      }))
-    throw InputError(place + (varied.empty() ? "all contact points have" : "all of its contact points have") +
-                     " a contact.friction of 0 there, so a factor on it changes nothing");
   if ((name == "friction_1" || name == "friction_2") && any([](const ContactPoint &p) { return shares_slider(p.law); }))
     throw InputError(place + "points of law cone have one friction for both directions; write \"friction\"");
 }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "harmonic/lowest_harmonic.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -9,19 +11,10 @@ constexpr double orthogonal = 1e-9; // work of a load on a mode, relative to the
 
 } // namespace
 
-int driving_harmonic(const HarmonicSystem &system) {
-  int lowest = 0;
-  for (const LoadCase &load : system.loads())
-    for (std::size_t place = 1; place < load.fourier.size(); ++place)
-      if (const int k = static_cast<int>((place + 1) / 2); load.fourier[place] != 0 && (lowest == 0 || k < lowest))
-        lowest = k;
-  return lowest;
-}
-
 ModeBalance balance_of(const NonlinearMode &mode, const ModeState &state) {
   const HarmonicSystem &system = mode.system();
   const Layout &layout = system.layout();
-  const int n = layout.width, driven = driving_harmonic(system);
+  const int n = layout.width, driven = lowest_harmonic(system.loads());
   const DynamicStiffness structure(system.scaled().damping, state.omega);
   const std::vector<double> &q = mode.coefficients(), &u = system.stiffness_force(), &v = system.inertia_force(),
                             &C = system.damping_force(), &S = system.hysteretic_force(), &G = system.contact_force();

@@ -23,7 +23,4 @@ struct ModeBalance {
 /// Collective.
 ModeBalance balance_of(const NonlinearMode &mode, const ModeState &state);
 
-/// The harmonic of the load that drives a mode: its lowest; 0 if all loads are constant.
-int driving_harmonic(const HarmonicSystem &system);
-
 } // namespace dovetail

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "continuation/problem.hpp"
+#include "harmonic/lowest_harmonic.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -11,15 +12,6 @@ namespace {
 
 constexpr const char *doing = "evaluating the condition of a track";
 constexpr double farthest_turn = 0.5; // [rad], by which the place of a graze may move from one motion to the next
-
-// The lowest harmonic in which any load acts; 0 where all are constant.
-int lowest_harmonic(const std::vector<LoadCase> &loads) {
-  std::size_t lowest = 0;
-  for (const LoadCase &load : loads)
-    for (std::size_t place = 1; place < load.fourier.size(); ++place)
-      if (const std::size_t k = (place + 1) / 2; load.fourier[place] != 0 && (lowest == 0 || k < lowest)) lowest = k;
-  return static_cast<int>(lowest);
-}
 
 } // namespace
 
