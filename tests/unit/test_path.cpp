@@ -14,6 +14,8 @@ const std::vector<std::vector<Law>> laws = {{Law::coulomb, Law::coulomb, Law::co
                                             {Law::cone, Law::unilateral, Law::coulomb},
                                             {Law::bilateral, Law::coulomb, Law::cone}};
 
+constexpr double of_rounding = 1e-9; // left of differences of forces of some units over steps of 1e-5
+
 bool knows(const PathParameter &parameter, const std::vector<Law> &some) { // the cone has one friction
   const std::string name = parameter.name;
   return (name != "friction_1" && name != "friction_2") || std::find(some.begin(), some.end(), Law::cone) == some.end();
@@ -72,7 +74,7 @@ TEST_P(PathOf, derivative_by_every_parameter) {
             for (const double value : {parameter.positive() ? 1.0 : 0.0, 0.7}) {
               const UniqueVec y = vector_of(system, size, 3, value), v = vector_of(system, 0, 5, 1);
               const TwoWays by = along(system, y, v); // both are 0 by friction where nothing slips
-              EXPECT_LE(by.difference, 2e-7 * std::max(by.product, by.slope) + 1e-12)
+              EXPECT_LE(by.difference, 2e-7 * std::max(by.product, by.slope) + of_rounding)
                   << parameter.name << " " << value << ", motion " << size << ", samples " << samples << ", pull "
                   << pull;
             }
