@@ -2,24 +2,24 @@
 
 namespace dovetail {
 
-std::optional<std::string> AngleCheck::refuse(Trial &trial) const {
+std::optional<std::string> check_angle(Trial &trial) {
   if (trial.kink || !trial.measure.turns_too_far()) return std::nullopt;
   return "the curve turns too far within one step";
 }
 
-std::optional<std::string> DistanceCheck::refuse(Trial &trial) const {
+std::optional<std::string> check_distance(Trial &trial) {
   if (trial.kink || !trial.measure.lies_too_far()) return std::nullopt;
   return "the solution lies too far from the predicted one";
 }
 
-std::optional<std::string> MiddleCheck::refuse(Trial &trial) const {
+std::optional<std::string> check_middle(Trial &trial) {
   if (trial.kink || !trial.curve.problem.is_smooth() || trial.step <= step_limits.close_to_kink ||
       !(trial.curve.off_middle(trial.from, trial.to) > step_limits.most_off))
     return std::nullopt;
   return "the curve does not run smoothly from one end of the step to the other";
 }
 
-std::optional<std::string> OrientationCheck::refuse(Trial &trial) const {
+std::optional<std::string> check_orientation(Trial &trial) {
   if (trial.to.sign * trial.from.sign >= 0) return std::nullopt;
   if (trial.measure.straight() && trial.locator.leads_back(trial.step, trial.measure.correction * trial.step)) {
     trial.branch_point = trial.locator.branch_point(trial.step);
@@ -29,17 +29,9 @@ std::optional<std::string> OrientationCheck::refuse(Trial &trial) const {
   return "the curve turns round within one step";
 }
 
-std::array<const StepCheck *, 4> step_checks() {
-  static const AngleCheck angle;
-  static const DistanceCheck distance;
-  static const MiddleCheck middle;
-  static const OrientationCheck orientation;
-  return {&angle, &distance, &middle, &orientation};
-}
-
 std::optional<std::string> refused(Trial &trial) {
-  for (const StepCheck *check : step_checks())
-    if (auto why = check->refuse(trial)) return why;
+  for (const StepCheck check : step_checks)
+    if (auto why = check(trial)) return why;
   return std::nullopt;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 // Why a step is refused that Newton's method has found an end for: one list of checks, asked in turn.
-#include <array>
 #include <optional>
 #include <string>
 
@@ -20,39 +19,20 @@ struct Trial {
   std::optional<Located> branch_point = {}; ///< of another branch that crosses within the step, if a check finds one
 };
 
-class StepCheck {
-public:
-  virtual ~StepCheck() = default;
-  /// Why the step is refused; nothing if this check finds no fault. Collective.
-  virtual std::optional<std::string> refuse(Trial &trial) const = 0;
-};
+/// Why a step is refused; nothing if the check finds no fault. Collective.
+using StepCheck = std::optional<std::string> (*)(Trial &trial);
 
 /// The tangent turns too far.
-class AngleCheck : public StepCheck {
-public:
-  std::optional<std::string> refuse(Trial &trial) const override;
-};
-
+std::optional<std::string> check_angle(Trial &trial);
 /// The solution lies far from the tangent, though the tangents agree: another piece of the curve.
-class DistanceCheck : public StepCheck {
-public:
-  std::optional<std::string> refuse(Trial &trial) const override;
-};
-
+std::optional<std::string> check_distance(Trial &trial);
 /// The middle of the cubic between both ends does not lie on the curve.
-class MiddleCheck : public StepCheck {
-public:
-  std::optional<std::string> refuse(Trial &trial) const override;
-};
-
+std::optional<std::string> check_middle(Trial &trial);
 /// The determinant's sign changes: a hairpin was jumped over, unless another branch crosses.
-class OrientationCheck : public StepCheck {
-public:
-  std::optional<std::string> refuse(Trial &trial) const override;
-};
+std::optional<std::string> check_orientation(Trial &trial);
 
-/// All of them, the cheap ones first.
-std::array<const StepCheck *, 4> step_checks();
+/// The cheap ones first.
+constexpr StepCheck step_checks[] = {check_angle, check_distance, check_middle, check_orientation};
 
 /// What the first check says that refuses the step; nothing if none does.
 std::optional<std::string> refused(Trial &trial);

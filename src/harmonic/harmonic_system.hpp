@@ -57,6 +57,7 @@ public:
 
   /// f = residual of eq (11); its last entry, the parameter's row, is left alone. Collective.
   void residual(Vec y, Vec f);
+  void damp_mass() { linear_->damp_mass(); } ///< see linear_part.hpp
   /// Empty Jacobian, bordered by Omega's row and column; `ksp` made to solve with it, before SetFromOptions.
   UniqueMat matrix() const { return linear_->matrix(forces_); }
   void set_up(KSP ksp, Mat J) const { linear_->set_up(ksp, J); }

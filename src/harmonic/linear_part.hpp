@@ -56,6 +56,8 @@ public:
   /// This rank's share of K and M.
   virtual std::vector<Coupling> couplings() const = 0;
 
+  /// From here on Jacobians have room for M in Q, also where the damping of the case has not.
+  virtual void damp_mass() {}
   /// Empty Jacobian, bordered by the last unknown's row and column; fill() fills it. Collective.
   virtual UniqueMat matrix(const ContactForces &contact) const = 0;
   virtual void fill(Mat J, const JacobianParts &parts) = 0;

@@ -1,16 +1,18 @@
 #pragma once
 // The Jacobian of a nonlinear mode, assembled and factored by MUMPS.
-#include "harmonic/dampers.hpp"
+#include <memory>
+
 #include "problems/mode_border.hpp"
+#include "problems/wider_matrix.hpp"
 
 namespace dovetail {
 
 class ModeJacobian : public BorderedJacobian {
 public:
-  /// `system`: of the mode, in the assembled form.
+  /// `system`: of the mode, in the assembled form. Collective.
   ModeJacobian(NonlinearMode &mode, HarmonicSystem &system);
 
-  Mat matrix() const override { return matrix_; }
+  Mat matrix() const override { return matrix_->get(); }
   void set_up(KSP ksp) override;
   void assemble(Vec y, Vec plane) override;
   int determinant_sign(KSP ksp) override;
@@ -19,11 +21,8 @@ public:
 private:
   NonlinearMode &mode_;
   HarmonicSystem &system_;
-  const Layout &layout_;
-  std::vector<Coupling> couplings_;
-  std::vector<Dampers::Entry> damper_entries_;
-  UniqueMat matrix_;
-  std::vector<double> values_; // in the order given to the matrix
+  UniqueMat inner_; // with Omega, and the row of the length
+  std::unique_ptr<WiderMatrix> matrix_;
   ModeBorder border_;
 };
 

@@ -15,7 +15,9 @@ constexpr const char *doing = "evaluating a mode";
 
 NonlinearMode::NonlinearMode(HarmonicSystem &system)
     : system_(system), layout_(system.layout()), reference_(layout_.own_dofs(), 0.0),
-      q_(layout_.own_coefficients(), 0.0) {}
+      q_(layout_.own_coefficients(), 0.0) {
+  system_.damp_mass();
+}
 
 UniqueVec NonlinearMode::unknowns() const {
   UniqueVec y;

@@ -5,6 +5,7 @@
 
 #include "problems/forced_response.hpp"
 #include "problems/response_metric.hpp"
+#include "problems/wider_matrix.hpp"
 #include "support/error.hpp"
 #include "support/mumps.hpp"
 
@@ -37,33 +38,20 @@ private:
 
 } // namespace
 
-// [J R_Omega R_p; condition's row; border], of the entries of the response's own bordered Jacobian and some more.
+// [J R_Omega R_p; condition's row; border]
 class TrackJacobian : public BorderedJacobian {
 public:
   explicit TrackJacobian(PeakTrack &track)
       : track_(track), system_(track.peak_.system()), response_(system_.matrix()), row_(system_.unknowns()),
         column_(system_.unknowns()) {
-    const Layout &layout = system_.layout();
-    const PetscInt last = layout.unknowns();
     system_.jacobian(track_.peak_.y(), row_, response_); // to have its pattern
-    std::vector<PetscInt> rows, columns;
-    const auto add = [&](PetscInt i, PetscInt j) { rows.push_back(i), columns.push_back(j); };
-    for_each_row([&](PetscInt i, PetscInt count, const PetscInt *where, const double *) {
-      for (PetscInt j = 0; j < count; ++j) add(i, where[j]);
-      add(i, last), add(last, i);
-    });
-    if (layout.owns_omega()) add(last, last);
-    const PetscInt own = layout.own_unknowns() + (layout.owns_omega() ? 1 : 0);
-    check(MatCreate(layout.comm, matrix_.out()), doing);
-    check(MatSetSizes(matrix_, own, own, last + 1, last + 1), doing);
-    check(MatSetType(matrix_, MATAIJ), doing);
-    check(MatSetPreallocationCOO(matrix_, rows.size(), rows.data(), columns.data()), doing);
+    matrix_ = std::make_unique<WiderMatrix>(system_.layout(), response_, 1);
   }
 
-  Mat matrix() const override { return matrix_; }
-  void set_up(KSP ksp) override { factor_by_lu(ksp, matrix_); }
+  Mat matrix() const override { return matrix_->get(); }
+  void set_up(KSP ksp) override { factor_by_lu(ksp, matrix()); }
   int determinant_sign(KSP ksp) override { return dovetail::determinant_sign(ksp); }
-  std::string recover(KSP ksp) override { return recover_lu(ksp, matrix_); }
+  std::string recover(KSP ksp) override { return recover_lu(ksp, matrix()); }
 
   void assemble(Vec y, Vec border) override {
     track_.evaluate(y);
@@ -74,35 +62,16 @@ public:
     const double *column, *last;
     check(VecGetArrayRead(column_, &column), doing);
     check(VecGetArrayRead(border, &last), doing);
-    std::vector<double> values;
-    PetscInt own = 0;
-    for_each_row([&](PetscInt, PetscInt count, const PetscInt *, const double *entries) {
-      values.insert(values.end(), entries, entries + count);
-      values.push_back(column[own]), values.push_back(last[own]);
-      ++own;
-    });
-    if (system_.layout().owns_omega()) values.push_back(last[own]);
+    matrix_->fill(response_, {column}, {last}, last + system_.layout().own_unknowns());
     check(VecRestoreArrayRead(border, &last), doing);
     check(VecRestoreArrayRead(column_, &column), doing);
-    check(MatSetValuesCOO(matrix_, values.data(), INSERT_VALUES), doing);
   }
 
 private:
-  template <class Act> void for_each_row(Act &&act) {
-    PetscInt begin, end, count;
-    const PetscInt *where;
-    const double *entries;
-    check(MatGetOwnershipRange(response_, &begin, &end), doing);
-    for (PetscInt i = begin; i < end; ++i) {
-      check(MatGetRow(response_, i, &count, &where, &entries), doing);
-      act(i, count, where, entries);
-      check(MatRestoreRow(response_, i, &count, &where, &entries), doing);
-    }
-  }
-
   PeakTrack &track_;
   HarmonicSystem &system_;
-  UniqueMat response_, matrix_;
+  UniqueMat response_;
+  std::unique_ptr<WiderMatrix> matrix_;
   UniqueVec row_, column_;
 };
 

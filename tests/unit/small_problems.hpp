@@ -118,6 +118,14 @@ inline Equations pitchfork() {
              [](double x, double) { return x; });
 }
 
+/// On the plane across the tangent of `here`, from a guess `step` along it.
+inline CurvePoint across(Curve &curve, const CurvePoint &here, double step) {
+  CurvePoint s = curve.point();
+  check(VecWAXPY(s.y, step, here.t, here.y), "");
+  EXPECT_TRUE(curve.solve_across(here.t, s)) << s.newton.why;
+  return s;
+}
+
 /// Points of a small curve.
 struct SmallCurve {
   SmallCurve(Equations equations, double range) : problem(std::move(equations)), unit(range) {}
@@ -136,13 +144,7 @@ struct SmallCurve {
     EXPECT_TRUE(curve.solve_at(p, s)) << s.newton.why;
     return s;
   }
-  /// On the plane across the tangent of `here`, from a guess `step` along it.
-  CurvePoint on(const CurvePoint &here, double step) {
-    CurvePoint s = curve.point();
-    check(VecWAXPY(s.y, step, here.t, here.y), "");
-    EXPECT_TRUE(curve.solve_across(here.t, s)) << s.newton.why;
-    return s;
-  }
+  CurvePoint on(const CurvePoint &here, double step) { return across(curve, here, step); }
 };
 
 /// Steps along a curve, with what happened on the way.

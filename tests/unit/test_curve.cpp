@@ -3,6 +3,7 @@
 
 #include "problems/response_curve.hpp"
 #include "small_model.hpp"
+#include "small_problems.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -24,12 +25,7 @@ struct Scene {
     check(VecScale(s.t, 1 / curve.norm.length(s.t)), "");
     return s;
   }
-  CurvePoint on(const CurvePoint &here, double step) {
-    CurvePoint s = curve.point();
-    check(VecWAXPY(s.y, step, here.t, here.y), "");
-    EXPECT_TRUE(curve.solve_across(here.t, s)) << s.newton.why;
-    return s;
-  }
+  CurvePoint on(const CurvePoint &here, double step) { return across(curve, here, step); }
 };
 
 } // namespace

@@ -24,9 +24,9 @@ TEST(AngleCheck, refuses_what_turns_too_far_unless_halvings_show_a_kink) {
   Trial wide = trial_between(scene, here, there, 0.1, turned),
         known = trial_between(scene, here, there, 0.1, turned, true),
         narrow = trial_between(scene, here, there, 0.1, beside);
-  EXPECT_EQ(AngleCheck().refuse(wide), "the curve turns too far within one step");
-  EXPECT_FALSE(AngleCheck().refuse(known));
-  EXPECT_FALSE(AngleCheck().refuse(narrow));
+  EXPECT_EQ(check_angle(wide), "the curve turns too far within one step");
+  EXPECT_FALSE(check_angle(known));
+  EXPECT_FALSE(check_angle(narrow));
 }
 
 TEST(DistanceCheck, refuses_another_piece_of_the_curve) {
@@ -35,9 +35,9 @@ TEST(DistanceCheck, refuses_another_piece_of_the_curve) {
   Trial far = trial_between(scene, here, there, 0.1, beside),
         known = trial_between(scene, here, there, 0.1, beside, true),
         near = trial_between(scene, here, there, 0.1, turned);
-  EXPECT_EQ(DistanceCheck().refuse(far), "the solution lies too far from the predicted one");
-  EXPECT_FALSE(DistanceCheck().refuse(known));
-  EXPECT_FALSE(DistanceCheck().refuse(near));
+  EXPECT_EQ(check_distance(far), "the solution lies too far from the predicted one");
+  EXPECT_FALSE(check_distance(known));
+  EXPECT_FALSE(check_distance(near));
 }
 
 // x^2 = 1: two lines, which have the same tangents.
@@ -47,12 +47,12 @@ TEST(MiddleCheck, refuses_a_step_from_one_line_to_another) {
                    1);
   const CurvePoint here = scene.at(1, 0), along = scene.at(1, 0.1);
   Trial good = trial_between(scene, here, along, 0.1, smooth);
-  EXPECT_FALSE(MiddleCheck().refuse(good));
+  EXPECT_FALSE(check_middle(good));
   const CurvePoint across = scene.at(-1, 0.1);
   Trial bad = trial_between(scene, here, across, 0.1, smooth),
         tiny = trial_between(scene, here, across, step_limits.close_to_kink, smooth);
-  EXPECT_EQ(MiddleCheck().refuse(bad), "the curve does not run smoothly from one end of the step to the other");
-  EXPECT_FALSE(MiddleCheck().refuse(tiny)); // so near a kink it may not
+  EXPECT_EQ(check_middle(bad), "the curve does not run smoothly from one end of the step to the other");
+  EXPECT_FALSE(check_middle(tiny)); // so near a kink it may not
 }
 
 TEST(OrientationCheck, refuses_a_jump_across_a_hairpin) {
@@ -60,19 +60,19 @@ TEST(OrientationCheck, refuses_a_jump_across_a_hairpin) {
   const CurvePoint here = scene.at(-0.1, -3), there = scene.at(0.09, -2.7);
   Trial across = trial_between(scene, here, there, 0.01, smooth),
         at_kink = trial_between(scene, here, there, 1e-5, turned, true);
-  EXPECT_EQ(OrientationCheck().refuse(across), "the curve turns round within one step");
+  EXPECT_EQ(check_orientation(across), "the curve turns round within one step");
   EXPECT_FALSE(across.branch_point);
-  EXPECT_FALSE(OrientationCheck().refuse(at_kink));
+  EXPECT_FALSE(check_orientation(at_kink));
   const CurvePoint further = scene.at(-0.09, -2.7);
   Trial along = trial_between(scene, here, further, 0.01, smooth);
-  EXPECT_FALSE(OrientationCheck().refuse(along));
+  EXPECT_FALSE(check_orientation(along));
 }
 
 TEST(OrientationCheck, finds_a_branch_that_crosses) {
   SmallCurve scene(pitchfork(), 2);
   const CurvePoint here = scene.at(0, -0.07), there = scene.on(here, 0.1);
   Trial trial = trial_between(scene, here, there, 0.1, {0, 0});
-  EXPECT_FALSE(OrientationCheck().refuse(trial));
+  EXPECT_FALSE(check_orientation(trial));
   ASSERT_TRUE(trial.branch_point);
   EXPECT_NEAR(trial.branch_point->at.parameter, 0, 1e-5);
 }
