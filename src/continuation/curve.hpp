@@ -61,7 +61,10 @@ public:
 
   double take_work() { return corrector_.take_work(); } ///< of the linear solver, see BorderedJacobian
   double memory() const { return corrector_.memory(); } ///< likewise
-  void recall(double memory) { corrector_.recall(memory); }
+  void recall(double memory) {
+    solve_.reset();
+    corrector_.recall(memory);
+  }
 
   /// Weighted product; differences of it are arc lengths along `normal`.
   double plane(Vec normal, Vec y) const { return norm.product(normal, y); }

@@ -20,9 +20,16 @@ ResponseCurve::ResponseCurve(HarmonicSystem &followed, const NewtonSettings &new
     : ForcedResponse(followed), Curve(static_cast<ForcedResponse &>(*this), newton, unit, weighted, counts),
       system(followed), unit_(unit), residual_(followed.unknowns()), correction_(followed.unknowns()) {}
 
+// Its solves say nothing of what the curve's next ones take.
+double ResponseCurve::left_out(const CurvePoint &s) {
+  const double known = memory(), found = step_of_left_out(s);
+  recall(known);
+  return found;
+}
+
 // Newton's step of the equations with the modes left out: (J + L) c = r, L c their forces as they follow c. J alone
 // would let the others answer as if those stood still meanwhile: far too much near a resonance of the others.
-double ResponseCurve::left_out(const CurvePoint &s) {
+double ResponseCurve::step_of_left_out(const CurvePoint &s) {
   const double motion = std::sqrt(swing_product(system.layout(), s.y, s.y));
   if (motion == 0) return 0;
   const auto product = [&](Vec a, Vec b) {

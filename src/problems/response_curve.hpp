@@ -22,6 +22,8 @@ public:
   HarmonicSystem &system;
 
 private:
+  double step_of_left_out(const CurvePoint &s);
+
   double unit_;
   UniqueVec residual_, correction_;
 };
