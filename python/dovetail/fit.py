@@ -17,6 +17,7 @@ from .study_runs import Program, RunFailed
 
 USUAL = ("friction", "tangential_stiffness")
 STEP = 1e-3  # of the logarithm of a parameter, for derivatives
+NOISE = 1e-8  # of amplitudes: two runs agree no better, for Newton's method stops there and sums are rounded
 WIDEST = np.log(100.0)  # a factor beyond is no fit
 MISSED = 1.0  # error, as a logarithm, where a curve has no point at a frequency, or could not be computed
 CONFIDENCE = 0.95
@@ -230,7 +231,9 @@ class Search:
         return found
 
     def derivative(self, x):
-        """(m, p); where x or the place beside it alone has a point, from the other side, and 0 where that does not help."""
+        """(m, p); where x or the place beside it alone has a point, from the other side, and 0 where that does not help.
+
+        Differences within the noise count as 0: divided by them, the search would go anywhere."""
         steps = STEP * np.eye(len(x))
         here, *beside = self.records([x, *(x + step for step in steps)])
         met = np.isfinite(self._nearest(here))
@@ -242,7 +245,7 @@ class Search:
                 [other] = self.records([x - step])
                 back = np.where(np.isfinite(self._nearest(other)), self._errors(here) - self._errors(other), 0.0)
                 column = np.where(met & ~both, back, column)
-            columns.append(column / STEP)
+            columns.append(np.where(np.abs(column) > NOISE, column, 0.0) / STEP)
         return np.column_stack(columns)
 
     def _nearest(self, record):

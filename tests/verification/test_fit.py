@@ -132,6 +132,13 @@ def test_slopes_where_a_frequency_is_missed_beside(passes, slopes):
     assert search.derivative(np.zeros(1))[:, 0] == pytest.approx(slopes, abs=1e-9)
 
 
+def test_slopes_of_what_runs_differ_by_anyway_are_none():
+    """A search divided by the round-off of two runs went to a factor of a hundred."""
+    search = Curves(lambda x: [[1 + 1e-11 * np.sin(1e5 * x)], [np.exp(2e-4 * x)]], Measured(np.array([1.0, 2]), np.array([1.0, 1])))
+    slopes = search.derivative(np.zeros(1))[:, 0]
+    assert slopes[0] == 0 and slopes[1] == pytest.approx(2e-4)
+
+
 def test_no_more_points_than_unknowns_tell_nothing():
     deviation, _ = uncertainty(np.ones(2), np.eye(2))
     assert np.isinf(deviation).all()
