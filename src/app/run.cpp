@@ -12,6 +12,7 @@
 #include "app/forecast.hpp"
 #include "app/own_files.hpp"
 #include "app/tell_resonances.hpp"
+#include "app/tell_sectors.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/blas_kernel.hpp"
@@ -21,6 +22,36 @@
 
 namespace dovetail {
 namespace {
+
+// What this program does not do with a sector yet, and what has a meaning for a sector alone.
+void check_sector(const Case &study, int sectors, bool runs) {
+  const auto given = [&](const std::string &key) {
+    const auto found = study.given.find(key);
+    return found == study.given.end() ? std::string() : found->second;
+  };
+  for (const std::string key : {"reduction.interior_modes", "reduction.exact_modes"})
+    if (const std::string where = given(key); sectors == 0 && !where.empty())
+      throw InputError(where + ": " + key + ": " + study.model.string() +
+                       " is no cyclic sector, it has no /cyclic; delete this key");
+  if (sectors == 0) return;
+  if (study.exact_modes && study.check_modes)
+    throw InputError(given("reduction.exact_modes") +
+                     ": reduction.exact_modes: reduction.check_modes counts interior modes, on which exact ones do not "
+                     "depend; keep one of the two keys");
+  const std::string file = (study.reduced.empty() ? study.model : study.reduced).string();
+  const std::string sector = file + " is a sector of a cyclic structure of " + std::to_string(sectors);
+  if (runs)
+    throw InputError(sector + ": only  dovetail modes  and  dovetail reduce  know sectors; run the whole instead");
+  if (study.modes_by_tolerance)
+    throw InputError(sector + ": reduction.modes is wanted, accuracy.tolerance does not choose the modes of a sector");
+  if (!study.watch.node.empty())
+    throw InputError(study.watch.where + ": " + sector +
+                     ", whose nodes cannot be watched; name an unknown such as "
+                     "\"x1.t1\"");
+  if (study.damping.matrix || study.damping.of_parts)
+    throw InputError(sector + ": its matrices of damping are not taken; give damping.stiffness, damping.mass or "
+                              "damping.ratios alone");
+}
 
 // Case, sizes and contact law: all that can be wrong in the input short of the matrices themselves.
 struct Checked {
@@ -35,6 +66,8 @@ struct Checked {
   bool has_results = false;        // on rank 0: results.h5 is this run's
 };
 
+bool runs(const Request &request) { return !request.reduce_only && !request.modes_only && !request.dry_run; }
+
 Checked check_input(MPI_Comm comm, const Request &request) {
   Checked checked;
   on_all_ranks(comm, [&] {
@@ -44,9 +77,10 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     if (study.reduced.empty()) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
-      if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
+      if (study.modes_by_tolerance && header.sectors == 0) first_modes(study, header.dofs - 3 * header.points);
       check_patterns(study, header.forces, study.model);
       checked.units = units_of(header.units);
+      check_sector(study, header.sectors, runs(request));
       if (!study.watch.node.empty()) node_motion(study.model, study.watch);
       settle_solver(study, static_cast<int>(study.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
@@ -55,6 +89,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       const ReducedHeader header = read_reduced_header(study.reduced);
       check_patterns(study, header.loads, study.reduced);
       from_model.area = header.area;
+      check_sector(study, header.sectors, runs(request));
       checked.units = units_of(header.units);
       settle_solver(study, static_cast<int>(header.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
@@ -178,9 +213,16 @@ void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   const auto lock = study.reduced.empty() ? take_folder(comm, study, voice) : nullptr;
   ReducedModel reduced = reduced_model(comm, study, study.directory / "reduced.h5", stages, voice, figures, false);
   const std::filesystem::path file = study.reduced.empty() ? study.model : study.reduced;
-  const Resonances found = resonances(preload(checked, std::move(reduced), voice), study);
+  reduced.file = file;
+  const PreloadedModel preloaded = preload(checked, std::move(reduced), voice);
+  const Resonances found = resonances(preloaded, study);
   if (!found.known) throw InputError(mass_not_positive(file));
   voice.say(in_table(found, study));
+  if (preloaded.reduced.sectors > 0) {
+    constexpr PetscInt shown = 8;
+    voice.say(in_table("\nclosed points stuck [Hz]", stuck_frequencies(preloaded, shown), checked.units));
+    voice.say(in_table("\ncontact points held [Hz]", held_frequencies(preloaded.reduced), checked.units));
+  }
   for (const Warning &warning : warnings_of(found, study)) voice.say("warning: " + warning.text);
 }
 

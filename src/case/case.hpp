@@ -108,6 +108,8 @@ struct Case {
   int modes = 0;                   ///< N_a (only with `model`)
   bool residuals = false;          ///< some of the modes made for the loads, not eigenmodes
   bool modes_by_tolerance = false; ///< N_a is not given: as many as `tolerance` wants
+  int interior_modes = 0;          ///< of a cyclic sector, that all indices share; 0: by N_a
+  bool exact_modes = false;        ///< of a cyclic sector: whatever the interior ones
   bool check_modes = false;        ///< count the modes below the last one
   double memory = 0;               ///< what the reduction may take on one machine [GiB]; 0: all that is free
   Damping damping;
