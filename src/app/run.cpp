@@ -41,6 +41,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     checked.study = read_case(request.file, request.out);
     Case &study = checked.study;
     ContactSettings from_model;
+    int sectors = 0;
     if (study.reduced.empty()) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
@@ -48,6 +49,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.forces, study.model);
       checked.units = units_of(header.units);
       if (!study.watch.node.empty()) node_motion(study.model, study.watch);
+      settle_cyclic(study, sectors, header.has_structural);
       settle_solver(study, static_cast<int>(study.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
@@ -56,6 +58,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.loads, study.reduced);
       from_model.area = header.area;
       checked.units = units_of(header.units);
+      settle_cyclic(study, sectors = header.sectors, header.has_structural);
       settle_solver(study, static_cast<int>(header.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
@@ -68,7 +71,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     settle_stability(study, modes + 3 * points);
     check_damping(study, modes, points, checked.has_c);
     watched_dof(study, modes, points);
-    if (!study.start.empty()) check_start(study.start, modes + 3 * points);
+    if (!study.start.empty()) check_start(study.start, modes + 3 * points, {sectors, study.engine_order.value_or(0)});
     refuse_foreign_files(study, request.reduce_only || request.modes_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
@@ -76,6 +79,9 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     check_path(study, checked.contact);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
+    if (request.modes_only && sectors > 0)
+      throw InputError(study.file.string() + ": dovetail modes: on a sector of a cyclic structure resonances are not "
+                                             "told yet; they differ with the nodal diameter");
     if (request.restart && study.follows_peaks())
       throw InputError(study.given.at("path.peak") +
                        ": path.peak: --restart: peaks over a parameter are not continued; "
@@ -142,6 +148,7 @@ std::vector<Warning> say(const Resonances &found, const Case &study, const Voice
 // Of a dry run, which takes a preload without equilibrium for no error.
 void show_resonances(const Checked &checked, std::optional<ReducedModel> reduced, const Voice &voice) {
   if (!reduced) return voice.say("resonances come with the reduction: dovetail modes, reduce or run");
+  if (reduced->sectors > 0) return;
   try {
     const PreloadedModel preloaded = preload(checked, std::move(*reduced), voice);
     if (const auto found = try_resonances(preloaded, checked.study, voice)) say(*found, checked.study, voice);
@@ -215,10 +222,13 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   }
   reduced.stuck_file = study.directory / "stuck.h5";
   reduced.file = study.reduced.empty() ? study.model : study.reduced;
+  if (reduced.sectors > 0) reduced.left_out = {}; // of index 0 alone
   PreloadedModel preloaded =
       stages.run("3 preload", [&] { return preload(checked, std::move(reduced), voice); }); // eq (7)
-  const std::optional<Resonances> found =
-      stages.run("3a resonances", [&] { return try_resonances(preloaded, study, voice); });
+  const std::optional<Resonances> found = stages.run("3a resonances", [&]() -> std::optional<Resonances> {
+    if (preloaded.reduced.sectors > 0) return {}; // they differ with the nodal diameter
+    return try_resonances(preloaded, study, voice);
+  });
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
   if (study.follows_peaks())

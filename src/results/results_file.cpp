@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "case/travelling_wave.hpp"
 #include "support/version.hpp"
 
 namespace dovetail {
@@ -143,6 +144,13 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
   file_->attribute("samples", study.samples);
   file_->attribute("modes", model.modes);
   file_->attribute("contact_points", model.points);
+  if (const TravellingWave wave{model.sectors, study.engine_order.value_or(0)}; wave.sectors > 0) {
+    file_->attribute("sectors", wave.sectors);
+    file_->attribute("engine_order", wave.engine_order);
+    std::vector<long> indices;
+    for (int k = 0; k <= study.harmonics; ++k) indices.push_back(wave.index(k));
+    file_->rows("/cyclic/index", {indices.size()}, 0, indices.size(), indices.data());
+  }
   if (study.path) {
     file_->attribute("parameter", study.path->parameter->name);
     file_->attribute("parameter_unit", study.path->parameter->unit);
