@@ -115,6 +115,7 @@ struct Case {
   Damping damping;
   std::string ratios_where;                  ///< place of damping.ratios in the file, for messages
   std::vector<LoadCourse> loads = {{}};      ///< each of another pattern
+  std::optional<int> engine_order;           ///< of the load on a cyclic model
   ContactSettings contact;                   ///< as written here; a model file may supply the rest
   std::vector<double> preload_initial = {0}; ///< x_p0: one number, or 3 N_x [m]
   std::string preload_initial_where;         ///< place in the file, for messages about its length
@@ -197,6 +198,10 @@ int watched_dof(const Case &study, int modes, int points);
 
 /// Throws InputError where [damping] names a mode, or a matrix, that the model does not have.
 void check_damping(const Case &study, int modes, int points, bool has_matrix);
+
+/// Of a case whose model is one of that many sectors, or of none, 0. Throws InputError where a sector wants an engine
+/// order, where another model has one, and where the case asks for what sectors do not have.
+void settle_cyclic(Case &study, int sectors, bool has_structural);
 
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);

@@ -106,6 +106,8 @@ const std::vector<Key> &keys() {
       {"excitation.fourier", "-",
        [](C c) { return c.given.count("excitation.load") ? std::string() : fourier_text(c.loads[0].fourier); }},
       {"excitation.load", "-", [](C c) { return c.given.count("excitation.load") ? loads_text(c.loads) : ""; }},
+      {"excitation.engine_order", "-",
+       [](C c) { return c.engine_order ? std::to_string(*c.engine_order) : std::string(); }},
       {"excitation.load.pattern", "", nullptr},
       {"excitation.load.fourier", "-", nullptr},
       {"contact.law", "", nullptr},

@@ -15,7 +15,7 @@ def refusal(folder, change, modes=8, interior=None, command="reduce", extra=""):
     with h5py.File(folder / "model.h5", "a") as file:
         change(file)
     case = sector_model.write_case(folder / "case.toml", modes, interior)
-    case.write_text(case.read_text() + extra)
+    case.write_text(extra + case.read_text())
     return launch.run(cases.Case(case, None, None, {}), command=command, status=2).err
 
 
@@ -86,16 +86,9 @@ def test_more_modes_than_there_are(tmp_path):
     assert f"make only {ALL} in each nodal diameter" in refusal(tmp_path, lambda file: None, ALL + 1, INNER)
 
 
-def test_modes_by_tolerance(tmp_path):
-    sector_model.write_model(tmp_path / "model.h5")
-    case = sector_model.write_case(tmp_path / "case.toml", 8)
-    case.write_text(case.read_text().replace("reduction.modes = 8", "accuracy.tolerance = 1e-3")
-                    .replace("harmonic_balance.harmonics = 3\n", ""))
-    assert "does not choose the modes of a sector" in launch.run(cases.Case(case, None, None, {}), command="modes", status=2).err
-
-
-def test_a_run_says_that_it_does_not_know_sectors(tmp_path):
-    assert "only  dovetail modes  and  dovetail reduce  know sectors" in refusal(tmp_path, lambda file: None, command="run")
+def test_exact_modes_and_a_count_of_interior_ones(tmp_path):
+    words = refusal(tmp_path, lambda file: None, extra="reduction.exact_modes = true\nreduction.check_modes = true\n")
+    assert "reduction.check_modes counts interior modes" in words
 
 
 def test_a_sector_that_nothing_holds(tmp_path):
