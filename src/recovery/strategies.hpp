@@ -40,6 +40,10 @@ public:
     list_.push_back(one);
     return true;
   }
+  bool has(const std::string &name) const { return std::find(list_.begin(), list_.end(), named(name)) != list_.end(); }
+  void remove(const std::string &name) {
+    list_.erase(std::remove(list_.begin(), list_.end(), named(name)), list_.end());
+  }
   /// Without those that may change the branch.
   void keep_branch() {
     const auto may = [](const Strategy *one) { return one->may_change_branch; };
