@@ -12,6 +12,7 @@
 #include "app/forecast.hpp"
 #include "app/own_files.hpp"
 #include "app/tell_resonances.hpp"
+#include "app/tell_sectors.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/blas_kernel.hpp"
@@ -41,15 +42,16 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     checked.study = read_case(request.file, request.out);
     Case &study = checked.study;
     ContactSettings from_model;
+    const bool is_excited = !request.reduce_only && !request.modes_only;
     int sectors = 0;
     if (study.reduced.empty()) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
-      if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
+      if (study.modes_by_tolerance && header.sectors == 0) first_modes(study, header.dofs - 3 * header.points);
       check_patterns(study, header.forces, study.model);
       checked.units = units_of(header.units);
+      settle_cyclic(study, sectors = header.sectors, header.has_structural, is_excited);
       if (!study.watch.node.empty()) node_motion(study.model, study.watch);
-      settle_cyclic(study, sectors, header.has_structural);
       settle_solver(study, static_cast<int>(study.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
@@ -58,7 +60,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.loads, study.reduced);
       from_model.area = header.area;
       checked.units = units_of(header.units);
-      settle_cyclic(study, sectors = header.sectors, header.has_structural);
+      settle_cyclic(study, sectors = header.sectors, header.has_structural, is_excited);
       settle_solver(study, static_cast<int>(header.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
@@ -79,9 +81,6 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     check_path(study, checked.contact);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
-    if (request.modes_only && sectors > 0)
-      throw InputError(study.file.string() + ": dovetail modes: on a sector of a cyclic structure resonances are not "
-                                             "told yet; they differ with the nodal diameter");
     if (request.restart && study.follows_peaks())
       throw InputError(study.given.at("path.peak") +
                        ": path.peak: --restart: peaks over a parameter are not continued; "
@@ -185,9 +184,16 @@ void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   const auto lock = study.reduced.empty() ? take_folder(comm, study, voice) : nullptr;
   ReducedModel reduced = reduced_model(comm, study, study.directory / "reduced.h5", stages, voice, figures, false);
   const std::filesystem::path file = study.reduced.empty() ? study.model : study.reduced;
-  const Resonances found = resonances(preload(checked, std::move(reduced), voice), study);
+  reduced.file = file;
+  const PreloadedModel preloaded = preload(checked, std::move(reduced), voice);
+  const Resonances found = resonances(preloaded, study);
   if (!found.known) throw InputError(mass_not_positive(file));
   voice.say(in_table(found, study));
+  if (preloaded.reduced.sectors > 0) {
+    constexpr PetscInt shown = 8;
+    voice.say(in_table("\nclosed points stuck [Hz]", stuck_frequencies(preloaded, shown), checked.units));
+    voice.say(in_table("\ncontact points held [Hz]", held_frequencies(preloaded.reduced), checked.units));
+  }
   for (const Warning &warning : warnings_of(found, study)) voice.say("warning: " + warning.text);
 }
 

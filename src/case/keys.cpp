@@ -86,6 +86,7 @@ const std::vector<Key> &keys() {
        [](C c) { return c.model.empty() ? "" : std::string(c.residuals ? "residual" : "craig-bampton"); }},
       {"reduction.interior_modes", "-",
        [](C c) { return c.interior_modes > 0 ? std::to_string(c.interior_modes) : std::string(); }},
+      {"reduction.exact_modes", "", [](C c) { return std::string(c.exact_modes ? "true" : ""); }},
       {"reduction.check_modes", "",
        [](C c) { return c.model.empty() ? "" : std::string(c.check_modes ? "true" : "false"); }},
       {"reduction.memory", "GiB",

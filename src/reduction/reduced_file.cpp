@@ -25,7 +25,9 @@ std::string text_of(const Source &source) {
   std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld %s, method %d, motion ", source.hash,
                 static_cast<long>(source.modes), source.kind == ModeKind::residual ? "modes with residuals" : "modes",
                 method);
-  const std::string shared = source.interior_modes > 0 ? std::to_string(source.interior_modes) + " interior, " : "";
+  const std::string shared = source.interior_modes > 0 ? std::to_string(source.interior_modes) +
+                                                             (source.exact_modes ? " interior, exact, " : " interior, ")
+                                                       : "";
   return text + shared + source.motion + ", units " + source.units;
 }
 
@@ -214,8 +216,14 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
     area = file.doubles("/contact/area");
   }
   const std::string units = file.text_attribute("units");
-  return {static_cast<PetscInt>(na),   static_cast<PetscInt>(nc / 3), loads, has_damping("/C"), has_damping("/S"), area,
-          units.empty() ? "SI" : units, sectors_in(file, na, nc, loads.size())};
+  return {static_cast<PetscInt>(na),
+          static_cast<PetscInt>(nc / 3),
+          loads,
+          has_damping("/C"),
+          has_damping("/S"),
+          area,
+          units.empty() ? "SI" : units,
+          sectors_in(file, na, nc, loads.size())};
 }
 
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {

@@ -36,10 +36,10 @@ struct DampingMatrix {
   std::vector<double> xx; ///< (3 own, 3 N_x)
 };
 
-/// A sector of a cyclic structure in motions of index h > 0, each sector exp(-2 pi i h / N) times the one before it: what
-/// stands in place of the real matrices. Hermitian; those of -h are the conjugates.
+/// A sector of a cyclic structure in motions of index h > 0, each sector exp(-2 pi i h / N) times the one before it:
+/// what stands in place of the real matrices. Hermitian; those of -h are the conjugates.
 struct SectorIndex {
-  struct Load { // T_h^H F of a load pattern
+  struct Load {                           // T_h^H F of a load pattern
     std::vector<std::complex<double>> fa; ///< (N_a); on every rank
     std::vector<std::complex<double>> fx; ///< (3 own)
   };
@@ -74,7 +74,7 @@ struct ReducedModel {
   /// Number of the pattern of that name. InputError if there is none.
   std::size_t load(const std::string &name) const;
 
-  int sectors = 0;                  ///< N of a cyclic structure, of which this is a sector in index 0; 0: of no such one
+  int sectors = 0; ///< N of a cyclic structure, of which this is a sector in index 0; 0: of no such one
   std::vector<SectorIndex> indices; ///< (N / 2) of h = 1 .. N / 2
 
   std::vector<double> watched; ///< (N_a + 3 N_x) the motion of the node watched, on every rank; empty: none is
@@ -139,6 +139,7 @@ struct Source {
   std::vector<std::array<PetscInt, 3>> contact_dofs;
   std::vector<double> area = {}; ///< (N_x) of the contact points [m^2], or empty
   PetscInt interior_modes = 0;   ///< of a cyclic sector: those that its indices share
+  bool exact_modes = false;      ///< likewise: that do not depend on how many these are
 };
 
 /// A number made of all numbers of a reduced model, the same on any number of ranks. Collective.

@@ -98,7 +98,8 @@ void read_sectors(const h5::Reader &file, int sectors, ReducedModel &model) {
     index.mxx = read_hermitian(file, group + "Mxx", first, rows, nc);
     index.kxx = read_hermitian(file, group + "Kxx", first, rows, nc);
     for (hsize_t j = 0; j < model.loads.size(); ++j)
-      index.loads.push_back({read(file, group + "Fa", {j, 0}, {1, na}), read(file, group + "Fx", {j, first}, {1, rows})});
+      index.loads.push_back(
+          {read(file, group + "Fa", {j, 0}, {1, na}), read(file, group + "Fx", {j, first}, {1, rows})});
     model.indices.push_back(std::move(index));
   }
 }

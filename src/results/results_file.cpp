@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "case/travelling_wave.hpp"
+#include "harmonic/sector_frequencies.hpp"
 #include "support/version.hpp"
 
 namespace dovetail {
@@ -49,6 +50,20 @@ void write_laws(MPI_Comm comm, h5::Writer *file, const std::vector<ContactPoint>
   const auto all = gather(comm, own);
   const std::vector<long> numbers(all.begin(), all.end());
   if (file) file->rows("/contact/law", {numbers.size()}, 0, numbers.size(), numbers.data());
+}
+
+// Of a cyclic structure, as its joint stands at the preload state. Collective.
+void write_frequencies(h5::Writer *file, const PreloadedModel &preloaded) {
+  constexpr PetscInt most = 20; // in each nodal diameter
+  const SectorFrequencies found = stuck_frequencies(preloaded, most);
+  if (!file) return;
+  std::vector<long> diameters;
+  std::vector<double> all;
+  for (const std::vector<double> &of_one : found)
+    diameters.push_back(static_cast<long>(diameters.size())), all.insert(all.end(), of_one.begin(), of_one.end());
+  const hsize_t rows = found.size();
+  file->rows("/cyclic/nodal_diameters", {rows}, 0, rows, diameters.data());
+  file->rows("/cyclic/frequencies", {rows, all.size() / rows}, 0, rows, all.data());
 }
 
 } // namespace
@@ -174,6 +189,7 @@ void ResultsFile::write_model(const PreloadedModel &preloaded) {
   write_points(comm_, file, "/preload/xp", 3 * own, 1, [&](auto i, int) { return rest[i / 3].x[i % 3]; });
   write_points(comm_, file, "/preload/g", 3 * own, 1, [&](auto i, int) { return rest[i / 3].force[i % 3]; });
   write_points(comm_, file, "/preload/w", own, 2, [&](auto p, int d) { return rest[p].w[d]; });
+  if (preloaded.reduced.sectors > 0) write_frequencies(file, preloaded);
 }
 
 void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
