@@ -190,9 +190,9 @@ void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   if (!found.known) throw InputError(mass_not_positive(file));
   voice.say(in_table(found, study));
   if (preloaded.reduced.sectors > 0) {
-    constexpr PetscInt shown = 8;
-    voice.say(in_table("\nclosed points stuck [Hz]", stuck_frequencies(preloaded, shown), checked.units));
+    voice.say(in_table("\nclosed points stuck [Hz]", stuck_frequencies(preloaded, listed_frequencies), checked.units));
     voice.say(in_table("\ncontact points held [Hz]", held_frequencies(preloaded.reduced), checked.units));
+    return; // what is warned of would be of nodal diameter 0 alone
   }
   for (const Warning &warning : warnings_of(found, study)) voice.say("warning: " + warning.text);
 }
@@ -231,9 +231,12 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   if (reduced.sectors > 0) reduced.left_out = {}; // of index 0 alone
   PreloadedModel preloaded =
       stages.run("3 preload", [&] { return preload(checked, std::move(reduced), voice); }); // eq (7)
+  SectorFrequencies by_diameter; // of a sector, whose resonances differ with the nodal diameter
   const std::optional<Resonances> found = stages.run("3a resonances", [&]() -> std::optional<Resonances> {
-    if (preloaded.reduced.sectors > 0) return {}; // they differ with the nodal diameter
-    return try_resonances(preloaded, study, voice);
+    if (preloaded.reduced.sectors == 0) return try_resonances(preloaded, study, voice);
+    by_diameter = stuck_frequencies(preloaded, listed_frequencies);
+    voice.say(in_table("closed points stuck [Hz]", by_diameter, checked.units));
+    return {};
   });
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
@@ -264,6 +267,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
                           std::filesystem::remove(study.directory / "summary.json"); // would pass for this run's
                           checked.has_results = true;
                         });
+    if (!by_diameter.empty()) results.describe(by_diameter);
     Followed followed = mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, voice)
                              : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
     const BranchSummary::End end = followed.story.summary.end;

@@ -9,6 +9,8 @@ namespace dovetail {
 /// (N / 2 + 1) lists, of nodal diameters 0 to N / 2, ascending [rad/s]; rigid motions are 0.
 using SectorFrequencies = std::vector<std::vector<double>>;
 
+constexpr PetscInt listed_frequencies = 20; ///< of each nodal diameter in results
+
 /// With the contact points held: those of the modes that are kept.
 SectorFrequencies held_frequencies(const ReducedModel &model);
 

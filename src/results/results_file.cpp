@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "case/travelling_wave.hpp"
-#include "harmonic/sector_frequencies.hpp"
 #include "support/version.hpp"
 
 namespace dovetail {
@@ -50,20 +49,6 @@ void write_laws(MPI_Comm comm, h5::Writer *file, const std::vector<ContactPoint>
   const auto all = gather(comm, own);
   const std::vector<long> numbers(all.begin(), all.end());
   if (file) file->rows("/contact/law", {numbers.size()}, 0, numbers.size(), numbers.data());
-}
-
-// Of a cyclic structure, as its joint stands at the preload state. Collective.
-void write_frequencies(h5::Writer *file, const PreloadedModel &preloaded) {
-  constexpr PetscInt most = 20; // in each nodal diameter
-  const SectorFrequencies found = stuck_frequencies(preloaded, most);
-  if (!file) return;
-  std::vector<long> diameters;
-  std::vector<double> all;
-  for (const std::vector<double> &of_one : found)
-    diameters.push_back(static_cast<long>(diameters.size())), all.insert(all.end(), of_one.begin(), of_one.end());
-  const hsize_t rows = found.size();
-  file->rows("/cyclic/nodal_diameters", {rows}, 0, rows, diameters.data());
-  file->rows("/cyclic/frequencies", {rows, all.size() / rows}, 0, rows, all.data());
 }
 
 } // namespace
@@ -189,7 +174,6 @@ void ResultsFile::write_model(const PreloadedModel &preloaded) {
   write_points(comm_, file, "/preload/xp", 3 * own, 1, [&](auto i, int) { return rest[i / 3].x[i % 3]; });
   write_points(comm_, file, "/preload/g", 3 * own, 1, [&](auto i, int) { return rest[i / 3].force[i % 3]; });
   write_points(comm_, file, "/preload/w", own, 2, [&](auto p, int d) { return rest[p].w[d]; });
-  if (preloaded.reduced.sectors > 0) write_frequencies(file, preloaded);
 }
 
 void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
@@ -309,6 +293,20 @@ void ResultsFile::describe(const StuckMode &mode) {
     file_->rows("/mode/omega", {1}, 0, 1, &mode.omega);
     file_->rows("/mode/onset", {1}, 0, 1, &mode.onset.amplitude);
     file_->rows("/mode/shape", {shape.size()}, 0, shape.size(), shape.data());
+    file_->flush();
+  });
+}
+
+void ResultsFile::describe(const SectorFrequencies &stuck) {
+  const hsize_t diameters = stuck.size(), count = stuck[0].size();
+  std::vector<long> numbers;
+  std::vector<double> flat;
+  for (const std::vector<double> &of_one : stuck)
+    numbers.push_back(static_cast<long>(numbers.size())), flat.insert(flat.end(), of_one.begin(), of_one.end());
+  on_all_ranks(comm_, [&] {
+    if (!file_) return;
+    file_->rows("/cyclic/nodal_diameters", {diameters}, 0, diameters, numbers.data());
+    file_->rows("/cyclic/frequencies", {diameters, count}, 0, diameters, flat.data());
     file_->flush();
   });
 }

@@ -55,7 +55,7 @@ def write_case(path, modes, interior_modes=None, exact=False):
     interior = "" if interior_modes is None else f"reduction.interior_modes = {interior_modes}\n"
     interior += "reduction.exact_modes = true\n" if exact else ""
     path.write_text(f'model = "model.h5"\nreduction.modes = {modes}\n{interior}harmonic_balance.harmonics = 3\n'
-                    f'[[excitation.load]]\npattern = "lift"\nfourier = [0, 1]\n'
+                    f'[[excitation.load]]\npattern = "lift"\nfourier = [0, 1]\n[excitation]\nengine_order = 1\n'
                     f'[continuation]\nomega = [1500.0, 3000.0]\n[stability]\nenabled = false\n')
     return path
 

@@ -15,7 +15,7 @@ def refusal(folder, change, modes=8, interior=None, command="reduce", extra=""):
     with h5py.File(folder / "model.h5", "a") as file:
         change(file)
     case = sector_model.write_case(folder / "case.toml", modes, interior)
-    case.write_text(case.read_text() + extra)
+    case.write_text(extra + case.read_text())
     return launch.run(cases.Case(case, None, None, {}), command=command, status=2).err
 
 
@@ -92,6 +92,11 @@ def test_modes_by_tolerance(tmp_path):
     case.write_text(case.read_text().replace("reduction.modes = 8", "accuracy.tolerance = 1e-3")
                     .replace("harmonic_balance.harmonics = 3\n", ""))
     assert "does not choose the modes of a sector" in launch.run(cases.Case(case, None, None, {}), command="modes", status=2).err
+
+
+def test_exact_modes_and_a_count_of_interior_ones(tmp_path):
+    words = refusal(tmp_path, lambda file: None, extra="reduction.exact_modes = true\nreduction.check_modes = true\n")
+    assert "reduction.check_modes counts interior modes" in words
 
 
 def test_a_sector_that_nothing_holds(tmp_path):
