@@ -85,8 +85,8 @@ def _need_two_sides(sides, names, labels):
             raise ValueError(f"no node of {name!r} is off the axis; left and right are the faces where a sector meets its neighbours")
     both = np.intersect1d(*sides)
     if both.size:
-        raise ValueError(f"node {labels[both[0]]} is in {names[0]!r} and in {names[1]!r} ({len(both)} such nodes); off the axis a node is on "
-                         "one side only, take it out of the other set")
+        raise ValueError(f"node {labels[both[0]]} is in {names[0]!r} and in {names[1]!r} ({len(both)} such nodes); off the axis a node "
+                         "is on one side only, take it out of the other set")
 
 
 def _paired(structure, sides, names, sectors, axis, origin, tolerance):
@@ -107,8 +107,8 @@ def _paired(structure, sides, names, sectors, axis, origin, tolerance):
         raise ValueError(f"{names[0]!r} has {len(points[0])} nodes off the axis and {names[1]!r} has {len(points[1])}: every node needs a "
                          f"partner, and node {labels[sides[side][np.argmax(far)]]} of {names[side]!r} has none within {far.max():.3g}")
     worst, many = int(np.argmax(distance)), int(np.count_nonzero(distance > tolerance))
-    raise ValueError(f"node {labels[sides[0][worst]]} of {names[0]!r}, turned by {_degrees(wanted)} degrees, lies {distance[worst]:.3g} from "
-                     f"the nearest node of {names[1]!r}, {labels[sides[1][partner[worst]]]}, the largest distance of {many} above the "
+    raise ValueError(f"node {labels[sides[0][worst]]} of {names[0]!r}, turned by {_degrees(wanted)} degrees, lies {distance[worst]:.3g} "
+                     f"from the nearest node of {names[1]!r}, {labels[sides[1][partner[worst]]]}, the largest distance of {many} above the "
                      f"tolerance ({tolerance:.3g}); both sides need the same mesh, or raise the tolerance")
 
 
@@ -119,13 +119,12 @@ def _nearest(points, others, axis, origin, angle):
 
 def _say_angle(points, names, sectors, axis, origin, tolerance):
     """ValueError where the sides do fit, but at another angle."""
-    found = _angle_between(points, axis, origin)
-    if np.any(_nearest(*points, axis, origin, found)[0] > max(tolerance, 1e-6 * np.abs(points[0] - origin).max())):
+    found, wanted = _angle_between(points, axis, origin), 2 * np.pi / sectors
+    if abs(found - wanted) <= WHOLE * wanted or np.any(_nearest(*points, axis, origin, found)[0] > tolerance):
         return
-    wanted = 2 * np.pi / sectors
     if abs(found + wanted) <= WHOLE * wanted:
-        raise ValueError(f"{names[1]!r} is {names[0]!r} turned by minus {_degrees(wanted)} degrees about the axis; exchange left and right, or "
-                         "let the axis point the other way")
+        raise ValueError(f"{names[1]!r} is {names[0]!r} turned by minus {_degrees(wanted)} degrees about the axis; exchange left and "
+                         "right, or let the axis point the other way")
     turns = 2 * np.pi / abs(found) if found else 0.0
     meant = f"; sectors = {round(turns)}?" if turns >= 1.5 and abs(turns - round(turns)) <= WHOLE * turns else ""
     raise ValueError(f"{names[0]!r} and {names[1]!r} are {_degrees(found)} degrees apart, {sectors} sectors need {_degrees(wanted)}{meant}")

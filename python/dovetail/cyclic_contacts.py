@@ -2,6 +2,8 @@
 
 import numpy as np
 
+ROUNDING = 1e-12  # weights below are round-off of a point on the edge of a face
+
 
 def contacts_of(joints, structure):
     """`nodes`, `next_sector` and `faces` of the `cyclic` of Model.
@@ -41,7 +43,7 @@ def _nodes(dofs, structure):
 def _on_faces(joint, structure):
     """Point, node row and weight of what the contact points stand on, held nodes left out."""
     node = _nodes(joint.other, structure)
-    moves = (node >= 0) & (joint.weight != 0)
+    moves = (node >= 0) & (np.abs(joint.weight) > ROUNDING)
     return joint.point[moves], node[moves], joint.weight[moves]
 
 

@@ -50,7 +50,8 @@ def _need_alike(structure, left, right):
     if not worst.size:
         return
     first = worst[0]
-    a, b = (f"node {labels[rows[first]]} of {name!r}" for rows, name in ((cyclic.left, cyclic.left_name), (cyclic.right, cyclic.right_name)))
+    sides = (cyclic.left, cyclic.left_name), (cyclic.right, cyclic.right_name)
+    a, b = (f"node {labels[rows[first]]} of {name!r}" for rows, name in sides)
     advice = "clamp both alike"
     if (left[first, 3:] != right[first, 3:]).any() and (left[first, :3] == right[first, :3]).all():
         advice = "both sides need the same kind of elements"

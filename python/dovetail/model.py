@@ -204,8 +204,8 @@ class Model(DampingMatrices):
             loads |= {name: read_sparse(file, name) for name in ("C", "K_structural") if name in file}
             cyclic = model_cyclic.read_cyclic(file)
             dofs = numbers(file, "contact/dofs", (None, 3), "i") if cyclic is None else None
-            return cls(read_sparse(file, "K"), read_sparse(file, "M"), dofs, **loads, contact=contact, mesh=mesh, joint=joint, cyclic=cyclic,
-                       units=words(file, "units", "SI"), comm=hdf5_parts.Alone())
+            return cls(read_sparse(file, "K"), read_sparse(file, "M"), dofs, **loads, contact=contact, mesh=mesh, joint=joint,
+                       cyclic=cyclic, units=words(file, "units", "SI"), comm=hdf5_parts.Alone())
 
     def _load(self, load, name):
         if load is None:

@@ -31,7 +31,8 @@ def checked_cyclic(cyclic, n, mesh, joint):
         raise ValueError(f"cyclic left and right must be dofs 0 to {n - 1}, each once")
     points, count = len(nodes), len(mesh["nodes"])
     if nodes.shape != (points, 2) or not points or nodes.min() < -1 or nodes.max() >= count or np.any(nodes.max(axis=1) < 0):
-        raise ValueError(f"cyclic nodes must be (N_x, 2) node rows up to {count - 1}, -1 for a side that is held, found shape {nodes.shape}")
+        raise ValueError(f"cyclic nodes must be (N_x, 2) node rows up to {count - 1}, -1 for a side that is held, found shape "
+                         f"{nodes.shape}")
     if next_sector.shape != (points,) or not np.isin(next_sector, (0, 1)).all():
         raise ValueError(f"cyclic next_sector must be 0 or 1 for each of {points} contact points, found shape {next_sector.shape}")
     return {"sectors": sectors, "axis": axis, "origin": origin, "left": left, "right": right, "next_sector": next_sector, "nodes": nodes,
