@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from .loads import real_vector
+from .units import parse
 
 WHOLE = 1e-6  # so near to a whole number of sectors an angle is meant to be one
 
@@ -22,7 +23,7 @@ class Cyclic:
         Node rows: right[i] is left[i] turned by 2 pi / sectors.
     on_axis : (k,) int, node rows of either side that a turn does not move
     left_name, right_name : str
-    tolerance : float [m]
+    mismatch : float [m], largest distance of partners
     """
 
     sectors: int
@@ -33,12 +34,20 @@ class Cyclic:
     on_axis: np.ndarray
     left_name: str
     right_name: str
-    tolerance: float
+    mismatch: float
 
     @property
     def rotation(self):
         """R (3, 3), the turn from a sector to the next."""
         return turn(self.axis, 2 * np.pi / self.sectors)
+
+    def report(self, units="SI"):
+        """What was matched, in a line; `units` are those of the model."""
+        length = parse(units).length
+        unit = f" {length}" if length else ""
+        said = [f"({', '.join(f'{value + 0.0:.6g}' for value in vector)})" for vector in (self.axis, self.origin)]
+        return (f"one of {self.sectors} sectors about the axis {said[0]} through {said[1]}: {len(self.left)} pairs of nodes of "
+                f"{self.left_name} and {self.right_name}, at most {self.mismatch:.3g}{unit} apart")
 
     def to_next(self, points):
         """The points (m, 3) [m] of the next sector that correspond to points of this one."""
@@ -69,14 +78,22 @@ def matched(structure, sectors, left, right, axis, origin, tolerance):
     tolerance = 1e-6 * size if tolerance is None else tolerance
     if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or not 0 <= tolerance < np.inf:
         raise ValueError(f"tolerance must be a finite number that is not negative [m], found {tolerance!r}")
-    names = str(left), str(right)
+    names = _name_of(left, "left"), _name_of(right, "right")
     sides = [np.unique(structure._nodes(where)) for where in (left, right)]
     distance = np.linalg.norm(np.cross(structure.nodes - origin, axis), axis=1)
     on_axis = np.unique(np.concatenate([rows[distance[rows] <= tolerance] for rows in sides]))
     sides = [np.setdiff1d(rows, on_axis) for rows in sides]
     _need_two_sides(sides, names, structure.labels)
-    left, right = _paired(structure, sides, names, sectors, axis, origin, float(tolerance))
-    return Cyclic(int(sectors), axis, origin, left, right, on_axis, *names, float(tolerance))
+    left, right, mismatch = _paired(structure, sides, names, sectors, axis, origin, float(tolerance))
+    return Cyclic(int(sectors), axis, origin, left, right, on_axis, *names, mismatch)
+
+
+def _name_of(where, otherwise):
+    """What a side is called in messages."""
+    if isinstance(where, str):
+        return where
+    names = list(where)
+    return ", ".join(names) if names and all(isinstance(name, str) for name in names) else otherwise
 
 
 def _need_two_sides(sides, names, labels):
@@ -90,7 +107,7 @@ def _need_two_sides(sides, names, labels):
 
 
 def _paired(structure, sides, names, sectors, axis, origin, tolerance):
-    """Node rows (p,) left, and of its partners right."""
+    """Node rows (p,) left, and of its partners right, and the largest distance of partners."""
     points, labels = [structure.nodes[rows] for rows in sides], structure.labels
     wanted = 2 * np.pi / sectors
     distance, partner = _nearest(points[0], points[1], axis, origin, wanted)
@@ -99,7 +116,7 @@ def _paired(structure, sides, names, sectors, axis, origin, tolerance):
         if counts.max() > 1:
             raise ValueError(f"node {labels[sides[1][taken[counts.argmax()]]]} of {names[1]!r} is the partner of {counts.max()} nodes of "
                              f"{names[0]!r}; make the tolerance ({tolerance:.3g}) smaller than the distance between nodes")
-        return sides[0], sides[1][partner]
+        return sides[0], sides[1][partner], float(distance.max())
     _say_angle(points, names, sectors, axis, origin, tolerance)
     if len(points[0]) != len(points[1]):
         back = _nearest(points[1], points[0], axis, origin, -wanted)[0]
@@ -119,7 +136,7 @@ def _nearest(points, others, axis, origin, angle):
 
 def _say_angle(points, names, sectors, axis, origin, tolerance):
     """ValueError where the sides do fit, but at another angle."""
-    found, wanted = _angle_between(points, axis, origin), 2 * np.pi / sectors
+    found, wanted = angle_between(points, axis, origin), 2 * np.pi / sectors
     if abs(found - wanted) <= WHOLE * wanted or np.any(_nearest(*points, axis, origin, found)[0] > tolerance):
         return
     if abs(found + wanted) <= WHOLE * wanted:
@@ -130,7 +147,7 @@ def _say_angle(points, names, sectors, axis, origin, tolerance):
     raise ValueError(f"{names[0]!r} and {names[1]!r} are {_degrees(found)} degrees apart, {sectors} sectors need {_degrees(wanted)}{meant}")
 
 
-def _angle_between(points, axis, origin):
+def angle_between(points, axis, origin):
     """Mean angle [rad] by which the second side is turned from the first; partners are those nearest in radius and height."""
     first = np.eye(3)[np.argmin(np.abs(axis))]
     first = first - (first @ axis) * axis

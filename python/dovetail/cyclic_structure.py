@@ -11,6 +11,7 @@ class CyclicStructure:
     """The part of `Structure` that makes it a sector."""
 
     cyclic_sector = None  # Cyclic, once `cyclic` is called
+    sector_of_deck = None  # importers.deck_sector.DeckSector, where an imported deck has cyclic symmetry
 
     def cyclic(self, sectors, left, right, axis, *, origin=(0, 0, 0), tolerance=None):
         """As one of N equal sectors of a disk, K and M being those of its own elements only. Before surfaces are taken for joints.

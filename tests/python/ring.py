@@ -43,3 +43,19 @@ def with_rotations(structure, rows):
     dof_direction = np.append(structure.dof_direction, np.tile([3, 4, 5], len(rows)))
     return Structure(K, M, structure.nodes, dof_node, dof_direction, labels=structure.labels, cells=structure.cells,
                      node_sets=structure.node_sets)
+
+
+def deck(structure, cards=""):
+    """The mesh and the node sets as CalculiX and Abaqus write them, each set a surface, too."""
+    text = "*NODE\n" + "".join(f"{label}, {x!r}, {y!r}, {z!r}\n" for label, (x, y, z) in zip(structure.labels, structure.nodes.tolist()))
+    text += "*ELEMENT, TYPE=C3D8, ELSET=BODY\n"
+    text += "".join(f"{k}, {', '.join(map(str, row))}\n" for k, row in enumerate(structure.labels[structure.cells["hexahedron"]], start=1))
+    for name, rows in structure.node_sets.items():
+        text += f"*NSET, NSET={name}\n" + "".join(f"{label},\n" for label in structure.labels[rows])
+    text += "".join(f"*SURFACE, NAME=S_{name}, TYPE=NODE\n{name}\n" for name in structure.node_sets)
+    return text + cards + "*STEP\n*MATRIX GENERATE, STIFFNESS, MASS\n*END STEP\n"
+
+
+def names(structure):
+    """(n, 2) node number and direction from 1 of every dof."""
+    return np.stack([structure.labels[structure.dof_node], structure.dof_direction + 1], axis=1)

@@ -243,7 +243,8 @@ def test_contact_nodes_on_a_side():
     structure = cyclic()
     structure.node_sets["left_face"] = np.concatenate([structure.node_sets["left"], structure.node_sets["over_left"]])
     joint = Joint.between(structure.surface("right_face"), structure.surface("left_face"), **STIFF, next_sector=True)
-    refused(lambda: structure.join(joint), "'right_face - left_face' has node", "(9 such nodes), where the sector is joined to its neighbour")
+    refused(lambda: structure.join(joint), "'right_face - left_face' has node", "of 'left' (9 such nodes)",
+            "where the sector is joined to its neighbour")
 
 
 def test_faces_that_share_a_node_with_a_side():
