@@ -1,6 +1,7 @@
 """Sectors of a disk: matching of both sides, joints to the next sector, what is written, and everything that is refused."""
 
 import brick
+import h5py
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -8,6 +9,7 @@ from ring import N, sector, with_rotations
 
 from dovetail import Joint, Model
 from dovetail.followers import Followers
+from dovetail.info import describe
 from dovetail.reference import sector_basis, sector_frequencies
 
 Z = (0, 0, 1)
@@ -99,6 +101,38 @@ def test_a_side_that_is_held_is_ground(held, free):
     supported = structure._with_matrix("K", structure.K + sp.diags(springs)).join(joint)
     for h in range(N // 2 + 1):
         np.testing.assert_allclose(sector_frequencies(model, h, 12), sector_frequencies(supported, h, 12, "open"), rtol=1e-10)
+
+
+def test_info_says_what_the_sector_is(tmp_path):
+    joined(cyclic(sector().clamped("bore", "z"))).write(tmp_path / "model.h5")
+    said = describe(tmp_path / "model.h5")
+    assert "5 sectors about the axis (0, 0, 1); 24 dofs on either side" in said and "6, 6 of them to the next sector" in said
+
+
+def test_damaged_files_are_refused(tmp_path):
+    path = tmp_path / "model.h5"
+    joined(cyclic()).write(path)
+    for name, value, words in (("sectors", 1, "a whole number from 2 on, found 1"), ("sectors", "five", "must be one whole number"),
+                               ("axis", [0.0, 0.0, 2.0], "axis must be a unit vector"), ("axis", "z", "axis must be three numbers")):
+        with h5py.File(path, "r+") as file:
+            before = file["cyclic"].attrs[name]
+            file["cyclic"].attrs[name] = value
+        refused(lambda: Model.read(path), str(path), words)
+        with h5py.File(path, "r+") as file:
+            file["cyclic"].attrs[name] = before
+    for name, change, words in (("cyclic/left", lambda old: old + 10000, "left and right must be dofs 0 to"),
+                                ("cyclic/right", lambda old: old[:-1], "held on both sides alike"),
+                                ("cyclic/next_sector", lambda old: old + 1, "next_sector must be 0 or 1"),
+                                ("contact/nodes", lambda old: old - 1000, "nodes must be (N_x, 2) node rows")):
+        with h5py.File(path, "r+") as file:
+            before = file[name][()]
+            del file[name]
+            file[name] = change(before)
+        refused(lambda: Model.read(path), words)
+        with h5py.File(path, "r+") as file:
+            del file[name]
+            file[name] = before
+    Model.read(path)
 
 
 def test_directions_that_the_turn_keeps_may_be_clamped():
