@@ -18,6 +18,7 @@ MODEL = f"*CYCLIC SYMMETRY MODEL, N={N}, NGRAPH=1, TIE=T1\n0, 0, -5, 0, 0, 7\n"
 CYCLIC = '[cyclic]\nsectors = 5\nleft = "LEFT"\nright = "right"\naxis = [0, 0, 1]\n'
 JOINT = '[[joint]]\nbetween = ["over_right", "over_left"]\nnormal_stiffness = 1e3\ntangential_stiffness = 1e3\nfriction = 0.3\n'
 NEXT = JOINT + "next_sector = true\n"
+GROUNDED = re.sub("between.*", 'ground = "over_left"', JOINT)
 
 
 def written(folder, text):
@@ -56,7 +57,7 @@ def test_the_same_model_as_by_hand(tmp_path):
     (CYCLIC.replace("5", "6") + NEXT, r"\[cyclic\]: 'left' and 'right' are 72 degrees apart, 6 sectors need 60; sectors = 5\?"),
     (NEXT, r"\[\[joint\]\] number 1: surface 'over_left' is that of a structure that is not cyclic"),
     (CYCLIC + NEXT.replace("true", "1"), r"\[\[joint\]\] number 1: next_sector must be true or false, found 1"),
-    (CYCLIC + re.sub("between.*", 'ground = "over_left"', NEXT), r"next_sector has no meaning for a joint with the ground"),
+    (CYCLIC + GROUNDED + "next_sector = true\n", r"next_sector has no meaning for a joint with the ground"),
     (CYCLIC + NEXT + "[[gravity]]\nvector = [0, 1, -9.81]\n", r"\[\[gravity\]\] number 1: the weight under .* along the axis, \(0, 0, 1\)"),
     (CYCLIC + NEXT + '[[bolt]]\nbetween = ["over_left", "bore"]\nforce = 1\nthen = "lock"\n',
      r"\[\[bolt\]\]: a bolt of a cyclic sector keeps its force"),
@@ -71,7 +72,25 @@ def test_weight_along_the_axis_is_taken(tmp_path):
     assert model.preload[2::3].max() < 0
 
 
-def deck(cards="", step=None, joint_faces=False, swapped=False):
+def test_supports_are_those_of_all_sectors(tmp_path):
+    """Free, the ring can spin and move along its axis; a blade that only joints hold keeps all of its motions."""
+    said = "\n".join(applied(tmp_path, CYCLIC + NEXT).notes)
+    assert "1 body; rigid motions that only joints can hold: 2" in said
+    assert "1 body, all held" in "\n".join(applied(tmp_path, CYCLIC + NEXT + '[[clamp]]\nset = "bore"\n').notes)
+    pull = '[[preload]]\nset = "over_left"\nvector = [0, 0, 1]\n'
+    assert "preload on it (0, 0, 1)" in "\n".join(applied(tmp_path, CYCLIC + NEXT + pull).notes)
+    assert "rigid motions that only joints can hold: 6" in "\n".join(applied(tmp_path, GROUNDED).notes)
+
+
+def test_a_bolt_that_keeps_its_force(tmp_path):
+    model = applied(tmp_path, CYCLIC + NEXT + '[[bolt]]\nbetween = ["over_left", "bore"]\nforce = 3\n')
+    plain = applied(tmp_path, CYCLIC + NEXT)
+    pulls = (model.preload - plain.preload).reshape(-1, 3)
+    np.testing.assert_allclose(np.linalg.norm(pulls[ring.sector().node_sets["bore"]].sum(axis=0)), 3)
+    np.testing.assert_allclose(pulls.sum(axis=0), 0, atol=1e-12)
+
+
+def deck(cards="", step=None, joint_faces=False):
     """A sector of C3D20 from radius 40 to 100, held at the bore, its sides above that in surfaces SLEFT and SRIGHT."""
     plain, elements = bar(size=(60.0, ANGLE, 10.0), cells=(3, 2, 1), origin=(40.0, 0.0, 0.0))
     nodes = {label: (r * np.cos(t), r * np.sin(t), z) for label, (r, t, z) in plain.items()}

@@ -92,9 +92,10 @@ def _applied(structure, path, notes):
     if structure.held_by_deck and any(kind == "gravity" for kind, _, _ in entries):
         notes.append("CHECK: [[gravity]] has the weight beside nodes that the deck holds in part only, because the matrices have no more; "
                      "hold them with [[clamp]] in the set-up file instead")
-    notes += echo.loads(structure) + echo.supports(structure)
+    notes += echo.loads(structure)
     with _named(f"{path}, [cyclic]"):
         structure = setup_sector.made(structure, sector, _set, _vector, notes)
+    notes += echo.supports(structure)
     for kind, number, table in entries:
         if kind == "gravity" and structure.cyclic_sector is not None:
             with _named(f"{path}, [[gravity]] number {number}"):
