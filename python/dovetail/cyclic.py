@@ -11,6 +11,8 @@ from scipy.spatial import cKDTree
 from .loads import real_vector
 from .units import parse
 
+MOST = 10**6  # sectors of a disk
+FARTHEST = 1e6  # from the mesh to a point on its axis, in sizes of the mesh: beyond, coordinates have too few digits
 WHOLE = 1e-6  # so near to a whole number of sectors an angle is meant to be one
 
 
@@ -61,6 +63,15 @@ def turn(axis, angle):
     return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
 
 
+def unit(axis):
+    """The vector (3,) at unit length."""
+    axis = real_vector(axis, "axis", "-")
+    if not np.any(axis):
+        raise ValueError("axis must not be zero")
+    axis = axis / np.abs(axis).max()  # whose squares neither overflow nor vanish
+    return axis / np.linalg.norm(axis)
+
+
 def about(points, origin, rotation):
     """Points (m, 3) turned about an axis through `origin`."""
     return origin + (points - origin) @ rotation.T
@@ -68,13 +79,13 @@ def about(points, origin, rotation):
 
 def matched(structure, sectors, left, right, axis, origin, tolerance):
     """The Cyclic of a structure, arguments as in `Structure.cyclic`. ValueError unless the sides fit each other."""
-    if isinstance(sectors, bool) or not isinstance(sectors, (int, np.integer)) or sectors < 2:
-        raise ValueError(f"sectors must be a whole number from 2 on, found {sectors!r}")
-    axis, origin = real_vector(axis, "axis", "-"), real_vector(origin, "origin", "m")
-    if not np.any(axis):
-        raise ValueError("axis must not be zero")
-    axis = axis / np.linalg.norm(axis)
+    if isinstance(sectors, bool) or not isinstance(sectors, (int, np.integer)) or not 2 <= sectors <= MOST:
+        raise ValueError(f"sectors must be a whole number from 2 on, of at most {MOST}, found {sectors!r}")
+    axis, origin = unit(axis), real_vector(origin, "origin", "m")
     size = float(np.linalg.norm(np.ptp(structure.nodes, axis=0)))
+    if not np.linalg.norm(structure.nodes - origin, axis=1).max(initial=0) <= FARTHEST * size:
+        raise ValueError(f"origin must be a point on the axis near the mesh, at most {FARTHEST:g} times its size away, found "
+                         f"{origin.tolist()}")
     tolerance = 1e-6 * size if tolerance is None else tolerance
     if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or not 0 <= tolerance < np.inf:
         raise ValueError(f"tolerance must be a finite number that is not negative [m], found {tolerance!r}")
@@ -155,6 +166,8 @@ def angle_between(points, axis, origin):
     across = np.stack([first, np.cross(axis, first)])
     flat = [(side - origin) @ across.T for side in points]
     meridian = [np.column_stack([np.linalg.norm(xy, axis=1), (side - origin) @ axis]) for xy, side in zip(flat, points)]
+    if not np.isfinite(np.concatenate(meridian)).all():
+        raise ValueError(f"origin must be a point on the axis near the mesh, found {np.asarray(origin).tolist()}")
     partner = cKDTree(meridian[1]).query(meridian[0])[1]
     angles = [np.arctan2(xy[:, 1], xy[:, 0]) for xy in flat]
     return float(np.angle(np.exp(1j * (angles[1][partner] - angles[0])).sum()))

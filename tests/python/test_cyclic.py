@@ -152,16 +152,23 @@ def test_rotations_have_rows_of_their_own():
     assert set(model.mesh["dof_direction"][model.cyclic["right"][9:]].ravel()) == {3, 4, 5}
 
 
-@pytest.mark.parametrize("sectors", [1, 0, -6, 12.0, True, "12"])
+@pytest.mark.parametrize("sectors", [1, 0, -6, 12.0, True, "12", 10**400])
 def test_sectors_are_a_whole_number_from_two_on(sectors):
-    refused(lambda: sector().cyclic(sectors, "left", "right", Z), f"sectors must be a whole number from 2 on, found {sectors!r}")
+    refused(lambda: sector().cyclic(sectors, "left", "right", Z), f"sectors must be a whole number from 2 on, of at most 1000000, found {sectors!r}")
 
 
 @pytest.mark.parametrize("axis, origin, words", [((0, 0, 0), (0, 0, 0), "axis must not be zero"),
                                                  ((0, 1), (0, 0, 0), "axis must be a vector of three finite numbers"),
-                                                 (Z, (0, np.nan, 0), "origin must be a vector of three finite numbers")])
+                                                 (Z, (0, np.nan, 0), "origin must be a vector of three finite numbers"),
+                                                 (Z, (1e200, 0, 0), "origin must be a point on the axis near the mesh"),
+                                                 (Z, (1e8, 0, 0), "origin must be a point on the axis near the mesh")])
 def test_axis_and_origin_are_vectors(axis, origin, words):
     refused(lambda: sector().cyclic(N, "left", "right", axis, origin=origin), words)
+
+
+@pytest.mark.parametrize("length", [1e-320, 1e-200, 1e200])
+def test_the_length_of_the_axis_does_not_matter(length):
+    assert np.array_equal(sector().cyclic(N, "left", "right", (0, 0, length)).cyclic_sector.axis, Z)
 
 
 def test_tolerance_is_a_number():

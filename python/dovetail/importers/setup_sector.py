@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..cyclic import angle_between
+from ..cyclic import angle_between, unit
 
 KEYS = {"sectors", "left", "right", "axis", "origin", "tolerance"}
 HALF_A_TURN = np.pi - 1e-6  # with two sectors either side is left
@@ -63,9 +63,7 @@ def _sets(structure, value, key, find):
 
 def _ordered(structure, pairs, given):
     """Names of the left and of the right sides: right is left turned in the positive sense."""
-    axis = np.asarray(given["axis"], dtype=float)
-    axis = axis / max(np.linalg.norm(axis), np.finfo(float).tiny)
-    origin, sides = np.asarray(given.get("origin", (0, 0, 0)), dtype=float), []
+    axis, origin, sides = unit(given["axis"]), np.asarray(given.get("origin", (0, 0, 0)), dtype=float), []
     for pair in pairs:
         points = [structure.nodes[np.unique(structure._nodes(find))] for find in pair]
         angle = angle_between(points, axis, origin)
