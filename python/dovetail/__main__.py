@@ -264,6 +264,8 @@ def _range_options(commands):
     command.add_argument("--samples", metavar="N", type=int, default=128, help="of all ranges together; default: %(default)s; 0: none")
     command.add_argument("--along", metavar="N", type=int, default=9,
                          help="points over each parameter alone; default: %(default)s; 0: none")
+    command.add_argument("--track", action="store_true", help="follow the peak over each parameter alone, in one run each, in place of "
+                         "sweeps")
     command.add_argument("--each-point", action="store_true", help="contact points vary each by itself in the samples, not all alike")
     command.add_argument("--until-peak", metavar="N", type=int, help="end every sweep behind so many peaks: quicker, without the band of "
                          "curves")

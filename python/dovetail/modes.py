@@ -34,10 +34,13 @@ class Motion:
     force: float
     coefficients: np.ndarray
 
+    def of(self, row):
+        """Coefficients (2H+1,) of an unknown (its row), or of a combination of them, (dofs,)."""
+        return self.coefficients[row] if np.ndim(row) == 0 else np.asarray(row) @ self.coefficients
+
     def amplitude(self, row):
-        """Half the peak-to-peak of an unknown (its row), or of a combination of them, (dofs,)."""
-        values = self.coefficients[row] if np.ndim(row) == 0 else np.asarray(row) @ self.coefficients
-        return float(fourier.amplitude(values[None])[0])
+        """Half the peak-to-peak of an unknown, or of a combination."""
+        return float(fourier.amplitude(self.of(row)[None])[0])
 
 
 class Backbone:
@@ -184,8 +187,11 @@ class Backbone:
         for places in self._tracks(force, harmonic):
             most = max((alpha for alpha, _ in places), default=0.0)
             motions = [self.motion(alpha, swing / harmonic, force, harmonic) for alpha, swing in places if alpha >= NEAR_TOP * most]
-            size = np.array([motion.amplitude(row) for motion in motions])
-            i = int(np.argmax(size)) if len(size) else 0
+            if not motions:
+                found.append(None)
+                continue
+            size = fourier.amplitude(np.array([motion.of(row) for motion in motions]))
+            i = int(np.argmax(size))
             found.append(self._between(motions[i - 1:i + 2], size[i - 1:i + 2], force, harmonic) if 0 < i < len(size) - 1 else None)
         return found
 

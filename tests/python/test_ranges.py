@@ -11,6 +11,7 @@ from dovetail import Results, ranges
 from dovetail.__main__ import main
 from dovetail.case_changes import Range, apply, contact_values, need
 from dovetail.case_runs import CaseRuns, CurveCase, largest_at, largest_peak
+from dovetail.peak_tracks import follow
 from dovetail.study_runs import Program
 from launch import BINARY
 
@@ -119,6 +120,37 @@ def test_first_order_is_told_where_it_is_meaningless(amplitude, slopes, meaningl
     assert first.flat == (not any(slopes.values()))
     assert first.meaningless == meaningless and first.omega == pytest.approx({"force": 0, "friction": 0})
     assert first.deviation() == pytest.approx(np.hypot(*slopes.values()) / np.sqrt(3))
+
+
+class Followed(Formula):
+    """Peaks 5 + xi^2, and a run that follows them: up to `last`, of another peak where `shift` is not 0."""
+
+    def __init__(self, given, last, shift=0.0, status=0):
+        super().__init__(given, lambda friction: 5 + friction**2)
+        self.last, self.shift, self.status = last, shift, status
+
+    def each(self, list_of_changes, digest, what, at=None, path=None):
+        if path is None:
+            return super().each(list_of_changes, digest, what)
+        assert path["parameter"] == "friction" and path["peak"] == "amplitude"
+        factors = np.array([path["range"][0], *path["at"], path["range"][1]])
+        assert factors == pytest.approx(np.array([0.2, 0.3, 0.4, 0.5, 0.6]) / 0.4)
+        numbers = factors[0.4 * factors <= self.last]
+        amplitude = 5 + ((0.4 * numbers - 0.4) / 0.2) ** 2 + self.shift
+        return [{"status": self.status, "reason": "broken", "parameter": list(numbers), "omega": [2.0] * len(numbers),
+                 "amplitude": list(amplitude), "rms": list(amplitude)}]
+
+
+@pytest.mark.parametrize("last, shift, status, reached, reason", [
+    (0.7, 0.0, 0, 5, ""), (0.45, 0.0, 0, 3, "it ends at 0.4"), (0.7, 0.2, 0, 0, "another peak"), (0.7, 0.0, 3, 0, "broken")])
+def test_a_track_is_taken_as_far_as_it_is_the_largest_peak(last, shift, status, reached, reason):
+    wanted, places = Range("friction", "value", 0.2, 0.6), np.linspace(-1, 1, 5)
+    runs = Followed([wanted], last, shift, status)
+    track = follow(runs, wanted, lambda place: {"friction": ("value", wanted.at(place.get("friction", 0.0)))}, places, None)
+    records = track.at(places)
+    assert [record is not None for record in records] == [i < reached for i in range(5)]
+    assert (reason in track.reason) and bool(reason) == bool(track.reason)
+    assert [record["amplitude"] for record in records[:reached]] == pytest.approx([6, 5.25, 5, 5.25, 6][:reached])
 
 
 @pytest.mark.parametrize("options, words", [

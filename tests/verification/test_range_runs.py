@@ -91,6 +91,43 @@ def test_closed_form_of_a_stuck_mass(tmp_path):
     assert np.all(np.diff(band, axis=0) >= 0) and omega[0] == 7 and omega[-1] == 13.5
 
 
+def test_the_peak_followed_over_a_parameter(tmp_path):
+    """The same closed form between the numbers of the table as well, and one run in place of many."""
+    case = cases.stuck_mass(tmp_path)
+    k, c, kt = 40.0, 40.0 * 0.01, 60.0
+    assert main(["range", str(case.path), "--tangential_stiffness", "0.5x", "2x", "--watch", "x1.t1", "--samples", "0", "--along", "5",
+                 "--track", "--binary", str(BINARY)]) == 0
+    track = found(tmp_path / "case_range")["tracks"]["tangential_stiffness"]
+    assert track["reason"] == "" and len(track["number"]) > 5
+    w = np.sqrt(k + kt * np.array(track["number"]))
+    z = c / (2 * w)
+    np.testing.assert_allclose(track["amplitude"], 1 / (c * w * np.sqrt(1 - z**2)), rtol=1e-6)
+    np.testing.assert_allclose(track["omega"], w * np.sqrt(1 - 2 * z**2), rtol=1e-6)
+    table = found(tmp_path / "case_range")["curves"]["tangential_stiffness"]
+    np.testing.assert_allclose([entry["number"] for entry in table], np.geomspace(0.5, 2, 5))
+    here = [int(np.argmin(np.abs(np.array(track["number"]) - entry["number"]))) for entry in table]
+    np.testing.assert_allclose([entry["amplitude"] for entry in table], np.array(track["amplitude"])[here])
+    runs = [json.loads(line) for line in (tmp_path / "case_range/runs.jsonl").read_text().splitlines()]
+    assert len(runs) == 4 and sum("rms" in run and isinstance(run["rms"], list) for run in runs) == 1  # middle, track, both ends
+
+
+@pytest.mark.slow
+def test_offsets_and_values_of_tracks_are_those_of_sweeps(tmp_path):
+    """Five degrees of freedom: the middle of the ranges is not the case, and of the gap an offset is added."""
+    case = cases.dof5(tmp_path, harmonics=3, samples="exact", kind="auto", omega=[0.9, 1.2], **cases.TIGHT)
+    tables = []
+    for more in ([], ["--track"]):
+        assert main(["range", str(case.path), "--friction", "0.3", "1.1", "--gap", "-0.4", "0.6", "--force", "0.8x", "1.1x",
+                     "--watch", "a1", "--samples", "0", "--along", "3", "--binary", str(BINARY), *more]) == 0
+        tables.append(found(tmp_path / "case_range")["curves"])
+    for name, swept in tables[0].items():
+        for one, other in zip(swept, tables[1][name], strict=True):
+            assert one["number"] == pytest.approx(other["number"])
+            assert 1 - 3e-3 < other["amplitude"] / one["amplitude"] < 1 + 1e-6  # each is largest in its own place
+            assert 1 - 1e-6 < other["rms"] / one["rms"] < 1 + 3e-3
+            assert one["omega"] == pytest.approx(other["omega"], rel=5e-3)
+
+
 def test_slopes_by_damping(tmp_path):
     """The amplitude goes with 1/c but for z^2."""
     case = cases.stuck_mass(tmp_path)
