@@ -101,6 +101,10 @@ def ranges(arguments):
             raise ValueError(f"--{option.replace('_', '-')} {number}: must be at least {least}")
     if 0 < arguments.along < 2:
         raise ValueError("--along 1: a curve has at least 2 points")
+    from .ranges_mode import follows_mode, mode_ranges
+
+    if follows_mode(arguments.case):
+        return mode_ranges(arguments, given, Program(arguments.binary))
     case = CurveCase(arguments.case, arguments.omega, arguments.watch, arguments.until_peak)
     if any(wanted.name == "damping" for wanted in given):
         need_damping(case.content)

@@ -24,8 +24,13 @@ def picture(found):
         width = 2 * columns // max(len(found.curves), 1)
         for i, wanted in enumerate(wanted for wanted in found.ranges if wanted.name in found.curves):
             _over(figure.add_subplot(grid[1, i * width:(i + 1) * width]), found, wanted)
-        figure.suptitle(f"{found.case.content.get('title', found.case.path.name)}\n" + ", ".join(_short(wanted) for wanted in found.ranges))
+        figure.suptitle(f"{found.case.content.get('title', found.case.path.name)}\n" + in_title(found.ranges))
     return figure
+
+
+def in_title(ranges):
+    """The ranges in one line."""
+    return ", ".join(_short(wanted) for wanted in ranges)
 
 
 def _short(wanted):

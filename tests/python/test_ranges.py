@@ -12,6 +12,7 @@ from dovetail.__main__ import main
 from dovetail.case_changes import Range, apply, contact_values, need
 from dovetail.case_runs import CaseRuns, CurveCase, largest_at, largest_peak
 from dovetail.peak_tracks import follow
+from dovetail.ranges_mode import over_amplitude
 from dovetail.study_runs import Program
 from launch import BINARY
 
@@ -192,13 +193,35 @@ def test_a_copy_that_was_broken_off_is_overwritten(tmp_path):
     assert CaseRuns(curves, Program(BINARY), tmp_path)._run(tmp_path / "case", None, "").folder == tmp_path / "case"
 
 
-@pytest.mark.parametrize("section", ["[path]\nparameter = \"force\"\nrange = [1, 2]\n", "[mode]\nnumber = 1\n"])
-def test_other_curves_are_refused(tmp_path, capsys, section):
+@pytest.mark.parametrize("section, command", [("[path]\nparameter = \"force\"\nrange = [1, 2]\n", ["range", "--friction", "0.2", "0.5"]),
+                                              ("[mode]\nnumber = 1\n", ["fit", "m.csv"])])
+def test_other_curves_are_refused(tmp_path, capsys, section, command):
     case = cases.dof5(tmp_path)
     case.path.write_text(f"{case.path.read_text()}\n{section}")
-    assert main(["range", str(case.path), "--friction", "0.2", "0.5", "--binary", str(BINARY)]) == 2
+    assert main([command[0], str(case.path), *command[1:], "--binary", str(BINARY)]) == 2
     said = capsys.readouterr().err
     assert "curves over the frequency are wanted" in said and "study" not in said
+
+
+@pytest.mark.parametrize("options, words", [(["--omega", "1", "2"], "--omega is for peaks of a curve"), (["--track"], "--track is for"),
+                                            (["--until-peak", "1"], "--until-peak is for"), (["--watch", "a1"], "--watch is for")])
+def test_options_of_peaks_are_refused_for_a_mode(tmp_path, capsys, options, words):
+    case = cases.dof5(tmp_path, omega=None, step=None)
+    case.path.write_text(f"{case.path.read_text()}\n[mode]\nnumber = 1\namplitude = [1, 2]\n")
+    assert main(["range", str(case.path), "--friction", "0.2", "0.5", *options, "--binary", str(BINARY)]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_mode_over_given_amplitudes(tmp_path):
+    """Levels in proportion to the amplitude stay so between points, and a mode that turns back counts once at each amplitude."""
+    alpha = np.array([0.1, 10, 8, 20])
+    q = np.zeros((4, 4, 3))
+    results = Results(synthetic_results.write(tmp_path / "r.h5", [2.0, 2.0, 1.9, 1.8], q, 1, {
+        key: values[:1] for key, values in CONTACT.items() if key != "law"}, modal_amplitude=alpha, damping_ratio=0.01 * alpha,
+        force_level=3 * alpha))
+    found = over_amplitude(results, np.array([0.05, 0.1, 1.0, 10.0, 20.0, 30.0]))
+    assert found["force_level"] == [None, pytest.approx(0.3), pytest.approx(3), pytest.approx(30), pytest.approx(60), None]
+    assert found["omega"][1:5] == [2.0, 2.0, 2.0, 1.8] and found["omega"][0] is None
 
 
 def test_damping_by_a_matrix_is_not_scaled(tmp_path, capsys):
