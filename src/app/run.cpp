@@ -23,18 +23,6 @@
 namespace dovetail {
 namespace {
 
-// Keys of [reduction] that have a meaning for a sector alone.
-void check_sector(const Case &study, int sectors) {
-  for (const std::string key : {"reduction.interior_modes", "reduction.exact_modes"}) {
-    const auto found = study.given.find(key);
-    if (found == study.given.end() || (sectors > 0 && !(study.exact_modes && study.check_modes))) continue;
-    throw InputError(found->second + ": " + key + ": " +
-                     (sectors == 0 ? study.model.string() + " is no cyclic sector, it has no /cyclic; delete this key"
-                                   : "reduction.check_modes counts interior modes, on which exact ones do not depend; "
-                                     "keep one of the two keys"));
-  }
-}
-
 // Case, sizes and contact law: all that can be wrong in the input short of the matrices themselves.
 struct Checked {
   Case study;
@@ -54,6 +42,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     checked.study = read_case(request.file, request.out);
     Case &study = checked.study;
     ContactSettings from_model;
+    const bool is_excited = !request.reduce_only && !request.modes_only;
     int sectors = 0;
     if (study.reduced.empty()) {
       ModelHeader header = read_model_header(study.model);
@@ -61,9 +50,8 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       if (study.modes_by_tolerance && header.sectors == 0) first_modes(study, header.dofs - 3 * header.points);
       check_patterns(study, header.forces, study.model);
       checked.units = units_of(header.units);
-      check_sector(study, header.sectors);
+      settle_cyclic(study, sectors = header.sectors, header.has_structural, is_excited);
       if (!study.watch.node.empty()) node_motion(study.model, study.watch);
-      settle_cyclic(study, sectors = header.sectors, header.has_structural);
       settle_solver(study, static_cast<int>(study.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
@@ -72,7 +60,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.loads, study.reduced);
       from_model.area = header.area;
       checked.units = units_of(header.units);
-      settle_cyclic(study, sectors = header.sectors, header.has_structural);
+      settle_cyclic(study, sectors = header.sectors, header.has_structural, is_excited);
       settle_solver(study, static_cast<int>(header.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;

@@ -199,9 +199,9 @@ int watched_dof(const Case &study, int modes, int points);
 /// Throws InputError where [damping] names a mode, or a matrix, that the model does not have.
 void check_damping(const Case &study, int modes, int points, bool has_matrix);
 
-/// Of a case whose model is one of that many sectors, or of none, 0. Throws InputError where a sector wants an engine
-/// order, where another model has one, and where the case asks for what sectors do not have.
-void settle_cyclic(Case &study, int sectors, bool has_structural);
+/// Of a case whose model is one of that many sectors, or of none, 0. Throws InputError where a sector that is excited
+/// wants an engine order, where another model has one, and where the case asks for what sectors do not have.
+void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excited);
 
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);

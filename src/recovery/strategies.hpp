@@ -1,7 +1,6 @@
 #pragma once
 // What may be tried where steps along a curve lead nowhere, or where no first point is found: by name, in an order.
 #include <algorithm>
-#include <array>
 #include <string>
 #include <vector>
 
@@ -18,12 +17,12 @@ struct Strategy {
 };
 
 /// In the order in which they are tried by default.
-inline constexpr std::array<Strategy, 4> all_strategies{{
+inline constexpr Strategy all_strategies[] = {
     {"fewer_harmonics", false, fewer_harmonics}, // a first point from that with fewer harmonics
     {"jump", true, jump},               // the solution at a next frequency, by Newton's method from here or rest
     {"integration", true, integration}, // the steady state there, or at the first frequency, by time integration
     {"elsewhere", false, elsewhere},    // a first point at another frequency of the sweep
-}};
+};
 
 /// A list without repetition, in the order in which they are tried.
 class Strategies {

@@ -5,6 +5,8 @@
 #include <complex>
 
 #include "harmonic/harmonic_system.hpp"
+#include "problems/peak_sensitivity.hpp"
+#include "problems/peak_track.hpp"
 #include "small_system.hpp"
 
 using namespace dovetail;
@@ -226,4 +228,82 @@ TEST(TravellingWave, index_is_the_nodal_diameter_with_its_sense) {
   EXPECT_EQ(indices(5, 3), (std::vector<int>{0, -2, 1, -1, 2, 0, -2}));
   EXPECT_EQ(indices(2, 7), (std::vector<int>{0, 1, 0, 1, 0, 1, 0}));
   EXPECT_EQ(indices(6, 13), indices(6, 1));
+}
+
+TEST(SectorAssembled, derivatives_of_a_peak_by_load_and_damping) { // against peaks climbed anew
+  HarmonicSystem system = sector_system(1);
+  const Watched watched{0, {}}; // the first mode
+  PeakEquations peak(system, watched);
+  double best = 0, at = 0;
+  for (double w = 0.6; w < 1.6; w += 0.02) {
+    peak.take(vector_of(system, 0, 1, w));
+    if (peak.solve() && peak.differentiate() && peak.amplitude() > best) best = peak.amplitude(), at = w;
+  }
+  const auto climbed = [&](const char *parameter, double value) {
+    peak.set(*parameter_named(parameter), value, nullptr);
+    peak.take(vector_of(system, 0, 1, at));
+    EXPECT_TRUE(peak.solve() && peak.climb()) << parameter << " " << value;
+    return std::pair(peak.amplitude(), peak.omega());
+  };
+  climbed("force", 1);
+  UniqueVec there = system.unknowns();
+  check(VecCopy(peak.y(), there), "");
+  const std::optional<PeakSensitivity> found = peak_sensitivity(system, there, watched);
+  ASSERT_TRUE(found);
+  const double h = 1e-4;
+  for (const char *parameter : {"force", "damping"}) {
+    const bool force = parameter == std::string("force");
+    const auto [a, b] = std::pair(climbed(parameter, 1 - h), climbed(parameter, 1 + h));
+    const double amplitude = (b.first - a.first) / (2 * h), omega = (b.second - a.second) / (2 * h);
+    EXPECT_NEAR(force ? found->amplitude_by.force : found->amplitude_by.damping, amplitude, 1e-4 * std::abs(amplitude));
+    EXPECT_NEAR(force ? found->omega_by.force : found->omega_by.damping, omega, 1e-4 * std::abs(omega));
+    EXPECT_GT(std::abs(omega), 1e-4) << parameter;
+  }
+}
+
+TEST(SectorAssembled, derivatives_of_a_followed_peak) { // by motion, frequency and every parameter
+  for (const bool phase : {false, true})
+    for (const PathParameter &parameter : all_parameters) {
+      if (&parameter == &frequency_parameter()) continue;
+      ReducedModel model = small_sector();
+      std::vector<ContactPoint> contact = small_contact(model);
+      std::string note;
+      const std::vector<double> zero(model.own_contact_dofs(), 0.0);
+      PreloadedModel preloaded = contact_preload(std::move(model), std::move(contact), zero, note);
+      const auto preload = std::make_shared<VariedPreload>(preloaded);
+      ScaledModel made = scaled(std::move(preloaded), 0.05, {});
+      made.engine_order = 1;
+      HarmonicSystem system(std::move(made), harmonics, exactly, course(fourier));
+      PeakEquations peak(system, {0, {}});
+      std::unique_ptr<TrackCondition> condition;
+      if (phase)
+        condition = std::make_unique<PhaseResonance>(peak);
+      else
+        condition = std::make_unique<Extremum>(peak);
+      PeakTrack track(peak, parameter, preload, *condition, 0.1);
+      const double p = parameter.positive() ? 1.1 : 0.02, h = 1e-5;
+      for (const double size : {0.06, 0.6}) {
+        const auto point = [&](int seed, double w, double value) {
+          UniqueVec y = track.unknowns();
+          peak.take(vector_of(system, seed == 3 ? size : 1, seed, w));
+          track.give(value, y);
+          return y;
+        };
+        const UniqueVec y = point(3, 1.3, p), v = point(5, 0.4, 0.3);
+        UniqueVec f = track.unknowns(), slope = track.unknowns(), there = track.unknowns(), product = track.unknowns();
+        for (const double side : {1.0, -1.0}) {
+          check(VecWAXPY(there, side * h, v, y), "");
+          check(VecSet(f, 0), "");
+          track.residual(there, f);
+          check(VecAXPY(slope, side / (2 * h), f), "");
+        }
+        const auto jacobian = track.jacobian();
+        jacobian->assemble(y, track.unknowns());
+        check(MatMult(jacobian->matrix(), v, product), "");
+        EXPECT_NEAR(track.omega_of(slope), track.omega_of(product), 2e-5 * std::abs(track.omega_of(product)))
+            << parameter.name << ", motion " << size << ", phase " << phase;
+        EXPECT_LT(relative_difference(slope, product), 2e-5)
+            << parameter.name << ", motion " << size << ", phase " << phase;
+      }
+    }
 }

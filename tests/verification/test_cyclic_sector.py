@@ -1,5 +1,7 @@
 """One sector of a bladed disk under a travelling load against the whole rotor, both of an independent program."""
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
@@ -7,8 +9,10 @@ import pytest
 import cases
 import cyclic_sector
 import launch
+import sector_model
 from cyclic_sector import CASES, DATA, FEW, given
 
+DIAMETERS = np.load(Path(__file__).with_name("data") / "nodal_diameters.npz")
 POINTS = [pytest.param(name, point, marks=() if point == 1 else pytest.mark.slow)
           for name in CASES for point in range(len(DATA[f"{name}/omega"]))]
 
@@ -39,7 +43,7 @@ def test_with_twenty_modes_per_index(tmp_path, name, point):
 
 
 @pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", ["eo-1_two_loads", *(pytest.param(name, marks=pytest.mark.slow) for name in CASES if name != "eo-1_two_loads")])
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name == "eo-1_two_loads" else pytest.mark.slow) for name in CASES])
 def test_on_several_ranks(tmp_path, name, ranks):
     expected = FEW[f"{name}/X_modes20"][1]
     found = answer(tmp_path, name, 1, expected, modes=20, ranks=ranks)
@@ -55,10 +59,42 @@ def test_what_results_say_of_the_sectors(tmp_path, name):
         indices = file["cyclic/index"][()]
         lost = file["points/contact/dissipation"][-1]
         xp = file["preload/xp"][()].reshape(-1, 3)
+        assert file["cyclic/nodal_diameters"][()].tolist() == [0, 1, 2, 3]
+        assert file["cyclic/frequencies"].shape == (4, 20) and (np.diff(file["cyclic/frequencies"], axis=1) > 0).all()
     assert indices.tolist() == [cyclic_sector.index(k, order) for k in range(int(given(name)["H"]) + 1)]
     expected = FEW[f"{name}/dissipation"][1]  # of all modes
     np.testing.assert_allclose(lost, expected, rtol=0, atol=2e-3 * expected.sum())
     np.testing.assert_allclose(xp, DATA[f"{name}/xp"], rtol=0, atol=1e-9 * np.abs(DATA[f"{name}/xp"]).max())
+
+
+def test_frequencies_by_nodal_diameter(tmp_path):
+    path, _ = cyclic_sector.write(tmp_path, "eo2_separation", 1500.0, further="continuation.max_points = 1\naccuracy.estimates = false\n")
+    launch.run(cases.Case(path, None, None, {}))
+    with h5py.File(tmp_path / "results.h5") as file:
+        found = file["cyclic/frequencies"][()]
+    expected = DIAMETERS["stuck_rad_s_by_nodal_diameter"]
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["eo2_separation", "eo-1_two_loads"])
+def test_from_the_model_of_the_sector(tmp_path, name):
+    """The reduction of the program itself, with all modes, in place of that of these tests."""
+    point, case = 1, given(name)
+    omega, expected = float(DATA[f"{name}/omega"][point]), DATA[f"{name}/X_rotor"][point, 0]
+    path, models = cyclic_sector.write(tmp_path, name, omega, further="accuracy.estimates = false\n")
+    sector_model.write_model(tmp_path / "model.h5", patterns=case["patterns"].tolist())
+    path.write_text(path.read_text().replace('reduced = "sector.h5"', f'model = "model.h5"\nreduction.modes = {sector_model.ALL}\n'
+                                             f"reduction.interior_modes = {sector_model.INNER}"))
+    cases_of = cases.Case(path, None, None, {})
+    launch.run(cases_of, "-modes_eps_type", "lapack", command="reduce")
+    with h5py.File(tmp_path / "reduced.h5") as file:
+        for h, model in enumerate(models):  # their modes, for the start
+            group = file["/"] if h == 0 else file[f"cyclic/{h}"]
+            values = {key: group[key][()] if h == 0 else group[key][..., 0] + 1j * group[key][..., 1] for key in ("Max", "Fa")}
+            model.update(Kaa=group["Kaa"][()], Mxa=values["Max"].conj().T, Fa=np.atleast_2d(values["Fa"]))
+    cyclic_sector.write_start(tmp_path, name, omega, models, 1.001 * expected.reshape(-1, 15))
+    found = launch.run(cases_of, "-modes_eps_type", "lapack").points["coefficients"][-1][-24:].reshape(expected.shape)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
 
 
 @pytest.mark.slow
@@ -127,10 +163,10 @@ def test_estimated_errors_are_those_of_more_harmonics(tmp_path):
     for H in (3, 9):
         folder = tmp_path / str(H)
         folder.mkdir()
-        path, models = cyclic_sector.write(folder, name, omega, samples='"exact"', modes=20, further='scaling.kind = "manual"\n' + "".join(
-            f"scaling.{key} = {value}\n" for key, value in scales.items()))
+        further = 'scaling.kind = "manual"\n' + "".join(f"scaling.{key} = {value}\n" for key, value in scales.items())
+        path, models = cyclic_sector.write(folder, name, omega, samples='"exact"', modes=20, further=further)
         cyclic_sector.write_start(folder, name, omega, models, start)
-        path.write_text(path.read_text().replace("harmonics = 7", f"harmonics = {H}").replace("0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]", "0.0]"))
+        path.write_text(path.read_text().replace("harmonics = 7", f"harmonics = {H}").replace(8 * "0.0, " + "0.0]", "0.0]"))
         found[H] = launch.run(cases.Case(path, None, None, {})).points
     X = {H: np.pad(points["coefficients"][-1] / np.r_[np.full(20, scales["modal"]), np.full(24, scales["contact"])][:, None],
                    ((0, 0), (0, 2 * (9 - H)))) for H, points in found.items()}
@@ -149,7 +185,8 @@ REFUSED = {
     "tolerance": ('harmonic_balance = { harmonics = 7, samples = "exact" }', "accuracy.tolerance = 1e-3", "harmonics are not chosen"),
     "mode": ("continuation.omega = [2000.0, 2000.0]", "mode = { number = 1, amplitude = [1e-5, 1e-4] }", "nonlinear modes"),
     "peaks": ("continuation.omega = [2000.0, 2000.0]",
-              'path = { parameter = "force", range = [1, 2], peak = "amplitude" }\ncontinuation.watch = "x1.t1"\ncontinuation.omega = [2000.0, 2100.0]',
+              'path = { parameter = "force", range = [1, 2], peak = "amplitude" }\n'
+              'continuation.watch = "x1.t1"\ncontinuation.omega = [2000.0, 2100.0]',
               "peaks are not followed"),
     "sensitivity": ("continuation.omega", 'sensitivity.of = "x1.t1"\ncontinuation.omega', "sensitivities are not computed"),
     "ratios": ("damping.stiffness", "damping.ratios = [[1, 0.01]]\ndamping.stiffness", "modes differ with the nodal diameter"),
@@ -173,11 +210,6 @@ def test_an_engine_order_of_no_sector_is_refused(tmp_path):
         del file["cyclic"]
     refused = launch.run(cases.Case(path, None, None, {}), status=2)
     assert "excitation.engine_order" in refused.err and "is no sector of a cyclic structure" in refused.err
-
-
-def test_resonances_of_one_index_alone_are_not_told(tmp_path):
-    path, _ = cyclic_sector.write(tmp_path, "eo1_root", 2000.0, modes=4)
-    assert "they differ with the nodal diameter" in launch.run(cases.Case(path, None, None, {}), command="modes", status=2).err
 
 
 @pytest.mark.parametrize("attribute, value", [("engine_order", 2), ("sectors", 12)])
