@@ -154,7 +154,8 @@ def test_rotations_have_rows_of_their_own():
 
 @pytest.mark.parametrize("sectors", [1, 0, -6, 12.0, True, "12", 10**400])
 def test_sectors_are_a_whole_number_from_two_on(sectors):
-    refused(lambda: sector().cyclic(sectors, "left", "right", Z), f"sectors must be a whole number from 2 on, of at most 1000000, found {sectors!r}")
+    refused(lambda: sector().cyclic(sectors, "left", "right", Z),
+            f"sectors must be a whole number from 2 on, of at most 1000000, found {sectors!r}")
 
 
 @pytest.mark.parametrize("axis, origin, words", [((0, 0, 0), (0, 0, 0), "axis must not be zero"),
