@@ -276,6 +276,10 @@ def test_a_clamp_that_the_turn_does_not_keep():
             "a turn by 72 degrees does not keep these directions")
 
 
+def test_sides_that_are_held_altogether():
+    refused(lambda: joined(cyclic(sector().clamped(["left", "right"]))), "every node of 'left' and 'right' is clamped")
+
+
 def test_rotations_on_one_side_only():
     plain = sector()
     refused(lambda: joined(cyclic(with_rotations(plain, plain.node_sets["left"]))), "along x, y, z, rotation x, rotation y, rotation z",
