@@ -33,7 +33,7 @@ def pairs_of(structure):
     _need_kept(structure, left >= 0)
     _need_plain(structure, table)
     if not (left >= 0).any():
-        raise ValueError(f"every node of {cyclic.left_name!r} and {cyclic.right_name!r} is clamped, so that the sector is not joined to its "
+        raise ValueError(f"every node of {cyclic.left_name!r} and {cyclic.right_name!r} is clamped, so the sector is not joined to its "
                          "neighbours; clamp less, or leave cyclic out")
     found = [[side[(side[:, part] >= 0).any(axis=1), part] for part in (slice(0, 3), slice(3, 6))] for side in (left, right)]
     return tuple(np.concatenate(parts) for parts in found)
