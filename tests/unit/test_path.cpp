@@ -36,7 +36,10 @@ int sliding(const PreloadedModel &model) {
 
 constexpr double omega = 1.3;
 
-// The last one slips and opens.
+// Pulls of the preload: with the second, points slip in it.
+std::vector<double> pulls() { return alone() ? std::vector<double>{1.0, 12.0} : std::vector<double>{12.0}; }
+
+// Of motions: with the last one points slip and open.
 std::vector<double> sizes() { return alone() ? std::vector<double>{0.004, 0.06, 0.6} : std::vector<double>{0.6}; }
 
 const std::vector<std::vector<bool>> some_points = {{}, {false, true, false}, {true, false, true}};
@@ -64,11 +67,11 @@ protected:
 INSTANTIATE_TEST_SUITE_P(Points, PathOf, ::testing::Range(0, 3));
 
 TEST_P(PathOf, derivative_by_every_parameter) {
-  for (const double pull : {1.0, 12.0}) // the second slips in the preload
+  for (const double pull : pulls())
     for (const auto &law : laws)
       for (const PathParameter &parameter : all_parameters) {
         if (&parameter == &frequency_parameter() || !knows(parameter, law) || !takes(parameter)) continue;
-        for (const int samples : {exactly, 64}) {
+        for (const int samples : alone() ? std::vector<int>{exactly, 64} : std::vector<int>{exactly}) {
           PreloadedModel model = preloaded(law, pull, {});
           const auto varied = std::make_shared<VariedPreload>(model, points());
           HarmonicSystem system = system_of(std::move(model), LinearForm::modal, samples);
@@ -86,7 +89,7 @@ TEST_P(PathOf, derivative_by_every_parameter) {
 }
 
 TEST_P(PathOf, equations_are_those_of_a_joint_made_with_the_value) {
-  for (const double pull : {1.0, 12.0})
+  for (const double pull : pulls())
     for (const auto &law : laws)
       for (const PathParameter &parameter : all_parameters) {
         if (!parameter.changes_joint || !knows(parameter, law) || !takes(parameter)) continue;
