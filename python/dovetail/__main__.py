@@ -1,4 +1,4 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | study | range | fit."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | peaks | study | range | fit."""
 
 import argparse
 import platform
@@ -115,6 +115,13 @@ def info(arguments):
         print(describe(path))
 
 
+def peaks(arguments):
+    """Tabulate the peaks that a nonlinear mode gives over the force."""
+    from .peaks_table import peaks as command
+
+    command(arguments)
+
+
 def study(arguments):
     """Run a grid of settings on a case, and say what each buys."""
     from .study import study as command
@@ -205,6 +212,21 @@ def parser():
     command.add_argument("files", metavar="FILE.h5", nargs="+")
     command.set_defaults(run=info)
 
+    command = commands.add_parser("peaks", help="table of peaks over the force, from one nonlinear mode", description="For each force: "
+                                  "amplitude, frequency, damping ratio, shares of the contact points that slip and open, friction "
+                                  "energy and estimated error at the peak, from the results of one run with [mode]. Printed, and written "
+                                  "as csv and text.")
+    command.add_argument("file", metavar="RESULTS.h5")
+    command.add_argument("--force", metavar="F", nargs="+", type=float, help="factors on the loads of the case; default: 1, 2, 5 times "
+                         "powers of ten, from where the joint sticks to what the mode reaches")
+    command.add_argument("--dof", metavar="NAME", help="the unknown or node whose peaks are meant; default: the one that is watched")
+    command.add_argument("--harmonic", metavar="K", type=int, help="that of the load which excites the mode; default: its lowest")
+    command.add_argument("--refine", action="store_true", help="solve the true equations near each peak")
+    command.add_argument("--hz", action="store_true", help="frequencies in Hz")
+    command.add_argument("--model", metavar="MODEL.h5", help="the model file, for nodes, if it is not where it was when the run started")
+    command.add_argument("-o", "--output", metavar="FILE.csv", help="table to write, FILE.txt beside it; default: beside the results")
+    command.set_defaults(run=peaks)
+
     command = commands.add_parser("study", help="speed against accuracy on a case", description="Run a case with a grid of settings, "
                                   "compare each with a reference of at least twice the harmonics and exact contact forces, and write "
                                   "table, JSON and chart of error against time. Called again, it goes on where it was broken off.")
@@ -242,6 +264,8 @@ def _range_options(commands):
     command.add_argument("--samples", metavar="N", type=int, default=128, help="of all ranges together; default: %(default)s; 0: none")
     command.add_argument("--along", metavar="N", type=int, default=9,
                          help="points over each parameter alone; default: %(default)s; 0: none")
+    command.add_argument("--track", action="store_true", help="follow the peak over each parameter alone, in one run each, in place of "
+                         "sweeps")
     command.add_argument("--each-point", action="store_true", help="contact points vary each by itself in the samples, not all alike")
     command.add_argument("--until-peak", metavar="N", type=int, help="end every sweep behind so many peaks: quicker, without the band of "
                          "curves")

@@ -95,6 +95,9 @@ def static_state(model, load, friction=True):
     """Displacements u (n,) [m] and contact forces g (N_x, 3) [N] with K u + [0; g] = load, coulomb's law from rest. Newton's method."""
     if is_petsc(model.K):
         raise ValueError("bolts that are locked, or tightened without friction, need a model with SciPy matrices")
+    if model.cyclic:
+        raise ValueError("a bolt of a cyclic sector keeps its force and is tightened with friction; one that is locked, or tightened "
+                         "without friction, is not computed there")
     missing = [key for key in ("normal_stiffness", "tangential_stiffness", "friction") if key not in model.contact]
     if missing:
         raise ValueError(f"a bolt that is locked, or tightened without friction, needs {missing[0]} of the joints here, "

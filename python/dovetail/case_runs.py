@@ -54,8 +54,8 @@ class CurveCase(UserCase):
     def watch(self):
         return self.content["continuation"].get("watch")
 
-    def text(self, folder, contact=None, changes=None, watch=None, sensitivity=False, at=None):
-        """The copy that lies in `folder`; contact and changes as for `case_changes.apply`."""
+    def text(self, folder, contact=None, changes=None, watch=None, sensitivity=False, at=None, path=None):
+        """The copy that lies in `folder`; contact and changes as for `case_changes.apply`; `path`: a section [path]."""
         content = self.moved(folder)
         if changes:
             content = apply(content, contact, changes)
@@ -63,6 +63,11 @@ class CurveCase(UserCase):
             content["continuation"]["watch"] = watch
         if at is not None:
             content["continuation"]["at"] = list(at)
+        if path is not None:
+            content["path"] = path
+            for section in ("stability", "accuracy"):
+                content.pop(section, None)
+            content["continuation"].pop("stop_after_peaks", None)
         if sensitivity:
             content["sensitivity"] = {"of": content["continuation"]["watch"]}
         head = COPY
@@ -133,16 +138,17 @@ class CaseRuns:
         self.contact, self.dof = results.contact, self.case.watch or results.watched
         return results
 
-    def each(self, list_of_changes, digest, what="", at=None, key=""):
+    def each(self, list_of_changes, digest, what="", at=None, key="", path=None):
         """What `digest` (a function of Results, to JSON) makes of each case with changes, a dict with `status` and `reason` besides.
 
-        `what` names them on the screen, where nothing is said without it; `at`: frequencies wanted exactly, in the unit of the case.
+        `what` names them on the screen, where nothing is said without it; `at`: frequencies wanted exactly, in the unit of the case;
+        `path`: the section [path] of cases that follow another parameter.
         digest must not depend on anything that neither the case's text nor `key`, a string, shows.
         """
         runs = []
         for number, changes in enumerate(list_of_changes):
             folder = self.folder / "under_way" / f"{number + 1}"
-            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at), key))
+            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at, path=path), key))
         missing = {run.fingerprint: run for run in runs if run.fingerprint not in self.kept}
         if what and len(missing) < len({run.fingerprint for run in runs}):
             print(f"{what}: {len(runs) - len(missing)} of {len(runs)} are there from before", file=sys.stderr)
@@ -230,6 +236,12 @@ def largest_peak(results, dof):
         omega, amplitude = curves.top(response.along, response.arclength, response.amplitude, point)
     return {"omega": float(omega), "amplitude": float(amplitude), "rms": float(np.linalg.norm(response.coefficients[point, 1:])),
             "peak": inside}
+
+
+def tracked_peaks(results, dof):
+    """Of a run that has followed a peak: a dict to be kept, of lists over its points. `amplitude` as of `largest_peak`."""
+    return {"parameter": results.parameter.tolist(), "omega": results.omega.tolist(), "rms": results.tracked_amplitude.tolist(),
+            "amplitude": results.response(dof).amplitude.tolist()}
 
 
 def largest_at(results, dof, frequencies):

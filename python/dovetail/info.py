@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 
 from .hdf5_read import dataset, members, numbers, opened, patiently, words
+from .model_cyclic import read_cyclic
 from .model_mesh import read_joint, read_mesh
 from .motion import find_joint
 from .parameters import CONTACT_WIDTH
@@ -61,11 +62,12 @@ def _laws(numbers):
 
 
 def _model(file):
-    n, points = dataset(file, "K/jc", (None,), "i").size - 1, len(dataset(file, "contact/dofs", (None, 3), "i"))
+    n, cyclic = dataset(file, "K/jc", (None,), "i").size - 1, read_cyclic(file)
+    points = len(dataset(file, "contact/dofs", (None, 3), "i") if cyclic is None else cyclic["nodes"])
     unit = parse(words(file, "units"))
     entries = [dataset(file, f"{name}/data", (None,)).size for name in ("K", "M")]
-    lines = [("units", words(file, "units", "not given")), ("degrees of freedom", f"{n} ({n - 3 * points} elastic)"),
-             ("contact points", points), ("entries of K, M", f"{entries[0]}, {entries[1]}")]
+    lines = [("units", words(file, "units", "not given")), *_freedoms(n, points, cyclic),
+             ("entries of K, M", f"{entries[0]}, {entries[1]}")]
     for name in ("force", *(f"forces/{name}" for name in members(file, "forces")), "preload"):
         if name in file:
             values = numbers(file, name)
@@ -84,6 +86,15 @@ def _model(file):
         if mesh["sets"]:
             lines.append(("sets", ", ".join(f"{name} ({len(rows)})" for name, rows in mesh["sets"].items())))
     return lines
+
+
+def _freedoms(n, points, cyclic):
+    if cyclic is None:
+        return [("degrees of freedom", f"{n} ({n - 3 * points} elastic)"), ("contact points", points)]
+    further = np.count_nonzero(cyclic["next_sector"])
+    axis = ", ".join(f"{value + 0.0:g}" for value in cyclic["axis"])
+    return [("one of", f"{cyclic['sectors']} sectors about the axis ({axis}); {(cyclic['left'] >= 0).sum()} dofs on either side"),
+            ("degrees of freedom", n), ("contact points", f"{points}" + (f", {further} of them to the next sector" if further else ""))]
 
 
 def _reduced(file):

@@ -42,6 +42,8 @@ class Joint:
         From a to b along n, positive when open; zero for the ground.
     left_out : int
         Nodes of side a that do not lie over side b or cannot move, where `overlap` leaves them out.
+    next_sector : bool
+        Whether b is a surface of the next sector of a cyclic structure; its dofs are those of this sector.
     """
 
     name: str
@@ -59,13 +61,14 @@ class Joint:
     mismatch: np.ndarray
     distance: np.ndarray
     left_out: int = 0
+    next_sector: bool = False
 
     def __len__(self):
         return len(self.position)
 
     @classmethod
     def between(cls, a, b, *, normal_stiffness=None, tangential_stiffness=None, friction=None, gap=None, tolerance=None, t1=None,
-                at=None, normal=None, name=None, overlap=False):
+                at=None, normal=None, name=None, overlap=False, next_sector=False):
         """The joint of two surfaces.
 
         Parameters
@@ -94,6 +97,8 @@ class Joint:
         overlap : bool
             Only nodes of a that lie over b, and can move or face one that can, become contact points, with the area that lies over
             b. Else another node is refused.
+        next_sector : bool
+            b belongs to the next sector of a cyclic structure: it is turned by one sector before anything else.
 
         Raises
         ------
@@ -102,6 +107,7 @@ class Joint:
             argument is out of range.
         """
         name = name or f"{a.name} - {b.name}"
+        b = b.in_next_sector() if next_sector else b
         n = normals_at(a, normal, name)
         rows, area = over(a, b, n, tolerance, name) if overlap else (None, None)
         left_out = len(a.points) - len(rows) if overlap else 0
@@ -131,7 +137,7 @@ class Joint:
         distance = np.einsum("mi,mi->m", place - points, n)
         return cls._make(a, chosen, area, n, t1, name, kind=kind, partner_labels=partner_labels, point=point, other=other, weight=weight,
                          mismatch=mismatch, distance=distance, parameters=(normal_stiffness, tangential_stiffness, friction),
-                         gap=gaps(gap, distance, name), left_out=left_out)
+                         gap=gaps(gap, distance, name), left_out=left_out, next_sector=bool(next_sector))
 
     @classmethod
     def ground(cls, a, *, normal_stiffness=None, tangential_stiffness=None, friction=None, gap=None, t1=None, at=None, normal=None,
@@ -184,7 +190,7 @@ class Joint:
         least = 1e-9 * np.ptp(self.position, axis=0).max(initial=0.0)  # distances below are round-off
         mismatch, distance = (np.where(np.abs(values) > least, values, 0.0) for values in (self.mismatch, self.distance))
         how = {"pairs": "pairs of matching nodes", "faces": "nodes on faces", "ground": "nodes on the ground"}[self.kind]
-        first = f"joint {self.name}: {len(self)} contact points, {how}"
+        first = f"joint {self.name}: {len(self)} contact points, {how}" + (", to the next sector" if self.next_sector else "")
         if self.left_out:
             first += f"; {self.left_out} more nodes do not lie over the other side, or cannot move, and are left out"
         lines = [first, f"  area       {self.area.sum():.6g}{m2}"]

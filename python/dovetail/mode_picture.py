@@ -6,8 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from .curves import is_reduced
 from .modes import Backbone
+from .motion import row_of
 from .plot import LINES, STYLE
 from .plot_units import dress
 from .units import bracket
@@ -20,7 +20,7 @@ def peaks_over_force(backbone, row, harmonic=1):
     """(m, 3): force, amplitude of an unknown at the peak, and its estimated relative error, NaN where none was made; by rising modal
     amplitude. `row` as for `Motion.amplitude`."""
     grid, (_, force) = backbone.grid, backbone.levels(harmonic)
-    begin = int(np.searchsorted(grid, _from(backbone)))
+    begin = int(np.searchsorted(grid, from_onset(backbone)))
     judged = set(np.linspace(begin, len(grid) - 1, JUDGED).astype(int))
     rows = []
     for i, (alpha, s) in enumerate(zip(grid, force)):
@@ -34,13 +34,8 @@ def mode_picture(results, dof, harmonic=None, hz=False):
     """The figure of the results of a run with [mode]; `dof` is a name as in `Results`. `harmonic` of the load: by default the lowest that
     it has. Without peaks where the load does no work on the mode, or is none."""
     backbone = Backbone.read(results)
-    if is_reduced(dof):
-        row = results.dof_index(dof)
-    else:
-        from .motion import node_row
-
-        row = node_row(results, dof)
-    shown = backbone.grid >= _from(backbone)
+    row = row_of(results, dof)
+    shown = backbone.grid >= from_onset(backbone)
     grid = backbone.grid[shown]
     try:
         shaken = backbone.excited if harmonic is None else harmonic
@@ -77,7 +72,7 @@ def mode_picture(results, dof, harmonic=None, hz=False):
     return figure
 
 
-def _from(backbone):
+def from_onset(backbone):
     """The amplitude from which on a picture is of interest: below all that is not linear."""
     linear = backbone.alpha[np.abs(backbone.omega / backbone.omega[0] - 1) < LINEAR] if backbone.linear_below else backbone.alpha[:1]
     return (1.0 if not backbone.linear_below else 0.3) * linear.max()

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import scipy.sparse as sp
 
-from . import hdf5_parts, model_mesh
+from . import hdf5_parts, model_cyclic, model_mesh
 from .damping_matrices import DampingMatrices
 from .hdf5_parts import Part
 from .hdf5_read import members, numbers, opened, whole, words
@@ -30,7 +30,7 @@ class Model(DampingMatrices):
     K, M : scipy sparse, numpy or petsc4py Mat, (n, n)
         Stiffness [N/m] and mass [kg], symmetric, both triangles. SciPy matrices are whole on every rank, PETSc ones distributed.
     contact_dofs : (N_x, 3) int
-        Zero-based indices of t1, t2, n of each contact point; positive n closes the gap.
+        Zero-based indices of t1, t2, n of each contact point; positive n closes the gap. None for a cyclic model.
     force, preload : (n,) array or petsc4py Vec, optional
         F, the amplitude of the excitation, and P, the static load [N]. Default zero.
     C, K_structural : as K and M, optional
@@ -50,6 +50,9 @@ class Model(DampingMatrices):
     joint : dict, optional
         `position` (N_x, 3) [m], `axes` (N_x, 3, 3) with rows t1, t2, n, `area` (N_x,) [m^2], `joint` (N_x,) number of the joint
         from 0, `names` of the joints. `Structure.join` gives it, as it gives `mesh`.
+    cyclic : dict, optional
+        That K and M are those of one of N equal sectors: `sectors`, `axis`, `origin`, `left`, `right`, `next_sector`, `nodes`, `faces` as
+        the model file has them (docs/reference/files.md). `Structure.join` gives it.
     units : str
         Shown in messages and plots.
     comm : mpi4py communicator, optional
@@ -62,7 +65,7 @@ class Model(DampingMatrices):
     """
 
     def __init__(self, K, M, contact_dofs, force=None, preload=None, contact=None, mesh=None, joint=None, units="SI",
-                 comm=None, forces=None, C=None, K_structural=None):
+                 comm=None, forces=None, C=None, K_structural=None, cyclic=None):
         if comm is None:
             comm = K.getComm().tompi4py() if is_petsc(K) else hdf5_parts.default_comm()
         self.K, self.M, self.units, self.comm = K, M, str(units), comm
@@ -73,15 +76,23 @@ class Model(DampingMatrices):
         for name, matrix in (("C", C), ("K_structural", K_structural)):
             if matrix is not None:
                 self._take(name, matrix)
-        self.contact_dofs = _contact_dofs(contact_dofs, self.n)
+        self.mesh = model_mesh.checked_mesh(mesh, self.n) if mesh else None
+        self.cyclic = None if cyclic is None else model_cyclic.checked_cyclic(cyclic, self.n, self.mesh, joint)
+        if cyclic is not None and contact_dofs is not None:
+            raise ValueError("a cyclic model has no contact_dofs, its contact points are given by nodes; leave one of both out")
+        self.contact_dofs = None if cyclic is not None else _contact_dofs(contact_dofs, self.n)
         self.forces = {name: self._load(load, name) for name, load in load_patterns(forces).items()}
         self.force = None if force is None and self.forces else self._load(force, "force")
         self.preload = self._load(preload, "preload")
         self.damping = {}  # keys of [damping] that an import has found
         self.courses = {}  # of patterns, [a0, a1, b1, ...]; Structure knows them
-        self.contact = contact_parameters(contact or {}, len(self.contact_dofs))
-        self.mesh = model_mesh.checked_mesh(mesh, self.n) if mesh else None
-        self.joint = model_mesh.checked_joint(joint, len(self.contact_dofs)) if joint else None
+        self.contact = contact_parameters(contact or {}, self.contact_points)
+        self.joint = model_mesh.checked_joint(joint, self.contact_points) if joint else None
+
+    @property
+    def contact_points(self):
+        """N_x."""
+        return len(self.contact_dofs) if self.cyclic is None else len(self.cyclic["nodes"])
 
     @classmethod
     def from_blocks(cls, Kee, Kec, Kcc, Mee, Mec, Mcc, Fe=None, Fc=None, Pe=None, Pc=None, **options):
@@ -127,7 +138,7 @@ class Model(DampingMatrices):
     def with_contact(self, contact):
         """The same model with other parameters of its contact points, as `contact` of the constructor."""
         result = copy.copy(self)
-        result.contact = contact_parameters(contact, len(self.contact_dofs))
+        result.contact = contact_parameters(contact, self.contact_points)
         return result
 
     def _with_matrix(self, name, matrix):
@@ -163,7 +174,8 @@ class Model(DampingMatrices):
             start, stop = load.getOwnershipRange() if is_petsc(load) else even_range(self.n, self.comm)
             values = load.getArray(readonly=True) if is_petsc(load) else load[start:stop]
             parts.append(Part(name, (self.n,), start, np.real(values).astype(np.float64)))
-        parts.append(self._share("contact/dofs", self.contact_dofs))
+        points = {"contact/dofs": self.contact_dofs} if self.cyclic is None else model_cyclic.datasets(self.cyclic)
+        parts += [self._share(name, values) for name, values in points.items()]
         parts += [self._share(f"contact/{name}", values) for name, values in self.contact.items()]
         attributes = {"": {"format": "dovetail-model", "version": 1, "units": self.units}}
         for name in self._rows:
@@ -172,6 +184,8 @@ class Model(DampingMatrices):
             parts.append(self._share(name, values))
         if self.joint:
             attributes["contact"] = {"joints": np.array([name.encode() for name in self.joint["names"]])}
+        if self.cyclic:
+            attributes["cyclic"] = model_cyclic.attributes(self.cyclic)
         hdf5_parts.write(path, parts, attributes, self.comm)
 
     @classmethod
@@ -188,8 +202,10 @@ class Model(DampingMatrices):
             loads = {name: numbers(file, name) for name in ("force", "preload") if name in file}
             loads["forces"] = {name: numbers(file, f"forces/{name}") for name in members(file, "forces")} if "forces" in file else None
             loads |= {name: read_sparse(file, name) for name in ("C", "K_structural") if name in file}
-            return cls(read_sparse(file, "K"), read_sparse(file, "M"), numbers(file, "contact/dofs", (None, 3), "i"), **loads,
-                       contact=contact, mesh=mesh, joint=joint, units=words(file, "units", "SI"), comm=hdf5_parts.Alone())
+            cyclic = model_cyclic.read_cyclic(file)
+            dofs = numbers(file, "contact/dofs", (None, 3), "i") if cyclic is None else None
+            return cls(read_sparse(file, "K"), read_sparse(file, "M"), dofs, **loads, contact=contact, mesh=mesh, joint=joint,
+                       cyclic=cyclic, units=words(file, "units", "SI"), comm=hdf5_parts.Alone())
 
     def _load(self, load, name):
         if load is None:

@@ -20,6 +20,7 @@ from .results import Results
 GRID = 24  # places between two points of the backbone
 NEAR_PEAK = 24  # places of a curve between the last of the grid and its end, where its slope is infinite
 LARGEST = 4000  # unknowns of the dense equations, for the estimate and `refine`
+NEAR_TOP = 0.5  # of the largest modal amplitude on a curve: where its peak is looked for
 SMALLEST = 1e-3  # of the amplitude of the first point: how far down the linear part is followed
 
 
@@ -33,10 +34,13 @@ class Motion:
     force: float
     coefficients: np.ndarray
 
+    def of(self, row):
+        """Coefficients (2H+1,) of an unknown (its row), or of a combination of them, (dofs,)."""
+        return self.coefficients[row] if np.ndim(row) == 0 else np.asarray(row) @ self.coefficients
+
     def amplitude(self, row):
-        """Half the peak-to-peak of an unknown (its row), or of a combination of them, (dofs,)."""
-        values = self.coefficients[row] if np.ndim(row) == 0 else np.asarray(row) @ self.coefficients
-        return float(fourier.amplitude(values[None])[0])
+        """Half the peak-to-peak of an unknown, or of a combination."""
+        return float(fourier.amplitude(self.of(row)[None])[0])
 
 
 class Backbone:
@@ -169,35 +173,37 @@ class Backbone:
 
         O^2 = omega^2 (1 - 2 zeta^2) -+ sqrt(force^2 f^2 / alpha^2 - 4 zeta^2 omega^4 (1 - zeta^2)), O the frequency of the mode.
         """
-        grid, pieces = self.grid, []
-        room = force - self.levels(harmonic)[1]  # of the same sign as _room
-        for begin, end in _runs(room >= 0):
-            alphas = list(grid[begin:end])
-            first = begin > 0 and self._end(grid[begin - 1], grid[begin], force, harmonic)
-            last = end < len(grid) and self._end(grid[end - 1], grid[end], force, harmonic)
-            if last:
-                alphas += list(last - (last - alphas[-1]) * np.linspace(1, 0, NEAR_PEAK + 1)[1:] ** 2)
-            if first:
-                alphas = list(first + (alphas[0] - first) * np.linspace(0, 1, NEAR_PEAK + 1)[:-1] ** 2) + alphas
-            left, right = ([(alpha, self._swing(alpha, force, harmonic, side)) for alpha in alphas] for side in (-1, 1))
-            places = [*left, *right[-2 if last else -1::-1]] if last else None
-            for track in [places] if last else [left, right]:
-                motions = [self.motion(alpha, swing / harmonic, force, harmonic, others) for alpha, swing in track if swing > 0]
-                pieces += [motions] if len(motions) > 1 else []
-        return pieces
+        pieces = [[self.motion(alpha, swing / harmonic, force, harmonic, others) for alpha, swing in places]
+                  for places in self._tracks(force, harmonic)]
+        return [motions for motions in pieces if len(motions) > 1]
+
+    def tops(self, row, force=1.0, harmonic=1):
+        """The Motion with the largest amplitude of an unknown (its row, or a combination) on each piece of `curve`, beside that of the
+        mode, as other modes swing along; None where the piece has no peak on what the backbone reaches.
+
+        It is looked for where the mode swings with half of its largest amplitude or more, as resonances of other modes are none of it.
+        """
+        found = []
+        for places in self._tracks(force, harmonic):
+            most = max((alpha for alpha, _ in places), default=0.0)
+            motions = [self.motion(alpha, swing / harmonic, force, harmonic) for alpha, swing in places if alpha >= NEAR_TOP * most]
+            if not motions:
+                found.append(None)
+                continue
+            size = fourier.amplitude(np.array([motion.of(row) for motion in motions]))
+            i = int(np.argmax(size))
+            found.append(self._between(motions[i - 1:i + 2], size[i - 1:i + 2], force, harmonic) if 0 < i < len(size) - 1 else None)
+        return found
 
     def highest(self, row, force=1.0, harmonic=1):
-        """The Motion with the largest amplitude of an unknown (its row, or a combination) along `curve`: beside that of the mode, as
-        other modes swing along. Where that is the end of what the backbone reaches, ValueError."""
-        best, found = -1.0, None
-        for piece in self.curve(force, harmonic):
-            size = np.array([motion.amplitude(row) for motion in piece])
-            i = int(np.argmax(size))
-            if size[i] > best:
-                best, found = size[i], (piece[i - 1:i + 2], size[i - 1:i + 2]) if 0 < i < len(piece) - 1 else None
-        if found is None:
+        """The largest of `tops`. Where a piece has no peak on what the backbone reaches, ValueError."""
+        tops = self.tops(row, force, harmonic)
+        if not tops or tops[-1] is None:  # the last piece is that of the largest modal amplitudes
             raise ValueError(f"force {force:g}: no peak on the backbone, which reaches amplitude {self.alpha[-1]:g}")
-        near, size = found
+        return max((motion for motion in tops if motion), key=lambda motion: motion.amplitude(row))
+
+    def _between(self, near, size, force, harmonic):
+        """The Motion at the top of a parabola through three of them."""
         middle = near[1].omega
         place = np.array([motion.omega for motion in near]) - middle
         if len(set(place)) < 3:
@@ -223,7 +229,7 @@ class Backbone:
 
     def correction(self, motion):
         """One Newton step of the true equations at a motion, (dofs, 2H+1): to be added to its coefficients."""
-        system = self._under(motion.force)
+        system = self.under(motion.force)
         q, omega = motion.coefficients, motion.omega
         return np.linalg.solve(system.jacobian(q, omega), -system.residual(q, omega).ravel()).reshape(q.shape)
 
@@ -238,14 +244,15 @@ class Backbone:
 
     def refine(self, motion):
         """The solution of the true equations at the motion's frequency, by Newton's method from there."""
-        return Motion(motion.omega, motion.alpha, motion.force, self._under(motion.force).solve(motion.omega, motion.coefficients))
+        return Motion(motion.omega, motion.alpha, motion.force, self.under(motion.force).solve(motion.omega, motion.coefficients))
 
     @property
     def judges(self):
         """Whether errors can be estimated: the dense equations are not too large."""
         return int(np.prod(self.system.shape)) <= LARGEST
 
-    def _under(self, force):
+    def under(self, force):
+        """The dense equations with loads of so many times those of the case. Raises ValueError where they are too large."""
         if not self.judges:
             raise ValueError(f"{int(np.prod(self.system.shape))} unknowns; the dense equations are for at most {LARGEST}")
         system = copy(self.system)
@@ -264,6 +271,23 @@ class Backbone:
         """What the root is drawn of in `curve`: negative where the force does not reach so far."""
         omega, zeta, shape = self.at(alpha)
         return (force * abs(self.forcing(shape, harmonic)) / alpha) ** 2 - 4 * zeta**2 * omega**4 * (1 - zeta**2)
+
+    def _tracks(self, force, harmonic):
+        """(modal amplitude, frequency of the mode) along each piece of the response under a force."""
+        grid, tracks = self.grid, []
+        room = force - self.levels(harmonic)[1]  # of the same sign as _room
+        for begin, end in _runs(room >= 0):
+            alphas = list(grid[begin:end])
+            first = begin > 0 and self._end(grid[begin - 1], grid[begin], force, harmonic)
+            last = end < len(grid) and self._end(grid[end - 1], grid[end], force, harmonic)
+            if last:
+                alphas += list(last - (last - alphas[-1]) * np.linspace(1, 0, NEAR_PEAK + 1)[1:] ** 2)
+            if first:
+                alphas = list(first + (alphas[0] - first) * np.linspace(0, 1, NEAR_PEAK + 1)[:-1] ** 2) + alphas
+            left, right = ([(alpha, self._swing(alpha, force, harmonic, side)) for alpha in alphas] for side in (-1, 1))
+            places = [*left, *right[-2 if last else -1::-1]] if last else None
+            tracks += [[place for place in track if place[1] > 0] for track in ([places] if last else [left, right])]
+        return tracks
 
     def _end(self, inner, outer, force, harmonic):
         return brentq(lambda alpha: self._room(alpha, force, harmonic), inner, outer, xtol=1e-14 * inner, rtol=1e-13)

@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from . import model_mesh
+from .curves import is_reduced
 from .hdf5_read import opened, words
 from .recovery import reduced_file, rows
 
@@ -129,6 +130,11 @@ def node_row(results, name):
     mean = np.asarray(_rows_of_T(mesh, wanted).sum(axis=0)).ravel() / len(nodes)
     dofs = np.flatnonzero(mean)
     return mean[dofs] @ rows(results, dofs)
+
+
+def row_of(results, dof):
+    """What a name as in `Results` is of the unknowns: its row, or that of `node_row`."""
+    return results.dof_index(dof) if is_reduced(dof) else node_row(results, dof)
 
 
 def _rows_of_T(mesh, dofs):

@@ -9,6 +9,7 @@ from scipy.stats import qmc
 from .case_changes import CONTACT, FACTORS, NAMES, Range, contact_values, need, need_damping, split
 from .case_runs import CaseRuns, CurveCase, largest_at, largest_peak
 from .curves import is_reduced
+from .peak_tracks import follow
 from .ranges_report import write
 from .study_runs import Program, RunFailed
 
@@ -65,7 +66,8 @@ class FirstOrder:
 @dataclass
 class Found:
     """All that `range` finds. `middle`, and entries of `curves` (name -> [(number, record), ...]) and `samples` are records as
-    `case_runs.largest_peak` makes them; `places` a dict of xi for each sample; `frequencies` and their `curve`s in rad per time."""
+    `case_runs.largest_peak` makes them; `places` a dict of xi for each sample; `frequencies` and their `curve`s in rad per time.
+    `tracks`: name -> `peak_tracks.Track`, where peaks were followed."""
 
     case: object
     ranges: list
@@ -80,6 +82,7 @@ class Found:
     curves: dict
     places: list
     samples: list
+    tracks: dict = field(default_factory=dict)
 
     @property
     def good(self):
@@ -98,6 +101,10 @@ def ranges(arguments):
             raise ValueError(f"--{option.replace('_', '-')} {number}: must be at least {least}")
     if 0 < arguments.along < 2:
         raise ValueError("--along 1: a curve has at least 2 points")
+    from .ranges_mode import follows_mode, mode_ranges
+
+    if follows_mode(arguments.case):
+        return mode_ranges(arguments, given, Program(arguments.binary))
     case = CurveCase(arguments.case, arguments.omega, arguments.watch, arguments.until_peak)
     if any(wanted.name == "damping" for wanted in given):
         need_damping(case.content)
@@ -106,14 +113,14 @@ def ranges(arguments):
     out = Path(arguments.out) if arguments.out else case.path.with_name(case.path.stem + "_range")
     try:
         found = computed(CaseRuns(case, program, out, arguments.jobs), given, arguments.samples, arguments.along, arguments.seed,
-                         arguments.each_point)
+                         arguments.each_point, arguments.track)
     except KeyboardInterrupt:
         raise RunFailed(f"broken off; what was computed is in {out}, and the same command goes on from there") from None
     write(found, out)
 
 
-def computed(runs, given, samples, along, seed, each_point=False):
-    """The Found of a CaseRuns; `given`: Ranges."""
+def computed(runs, given, samples, along, seed, each_point=False, track=False):
+    """The Found of a CaseRuns; `given`: Ranges. `track`: peaks over one parameter are followed where they can be."""
     results = runs.begin()
     for wanted in given:
         need(wanted.name, runs.contact)
@@ -136,15 +143,19 @@ def computed(runs, given, samples, along, seed, each_point=False):
         raise RunFailed(f"{runs.case.path}: in the middle of the ranges "
                         + (f"{runs.dof} has no peak inside the sweep" if middle["status"] == 0 else f"it failed: {middle['reason']}"))
     first = first_order(runs, given, changes, digest, middle, each_point)
-    curves = {}
+    curves, tracks = {}, {}
     for wanted in given if along else ():
         xi = np.linspace(-1, 1, along)
-        records = runs.each([changes({wanted.name: place}) for place in xi], digest, f"over {wanted.name}")
-        curves[wanted.name] = [(wanted.at(place), record) for place, record in zip(xi, records)]
+        if track:
+            tracks[wanted.name] = follow(runs, wanted, changes, xi, digest)
+        records = tracks[wanted.name].at(xi) if track else [None] * along
+        missing = [place for place, record in zip(xi, records) if record is None]
+        rest = iter(runs.each([changes({wanted.name: place}) for place in missing], digest, f"over {wanted.name}"))
+        curves[wanted.name] = [(wanted.at(place), record or next(rest)) for place, record in zip(xi, records)]
     places = spread(given, samples, seed, size if each_point else 0)
     drawn = runs.each([changes(place) for place in places], digest, "samples")
     return Found(runs.case, given, each_point, seed, runs.dof, results.unit, results.unit_of(runs.dof), frequencies, middle, first, curves,
-                 places, drawn)
+                 places, drawn, tracks)
 
 
 def spread(given, samples, seed, points=0):

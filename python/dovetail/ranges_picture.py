@@ -24,13 +24,18 @@ def picture(found):
         width = 2 * columns // max(len(found.curves), 1)
         for i, wanted in enumerate(wanted for wanted in found.ranges if wanted.name in found.curves):
             _over(figure.add_subplot(grid[1, i * width:(i + 1) * width]), found, wanted)
-        figure.suptitle(f"{found.case.content.get('title', found.case.path.name)}\n" + ", ".join(_short(wanted) for wanted in found.ranges))
+        figure.suptitle(f"{found.case.content.get('title', found.case.path.name)}\n" + in_title(found.ranges))
     return figure
 
 
+def in_title(ranges):
+    """The ranges in one line."""
+    return ", ".join(_short(wanted) for wanted in ranges)
+
+
 def _short(wanted):
-    times, offset = "x" if wanted.kind == "factor" else "", "+" if wanted.kind == "offset" else ""
-    return f"{wanted.name.replace('_', ' ')} {offset}{wanted.low:g}{times} to {offset}{wanted.high:g}{times}"
+    times, sign = "x" if wanted.kind == "factor" else "", "+" if wanted.kind == "offset" else ""
+    return f"{wanted.name.replace('_', ' ')} {wanted.low:{sign}g}{times} to {wanted.high:{sign}g}{times}"
 
 
 def _band(axis, found):
@@ -71,9 +76,17 @@ def _over(axis, found, wanted):
     points = [(number, record) for number, record in found.curves[wanted.name] if record["status"] == 0]
     x, y = np.array([number for number, _ in points]), np.array([record["amplitude"] for _, record in points])
     inside = np.array([record["peak"] for _, record in points], bool)
-    axis.plot(x, np.where(inside, y, np.nan), color="black", marker="o", markersize=4, markerfacecolor="white")
+    track = found.tracks.get(wanted.name)
+    followed = track is not None and len(track.number) > 0
+    axis.plot(x, np.where(inside, y, np.nan), color="black", marker="o", markersize=4, markerfacecolor="white",
+              linestyle="none" if followed else "-")
+    if followed:
+        axis.plot(track.number, track.amplitude, color="black", zorder=1)
     axis.plot(x[~inside], y[~inside], "x", color="black", markersize=5)
-    handles = [Line2D([], [], color="black", marker="o", markersize=4, markerfacecolor="white", label="computed peaks")]
+    handles = [Line2D([], [], color="black", marker="o", markersize=4, markerfacecolor="white", linestyle="none" if followed else "-",
+                      label="computed peaks")]
+    if followed:
+        handles.append(Line2D([], [], color="black", label="followed peak"))
     if not inside.all():
         handles.append(Line2D([], [], color="black", marker="x", linestyle="none", markersize=5, label="no peak inside the sweep"))
     if wanted.name in found.first.amplitude:

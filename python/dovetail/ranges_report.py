@@ -99,7 +99,8 @@ def _first_order(found):
 def _curves(found):
     lines = []
     for name, points in found.curves.items():
-        lines += ["", f"over {name}, the others in the middle:", f"  {name:>14}{'amplitude':>13}{found.unit.omega:>13}"]
+        lines += ["", f"over {name}, the others in the middle:" + _followed(found.tracks.get(name)),
+                  f"  {name:>14}{'amplitude':>13}{found.unit.omega:>13}"]
         for number, record in points:
             if record["status"] != 0:
                 lines.append(f"  {number:14.6g}  failed: {record['reason']}")
@@ -107,6 +108,15 @@ def _curves(found):
                 lines.append(f"  {number:14.6g}{record['amplitude']:13.6g}{record['omega']:13.6g}"
                              + ("" if record["peak"] else "  at an end of the sweep, no peak"))
     return lines
+
+
+def _followed(track):
+    """How the numbers over one parameter came about, where its peak was to be followed."""
+    if track is None:
+        return ""
+    if not len(track.number):
+        return f" by sweeps, as the peak could not be followed: {track.reason}"
+    return f" followed in {len(track.number)} points" + (f", by sweeps beyond: {track.reason}" if track.reason else "")
 
 
 def numbers(found):
@@ -133,7 +143,10 @@ def numbers(found):
                             "second_differences": {name: _or_none(number) for name, number in first.seconds.items()},
                             "meaningless": first.meaningless},
             "curves": {name: [{"number": float(number), **short(record)} for number, record in points]
-                       for name, points in found.curves.items()}}
+                       for name, points in found.curves.items()},
+            "tracks": {name: {"reason": track.reason} | {key: getattr(track, key).tolist()
+                                                         for key in ("number", "omega", "amplitude", "rms")}
+                       for name, track in found.tracks.items()}}
 
 
 def _or_none(number):

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from . import cells as cell_kinds
 from . import hdf5_parts
+from .cyclic_structure import CyclicStructure
 from .damping_matrices import DampingMatrices
 from .followers import Followers
 from .loaded import Loaded, is_zero, said_of
@@ -25,7 +26,7 @@ from .sparse_rows import is_petsc
 from .surface import Surface
 
 
-class Structure(Loaded, DampingMatrices):
+class Structure(Loaded, CyclicStructure, DampingMatrices):
     """K and M of a structure, the place and direction of every dof, and named parts of the mesh.
 
     Parameters
@@ -107,7 +108,8 @@ class Structure(Loaded, DampingMatrices):
             raise ValueError(f"surface {name!r} is empty")
         number = np.full(len(self.nodes), -1)
         number[used] = np.arange(used.size)
-        return Surface(self.nodes[used], self.dofs_of(used), [number[rows] for rows in faces if len(rows)], name, self.labels[used])
+        return Surface(self.nodes[used], self.dofs_of(used), [number[rows] for rows in faces if len(rows)], name, self.labels[used],
+                       self.cyclic_sector)
 
     def dofs_of(self, rows):
         """(k, 3) numbers of the x, y, z dofs of nodes, -1 where there is none."""
@@ -207,23 +209,31 @@ class Structure(Loaded, DampingMatrices):
             raise ValueError("a model needs at least one joint, found none")
         for joint in joints:
             self._need_ours(joint)
-        change = change_of(joints, self.n)
         number = np.repeat(np.arange(len(joints)), [len(joint) for joint in joints])
         mesh = {"nodes": self.nodes, "cells": self.cells, "dof_node": self.dof_node, "dof_direction": self.dof_direction,
-                "sets": self.node_sets if motion_sets else {},
-                "changed": {"dof": change.dof, "begin": change.rows.indptr, "column": change.rows.indices, "value": change.rows.data}}
+                "sets": self.node_sets if motion_sets else {}}
+        if self.cyclic_sector is None:
+            change = change_of(joints, self.n)
+            mesh["changed"] = {"dof": change.dof, "begin": change.rows.indptr, "column": change.rows.indices, "value": change.rows.data}
+            matrix, load = change.apply, lambda values: change.apply_load(values, self.K)
+            points = {"contact_dofs": np.concatenate([joint.contact_dofs for joint in joints])}
+        else:
+            matrix = load = _as_it_is
+            points = {"contact_dofs": None, "cyclic": self._cyclic(joints)}
         stacked = {key: np.concatenate([getattr(joint, key) for joint in joints]) for key in ("position", "axes", "area")}
-        force, forces = change.apply_load(self.force, self.K), {name: change.apply_load(load, self.K) for name, load in self.forces.items()}
-        model = Model(change.apply(self.K), change.apply(self.M), np.concatenate([joint.contact_dofs for joint in joints]),
-                      None if forces and is_zero(self.force) else force, change.apply_load(self.preload, self.K), _contact(joints), mesh,
-                      joint={**stacked, "joint": number, "names": [joint.name for joint in joints]}, units=self.units, comm=self.comm,
-                      forces=forces, **{name: change.apply(matrix) for name in ("C", "K_structural")
-                                        if (matrix := getattr(self, name)) is not None})
+        force, forces = load(self.force), {name: load(values) for name, values in self.forces.items()}
+        model = Model(matrix(self.K), matrix(self.M), force=None if forces and is_zero(self.force) else force, preload=load(self.preload),
+                      contact=_contact(joints), mesh=mesh, units=self.units, comm=self.comm, forces=forces, **points,
+                      joint={**stacked, "joint": number, "names": [joint.name for joint in joints]},
+                      **{name: matrix(values) for name in ("C", "K_structural") if (values := getattr(self, name)) is not None})
         model.courses, model.damping = self.courses, self.damping
         return model
 
     def _need_ours(self, joint):
         """The dofs of a joint must be ours: it may have been made before clamping, which renumbers."""
+        if joint.next_sector and self.cyclic_sector is None:
+            raise ValueError(f"joint {joint.name!r} leads to the next sector, and this structure is not cyclic; say "
+                             "structure.cyclic(...) before taking surfaces")
         own = joint.contact_dofs
         dofs = np.concatenate([own.ravel(), joint.other[joint.other >= 0].ravel()])
         fits = dofs.max(initial=-1) < self.n and np.array_equal(self.dof_direction[own], np.tile(np.arange(3), (len(own), 1)))
@@ -280,6 +290,11 @@ class Structure(Loaded, DampingMatrices):
             hint = f"; did you mean {close[0]!r}?" if close else f"; there are {', '.join(known) or 'none'}"
             raise ValueError(f"no {kind} {name!r}{hint}")
         return self.node_sets[name]
+
+
+def _as_it_is(thing):
+    """A sector keeps its own unknowns: those of its joints depend on the nodal diameter."""
+    return thing
 
 
 def _two_sided(matrix):

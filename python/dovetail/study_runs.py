@@ -64,10 +64,14 @@ class UserCase:
     ----------
     content : dict
         As parsed.
+    MODE : bool
+        Whether the case follows a nonlinear mode, in place of curves over the frequency.
     frequencies : list of float
         Where curves are compared, in the unit of the case and the order of the sweep: evenly spaced ones strictly inside it, and
         those of `continuation.at`.
     """
+
+    MODE = False
 
     def __init__(self, path):
         self.path = Path(path)
@@ -77,7 +81,9 @@ class UserCase:
             raise ValueError(f"{path}: {error}") from None
         if self.content.pop("path", None):  # the template has an empty one
             raise ValueError(f"{path}: follows another parameter ([path]); curves over the frequency are wanted")
-        if self.content.pop("mode", None):
+        if self.MODE and not self.content.get("mode"):
+            raise ValueError(f"{path}: has no section [mode]")
+        if not self.MODE and self.content.pop("mode", None):
             raise ValueError(f"{path}: follows a nonlinear mode ([mode]); curves over the frequency are wanted")
         self.content.pop("sensitivity", None)  # peaks alone are compared
 

@@ -1,6 +1,6 @@
 """A piece of the outer surface of a structure: nodes, their dofs, and the faces between them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,6 +21,8 @@ class Surface:
     name : str
     labels : (m,) int array, optional
         What the nodes are called in messages; default their rows.
+    cyclic : dovetail.cyclic.Cyclic, optional
+        The sector it belongs to; `Structure.surface` gives it.
     """
 
     points: np.ndarray
@@ -28,6 +30,7 @@ class Surface:
     faces: list = field(default_factory=list)
     name: str = "surface"
     labels: np.ndarray = None
+    cyclic: object = None
 
     def __post_init__(self):
         def keep(name, value):
@@ -46,6 +49,13 @@ class Surface:
                 raise ValueError(f"surface {self.name!r} must have faces (f, k) with k = 3, 4, 6 or 8, found shape {rows.shape}")
             if rows.size and not 0 <= rows.min() <= rows.max() < m:
                 raise ValueError(f"surface {self.name!r} must have faces of points 0 to {m - 1}, found {rows.min()} to {rows.max()}")
+
+    def in_next_sector(self):
+        """The same surface of the next sector; dofs stay those of this one."""
+        if self.cyclic is None:
+            raise ValueError(f"surface {self.name!r} is that of a structure that is not cyclic, so there is no next sector; say "
+                             "structure.cyclic(...) before taking surfaces, or [cyclic] in the set-up file")
+        return replace(self, points=self.cyclic.to_next(self.points), name=f"{self.name} of the next sector")
 
     @property
     def size(self):

@@ -33,10 +33,12 @@ def analysis(asked):
 
 
 def curve(asked):
-    """First harmonic amplitudes of the tip at all frequencies asked for, and the seconds of all but the first of them."""
+    """First harmonic amplitudes of the tip at all frequencies asked for, or all harmonics of the `node` asked for, and the seconds of all
+    but the first frequency."""
     omegas, study = asked["omegas"], analysis(asked)
     dofs = study.system.expl_dofs
-    tip = dofs[(dofs.node_num == dofs.node_num.max()) & (dofs.dof_num == 0) & (dofs.harm == 1)].index
+    node, highest = asked.get("node", dofs.node_num.max()), asked["harmonics"] if "node" in asked else 1
+    shown = dofs[(dofs.node_num == node) & (dofs.dof_num == 0) & (dofs.harm >= 1) & (dofs.harm <= highest)].index
     study.initialise()  # compiles, too
     began = time.process_time()
     for before, omega in zip(omegas, omegas[1:]):
@@ -46,7 +48,7 @@ def curve(asked):
         if not study.SolList[-1].flag_accepted:
             sys.exit(f"no convergence at {omega:.6g}")
     seconds = time.process_time() - began
-    return {"amplitudes": [float(np.hypot(*point.x[tip])) for point in study.SolList], "seconds": seconds}
+    return {"amplitudes": [float(np.linalg.norm(point.x[shown])) for point in study.SolList], "seconds": seconds}
 
 
 if __name__ == "__main__":

@@ -99,7 +99,7 @@ void Follower::after_step() {
 
 // Whether steps that converge lead nowhere.
 void Follower::look_back() {
-  Progress &progress = stepper_.progress;
+  SweepMonitors &progress = stepper_.progress;
   progress.cluster.stepped(stepper_.here().parameter, report_.counts.newton);
   if (progress.cluster.crowded()) {
     const std::string why = progress.cluster.why();

@@ -9,7 +9,7 @@
 #include "analyses/branch_report.hpp"
 #include "analyses/harmonics_control.hpp"
 #include "analyses/place_finder.hpp"
-#include "analyses/progress.hpp"
+#include "analyses/sweep_monitors.hpp"
 #include "continuation/stepper.hpp"
 
 namespace dovetail {
@@ -21,7 +21,7 @@ public:
 
   Response response;
   SweepRange range; ///< may be changed until the first point
-  Progress progress;
+  SweepMonitors progress;
   Farthest<CurvePoint> farthest{range};
   ErrorWatch errors;
 

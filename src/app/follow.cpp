@@ -68,6 +68,7 @@ std::unique_ptr<HarmonicSystem> harmonic_system(const Case &study, PreloadedMode
   const CurveRange range = study.range();
   const PathParameter &parameter = *range.parameter;
   ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
+  model.engine_order = study.engine_order.value_or(0);
   const auto varied =
       parameter.changes_joint ? std::make_shared<VariedPreload>(model.model, study.path->varied) : nullptr;
   auto system =
@@ -211,7 +212,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.range = range, story.scale = scale, story.omega = omega;
   story.events = results.events();
   story.estimates = results.estimates(), story.tolerance = study.tolerance;
-  if (beyond_belief(comm, story) && system.layout().dofs() <= most_judged)
+  if (!system.is_cyclic() && beyond_belief(comm, story) && system.layout().dofs() <= most_judged)
     story.closed_contact_frequency = scales.frequency * closed_contact_frequency(dense_model(system));
   story.told = {watching.units(), study.watch.name, system.layout().modes};
   story.ends = ends;

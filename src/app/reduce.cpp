@@ -1,4 +1,5 @@
 #include "app/reduce.hpp"
+#include "app/tell_sectors.hpp"
 
 #include <dlfcn.h>
 
@@ -6,6 +7,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "reduction/craig_bampton.hpp"
+#include "reduction/sector_coordinates.hpp"
+#include "reduction/sector_levels.hpp"
 #include "support/error.hpp"
 #include "support/hash.hpp"
 #include "support/hdf5.hpp"
@@ -51,25 +55,74 @@ struct Prepared { // for the reduction: parts, what is kept of the fields, and w
   ClampedStructure parts;
   ReductionSettings settings;
   MemoryPlan plan;
+  SecondLevel second; // of a cyclic sector
 };
+
+bool is_sector(const FullModel &model) { return model.cyclic.sectors > 0; }
+
+PetscInt points_of(const FullModel &model) {
+  return static_cast<PetscInt>(is_sector(model) ? model.cyclic.contacts.size() : model.contact_dofs.size());
+}
+
+// Dofs that the real modes hold, and those that they move.
+PetscInt held_by_modes(const FullModel &model) {
+  return static_cast<PetscInt>(
+      3 * (is_sector(model) ? held_dofs(model.cyclic, model.dofs).size() : model.contact_dofs.size()));
+}
+
+// Real modes: N_a, or of a cyclic sector those that its indices share.
+PetscInt real_modes(const Case &study, const FullModel &model) {
+  constexpr PetscInt times = 5; // for frequencies to 1e-3 at least (reduction.interior_modes in case-file.md)
+  if (!is_sector(model)) return study.modes;
+  return study.interior_modes > 0 ? study.interior_modes
+                                  : std::min(times * study.modes, model.dofs - held_by_modes(model));
+}
 
 Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
   Prepared prepared;
-  prepared.parts = clamp(std::move(model));
-  auto &[parts, settings, plan] = prepared;
-  settings.modes = study.modes, settings.check_modes = study.check_modes;
+  auto &[parts, settings, plan, second] = prepared;
+  settings.modes = real_modes(study, model);
+  if (is_sector(model)) {
+    model.contact_dofs = held_dofs(model.cyclic, model.dofs);
+    model.C = UniqueMat(), model.K_structural = UniqueMat();
+    second.exact = study.exact_modes;
+    second.modes = study.modes, second.model_file = study.model;
+    for (const auto &point : model.contact_dofs)
+      for (const PetscInt dof : point) {
+        second.held.push_back(dof);
+        second.wanted.push_back(motion.all || std::binary_search(motion.dofs.begin(), motion.dofs.end(), dof));
+      }
+  }
+  parts = clamp(std::move(model));
+  settings.check_modes = study.check_modes;
   settings.kind = kind_of(study);
   settings.wanted.assign(parts.elastic_dofs.size(), motion.all);
   for (std::size_t i = 0; i < parts.elastic_dofs.size(); ++i)
     if (std::binary_search(motion.dofs.begin(), motion.dofs.end(), parts.elastic_dofs[i])) settings.wanted[i] = 1;
+  for (std::size_t i = 0; i < settings.wanted.size(); ++i)
+    if (settings.wanted[i]) second.kept.push_back(static_cast<PetscInt>(i));
   const auto kept = std::count(settings.wanted.begin(), settings.wanted.end(), 1);
   plan = plan_memory(parts, settings.modes, static_cast<PetscInt>(kept), study.memory * 1024 * 1024 * 1024,
                      study.check_modes);
+  if (is_sector(parts.full)) plan_sector(parts, settings.modes, second.modes, plan);
   return prepared;
 }
 
 void refuse_too_many_modes(const Case &study, const FullModel &model) {
-  const PetscInt elastic = model.dofs - 3 * static_cast<PetscInt>(model.contact_dofs.size());
+  const PetscInt elastic = model.dofs - held_by_modes(model);
+  if (is_sector(model)) {
+    const PetscInt shared = real_modes(study, model),
+                   own = SectorCoordinates(model.cyclic, held_by_modes(model), 0).own();
+    if (shared > elastic)
+      throw InputError(model.file.string() + ": reduction.interior_modes = " + std::to_string(shared) +
+                       ", but inside, off its faces and contact nodes, the sector has only " + std::to_string(elastic) +
+                       " dofs: at most so many modes exist");
+    if (study.modes > shared + own)
+      throw InputError(model.file.string() + ": reduction.modes = " + std::to_string(study.modes) + ", but " +
+                       std::to_string(shared) + " interior modes and the faces make only " +
+                       std::to_string(shared + own) + " in each nodal diameter");
+    return;
+  }
   if (study.modes > elastic)
     throw InputError(model.file.string() + ": reduction.modes = " + std::to_string(study.modes) +
                      ", but the model has only " + std::to_string(elastic) +
@@ -77,15 +130,29 @@ void refuse_too_many_modes(const Case &study, const FullModel &model) {
 }
 
 Motion agreed_motion(MPI_Comm comm, const Case &study, const FullModel &model) {
-  const PetscInt contact = 3 * static_cast<PetscInt>(model.contact_dofs.size());
+  const PetscInt held = held_by_modes(model), rows = is_sector(model) ? model.dofs : model.dofs - held;
+  PetscInt columns = real_modes(study, model) + held;
+  if (is_sector(model)) columns += (1 + model.cyclic.sectors) * (study.modes + 3 * points_of(model));
   Motion motion;
-  on_all_ranks(comm, [&] { motion = wanted_motion(study, model.dofs - contact, study.modes + contact); });
+  on_all_ranks(comm, [&] { motion = wanted_motion(study, rows, columns); });
   return motion;
 }
 
 Source source_of(const Case &study, const FullModel &model, const Motion &motion) {
-  return {model.file,        model.hash,      model.units, study.modes,        kind_of(study),
-          study.check_modes, motion.in_words, "none",      model.contact_dofs, model.contact.area};
+  auto contact_dofs = model.contact_dofs;
+  if (is_sector(model)) contact_dofs.assign(points_of(model), {-1, -1, -1}); // relative ones, made for each index
+  return {model.file,
+          model.hash,
+          model.units,
+          study.modes,
+          kind_of(study),
+          study.check_modes,
+          motion.in_words,
+          "none",
+          contact_dofs,
+          model.contact.area,
+          is_sector(model) ? real_modes(study, model) : 0,
+          study.exact_modes};
 }
 
 // Results in the folder need the reduced file they were computed from, until others take their place.
@@ -104,6 +171,15 @@ void keep_for_results(MPI_Comm comm, const std::filesystem::path &file) {
     }
     if (!wanted.empty() && wanted == found) std::filesystem::rename(file, old_reduced(file));
   });
+}
+
+std::string cost_in_words(const SectorModel &made, PetscInt interior_modes) {
+  if (made.left_out < 0) return "";
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "  the %ld interior modes leave up to %.1e of a frequency, contact points held (nodal diameter %d)",
+                static_cast<long>(interior_modes), made.left_out, made.index);
+  return text + (made.steps > 1 ? "; taken away by " + std::to_string(made.steps) + " steps to the exact modes" : "");
 }
 
 // `largest` force of each pattern of a file, under the same number as its name.
@@ -177,8 +253,13 @@ ReducedModel reduced_from(MPI_Comm comm, const Case &study, const std::filesyste
     voice.say("reduction: " + file.string() + " is not as it was written (fingerprint), and is made anew");
   }
   warn_of_slow_blas(voice);
-  voice.say("reduction: " + std::to_string(model.dofs) + " dofs, " + std::to_string(model.contact_dofs.size()) +
+  voice.say("reduction: " + std::to_string(model.dofs) + " dofs, " + std::to_string(points_of(model)) +
             " contact points, " + std::to_string(study.modes) + " modes");
+  const CyclicSector sector = model.cyclic;
+  if (sector.sectors > 0)
+    voice.say("  a sector of " + std::to_string(sector.sectors) + ": " + std::to_string(held_by_modes(model)) +
+              " dofs of contact nodes and faces, " + std::to_string(source.interior_modes) +
+              " interior modes for nodal diameters 0 to " + std::to_string(sector.sectors / 2));
   return stages.run("2 reduction", [&] {
     Prepared prepared = stages.run("2a analysis", [&] { return prepare(study, std::move(model), motion); });
     char work[64] = "";
@@ -195,7 +276,16 @@ ReducedModel reduced_from(MPI_Comm comm, const Case &study, const std::filesyste
           "each rank)");
     refuse_if_too_large(prepared.parts, prepared.plan);
     voice.say("  memory " + in_words(prepared.plan));
-    Reduction reduction = craig_bampton(std::move(prepared.parts), prepared.settings, prepared.plan, stages);
+    Tall shapes;
+    Reduction reduction = craig_bampton(prepared.parts, prepared.settings, prepared.plan, stages, shapes);
+    if (sector.sectors > 0) {
+      SectorModel made = stages.run("2g nodal diameters", [&] {
+        return sector_model(prepared.parts, shapes, std::move(reduction), prepared.second);
+      });
+      reduction = std::move(made.reduction);
+      voice.say(cost_in_words(made, source.interior_modes));
+    }
+    prepared.parts = ClampedStructure(), shapes = Tall();
     reduction.model.fingerprint = fingerprint_of(reduction.model);
     stages.run("2h writing", [&] {
       keep_for_results(comm, file);
@@ -213,6 +303,9 @@ ReducedModel reduced_from(MPI_Comm comm, const Case &study, const std::filesyste
                                         : " (reduction.check_modes = true counts them)");
       voice.say(line);
     }
+    if (sector.sectors > 0 && study.modes > 0)
+      voice.say(
+          in_table("  contact points held [Hz]", held_frequencies(reduction.model), units_of(reduction.model.units)));
     if (!motion.all && !study.motion.given)
       voice.say("  the fields are large: only contact points and modes are kept; output.motion names more");
     figures = ReductionFigures{source.ordering, flops, prepared.plan.bytes / (1 << 20), reduction.backward_error,

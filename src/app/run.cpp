@@ -12,6 +12,7 @@
 #include "app/forecast.hpp"
 #include "app/own_files.hpp"
 #include "app/tell_resonances.hpp"
+#include "app/tell_sectors.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/blas_kernel.hpp"
@@ -41,12 +42,15 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     checked.study = read_case(request.file, request.out);
     Case &study = checked.study;
     ContactSettings from_model;
+    const bool is_excited = !request.reduce_only && !request.modes_only;
+    int sectors = 0;
     if (study.reduced.empty()) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
-      if (study.modes_by_tolerance) first_modes(study, header.dofs - 3 * header.points);
+      if (study.modes_by_tolerance && header.sectors == 0) first_modes(study, header.dofs - 3 * header.points);
       check_patterns(study, header.forces, study.model);
       checked.units = units_of(header.units);
+      settle_cyclic(study, sectors = header.sectors, header.has_structural, is_excited);
       if (!study.watch.node.empty()) node_motion(study.model, study.watch);
       settle_solver(study, static_cast<int>(study.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
@@ -56,6 +60,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       check_patterns(study, header.loads, study.reduced);
       from_model.area = header.area;
       checked.units = units_of(header.units);
+      settle_cyclic(study, sectors = header.sectors, header.has_structural, is_excited);
       settle_solver(study, static_cast<int>(header.modes + 3 * header.points));
       checked.sizes = forecast(header, study);
       checked.has_c = header.has_c, checked.has_structural = header.has_structural;
@@ -68,7 +73,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     settle_stability(study, modes + 3 * points);
     check_damping(study, modes, points, checked.has_c);
     watched_dof(study, modes, points);
-    if (!study.start.empty()) check_start(study.start, modes + 3 * points);
+    if (!study.start.empty()) check_start(study.start, modes + 3 * points, {sectors, study.engine_order.value_or(0)});
     refuse_foreign_files(study, request.reduce_only || request.modes_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
@@ -142,6 +147,7 @@ std::vector<Warning> say(const Resonances &found, const Case &study, const Voice
 // Of a dry run, which takes a preload without equilibrium for no error.
 void show_resonances(const Checked &checked, std::optional<ReducedModel> reduced, const Voice &voice) {
   if (!reduced) return voice.say("resonances come with the reduction: dovetail modes, reduce or run");
+  if (reduced->sectors > 0) return;
   try {
     const PreloadedModel preloaded = preload(checked, std::move(*reduced), voice);
     if (const auto found = try_resonances(preloaded, checked.study, voice)) say(*found, checked.study, voice);
@@ -178,9 +184,16 @@ void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   const auto lock = study.reduced.empty() ? take_folder(comm, study, voice) : nullptr;
   ReducedModel reduced = reduced_model(comm, study, study.directory / "reduced.h5", stages, voice, figures, false);
   const std::filesystem::path file = study.reduced.empty() ? study.model : study.reduced;
-  const Resonances found = resonances(preload(checked, std::move(reduced), voice), study);
+  reduced.file = file;
+  const PreloadedModel preloaded = preload(checked, std::move(reduced), voice);
+  const Resonances found = resonances(preloaded, study);
   if (!found.known) throw InputError(mass_not_positive(file));
   voice.say(in_table(found, study));
+  if (preloaded.reduced.sectors > 0) {
+    voice.say(in_table("\nclosed points stuck [Hz]", stuck_frequencies(preloaded, listed_frequencies), checked.units));
+    voice.say(in_table("\ncontact points held [Hz]", held_frequencies(preloaded.reduced), checked.units));
+    return; // what is warned of would be of nodal diameter 0 alone
+  }
   for (const Warning &warning : warnings_of(found, study)) voice.say("warning: " + warning.text);
 }
 
@@ -215,10 +228,16 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   }
   reduced.stuck_file = study.directory / "stuck.h5";
   reduced.file = study.reduced.empty() ? study.model : study.reduced;
+  if (reduced.sectors > 0) reduced.left_out = {}; // of index 0 alone
   PreloadedModel preloaded =
       stages.run("3 preload", [&] { return preload(checked, std::move(reduced), voice); }); // eq (7)
-  const std::optional<Resonances> found =
-      stages.run("3a resonances", [&] { return try_resonances(preloaded, study, voice); });
+  SectorFrequencies by_diameter; // of a sector, whose resonances differ with the nodal diameter
+  const std::optional<Resonances> found = stages.run("3a resonances", [&]() -> std::optional<Resonances> {
+    if (preloaded.reduced.sectors == 0) return try_resonances(preloaded, study, voice);
+    by_diameter = stuck_frequencies(preloaded, listed_frequencies);
+    voice.say(in_table("closed points stuck [Hz]", by_diameter, checked.units));
+    return {};
+  });
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
   if (study.follows_peaks())
@@ -248,6 +267,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
                           std::filesystem::remove(study.directory / "summary.json"); // would pass for this run's
                           checked.has_results = true;
                         });
+    if (!by_diameter.empty()) results.describe(by_diameter);
     Followed followed = mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, voice)
                              : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
     const BranchSummary::End end = followed.story.summary.end;

@@ -108,11 +108,14 @@ struct Case {
   int modes = 0;                   ///< N_a (only with `model`)
   bool residuals = false;          ///< some of the modes made for the loads, not eigenmodes
   bool modes_by_tolerance = false; ///< N_a is not given: as many as `tolerance` wants
+  int interior_modes = 0;          ///< of a cyclic sector, that all indices share; 0: by N_a
+  bool exact_modes = false;        ///< of a cyclic sector: whatever the interior ones
   bool check_modes = false;        ///< count the modes below the last one
   double memory = 0;               ///< what the reduction may take on one machine [GiB]; 0: all that is free
   Damping damping;
   std::string ratios_where;                  ///< place of damping.ratios in the file, for messages
   std::vector<LoadCourse> loads = {{}};      ///< each of another pattern
+  std::optional<int> engine_order;           ///< of the load on a cyclic model
   ContactSettings contact;                   ///< as written here; a model file may supply the rest
   std::vector<double> preload_initial = {0}; ///< x_p0: one number, or 3 N_x [m]
   std::string preload_initial_where;         ///< place in the file, for messages about its length
@@ -195,6 +198,10 @@ int watched_dof(const Case &study, int modes, int points);
 
 /// Throws InputError where [damping] names a mode, or a matrix, that the model does not have.
 void check_damping(const Case &study, int modes, int points, bool has_matrix);
+
+/// Of a case whose model is one of that many sectors, or of none, 0. Throws InputError where a sector that is excited
+/// wants an engine order, where another model has one, and where the case asks for what sectors do not have.
+void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excited);
 
 /// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
 void settle_stability(Case &study, int dofs);

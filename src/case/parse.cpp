@@ -107,8 +107,11 @@ void read_model(const Document &document, Case &study) {
   } else {
     study.residuals = study.modes_by_tolerance;
   }
-  for (const char *key : {"reduction.kind", "reduction.check_modes", "reduction.memory", "output.motion"})
+  for (const char *key : {"reduction.kind", "reduction.interior_modes", "reduction.exact_modes",
+                          "reduction.check_modes", "reduction.memory", "output.motion"})
     if (const Entry entry = document[key]; reduced && entry) entry.refuse("needs a full model; delete this key");
+  if (const Entry exact_modes = document["reduction.exact_modes"]) study.exact_modes = exact_modes.truth();
+  read_whole(document["reduction.interior_modes"], study.interior_modes, 1, most);
   if (const Entry check_modes = document["reduction.check_modes"]) study.check_modes = check_modes.truth();
   read_positive(document["reduction.memory"], study.memory);
 }

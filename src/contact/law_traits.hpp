@@ -1,5 +1,5 @@
 #pragma once
-// What the program asks of a contact law. Its name is asked for by the case file and in this folder only.
+// What the program asks of a contact law, in place of its name.
 #include "contact/contact_point.hpp"
 
 namespace dovetail {

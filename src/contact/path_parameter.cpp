@@ -8,7 +8,7 @@ using P = Setting;
 
 } // namespace
 
-const std::array<PathParameter, 12> all_parameters{{
+const std::vector<PathParameter> all_parameters{
     {"frequency", "rad/s", Scale::frequency, false, [](P &s, double v) { s.omega = v; }},
     {"force", "-", Scale::none, false, [](P &s, double v) { s.load = v; }},
     {"preload", "-", Scale::none, true, [](P &s, double v) { s.preload = v; }},
@@ -27,7 +27,7 @@ const std::array<PathParameter, 12> all_parameters{{
     {"friction_1", "-", Scale::none, true, [](P &s, double v) { s.contact.friction[0] = v; }},
     {"friction_2", "-", Scale::none, true, [](P &s, double v) { s.contact.friction[1] = v; }},
     {"gap", "m", Scale::displacement, true, [](P &s, double v) { s.contact.gap = v; }},
-}};
+};
 
 const PathParameter *parameter_named(const std::string &name) {
   for (const PathParameter &parameter : all_parameters)

@@ -2,6 +2,7 @@
 // What a curve can be followed over. One row of a table for each parameter: its name, and what it sets.
 #include <array>
 #include <string>
+#include <vector>
 
 namespace dovetail {
 
@@ -30,7 +31,7 @@ struct PathParameter {
 };
 
 /// The frequency first: that of a sweep.
-extern const std::array<PathParameter, 12> all_parameters;
+extern const std::vector<PathParameter> all_parameters;
 inline const PathParameter &frequency_parameter() { return all_parameters[0]; }
 /// Its values may be of some contact points only.
 inline bool has_points(const PathParameter &parameter) {

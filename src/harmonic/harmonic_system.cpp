@@ -2,34 +2,42 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "harmonic/assembled.hpp"
 #include "harmonic/dampers.hpp"
 #include "harmonic/dense_model.hpp"
 #include "harmonic/modal.hpp"
+#include "harmonic/sector_assembled.hpp"
 #include "support/error.hpp"
 #include "support/event.hpp"
 
 namespace dovetail {
 namespace {
 
-std::unique_ptr<LinearPart> linear_part(PreloadedModel &preloaded, const Damping &damping, const Layout &layout,
-                                        LinearForm form) {
+std::unique_ptr<AssembledForm> assembled_part(const ReducedModel &model, const TravellingWave &wave,
+                                              const Layout &layout, bool damps_mass) {
+  if (wave.sectors > 0) return std::make_unique<SectorAssembled>(model, wave, layout, damps_mass);
+  return std::make_unique<Assembled>(
+      list_couplings<double>(
+          layout, model.kaa,
+          [&](PetscInt i) {
+            const std::size_t at = i, nc = model.contact_dofs();
+            return ContactRow<double>{model.mxa.data() + at * model.modes, &model.mxx[at * nc], &model.kxx[at * nc]};
+          }),
+      layout, damps_mass);
+}
+
+std::unique_ptr<LinearPart> linear_part(PreloadedModel &preloaded, const TravellingWave &wave, const Damping &damping,
+                                        const Layout &layout, LinearForm form) {
   ReducedModel &model = preloaded.reduced;
   const std::vector<ContactPoint> &contact = preloaded.contact;
   std::unique_ptr<LinearPart> part;
   if (form == LinearForm::modal)
     part = std::make_unique<Modal>(model, contact, preloaded.standstill, damping, layout);
   else {
-    auto assembled = std::make_unique<Assembled>(
-        list_couplings(
-            layout, model.kaa,
-            [&](PetscInt i) {
-              const std::size_t at = i, nc = model.contact_dofs();
-              return ContactRow{model.mxa.data() + at * model.modes, &model.mxx[at * nc], &model.kxx[at * nc]};
-            }),
-        layout, DynamicStiffness(damping).damps_mass());
+    auto assembled = assembled_part(model, wave, layout, DynamicStiffness(damping).damps_mass());
     if (damping.has_dampers()) {
       auto dampers = std::make_shared<Dampers>(model, contact, preloaded.standstill, damping, layout);
       if (damping.has_stuck_ratios())
@@ -55,16 +63,22 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
       form_(form), loose_(scaled_.model.reduced, layout_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
-      linear_(linear_part(scaled_.model, scaled_.damping, layout_, form)) {
-  const ReducedModel &reduced = scaled_.model.reduced;
+      linear_(linear_part(scaled_.model, wave(), scaled_.damping, layout_, form)) {
+  ReducedModel &reduced = scaled_.model.reduced;
   for (const LoadCourse &load : loads) {
     const std::size_t number = reduced.load(load.pattern);
+    if (is_cyclic()) {
+      auto of_pattern = sector_loads(reduced, number, wave(), layout_, load.fourier);
+      std::move(of_pattern.begin(), of_pattern.end(), std::back_inserter(loads_));
+      continue;
+    }
     const LoadPattern &pattern = reduced.loads[number];
     const auto modal = pattern.fa.begin() + layout_.own_modes.begin;
     loads_.push_back({{modal, modal + layout_.own_modes.size()}, load.fourier});
     loads_.back().vector.insert(loads_.back().vector.end(), pattern.fx.begin(), pattern.fx.end());
     if (!reduced.left_out.loads.empty()) left_out_loads_.push_back({reduced.left_out.loads[number], load.fourier});
   }
+  std::vector<SectorIndex>().swap(reduced.indices); // the linear part and the loads hold them now
   fit_courses();
 }
 
@@ -84,7 +98,7 @@ void HarmonicSystem::fit_courses() {
 
 std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like, int harmonics, int samples) {
   auto system = std::make_unique<HarmonicSystem>(like, harmonics, samples);
-  if (like.form_ == LinearForm::modal) return system;
+  if (like.form_ == LinearForm::modal || like.is_cyclic()) return system;
   const DenseModel dense = dense_model(like);
   ReducedModel rows = like.scaled_.model.reduced; // with the matrices again, by rows of the own contact dofs
   const std::size_t n = dense.dofs(), modes = dense.modes, first = modes + 3 * rows.own_points.begin;

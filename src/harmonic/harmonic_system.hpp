@@ -24,7 +24,7 @@ public:
 
   /// The same equations with other harmonics or samples. Collective.
   HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples);
-  /// The same equations with other harmonics or samples, in the modal form. Collective.
+  /// The same equations with other harmonics or samples, in the modal form; cyclic ones assembled. Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
   /// The same equations in the assembled form, with other samples. Collective.
@@ -45,6 +45,8 @@ public:
   LinearForm form() const { return form_; }
   const Layout &layout() const { return layout_; }
   const Scales &scales() const { return scaled_.scales; }
+  TravellingWave wave() const { return {scaled_.model.reduced.sectors, scaled_.engine_order}; }
+  bool is_cyclic() const { return wave().sectors > 0; } ///< one sector of several, and every harmonic with its own K, M
   int harmonics() const { return harmonics_; }
   int samples() const { return samples_; }
   const ScaledModel &scaled() const { return scaled_; }                           ///< without the matrices

@@ -1,6 +1,8 @@
 #pragma once
 // The part of a harmonic system that is linear, K and M, and with it the form in which the Jacobian is held and solved
-// with: assembled and factored (assembled.hpp), or in the modes of the stuck structure by Krylov's method (modal.hpp).
+// with: assembled and factored (assembled.hpp; of a sector sector_assembled.hpp), or in the modes of the stuck
+// structure by Krylov's method (modal.hpp).
+#include <complex>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -16,21 +18,22 @@
 namespace dovetail {
 
 /// One entry of the scaled reduced matrices, by its row and column among the dofs of the harmonic system.
-struct Coupling {
+template <class Number> struct CouplingOf {
   PetscInt row, column;
-  double k, m;
+  Number k, m;
   bool stiff; ///< the pattern of K; M is taken to be everywhere
 };
+using Coupling = CouplingOf<double>;
+using ComplexCoupling = CouplingOf<std::complex<double>>; ///< of a Hermitian matrix
 
 /// The rows of an own contact dof in M_xa, M_xx and K_xx.
-struct ContactRow {
-  const double *mxa, *mxx, *kxx;
-};
+template <class Number> struct ContactRow { const Number *mxa, *mxx, *kxx; };
 
 /// [K_aa 0; 0 K_xx], [I M_ax; M_xa M_xx] entry by entry, from the own contact rows. The owner of a contact row also
 /// gives its mirror image in the modal rows, wherever those live.
-std::vector<Coupling> list_couplings(const Layout &layout, const std::vector<double> &kaa,
-                                     const std::function<ContactRow(PetscInt own_contact_dof)> &row);
+template <class Number>
+std::vector<CouplingOf<Number>> list_couplings(const Layout &layout, const std::vector<double> &kaa,
+                                               const std::function<ContactRow<Number>(PetscInt own_contact_dof)> &row);
 
 /// What a Jacobian at some motion consists of, besides K and M. Arrays are of the own rows.
 struct JacobianParts {

@@ -111,8 +111,8 @@ void Modal::multiply(const double *q, double *stiffness_force, double *inertia_f
 }
 
 std::vector<Coupling> Modal::couplings() const {
-  return list_couplings(layout_, model_->kaa, [&](PetscInt i) {
-    return ContactRow{model_->mass.row(i), model_->mass.row(i) + layout_.modes, model_->stiffness.row(i)};
+  return list_couplings<double>(layout_, model_->kaa, [&](PetscInt i) {
+    return ContactRow<double>{model_->mass.row(i), model_->mass.row(i) + layout_.modes, model_->stiffness.row(i)};
   });
 }
 

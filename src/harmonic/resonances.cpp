@@ -14,8 +14,6 @@ constexpr PetscInt least_modes = 10, most_modes = 80;
 constexpr int instants = 128;     // of a period, at which loads are looked at
 constexpr double undriven = 1e-9; // modal force relative to the largest: of a load that is orthogonal to the mode
 
-bool closed_at_rest(const ContactPoint &point, const Standstill &at) { return !may_open(point.law) || at.force[2] > 0; }
-
 // As many as reach up to `reach`, or `most_modes`.
 std::optional<LowModes> modes_up_to(double reach, const PreloadedModel &model, const std::vector<double> &springs,
                                     const Layout &layout) {
@@ -144,6 +142,8 @@ Sliding sliding_of(const PreloadedModel &model, const std::vector<LoadCourse> &l
 }
 
 } // namespace
+
+bool closed_at_rest(const ContactPoint &point, const Standstill &at) { return !may_open(point.law) || at.force[2] > 0; }
 
 std::vector<int> driving_harmonics(const std::vector<LoadCourse> &loads) {
   std::vector<int> found;

@@ -42,6 +42,9 @@ struct Resonances {
 /// Collective. ComputeError.
 Resonances resonances(const PreloadedModel &model, const Case &study);
 
+/// Of a point that can lift off, pressed at rest.
+bool closed_at_rest(const ContactPoint &point, const Standstill &at);
+
 /// Harmonics from 1 upwards in which any of the loads works.
 std::vector<int> driving_harmonics(const std::vector<LoadCourse> &loads);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "case/case.hpp"
+#include "model/cyclic_sector.hpp"
 #include "support/handle.hpp"
 
 namespace dovetail {
@@ -26,6 +27,7 @@ struct FullModel {
   std::vector<ForcePattern> forces;                  ///< F_j [N], each with a name
   UniqueVec preload;                                 ///< (n,) P [N]
   std::vector<std::array<PetscInt, 3>> contact_dofs; ///< (N_x): t1, t2, n of each contact point; on every rank
+  CyclicSector cyclic;                               ///< in place of contact_dofs, if the model is such a sector
   ContactSettings contact;                           ///< what the model file says of the contact law
   std::uint64_t hash = 0; ///< of everything the reduction depends on; the same on any number of ranks
 };
@@ -37,6 +39,7 @@ struct ModelHeader {
   std::vector<std::string> forces; ///< names of the patterns
   bool has_c = false, has_structural = false;
   std::string units = "SI";
+  int sectors = 0; ///< of the cyclic structure whose sector the model is; 0: it is none
 };
 
 /// The dofs, ascending, whose motion gives that of the sets and nodes wished for; `all` is left to the caller. Each

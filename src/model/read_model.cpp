@@ -281,7 +281,9 @@ ModelHeader read_model_header(const std::filesystem::path &path) {
   const Extent entries = file.extent("/K/data");
   if (entries.size() != 1) throw InputError(file.place("/K/data") + ": one list of values is wanted");
   header.nonzeros = static_cast<double>(entries[0]);
-  header.points = static_cast<PetscInt>(read_contact_dofs(file, header.dofs).size());
+  header.sectors = sectors_of_model(file);
+  header.points =
+      header.sectors > 0 ? sector_points(file) : static_cast<PetscInt>(read_contact_dofs(file, header.dofs).size());
   header.contact = read_contact(file);
   header.forces = pattern_names(file);
   header.has_c = file.has("/C"), header.has_structural = file.has("/K_structural");
@@ -309,7 +311,8 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
     }
     has_c = file.has("/C"), has_structural = file.has("/K_structural");
     own = own_share(comm, model.dofs);
-    model.contact_dofs = read_contact_dofs(file, model.dofs);
+    model.cyclic = read_cyclic_sector(file, model.dofs);
+    if (model.cyclic.sectors == 0) model.contact_dofs = read_contact_dofs(file, model.dofs);
     model.contact = read_contact(file);
     for (const std::string &name : pattern_names(file)) {
       model.forces.push_back({name, {}});
@@ -342,6 +345,7 @@ FullModel read_full_model(MPI_Comm comm, const std::filesystem::path &path) {
     for (PetscInt i = 0; i < own.size(); ++i) model.hash += entry_hash(3, own.begin + i, name, forces[j][i]);
   }
   MPI_Allreduce(MPI_IN_PLACE, &model.hash, 1, MPI_UINT64_T, MPI_SUM, comm);
+  model.hash += model.cyclic.hash;
   for (std::size_t p = 0; p < model.contact_dofs.size(); ++p)
     for (int d = 0; d < 3; ++d) model.hash += entry_hash(5, 3 * p + d, model.contact_dofs[p][d], 0);
   for (std::size_t j = 0; j < forces.size(); ++j) model.forces[j].values = distribute(comm, model.dofs, own, forces[j]);

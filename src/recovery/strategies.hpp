@@ -1,7 +1,6 @@
 #pragma once
 // What may be tried where steps along a curve lead nowhere, or where no first point is found: by name, in an order.
 #include <algorithm>
-#include <array>
 #include <string>
 #include <vector>
 
@@ -18,12 +17,12 @@ struct Strategy {
 };
 
 /// In the order in which they are tried by default.
-inline constexpr std::array<Strategy, 4> all_strategies{{
+inline constexpr Strategy all_strategies[] = {
     {"fewer_harmonics", false, fewer_harmonics}, // a first point from that with fewer harmonics
     {"jump", true, jump},               // the solution at a next frequency, by Newton's method from here or rest
     {"integration", true, integration}, // the steady state there, or at the first frequency, by time integration
     {"elsewhere", false, elsewhere},    // a first point at another frequency of the sweep
-}};
+};
 
 /// A list without repetition, in the order in which they are tried.
 class Strategies {
@@ -40,6 +39,10 @@ public:
     if (std::find(list_.begin(), list_.end(), one) != list_.end()) return false;
     list_.push_back(one);
     return true;
+  }
+  bool has(const std::string &name) const { return std::find(list_.begin(), list_.end(), named(name)) != list_.end(); }
+  void remove(const std::string &name) {
+    list_.erase(std::remove(list_.begin(), list_.end(), named(name)), list_.end());
   }
   /// Without those that may change the branch.
   void keep_branch() {

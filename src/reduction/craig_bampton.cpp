@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "reduction/condense.hpp"
+#include "reduction/craig_bampton.hpp"
 #include "reduction/elastic_modes.hpp"
 #include "reduction/left_out.hpp"
 #include "reduction/reduced_model.hpp"
@@ -58,6 +59,12 @@ void keep_rows(const std::vector<PetscInt> &kept, const Tall &S, PetscInt from, 
 
 Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &settings, const MemoryPlan &plan,
                         Stages &stages) {
+  Tall shapes;
+  return craig_bampton(parts, settings, plan, stages, shapes);
+}
+
+Reduction craig_bampton(ClampedStructure &parts, const ReductionSettings &settings, const MemoryPlan &plan,
+                        Stages &stages, Tall &shapes) {
   const MPI_Comm comm = parts.full.comm;
   Reduction out;
   ReducedModel &model = out.model;
@@ -183,6 +190,7 @@ Reduction craig_bampton(ClampedStructure &&parts, const ReductionSettings &setti
     parts.solver.reset();
     stages.run("2g count of modes", [&] { check_none_missed(parts.K.ee, parts.M.ee, lowest); });
   }
+  shapes = std::move(found.shapes);
   return out;
 }
 

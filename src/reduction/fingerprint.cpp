@@ -41,6 +41,21 @@ std::string fingerprint_of(const ReducedModel &model) {
     take_once(matrix->aa);
     take(matrix->xa, row * model.modes), take(matrix->xx, row * contact);
   }
+  const auto take_complex = [&](const std::vector<std::complex<double>> &values, std::uint64_t first) {
+    std::vector<double> parts;
+    for (const std::complex<double> value : values) parts.push_back(value.real()), parts.push_back(value.imag());
+    take(parts, 2 * first);
+  };
+  for (const SectorIndex &index : model.indices) {
+    take_once(index.kaa);
+    take_complex(index.kxx, row * contact), take_complex(index.mxx, row * contact);
+    take_complex(index.mxa, row * model.modes);
+    for (const SectorIndex::Load &load : index.loads) {
+      take_complex(rank == 0 ? load.fa : std::vector<std::complex<double>>(), 0);
+      take_complex(load.fx, row);
+    }
+  }
+  if (rank == 0 && model.sectors > 0) sum += mix(mix(++kind) ^ static_cast<std::uint64_t>(model.sectors));
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, model.comm);
   char text[24];
   std::snprintf(text, sizeof text, "%016" PRIx64, sum);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "reduction/reduced_model.hpp"
+#include "reduction/sector_file.hpp"
 #include "support/error.hpp"
 #include "support/hdf5.hpp"
 #include "support/version.hpp"
@@ -24,7 +25,10 @@ std::string text_of(const Source &source) {
   std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld %s, method %d, motion ", source.hash,
                 static_cast<long>(source.modes), source.kind == ModeKind::residual ? "modes with residuals" : "modes",
                 method);
-  return text + source.motion + ", units " + source.units;
+  const std::string shared = source.interior_modes > 0 ? std::to_string(source.interior_modes) +
+                                                             (source.exact_modes ? " interior, exact, " : " interior, ")
+                                                       : "";
+  return text + shared + source.motion + ", units " + source.units;
 }
 
 // Rows become columns: (m, n) row-major to (n, m).
@@ -148,6 +152,7 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     file.rows("/recovery/xe0", {total}, before, kept, recovery.xe0.data());
     file.rows("/recovery/Phi", {total, na}, before, kept, recovery.phi.data());
     file.rows("/recovery/Psi", {total, nc}, before, kept, recovery.psi.data());
+    if (model.sectors > 0) write_sectors(file, reduction, before, total);
     file.flush();
   }
   on_all_ranks(model.comm, [&] {
@@ -211,8 +216,14 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
     area = file.doubles("/contact/area");
   }
   const std::string units = file.text_attribute("units");
-  return {static_cast<PetscInt>(na),   static_cast<PetscInt>(nc / 3), loads, has_damping("/C"), has_damping("/S"), area,
-          units.empty() ? "SI" : units};
+  return {static_cast<PetscInt>(na),
+          static_cast<PetscInt>(nc / 3),
+          loads,
+          has_damping("/C"),
+          has_damping("/S"),
+          area,
+          units.empty() ? "SI" : units,
+          sectors_in(file, na, nc, loads.size())};
 }
 
 ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
@@ -280,6 +291,7 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
       matrix->xa = file.has(name + "ax") ? modal_columns(name + "ax") : std::vector<double>(rows * na);
       matrix->xx = file.has(name + "xx") ? contact_rows(name + "xx") : std::vector<double>(rows * nc);
     }
+    if (header.sectors > 0) read_sectors(file, header.sectors, model);
     if (!file.has("/left_out/Kaa")) return;
     LeftOut &left = model.left_out;
     left.squares = finite("/left_out/Kaa", file.doubles("/left_out/Kaa"));

@@ -1,6 +1,7 @@
 #pragma once
 // The Craig-Bampton model (docs/theory/equations.md, section 3). Contact rows live on the rank that owns the contact
 // point.
+#include <complex>
 #include <cstdint>
 #include <filesystem>
 #include <vector>
@@ -35,6 +36,20 @@ struct DampingMatrix {
   std::vector<double> xx; ///< (3 own, 3 N_x)
 };
 
+/// A sector of a cyclic structure in motions of index h > 0, each sector exp(-2 pi i h / N) times the one before it:
+/// what stands in place of the real matrices. Hermitian; those of -h are the conjugates.
+struct SectorIndex {
+  struct Load {                           // T_h^H F of a load pattern
+    std::vector<std::complex<double>> fa; ///< (N_a); on every rank
+    std::vector<std::complex<double>> fx; ///< (3 own)
+  };
+  std::vector<double> kaa;               ///< (N_a) squares of the fixed-interface frequencies; on every rank
+  std::vector<std::complex<double>> mxa; ///< (3 own, N_a) M_xa = M_ax^H
+  std::vector<std::complex<double>> mxx; ///< (3 own, 3 N_x)
+  std::vector<std::complex<double>> kxx; ///< (3 own, 3 N_x)
+  std::vector<Load> loads;               ///< (L) as those of the model
+};
+
 struct ReducedModel {
   MPI_Comm comm = MPI_COMM_NULL;
   std::filesystem::path file;  ///< it was read from, or reduced from; for messages
@@ -59,6 +74,9 @@ struct ReducedModel {
   /// Number of the pattern of that name. InputError if there is none.
   std::size_t load(const std::string &name) const;
 
+  int sectors = 0; ///< N of a cyclic structure, of which this is a sector in index 0; 0: of no such one
+  std::vector<SectorIndex> indices; ///< (N / 2) of h = 1 .. N / 2
+
   std::vector<double> watched; ///< (N_a + 3 N_x) the motion of the node watched, on every rank; empty: none is
   LeftOut left_out;
   std::filesystem::path stuck_file; ///< where the modes of the stuck structure may be kept; empty: nowhere
@@ -77,6 +95,10 @@ struct Recovery {
   std::vector<double> xe0;        ///< (own) [m]
   std::vector<double> phi;        ///< (own, N_a) row-major
   std::vector<double> psi;        ///< (own, 3 N_x) row-major
+  struct OfIndex {
+    std::vector<std::complex<double>> phi, psi; ///< likewise
+  };
+  std::vector<OfIndex> indices; ///< (N / 2) of a cyclic sector in h = 1 .. N / 2
 };
 
 struct Reduction {
@@ -116,6 +138,8 @@ struct Source {
   std::string ordering;
   std::vector<std::array<PetscInt, 3>> contact_dofs;
   std::vector<double> area = {}; ///< (N_x) of the contact points [m^2], or empty
+  PetscInt interior_modes = 0;   ///< of a cyclic sector: those that its indices share
+  bool exact_modes = false;      ///< likewise: that do not depend on how many these are
 };
 
 /// A number made of all numbers of a reduced model, the same on any number of ranks. Collective.
@@ -139,6 +163,7 @@ struct ReducedHeader {
   bool has_c = false, has_structural = false;
   std::vector<double> area = {}; ///< (N_x) of the contact points [m^2], or empty
   std::string units = "SI";
+  int sectors = 0; ///< of a cyclic structure, of which this is one; 0: of no such one
 };
 ReducedHeader read_reduced_header(const std::filesystem::path &file);
 

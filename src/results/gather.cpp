@@ -37,7 +37,7 @@ std::vector<double> physical_coefficients(const Layout &layout, const Scales &sc
   return all;
 }
 
-void check_start(const std::filesystem::path &results, PetscInt dofs) {
+void check_start(const std::filesystem::path &results, PetscInt dofs, const TravellingWave &wave) {
   const h5::Reader file(results);
   check_format(file);
   const std::string name = "/points/coefficients";
@@ -48,6 +48,14 @@ void check_start(const std::filesystem::path &results, PetscInt dofs) {
   const auto frequencies = file.extent("/points/omega");
   if (shape[0] == 0 || frequencies.size() != 1 || frequencies[0] == 0)
     throw InputError(file.place("/points/omega") + ": holds no point to start from");
+  const long sectors = file.integer_attribute("sectors", 0), order = file.integer_attribute("engine_order", 0);
+  const auto in_words = [](long n, long eo) {
+    return n == 0 ? std::string("no cyclic structure")
+                  : std::to_string(n) + " sectors, engine order " + std::to_string(eo);
+  };
+  if (sectors != wave.sectors || order != wave.engine_order)
+    throw InputError(results.string() + ": are results of " + in_words(sectors, order) + "; continuation.start wants " +
+                     in_words(wave.sectors, wave.engine_order));
 }
 
 void start_from(const std::filesystem::path &results, double omega, const Layout &layout, const Scales &scales, Vec y) {

@@ -16,7 +16,7 @@ std::vector<double> physical_coefficients(const Layout &layout, const Scales &sc
 
 /// Throws InputError unless the results file holds a point of a model with this many reduced dofs. Each rank on its
 /// own.
-void check_start(const std::filesystem::path &results, PetscInt dofs);
+void check_start(const std::filesystem::path &results, PetscInt dofs, const TravellingWave &wave);
 
 /// Sets y to the coefficients of that point of a results file (each rank reads its own) whose Omega is nearest to
 /// `omega` [rad/s]; harmonics beyond either side's H are dropped or zero. Collective; check_start first.

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "case/travelling_wave.hpp"
 #include "support/version.hpp"
 
 namespace dovetail {
@@ -143,6 +144,13 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
   file_->attribute("samples", study.samples);
   file_->attribute("modes", model.modes);
   file_->attribute("contact_points", model.points);
+  if (const TravellingWave wave{model.sectors, study.engine_order.value_or(0)}; wave.sectors > 0) {
+    file_->attribute("sectors", wave.sectors);
+    file_->attribute("engine_order", wave.engine_order);
+    std::vector<long> indices;
+    for (int k = 0; k <= study.harmonics; ++k) indices.push_back(wave.index(k));
+    file_->rows("/cyclic/index", {indices.size()}, 0, indices.size(), indices.data());
+  }
   if (study.path) {
     file_->attribute("parameter", study.path->parameter->name);
     file_->attribute("parameter_unit", study.path->parameter->unit);
@@ -285,6 +293,20 @@ void ResultsFile::describe(const StuckMode &mode) {
     file_->rows("/mode/omega", {1}, 0, 1, &mode.omega);
     file_->rows("/mode/onset", {1}, 0, 1, &mode.onset.amplitude);
     file_->rows("/mode/shape", {shape.size()}, 0, shape.size(), shape.data());
+    file_->flush();
+  });
+}
+
+void ResultsFile::describe(const SectorFrequencies &stuck) {
+  const hsize_t diameters = stuck.size(), count = stuck[0].size();
+  std::vector<long> numbers;
+  std::vector<double> flat;
+  for (const std::vector<double> &of_one : stuck)
+    numbers.push_back(static_cast<long>(numbers.size())), flat.insert(flat.end(), of_one.begin(), of_one.end());
+  on_all_ranks(comm_, [&] {
+    if (!file_) return;
+    file_->rows("/cyclic/nodal_diameters", {diameters}, 0, diameters, numbers.data());
+    file_->rows("/cyclic/frequencies", {diameters, count}, 0, diameters, flat.data());
     file_->flush();
   });
 }

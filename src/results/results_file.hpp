@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "case/case.hpp"
+#include "harmonic/sector_frequencies.hpp"
 #include "harmonic/stuck_mode.hpp"
 #include "results/point_record.hpp"
 #include "results/sensitivity_record.hpp"
@@ -37,6 +38,8 @@ public:
   void append(const EventRecord &event);
   /// Of a nonlinear mode, the one of the stuck structure that it begins with. Collective.
   void describe(const StuckMode &mode);
+  /// Of a cyclic sector, frequencies of its structure with the closed points stuck. Collective.
+  void describe(const SectorFrequencies &stuck);
   void append(const SensitivityRecord &peak);
   /// Says how a run that keeps no state has ended; empty: it was interrupted. Collective.
   void say_end(const std::string &end);

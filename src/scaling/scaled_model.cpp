@@ -7,12 +7,14 @@ namespace dovetail {
 
 namespace {
 
-// Of the loads of a case, by dof, the largest force, each as it works beside the one with the largest course.
-struct LargestLoads {
+// What is driven first: the model, or where it is cyclic the index of harmonic 1.
+struct Driven {
+  std::vector<double> kaa, mass, stiffness; // (N_a), diagonals (3 own) of M_xx and K_xx
+  // Of the loads of a case, by dof, the largest force, each as it works beside the one with the largest course.
   std::vector<double> modal, contact; // (N_a), (3 own)
 };
 
-LargestLoads largest_loads(const Case &study, const ReducedModel &model) {
+Driven driven_first(const Case &study, const ReducedModel &model) {
   std::vector<double> courses;
   for (const LoadCourse &load : study.loads) {
     double squares = 0;
@@ -20,13 +22,27 @@ LargestLoads largest_loads(const Case &study, const ReducedModel &model) {
     courses.push_back(std::sqrt(squares));
   }
   const double most = *std::max_element(courses.begin(), courses.end());
-  LargestLoads out{std::vector<double>(model.modes, 0.0), std::vector<double>(model.own_contact_dofs(), 0.0)};
-  const auto take = [](std::vector<double> &largest, const std::vector<double> &values, double weight) {
+  const int h = std::abs(TravellingWave{model.sectors, study.engine_order.value_or(0)}.index(1));
+  const SectorIndex *index = h > 0 ? &model.indices[h - 1] : nullptr;
+  Driven out{index ? index->kaa : model.kaa, std::vector<double>(model.own_contact_dofs()),
+             std::vector<double>(model.own_contact_dofs()), std::vector<double>(model.modes, 0.0),
+             std::vector<double>(model.own_contact_dofs(), 0.0)};
+  const auto take = [](std::vector<double> &largest, const auto &values, double weight) {
     for (std::size_t i = 0; i < values.size(); ++i) largest[i] = std::max(largest[i], weight * std::abs(values[i]));
   };
   for (std::size_t j = 0; j < courses.size(); ++j) {
-    const LoadPattern &pattern = model.loads[model.load(study.loads[j].pattern)];
-    take(out.modal, pattern.fa, courses[j] / most), take(out.contact, pattern.fx, courses[j] / most);
+    const std::size_t number = model.load(study.loads[j].pattern);
+    const LoadPattern &pattern = model.loads[number];
+    const double weight = courses[j] / most;
+    if (index)
+      take(out.modal, index->loads[number].fa, weight), take(out.contact, index->loads[number].fx, weight);
+    else
+      take(out.modal, pattern.fa, weight), take(out.contact, pattern.fx, weight);
+  }
+  for (std::size_t i = 0; i < out.mass.size(); ++i) {
+    const std::size_t diagonal = i * model.contact_dofs() + 3 * model.own_points.begin + i;
+    out.mass[i] = index ? index->mxx[diagonal].real() : model.mxx[diagonal];
+    out.stiffness[i] = index ? index->kxx[diagonal].real() : model.kxx[diagonal];
   }
   return out;
 }
@@ -42,15 +58,14 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   if (study.scaling == ScalingKind::none) return {};
   if (study.scaling == ScalingKind::manual) return {study.scale_frequency, study.scale_modal, study.scale_contact};
   const ReducedModel &model = preloaded.reduced;
-  const LargestLoads loads = largest_loads(study, model);
+  const Driven driven = driven_first(study, model);
   // Per own contact dof: the force at work, and the displacement at which friction gives way under the preload.
   double force = 0, slip_limit = 0, stiffness = 0, mass = 0;
   for (std::size_t i = 0; i < model.r.size(); ++i) {
     const ContactPoint &point = preloaded.contact[i / 3];
-    const std::size_t diagonal = i * model.contact_dofs() + 3 * model.own_points.begin + i;
-    force = std::max(force, loads.contact[i]);
-    mass = std::max(mass, model.mxx[diagonal]);
-    stiffness = std::max({stiffness, std::abs(model.kxx[diagonal]), point.kn});
+    force = std::max(force, driven.contact[i]);
+    mass = std::max(mass, driven.mass[i]);
+    stiffness = std::max({stiffness, std::abs(driven.stiffness[i]), point.kn});
     if (!has_friction(point.law)) continue;
     const double mu = std::max(point.mu[0], point.mu[1]), kt = std::min(point.kt[0], point.kt[1]);
     const double pressed =
@@ -61,9 +76,9 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   double largest[] = {force, slip_limit, stiffness, mass};
   MPI_Allreduce(MPI_IN_PLACE, largest, 4, MPI_DOUBLE, MPI_MAX, model.comm);
   Scales scales;
-  scales.frequency = model.modes > 0 ? std::sqrt(model.kaa[0]) : study.omega_from;
-  double modal_force = model.modes > 0 ? loads.modal[0] : 0;
-  for (const double fa : loads.modal) // a first mode that the load hardly moves is no measure
+  scales.frequency = model.modes > 0 ? std::sqrt(driven.kaa[0]) : study.omega_from;
+  double modal_force = model.modes > 0 ? driven.modal[0] : 0;
+  for (const double fa : driven.modal) // a first mode that the load hardly moves is no measure
     if (modal_force < 1e-6 * fa) modal_force = fa;
   const double w2 = scales.frequency * scales.frequency;
   scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
@@ -81,8 +96,8 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
 ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &scales) {
   const double w0 = scales.frequency, a = scales.modal, b = scales.contact;
   const double stiffness = std::pow(b / (a * w0), 2), force = b / (a * a * w0 * w0);
-  const auto multiply = [](std::vector<double> &values, double factor) {
-    for (double &value : values) value *= factor;
+  const auto multiply = [](auto &values, double factor) {
+    for (auto &value : values) value *= factor;
   };
   ReducedModel &reduced = model.reduced;
   multiply(reduced.kaa, 1 / (w0 * w0));
@@ -90,6 +105,13 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
   multiply(reduced.mxx, b / a * (b / a));
   multiply(reduced.kxx, stiffness);
   for (LoadPattern &load : reduced.loads) multiply(load.fa, 1 / (a * w0 * w0)), multiply(load.fx, force);
+  for (SectorIndex &index : reduced.indices) {
+    multiply(index.kaa, 1 / (w0 * w0));
+    multiply(index.mxa, b / a);
+    multiply(index.mxx, b / a * (b / a));
+    multiply(index.kxx, stiffness);
+    for (SectorIndex::Load &load : index.loads) multiply(load.fa, 1 / (a * w0 * w0)), multiply(load.fx, force);
+  }
   const auto multiply_blocks = [&](DampingMatrix &matrix, double factor) {
     multiply(matrix.aa, factor);
     multiply(matrix.xa, factor * b / a);

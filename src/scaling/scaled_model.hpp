@@ -1,6 +1,7 @@
 #pragma once
 // Physical <-> dimensionless (docs/theory/equations.md, section 7): Om = w0 Om', a = alpha a', x = beta x'.
 #include "case/case.hpp"
+#include "case/travelling_wave.hpp"
 #include "preload/contact_preload.hpp"
 #include "scaling/dynamic_stiffness.hpp"
 
@@ -19,6 +20,7 @@ struct ScaledModel {
   PreloadedModel model;
   Damping damping; ///< b w0, a / w0, eta [-]; of_parts if the model has a structural matrix
   Scales scales;
+  int engine_order = 0; ///< of a cyclic sector
 };
 
 /// The scales in force: given by hand, all 1, or taken from the model (first mode, its static answer, friction limit).

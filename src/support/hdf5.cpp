@@ -183,6 +183,18 @@ std::vector<std::string> Reader::members(const std::string &group) const {
   return names;
 }
 
+std::vector<double> Reader::doubles_attribute(const std::string &name, const std::string &object) const {
+  if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0)
+    throw InputError(place(object) + ": attribute " + name + " is missing");
+  Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  Id space(H5Aget_space(attribute), H5Sclose);
+  const hssize_t count = H5Sget_simple_extent_npoints(space);
+  std::vector<double> values(count > 0 ? count : 0);
+  if (count <= 0 || H5Aread(attribute, H5T_NATIVE_DOUBLE, values.data()) < 0)
+    throw InputError(place(object) + ": attribute " + name + " must be a list of numbers");
+  return values;
+}
+
 long Reader::integer_attribute(const std::string &name, long otherwise, const std::string &object) const {
   if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return otherwise;
   Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);

@@ -48,6 +48,8 @@ public:
   std::string text_attribute(const std::string &name) const;        ///< of the root group, "" if absent
   /// A list of texts, or one; empty if absent.
   std::vector<std::string> words_attribute(const std::string &name, const std::string &object = "/") const;
+  std::vector<double> doubles_attribute(const std::string &name,
+                                        const std::string &object) const; ///< a list of numbers
   /// Of the root group unless another object is named; `otherwise` if absent.
   long integer_attribute(const std::string &name, long otherwise, const std::string &object = "/") const;
   const std::filesystem::path &path() const { return path_; }

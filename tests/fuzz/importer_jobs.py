@@ -59,6 +59,26 @@ normal_stiffness = 1e3
 tangential_stiffness = 5e2
 friction = 0.3
 """
+CARDS = """*SURFACE, NAME=LEFT, TYPE=NODE
+2,
+*SURFACE, NAME=RIGHT, TYPE=NODE
+3,
+*TIE, CYCLIC SYMMETRY, NAME=SIDES
+RIGHT, LEFT
+*CYCLIC SYMMETRY MODEL, N=4, TIE=SIDES
+0., 0., 0., 0., 0., 1.
+"""  # the tetrahedron as a quarter of a wheel about z
+SECTOR = """[cyclic]
+sectors = 4
+left = "LEFT"
+right = ["RIGHT"]
+axis = [0, 0, 1]
+origin = [0, 0, 2.5]
+tolerance = 1e-6
+[[joint]]
+ground = "TIP"
+normal = [0, 0, 1]
+"""
 BLOCKS = """Name: Kee
 10, -10
 -10, 20
@@ -224,11 +244,11 @@ def triangle(matrix, line):
     return "".join(line(i, j, matrix[i, j]) for j in range(12) for i in range(j + 1)).encode()
 
 
-def _calculix():
+def _calculix(cards=""):
     def entry(i, j, value):
         return f"{i + 1} {j + 1} {value:.12e}\n"
     dofs = "".join(f"{node}.{direction}\n" for node, direction in DOFS)
-    return {"job.inp": CALCULIX.encode(), "job.sti": triangle(K, entry), "job.mas": triangle(M, entry), "job.dof": dofs.encode()}
+    return {"job.inp": CALCULIX.replace("*BOUNDARY", cards + "*BOUNDARY", 1).encode(), "job.sti": triangle(K, entry), "job.mas": triangle(M, entry), "job.dof": dofs.encode()}
 
 
 def _loaded():
@@ -335,6 +355,7 @@ def jobs(folder):
              "calculix": Job("calculix", _calculix() | {"joints.toml": mesh}, ("@job.inp",), "joints.toml"),
              "setup": Job("calculix", _calculix() | {"joints.toml": CLAMPS.encode()}, ("@job.inp",), "joints.toml"),
              "bolted": Job("calculix", _loaded() | {"joints.toml": BOLTED.encode()}, ("@job.inp",), "joints.toml"),
+             "cyclic": Job("calculix", _calculix(CARDS) | {"joints.toml": SECTOR.encode()}, ("@job.inp",), "joints.toml"),
              "abaqus": Job("abaqus", _abaqus() | {"joints.toml": tet}, ("@job.inp",), "joints.toml")}
     files = _matrix_files(folder)
     plain = ("contact_dofs=@contact.txt", "index_base=1", "force=@force.txt", "gap=@gap.txt")

@@ -53,8 +53,8 @@ def cad():
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        bodies = blade_root._bodies(blade_root.Sector())
-        airfoil = blade_root._faces(blade_root.Sector(), *bodies)["airfoil"][0]
+        bodies = blade_root.bodies(blade_root.Sector())
+        airfoil = blade_root.faces(blade_root.Sector(), *bodies)["airfoil"][0]
         edges = []
         for dim, tag in gmsh.model.getBoundary([airfoil], combined=False, oriented=True):
             (low,), (high,) = gmsh.model.getParametrizationBounds(dim, abs(tag))

@@ -71,8 +71,8 @@ def test_template_case_explains_every_key():
     text = (ROOT / "python/dovetail/template/case.toml").read_text()
     case = tomllib.loads(re.sub(r"^# (\w+ = )", r"\1", text, flags=re.MULTILINE))
     assert {section: set(keys) for section, keys in case.items() if isinstance(keys, dict)} == {
-        "reduction": {"modes", "kind", "check_modes", "memory"}, "damping": {"stiffness", "mass", "structural", "ratios", "of", "matrix",
-                                                                           "contact"},
+        "reduction": {"modes", "kind", "interior_modes", "exact_modes", "check_modes", "memory"},
+        "damping": {"stiffness", "mass", "structural", "ratios", "of", "matrix", "contact"},
         "excitation": {"fourier"},
         "contact": {"law", "normal_stiffness", "tangential_stiffness", "normal_stiffness_per_area", "tangential_stiffness_per_area",
                     "friction", "gap"}, "preload": {"initial"},

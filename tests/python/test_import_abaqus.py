@@ -6,10 +6,11 @@ computed for the same mesh without supports, and from the closed form of a beam.
 
 import numpy as np
 import pytest
+import ring
 import scipy.sparse as sp
 
 from brick_deck import bar, material, matrices_step, mesh_text, on, rows, run_ccx
-from dovetail.importers import abaqus, calculix
+from dovetail.importers import abaqus, calculix, setup_file
 
 HUGE = 1e36
 
@@ -209,3 +210,20 @@ def test_wrong_files_are_refused(job, tmp_path, name):
     spoil(tmp_path / path)
     with pytest.raises(ValueError, match=message):
         abaqus.read([tmp_path / "bar.inp"])
+
+
+@pytest.mark.parametrize("first, second", [("RIGHT", "LEFT"), ("left", "right")])
+def test_a_cyclic_sector(tmp_path, first, second):
+    """Which side is left follows from the axis, here against z."""
+    sector = ring.sector()
+    cards = f"*TIE, NAME=Sides, CYCLIC SYMMETRY\nS_{first}, S_{second}\n*CYCLIC SYMMETRY MODEL, N={ring.N}\n0., 0., 1., 0., 0., -1.\n"
+    (tmp_path / "job.inp").write_text(ring.deck(sector, cards))
+    for name, matrix in (("STIF", sector.K), ("MASS", sector.M)):
+        (tmp_path / f"job_{name}1.mtx").write_text(mtx(matrix, ring.names(sector)))
+    (tmp_path / "joints.toml").write_text('[[joint]]\nbetween = ["over_left", "over_right"]\nnext_sector = true\n')
+    structure = abaqus.read([tmp_path / "job.inp"])
+    model = setup_file.apply(structure, tmp_path / "joints.toml")
+    assert model.cyclic["sectors"] == ring.N and model.cyclic["axis"].tolist() == [0, 0, -1]
+    nodes = structure.labels[model.mesh["dof_node"][model.cyclic["left"]]]
+    assert set(nodes.ravel()) == set(sector.labels[sector.node_sets["right"]])
+    assert "nodes of S_right and S_left" in "\n".join(model.notes)

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
 from dovetail import Model
-from dovetail.importers import ansys, convert, harwell_boeing
+from dovetail.importers import ansys, convert, harwell_boeing, setup_file
 from launch import BINARY, words_of
 
 if not importlib.util.find_spec("ansys"):
@@ -347,3 +347,26 @@ def test_the_program_takes_the_model(tmp_path, beam):
     np.testing.assert_allclose(model.contact["normal_stiffness"].sum(), 1e3 * 1.0, rtol=1e-12)  # per area, of the end face 1 x 1
     out, _ = words_of([str(BINARY), "run", str(tmp_path / "case.toml"), "--dry-run"])
     assert "21 contact points" in out
+
+
+def test_components_of_a_cyclic_sector(tmp_path, beam):
+    """Half of a square rod, so to speak: its faces x = 0 and x = 1 are half a turn apart."""
+    x, _, z = beam.nodes.T
+    sets = {"CYCLIC_M01H": x == 1, "CYCLIC_M01L": x == 0, "TOP": (z == 5) & (x > 0) & (x < 1)}
+    added = ""
+    for name, inside in sets.items():
+        members = beam.labels[inside]
+        lines = "".join("".join(f"{label:10d}" for label in members[k:k + 8]) + "\n" for k in range(0, len(members), 8))
+        added += f"\nCMBLOCK,{name:8},NODE,{len(members):8d}\n(8i10)\n{lines.rstrip()}"
+    (tmp_path / "beam.cdb").write_text(re.sub(r"(?=\nCMBLOCK)", added, ARCHIVE.read_text(), count=1))
+    structure = ansys.read([FULL, tmp_path / "beam.cdb"])
+    joint = '[[joint]]\nground = "TOP"\nnormal = [0, 0, 1]\n'
+    (tmp_path / "joints.toml").write_text(joint)
+    plain = setup_file.apply(structure, tmp_path / "joints.toml")
+    assert plain.cyclic is None and "CYCLIC_M01L and CYCLIC_M01H of" in "\n".join(plain.notes)
+    (tmp_path / "joints.toml").write_text("[cyclic]\nsectors = 2\naxis = [0, 0, 1]\norigin = [0.5, 0.5, 0]\n" + joint)
+    model = setup_file.apply(structure, tmp_path / "joints.toml")
+    assert len(model.cyclic["left"]) == np.count_nonzero((x == 0) & (z > 0))  # its foot is held
+    rows = model.mesh["dof_node"]
+    np.testing.assert_allclose(structure.nodes[rows[model.cyclic["right"][:, 0]]],
+                               [1, 1, 0] + structure.nodes[rows[model.cyclic["left"][:, 0]]] * [-1, -1, 1], atol=1e-12)

@@ -471,7 +471,7 @@ WRONG = {
     "local directions": (".inp", lambda p: change(p, "*SURFACE", "*TRANSFORM, NSET=Left\n1,0,0,0,1,0\n*SURFACE"),
         r"\*TRANSFORM: .*use global directions"),
     "cyclic": (".inp", lambda p: change(p, "*SURFACE", "*CYCLIC SYMMETRY MODEL, N=3, TIE=X\n*SURFACE"),
-        r"\*CYCLIC SYMMETRY MODEL: .*model the whole"),
+        r"\*CYCLIC SYMMETRY MODEL: wanted two points of the axis"),
     "include missing": (".inp", lambda p: change(p, "*SURFACE", "*INCLUDE, INPUT=no.inp\n*SURFACE"),
         r"\*INCLUDE: there is no file no.inp beside it"),
     "shell": (".inp", lambda p: change(p, "*SURFACE", "*ELEMENT, TYPE=S4, ELSET=SKIN\n900, 1, 4, 7, 10\n*SURFACE"),

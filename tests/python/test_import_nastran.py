@@ -11,11 +11,12 @@ from pathlib import Path
 import imported_beam
 import numpy as np
 import pytest
+import ring
 import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
 from dovetail import Model
-from dovetail.importers import ansys, convert, nastran, nastran_loads
+from dovetail.importers import ansys, convert, nastran, nastran_loads, setup_file
 from launch import BINARY, words_of
 
 if not importlib.util.find_spec("pyNastran"):
@@ -438,3 +439,26 @@ def test_the_program_takes_the_model(beam, deck, tmp_path):
     (tmp_path / "case.toml").write_text(imported_beam.CASE)
     out, _ = words_of([str(BINARY), "run", str(tmp_path / "case.toml"), "--dry-run"])
     assert "21 contact points" in out
+
+
+def test_cards_of_a_cyclic_sector(tmp_path):
+    sector = ring.sector()
+    grids = "".join(f"GRID*   {label:16d}{'':16s}{x:16.12f}{y:16.12f}\n*       {z:16.12f}\n"
+                    for label, (x, y, z) in zip(sector.labels, sector.nodes))
+    cells = "".join(f"CHEXA,{k},1,{','.join(map(str, row[:6]))}\n,{row[6]},{row[7]}\n"
+                    for k, row in enumerate(sector.labels[sector.cells["hexahedron"]], start=1))
+    cards = "GRID,901,,0.,0.,-1.\nGRID,902,,0.,0.,2.\n"
+    for side, name in ((1, "right"), (2, "left")):  # the axis turns the other way round
+        members = sector.labels[sector.node_sets[name]].tolist()
+        cards += f"CYJOIN,{side},C,{','.join(map(str, members[:6]))}\n,{','.join(map(str, members[6:]))}\n"
+    over = [f"SET1,{k},{','.join(map(str, sector.labels[sector.node_sets[name]]))}\n" for k, name in ((1, "over_right"), (2, "over_left"))]
+    text = "SOL 114\nCEND\nBEGIN BULK\n" + grids + cells + cards + "".join(over) + f"CYSYM,{ring.N},ROT\nCYAX,902,901\nENDDATA\n"
+    (tmp_path / "sector.bdf").write_text(text)
+    matrices = write_dmig(tmp_path / "sector.pch", {"KAAX": sector.K, "MAAX": sector.M}, ring.names(sector).tolist())
+    structure = nastran.read([tmp_path / "sector.bdf", matrices])
+    (tmp_path / "joints.toml").write_text('[[joint]]\nbetween = ["SET1 2", "SET1 1"]\nnext_sector = true\n')
+    model = setup_file.apply(structure, tmp_path / "joints.toml")
+    assert model.cyclic["sectors"] == ring.N and model.cyclic["axis"].tolist() == [0, 0, -1] and len(model.cyclic["left"]) == 9
+    assert "CYJOIN 1 and CYJOIN 2, at most" in "\n".join(model.notes) and model.cyclic["next_sector"].all()
+    (tmp_path / "sector.bdf").write_text(text.replace("CYAX,902,901", "CYAX,902,999"))
+    refused([tmp_path / "sector.bdf", matrices], "grid point 999 of CYAX is not there")

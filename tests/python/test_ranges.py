@@ -11,6 +11,8 @@ from dovetail import Results, ranges
 from dovetail.__main__ import main
 from dovetail.case_changes import Range, apply, contact_values, need
 from dovetail.case_runs import CaseRuns, CurveCase, largest_at, largest_peak
+from dovetail.peak_tracks import follow
+from dovetail.ranges_mode import over_amplitude
 from dovetail.study_runs import Program
 from launch import BINARY
 
@@ -121,6 +123,37 @@ def test_first_order_is_told_where_it_is_meaningless(amplitude, slopes, meaningl
     assert first.deviation() == pytest.approx(np.hypot(*slopes.values()) / np.sqrt(3))
 
 
+class Followed(Formula):
+    """Peaks 5 + xi^2, and a run that follows them: up to `last`, of another peak where `shift` is not 0."""
+
+    def __init__(self, given, last, shift=0.0, status=0):
+        super().__init__(given, lambda friction: 5 + friction**2)
+        self.last, self.shift, self.status = last, shift, status
+
+    def each(self, list_of_changes, digest, what, at=None, path=None):
+        if path is None:
+            return super().each(list_of_changes, digest, what)
+        assert path["parameter"] == "friction" and path["peak"] == "amplitude"
+        factors = np.array([path["range"][0], *path["at"], path["range"][1]])
+        assert factors == pytest.approx(np.array([0.2, 0.3, 0.4, 0.5, 0.6]) / 0.4)
+        numbers = factors[0.4 * factors <= self.last]
+        amplitude = 5 + ((0.4 * numbers - 0.4) / 0.2) ** 2 + self.shift
+        return [{"status": self.status, "reason": "broken", "parameter": list(numbers), "omega": [2.0] * len(numbers),
+                 "amplitude": list(amplitude), "rms": list(amplitude)}]
+
+
+@pytest.mark.parametrize("last, shift, status, reached, reason", [
+    (0.7, 0.0, 0, 5, ""), (0.45, 0.0, 0, 3, "it ends at 0.4"), (0.7, 0.2, 0, 0, "another peak"), (0.7, 0.0, 3, 0, "broken")])
+def test_a_track_is_taken_as_far_as_it_is_the_largest_peak(last, shift, status, reached, reason):
+    wanted, places = Range("friction", "value", 0.2, 0.6), np.linspace(-1, 1, 5)
+    runs = Followed([wanted], last, shift, status)
+    track = follow(runs, wanted, lambda place: {"friction": ("value", wanted.at(place.get("friction", 0.0)))}, places, None)
+    records = track.at(places)
+    assert [record is not None for record in records] == [i < reached for i in range(5)]
+    assert (reason in track.reason) and bool(reason) == bool(track.reason)
+    assert [record["amplitude"] for record in records[:reached]] == pytest.approx([6, 5.25, 5, 5.25, 6][:reached])
+
+
 @pytest.mark.parametrize("options, words", [
     ([], "nothing to vary"),
     (["--friction", "0.2", "2x"], "two values, or two factors"),
@@ -160,13 +193,35 @@ def test_a_copy_that_was_broken_off_is_overwritten(tmp_path):
     assert CaseRuns(curves, Program(BINARY), tmp_path)._run(tmp_path / "case", None, "").folder == tmp_path / "case"
 
 
-@pytest.mark.parametrize("section", ["[path]\nparameter = \"force\"\nrange = [1, 2]\n", "[mode]\nnumber = 1\n"])
-def test_other_curves_are_refused(tmp_path, capsys, section):
+@pytest.mark.parametrize("section, command", [("[path]\nparameter = \"force\"\nrange = [1, 2]\n", ["range", "--friction", "0.2", "0.5"]),
+                                              ("[mode]\nnumber = 1\n", ["fit", "m.csv"])])
+def test_other_curves_are_refused(tmp_path, capsys, section, command):
     case = cases.dof5(tmp_path)
     case.path.write_text(f"{case.path.read_text()}\n{section}")
-    assert main(["range", str(case.path), "--friction", "0.2", "0.5", "--binary", str(BINARY)]) == 2
+    assert main([command[0], str(case.path), *command[1:], "--binary", str(BINARY)]) == 2
     said = capsys.readouterr().err
     assert "curves over the frequency are wanted" in said and "study" not in said
+
+
+@pytest.mark.parametrize("options, words", [(["--omega", "1", "2"], "--omega is for peaks of a curve"), (["--track"], "--track is for"),
+                                            (["--until-peak", "1"], "--until-peak is for"), (["--watch", "a1"], "--watch is for")])
+def test_options_of_peaks_are_refused_for_a_mode(tmp_path, capsys, options, words):
+    case = cases.dof5(tmp_path, omega=None, step=None)
+    case.path.write_text(f"{case.path.read_text()}\n[mode]\nnumber = 1\namplitude = [1, 2]\n")
+    assert main(["range", str(case.path), "--friction", "0.2", "0.5", *options, "--binary", str(BINARY)]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_mode_over_given_amplitudes(tmp_path):
+    """Levels in proportion to the amplitude stay so between points, and a mode that turns back counts once at each amplitude."""
+    alpha = np.array([0.1, 10, 8, 20])
+    q = np.zeros((4, 4, 3))
+    results = Results(synthetic_results.write(tmp_path / "r.h5", [2.0, 2.0, 1.9, 1.8], q, 1, {
+        key: values[:1] for key, values in CONTACT.items() if key != "law"}, modal_amplitude=alpha, damping_ratio=0.01 * alpha,
+        force_level=3 * alpha))
+    found = over_amplitude(results, np.array([0.05, 0.1, 1.0, 10.0, 20.0, 30.0]))
+    assert found["force_level"] == [None, pytest.approx(0.3), pytest.approx(3), pytest.approx(30), pytest.approx(60), None]
+    assert found["omega"][1:5] == [2.0, 2.0, 2.0, 1.8] and found["omega"][0] is None
 
 
 def test_damping_by_a_matrix_is_not_scaled(tmp_path, capsys):

@@ -91,6 +91,75 @@ def test_closed_form_of_a_stuck_mass(tmp_path):
     assert np.all(np.diff(band, axis=0) >= 0) and omega[0] == 7 and omega[-1] == 13.5
 
 
+def test_the_peak_followed_over_a_parameter(tmp_path):
+    """The same closed form between the numbers of the table as well, and one run in place of many."""
+    case = cases.stuck_mass(tmp_path)
+    k, c, kt = 40.0, 40.0 * 0.01, 60.0
+    assert main(["range", str(case.path), "--tangential_stiffness", "0.5x", "2x", "--watch", "x1.t1", "--samples", "0", "--along", "5",
+                 "--track", "--binary", str(BINARY)]) == 0
+    track = found(tmp_path / "case_range")["tracks"]["tangential_stiffness"]
+    assert track["reason"] == "" and len(track["number"]) > 5
+    w = np.sqrt(k + kt * np.array(track["number"]))
+    z = c / (2 * w)
+    np.testing.assert_allclose(track["amplitude"], 1 / (c * w * np.sqrt(1 - z**2)), rtol=1e-6)
+    np.testing.assert_allclose(track["omega"], w * np.sqrt(1 - 2 * z**2), rtol=1e-6)
+    table = found(tmp_path / "case_range")["curves"]["tangential_stiffness"]
+    np.testing.assert_allclose([entry["number"] for entry in table], np.geomspace(0.5, 2, 5))
+    here = [int(np.argmin(np.abs(np.array(track["number"]) - entry["number"]))) for entry in table]
+    np.testing.assert_allclose([entry["amplitude"] for entry in table], np.array(track["amplitude"])[here])
+    runs = [json.loads(line) for line in (tmp_path / "case_range/runs.jsonl").read_text().splitlines()]
+    assert len(runs) == 4 and sum("rms" in run and isinstance(run["rms"], list) for run in runs) == 1  # middle, track, both ends
+
+
+def test_bands_over_a_mode(tmp_path):
+    """One Jenkins element with H = 1, whose frequency and damping ratio are known: at every amplitude the bands of the samples are those of
+    the closed form at their frictions."""
+    case = cases.single_mass(tmp_path, 2, friction=8.0, tangential_stiffness=30.0, omega=None, step=None, harmonics=1, samples="exact",
+                             solver="assembled", kind="auto", stiffness=None)
+    with h5py.File(tmp_path / "reduced.h5", "r+") as file:
+        file["Fx"][...] = [1.0, 0, 0]
+    k, kt, N = 40.0, 30.0, 120 * 800 / (40.0 + 120)
+    case.path.write_text(case.path.read_text() + "\n[mode]\nnear = 8.4\namplitude = [1, 400]\n")
+    assert main(["range", str(case.path), "--friction", "0.05", "0.2", "--samples", "4", "--along", "2", "--binary", str(BINARY)]) == 0
+
+    def closed(a, mu):
+        slips = a > (us := mu * N / kt)
+        T = np.arccos(1 - 2 * np.minimum(us / a, 1))
+        square = np.where(slips, k + kt / np.pi * (T - np.sin(2 * T) / 2), k + kt)
+        return np.sqrt(square), np.where(slips, 2 * mu * N * (a - us) / (np.pi * square * a**2), 0)
+
+    numbers = found(tmp_path / "case_range")
+    alpha = np.array(numbers["modal_amplitude"])
+    for entry, mu in zip(numbers["curves"]["friction"], (0.05, 0.2)):
+        omega, zeta = closed(alpha, mu)
+        np.testing.assert_allclose(entry["omega"], omega, rtol=3e-3)
+        np.testing.assert_allclose(entry["damping_ratio"], zeta, atol=3e-3)
+    with h5py.File(tmp_path / "case_range/ranges.h5") as file:
+        band, samples = file["band/omega"][()], file["samples/omega"][()]
+    assert samples.shape == (4, len(alpha)) and numbers["failed"] == 0
+    np.testing.assert_allclose(band[0], samples.min(axis=0))
+    np.testing.assert_allclose(band[-1], samples.max(axis=0))
+    low, high = closed(alpha, 0.05)[0], closed(alpha, 0.2)[0]
+    assert np.all(band[0] > low * (1 - 3e-3)) and np.all(band[-1] < high * (1 + 3e-3)) and (band[-1] - band[0]).max() > 0.1
+
+
+@pytest.mark.slow
+def test_offsets_and_values_of_tracks_are_those_of_sweeps(tmp_path):
+    """Five degrees of freedom: the middle of the ranges is not the case, and of the gap an offset is added."""
+    case = cases.dof5(tmp_path, harmonics=3, samples="exact", kind="auto", omega=[0.9, 1.2], **cases.TIGHT)
+    tables = []
+    for more in ([], ["--track"]):
+        assert main(["range", str(case.path), "--friction", "0.3", "1.1", "--gap", "-0.4", "0.6", "--force", "0.8x", "1.1x",
+                     "--watch", "a1", "--samples", "0", "--along", "3", "--binary", str(BINARY), *more]) == 0
+        tables.append(found(tmp_path / "case_range")["curves"])
+    for name, swept in tables[0].items():
+        for one, other in zip(swept, tables[1][name], strict=True):
+            assert one["number"] == pytest.approx(other["number"])
+            assert 1 - 3e-3 < other["amplitude"] / one["amplitude"] < 1 + 1e-6  # each is largest in its own place
+            assert 1 - 1e-6 < other["rms"] / one["rms"] < 1 + 3e-3
+            assert one["omega"] == pytest.approx(other["omega"], rel=5e-3)
+
+
 def test_slopes_by_damping(tmp_path):
     """The amplitude goes with 1/c but for z^2."""
     case = cases.stuck_mass(tmp_path)

@@ -94,7 +94,7 @@ def convert(kind, files, output, setup=None):
         error.notes = [*structure.notes, *_lines(error.notes)]
         raise
     model.write(output)
-    summary = f"full model: {model.n} degrees of freedom, {len(model.contact_dofs)} contact points"
+    summary = f"full model: {model.n} degrees of freedom, {model.contact_points} contact points"
     return "\n  ".join([summary, *structure.notes, *_lines(model.notes), case_file.write(model, output)])
 
 

@@ -5,6 +5,7 @@ import re
 import numpy as np
 
 from .apart import apart
+from .deck_sector import of_components
 from .inp import Deck
 from .inp_sets import Entry
 
@@ -54,7 +55,8 @@ def _deck(path, module):
         if not inside.all():
             raise ValueError(f"{path}, component {name}: node {members[~inside][0]} is not there")
         sets[name] = np.searchsorted(labels, members)
-    return Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, shapeless=shapeless), list(raw["elem_comps"])
+    return (Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, shapeless=shapeless, sector=of_components(sets, path)),
+            list(raw["elem_comps"]))
 
 
 def _loads(path, deck):

@@ -15,7 +15,7 @@ class Body:
 
     dofs : (n_b,) their numbers
     rows : (k,) rows of its nodes
-    free : (n_b, m) rigid motions that nothing resists, orthonormal
+    free : (n_b, m) rigid motions that nothing resists, orthonormal; of a sector, those that all sectors can make alike
     """
 
     dofs: np.ndarray
@@ -38,8 +38,24 @@ def bodies(structure):
     found = []
     for dofs in sorted(parts, key=len, reverse=True):
         rows = np.unique(structure.dof_node[dofs][structure.dof_node[dofs] >= 0])
-        found.append(Body(dofs, rows, _free(K[dofs][:, dofs], moved[dofs], allowed)))
+        free = _free(K[dofs][:, dofs], moved[dofs], allowed)
+        found.append(Body(dofs, rows, free if structure.cyclic_sector is None else _alike(structure, dofs, free)))
     return found
+
+
+def _alike(structure, dofs, free):
+    """Of the motions `free` those with which a body still fits its copies in the neighbouring sectors."""
+    sector, place = structure.cyclic_sector, np.full(structure.n + 1, -1)
+    place[dofs] = np.arange(len(dofs))
+    left, right = (place[structure.dofs_of(rows)] for rows in (sector.left, sector.right))
+    both = (left >= 0).all(axis=1) & (right >= 0).all(axis=1)
+    if not both.any() or not free.shape[1]:
+        return free
+    apart = free[right[both]] - np.einsum("ij,pjk->pik", sector.rotation, free[left[both]])
+    _, sizes, motions_of = np.linalg.svd(apart.reshape(-1, free.shape[1]))
+    kept = np.ones(free.shape[1], dtype=bool)
+    kept[:len(sizes)] = sizes < 1e-6 * np.linalg.norm(free[right[both]])
+    return free @ motions_of[kept].T
 
 
 def _free(K, moved, allowed):

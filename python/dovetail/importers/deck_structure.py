@@ -10,6 +10,7 @@ from ..loads import LATE, LATER
 from ..structure import Structure
 from .deck_damping import notes_of
 from .deck_loads import Unknowns, standing
+from .deck_sector import need_plain
 from .echo import ROUNDING
 from .internal import INCOMPATIBLE, condensed
 from .rigid import MOTIONS, mass, motions, resisted, unsatisfied, with_inner
@@ -61,6 +62,7 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
     for rows in deck.cells.values():
         used[rows] = True
     tied = used & ((number < 0) & ~held)[:, :3].any(axis=1)
+    need_plain(deck, tied, sources[0])
     _check_diagonals(deck, K, M, dof_node, dof_direction, used, sources)
 
     counts = ", ".join(f"{len(rows)} {name}" for name, rows in deck.cells.items())
@@ -90,7 +92,7 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
     structure = Structure(K, M, deck.nodes, dof_node, dof_direction, labels=deck.labels, cells=deck.cells, node_sets=node_sets,
                           surfaces=surfaces, force=force, units=units)
     structure.followers, structure.tied_sets = followers, tied_sets
-    structure.held_by_deck = bool(held.any())
+    structure.held_by_deck, structure.sector_of_deck = bool(held.any()), deck.sector
     structure.steps = _steps(deck, unknowns, notes)
     if late:
         imaginary = _force(unknowns, standing(late, deck.matrix_step), notes, "as imaginary part of F, in the load pattern \"force_sin\"")

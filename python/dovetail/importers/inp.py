@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .deck_damping import DeckDamping
+from .deck_sector import DeckSector, of_blocks
 from .elements import cell_of
 from .inp_blocks import read_blocks
 from .inp_loads import distributed, equations
@@ -14,7 +15,6 @@ GENERATED = "nodes or elements that the source program generates are not made he
 REFUSED = {
     **dict.fromkeys(("NGEN", "NFILL", "NCOPY", "NMAP", "SYSTEM", "ELGEN", "ELCOPY"), GENERATED),
     "TRANSFORM": "the matrices may be in these local directions, which are not read; use global directions",
-    "CYCLIC SYMMETRY MODEL": "matrices of a cyclic sector are not read; model the whole structure",
     "SUBMODEL": "a submodel is not read; use the whole model",
 }
 OTHER_LOADS = ("TEMPERATURE", "BASE MOTION", "INERTIA RELIEF")
@@ -30,7 +30,7 @@ class Deck:
     equations: list of inp_loads.Equation;
     other_loads: where loads stand that are none of these; damping: keys of [damping], the same
     of all materials; damping_named: cards that are not in it;
-    types: element types; shapeless: those that have no cell here.
+    sector: cyclic symmetry, if there is any; types: element types; shapeless: those that have no cell here.
     """
 
     path: str
@@ -47,6 +47,7 @@ class Deck:
     other_loads: list = field(default_factory=list)
     damping: dict = field(default_factory=dict)
     damping_named: list = field(default_factory=list)
+    sector: DeckSector = None
     types: set = field(default_factory=set)
     shapeless: list = field(default_factory=list)
 
@@ -104,6 +105,7 @@ def read(path, refused=None):
     deck.matrix_step = written or step
     deck.damping, deck.damping_named = damping.close()
     deck.node_sets = {name: deck.rows_of(numbers) for name, numbers in node_sets.items()}
+    deck.sector = of_blocks(deck, blocks)
     return deck
 
 

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 
+from .deck_sector import of_cyjoin
 from .inp import Deck
 from .inp_blocks import LARGEST
 from .nastran_loads import keep_second_points, take_loads
@@ -66,6 +67,7 @@ def deck_of(model, path, notes):
     cells, others = _cells(model, path, labels)
     deck = Deck(str(path), labels, nodes, cells, _sets(model, labels, notes), shapeless=others)
     take_loads(model, deck)
+    deck.sector = of_cyjoin(model, deck)
     if any(any(getattr(card, "enforced", ())) for cards in model.spcs.values() for card in cards):
         notes.append("NOT taken: enforced displacements (SPC)")
     return deck

@@ -23,7 +23,7 @@ import tomllib
 from contextlib import contextmanager
 
 from ..joint import Joint
-from . import echo, setup_bolts
+from . import echo, setup_bolts, setup_sector
 
 KEYS = {
     "clamp": {"set", "directions"},
@@ -36,9 +36,11 @@ KEYS = {
     "gravity": {"vector"},
     "bolt": {"between", "force", "axis", "then", "stiffness", "tighten_with_friction", "name"},
     "joint": {"between", "ground", "normal_stiffness", "tangential_stiffness", "friction", "gap", "tolerance", "t1", "at", "normal",
-              "name", "overlap"},
+              "name", "overlap", "next_sector"},
+    "cyclic": setup_sector.KEYS,
 }
-BETWEEN_ONLY = {"tolerance", "overlap"}
+BETWEEN_ONLY = {"tolerance", "overlap", "next_sector"}
+TRUE_OR_FALSE = {"overlap", "next_sector"}
 DEEPEST = 32  # brackets within brackets, as in a case file
 
 
@@ -74,7 +76,7 @@ def apply(structure, path):
 
 
 def _applied(structure, path, notes):
-    entries, units = _read(path)
+    entries, units, sector = _read(path)
     structure = copy.copy(structure)
     structure.units = structure.units if units is None else units
     joints = []
@@ -90,7 +92,14 @@ def _applied(structure, path, notes):
     if structure.held_by_deck and any(kind == "gravity" for kind, _, _ in entries):
         notes.append("CHECK: [[gravity]] has the weight beside nodes that the deck holds in part only, because the matrices have no more; "
                      "hold them with [[clamp]] in the set-up file instead")
-    notes += echo.loads(structure) + echo.supports(structure)
+    notes += echo.loads(structure)
+    with _named(f"{path}, [cyclic]"):
+        structure = setup_sector.made(structure, sector, _set, _vector, notes)
+    notes += echo.supports(structure)
+    for kind, number, table in entries:
+        if kind == "gravity" and structure.cyclic_sector is not None:
+            with _named(f"{path}, [[gravity]] number {number}"):
+                setup_sector.need_along_axis(structure, _vector(table))
     bolts = [(number, table) for kind, number, table in entries if kind == "bolt"]
     for number, table in bolts:  # after all clamps, as joints are
         with _named(f"{path}, [[bolt]] number {number}"):
@@ -118,7 +127,7 @@ def _named(where):
 
 
 def _read(path):
-    """(kind, number from 1, table) of every entry, and `units`; every key is known and at least one joint is there."""
+    """(kind, number from 1, table) of every entry, `units` and [cyclic]; every key is known and at least one joint is there."""
     try:
         with open(path, "rb") as stream:
             content = tomllib.load(stream)
@@ -131,6 +140,12 @@ def _read(path):
     units = content.pop("units", None)
     if not isinstance(units, (str, type(None))):
         raise ValueError(f'{path}: units must be text such as "t, mm, s, N", found {units!r}')
+    sector = content.pop("cyclic", None)
+    if not isinstance(sector, (dict, type(None))):
+        raise ValueError(f"{path}: wanted [cyclic] in single brackets, once, found cyclic = {sector!r}")
+    for key in sector or ():
+        if key not in KEYS["cyclic"]:
+            raise ValueError(f"{path}, [cyclic]: unknown key {key!r}; {_nearest(key, KEYS['cyclic'])}")
     entries = []
     for kind, tables in content.items():
         if kind not in KEYS:
@@ -144,7 +159,7 @@ def _read(path):
             entries.append((kind, number, table))
     if not any(kind == "joint" for kind, _, _ in entries):
         raise ValueError(f"{path}: wanted at least one [[joint]], found {', '.join(content) or 'nothing'}")
-    return entries, units
+    return entries, units, sector
 
 
 def _deeper(value, depth):
@@ -198,9 +213,9 @@ def _joint(structure, table):
     for key, value in options.items():
         if key == "name":
             _text(table, key, "text")
-        elif key == "overlap":
+        elif key in TRUE_OR_FALSE:
             if not isinstance(value, bool):
-                raise ValueError(f"overlap must be true or false, found {value!r}")
+                raise ValueError(f"{key} must be true or false, found {value!r}")
         elif not (_numeric(value) or key == "at" and isinstance(value, str) or key == "gap" and value == "geometry"):
             raise ValueError(f"{key} must be a number or a list of numbers, found {value!r}")
     if isinstance(options.get("at"), str):

@@ -47,7 +47,7 @@ class Sector:
 
     @property
     def tip(self):
-        """Radius of the last section [m]."""
+        """Radius where the airfoil ends [m]."""
         return self.platform[1] + self.airfoil[-1][0]
 
     @property
@@ -137,20 +137,20 @@ def mesh_sector(dofs, flank_divisions=(3, 9), sector=Sector()):
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
-        blade, disk = _bodies(sector)
-        sets = {"blade": [(3, blade)], "disk": [(3, disk)], **_faces(sector, blade, disk), "tip": _tip(blade)}
+        blade, disk = bodies(sector)
+        sets = {"blade": [(3, blade)], "disk": [(3, disk)], **faces(sector, blade, disk), "tip": tip_of(blade)}
         for name in ("flank_left", "flank_right", "slot_left", "slot_right"):
-            _structured(sets[name][0][1], flank_divisions)
-        _sizes(sector)
-        _mesh_of_size(dofs, sets["clamped"])
+            structured(sets[name][0][1], flank_divisions)
+        sizes(sector)
+        mesh_of_size(dofs, sets["clamped"])
         gmsh.model.mesh.setOrder(2)
         return tetrahedra_of_gmsh(sets).straightened()
     finally:
         gmsh.finalize()
 
 
-def _bodies(sector):
-    """Tags of the volumes of blade and disk."""
+def bodies(sector, further=()):
+    """Tags of the volumes of blade and disk; `further` solids (dimension, tag) become parts of the blade."""
     occ = gmsh.model.occ
     root = extrude_outline(sector.root_outline(), sector.length)
     disk = extrude_outline(sector.disk_outline(), sector.length)
@@ -163,13 +163,16 @@ def _bodies(sector):
         wires.append(occ.addWire(curves, checkClosed=True))
     airfoil = [part for part in occ.addThruSections(wires, makeSolid=True) if part[0] == 3]
     occ.remove([(1, wire) for wire in wires], recursive=True)
-    ((_, blade),), _ = occ.fuse([(3, root)], airfoil)
+    made, _ = occ.fuse([(3, root)], [*airfoil, *further])
+    if len(made) != 1:
+        raise ValueError(f"the blade would be {len(made)} pieces that do not touch; are the dimensions sound?\n{sector}")
+    blade = made[0][1]
     occ.remove(occ.getEntities(0))  # points that only guided splines and arcs; the corners of bodies stay
     occ.synchronize()
     return blade, disk
 
 
-def _faces(sector, blade, disk):
+def faces(sector, blade, disk):
     """Surfaces (2, tag) that make the named node sets, found by where they are."""
     found = {}
     for body, name in ((blade, "flank"), (disk, "slot")):
@@ -201,7 +204,7 @@ def _pressure_side(sector, blade):
     return min(tall, key=lambda face: np.linalg.norm(gmsh.model.getClosestPoint(*face, place)[0] - place))
 
 
-def _tip(blade):
+def tip_of(blade):
     """Corner points of the airfoil's end face."""
     end = max(gmsh.model.getBoundary([(3, blade)], oriented=False), key=lambda face: gmsh.model.getBoundingBox(*face)[2])
     return gmsh.model.getBoundary([end], oriented=False, recursive=True)
@@ -211,7 +214,7 @@ def _grown(low, high, by=1e-5):
     return *(np.array(low) - by), *(np.array(high) + by)
 
 
-def _structured(face, divisions):
+def structured(face, divisions):
     """Transfinite triangles whose diagonals do not depend on how the face came to be: corners given in a fixed order."""
     for _, edge in gmsh.model.getBoundary([(2, face)], oriented=False):
         x_min, _, _, x_max, _, _ = gmsh.model.getBoundingBox(1, edge)
@@ -224,15 +227,15 @@ def _structured(face, divisions):
     gmsh.model.mesh.setTransfiniteSurface(face, "Left", [low[0], low[1], high[1], high[0]])
 
 
-def _sizes(sector):
-    """Relative sizes of elements [m]: fine airfoil and root, coarse disk; `_mesh_of_size` multiplies them."""
+def sizes(sector):
+    """Relative sizes of elements [m]: fine airfoil and root, coarse disk; `mesh_of_size` multiplies them."""
     for point in gmsh.model.getEntities(0):
         radius = gmsh.model.getValue(*point, [])[2]
         far = np.clip((sector.root_bottom - radius) / (sector.root_bottom - sector.bottom), 0, 1)
         gmsh.model.mesh.setSize([point], 0.003 + 0.006 * far)
 
 
-def _mesh_of_size(dofs, clamped):
+def mesh_of_size(dofs, clamped):
     """Linear tetrahedra that have about `dofs` unknowns when made quadratic."""
     factor, tried = (90e3 / dofs) ** 0.45, []  # where the first mesh is about right
     for _ in range(TRIALS):

@@ -12,8 +12,10 @@ Numbers in parentheses are equations of the theory page; units are those of the 
 
 from .balance import Damping, HarmonicBalance
 from .contact import LAWS, OPEN, STICK, Contact, analysis, contact_coefficients, contact_jacobian, law, synthesis
+from .cyclic import SectorBasis, sector_basis, sector_frequencies
 from .original import Original
 from .reduction import Preload, Reduced, bases, contact_preload, craig_bampton, projected, split, static_law
 
 __all__ = ["Damping", "HarmonicBalance", "LAWS", "OPEN", "STICK", "Contact", "analysis", "contact_coefficients", "contact_jacobian", "law",
-           "synthesis", "Original", "Preload", "Reduced", "bases", "contact_preload", "craig_bampton", "projected", "split", "static_law"]
+           "synthesis", "Original", "Preload", "Reduced", "SectorBasis", "bases", "contact_preload", "craig_bampton", "projected",
+           "sector_basis", "sector_frequencies", "split", "static_law"]

@@ -8,8 +8,8 @@
 
 namespace dovetail {
 
-struct Progress {
-  explicit Progress(double unit) : retraced(unit), cluster(unit), ahead(unit) {}
+struct SweepMonitors {
+  explicit SweepMonitors(double unit) : retraced(unit), cluster(unit), ahead(unit) {}
 
   RetraceMonitor retraced;
   FoldClusterMonitor cluster;

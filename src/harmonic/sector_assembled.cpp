@@ -1,0 +1,160 @@
+#include "harmonic/sector_assembled.hpp"
+
+#include <cstdlib>
+
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+std::vector<ComplexCoupling> complex(const std::vector<Coupling> &couplings) {
+  std::vector<ComplexCoupling> out;
+  for (const Coupling &c : couplings) out.push_back({c.row, c.column, c.k, c.m, c.stiff});
+  return out;
+}
+
+template <class Number>
+std::vector<CouplingOf<Number>> couplings_of(const Layout &layout, const std::vector<double> &kaa,
+                                             const std::vector<Number> &mxa, const std::vector<Number> &mxx,
+                                             const std::vector<Number> &kxx) {
+  const std::size_t na = layout.modes, nc = 3 * layout.points;
+  return list_couplings<Number>(layout, kaa, [&](PetscInt i) {
+    return ContactRow<Number>{mxa.data() + i * na, mxx.data() + i * nc, kxx.data() + i * nc};
+  });
+}
+
+} // namespace
+
+SectorAssembled::SectorAssembled(const ReducedModel &model, const TravellingWave &wave, const Layout &layout,
+                                 bool damps_mass)
+    : AssembledForm(layout, damps_mass), wave_(wave) {
+  auto couplings = std::make_shared<Couplings>(wave.sectors / 2 + 1);
+  (*couplings)[0] = complex(couplings_of(layout, model.kaa, model.mxa, model.mxx, model.kxx));
+  for (int k = 1; k < wave.sectors; ++k) { // all that can occur, with whatever number of harmonics
+    const int h = std::abs(wave.index(k));
+    if (!(*couplings)[h].empty()) continue;
+    const SectorIndex &of = model.indices[h - 1];
+    (*couplings)[h] = couplings_of(layout, of.kaa, of.mxa, of.mxx, of.kxx);
+  }
+  couplings_ = std::move(couplings);
+  build_products();
+}
+
+SectorAssembled::SectorAssembled(std::shared_ptr<const Couplings> couplings, const TravellingWave &wave,
+                                 const Layout &layout, bool damps_mass)
+    : AssembledForm(layout, damps_mass), wave_(wave), couplings_(std::move(couplings)) {
+  build_products();
+}
+
+std::unique_ptr<LinearPart> SectorAssembled::like(const Layout &layout) const {
+  std::unique_ptr<SectorAssembled> other(new SectorAssembled(couplings_, wave_, layout, damps_mass_));
+  share_dampers(*other);
+  return other;
+}
+
+std::vector<Coupling> SectorAssembled::couplings() const {
+  throw ComputeError("a cyclic sector has other matrices in every harmonic, and this wants the same in all");
+}
+
+template <class Visit> void SectorAssembled::for_each(Visit &&visit) const {
+  for (int k = 0; k <= layout_.width / 2; ++k) {
+    const int h = wave_.index(k);
+    for (const ComplexCoupling &c : (*couplings_)[std::abs(h)]) visit(k, c, h < 0 ? -1 : 1, h != 0);
+  }
+}
+
+void SectorAssembled::build_products() {
+  EntryPlaces stiff, heavy;
+  std::vector<double> k_values, m_values;
+  const int n = layout_.width;
+  for_each([&](int k, const ComplexCoupling &coupling, int sign, bool turned) {
+    const PetscInt i = coupling.row * n, j = coupling.column * n;
+    const auto put = [&](EntryPlaces &places, std::vector<double> &values, std::complex<double> value) {
+      if (k == 0) {
+        places.add(i, j), values.push_back(value.real());
+        return;
+      }
+      places.add(i + cosine(k), j + cosine(k)), values.push_back(value.real());
+      places.add(i + sine(k), j + sine(k)), values.push_back(value.real());
+      if (!turned) return;
+      places.add(i + cosine(k), j + sine(k)), values.push_back(sign * value.imag());
+      places.add(i + sine(k), j + cosine(k)), values.push_back(-sign * value.imag());
+    };
+    put(heavy, m_values, coupling.m);
+    if (coupling.stiff) put(stiff, k_values, coupling.k);
+  });
+  stiffness_ = spread_matrix(layout_, n, std::move(stiff), k_values);
+  mass_ = spread_matrix(layout_, n, std::move(heavy), m_values);
+}
+
+void SectorAssembled::multiply(const double *q, double *stiffness_force, double *inertia_force) {
+  multiply_by(stiffness_, mass_, q, stiffness_force, inertia_force);
+}
+
+void SectorAssembled::place_structure(EntryPlaces &places) const {
+  const int n = layout_.width;
+  for_each([&](int k, const ComplexCoupling &c, int, bool turned) {
+    const PetscInt i = c.row * n, j = c.column * n;
+    if (k == 0) {
+      if (c.stiff) places.add(i, j);
+      return;
+    }
+    places.add(i + cosine(k), j + cosine(k)), places.add(i + sine(k), j + sine(k));
+    if (c.stiff || turned || damps_mass_)
+      places.add(i + cosine(k), j + sine(k)), places.add(i + sine(k), j + cosine(k));
+  });
+}
+
+void SectorAssembled::write_structure(const DynamicStiffness &structure, std::vector<double> &values) const {
+  for_each([&](int k, const ComplexCoupling &c, int sign, bool turned) {
+    if (k == 0) {
+      if (c.stiff) values.push_back(c.k.real());
+      return;
+    }
+    const double ki = sign * c.k.imag(), mi = sign * c.m.imag();
+    const double A = structure.in_phase(k, c.k.real(), c.m.real()) - structure.quadrature(k, ki, mi),
+                 B = structure.in_phase(k, ki, mi) + structure.quadrature(k, c.k.real(), c.m.real());
+    values.push_back(A), values.push_back(A);
+    if (c.stiff || turned || damps_mass_) values.push_back(B), values.push_back(-B);
+  });
+}
+
+std::vector<LoadCase> sector_loads(const ReducedModel &model, std::size_t pattern, const TravellingWave &wave,
+                                   const Layout &layout, std::vector<double> fourier) {
+  const LoadPattern &mean = model.loads[pattern];
+  const int highest = static_cast<int>(fourier.size() / 2);
+  const std::size_t modes = layout.own_modes.size(), width = coefficient_count(highest), own = layout.own_dofs();
+  fourier.resize(width, 0.0);
+  std::vector<LoadCase> loads;
+  for (int h = 0; h <= wave.sectors / 2; ++h) {
+    LoadCase real{std::vector<double>(own), std::vector<double>(width)},
+        imaginary{std::vector<double>(own), std::vector<double>(width)};
+    bool works = false;
+    for (int k = 0; k <= highest; ++k) {
+      const int index = wave.index(k);
+      if (std::abs(index) != h) continue;
+      if (k == 0) {
+        real.fourier[0] = fourier[0];
+      } else {
+        const double a = fourier[cosine(k)], b = fourier[sine(k)];
+        const int sign = index < 0 ? -1 : 1;
+        real.fourier[cosine(k)] = a, real.fourier[sine(k)] = b;
+        imaginary.fourier[cosine(k)] = sign * b, imaginary.fourier[sine(k)] = -sign * a;
+      }
+      works = works || (k == 0 ? fourier[0] != 0 : fourier[cosine(k)] != 0 || fourier[sine(k)] != 0);
+    }
+    if (!works) continue;
+    for (std::size_t d = 0; d < own; ++d) {
+      const std::size_t mode = layout.own_modes.begin + d;
+      const std::complex<double> value = h == 0      ? d < modes ? mean.fa[mode] : mean.fx[d - modes]
+                                              : d < modes ? model.indices[h - 1].loads[pattern].fa[mode]
+                                                     : model.indices[h - 1].loads[pattern].fx[d - modes];
+      real.vector[d] = value.real(), imaginary.vector[d] = value.imag();
+    }
+    loads.push_back(std::move(real));
+    if (h != 0) loads.push_back(std::move(imaginary));
+  }
+  return loads;
+}
+
+} // namespace dovetail

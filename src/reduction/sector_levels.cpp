@@ -1,0 +1,341 @@
+#include "reduction/sector_levels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "reduction/exact_modes.hpp"
+#include "reduction/sector_coordinates.hpp"
+#include "support/error.hpp"
+#include "support/memory.hpp"
+
+namespace dovetail {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double rigid = 1e-9;        // of the strain energy that the entries of a mode would meet one by one
+constexpr double among_equals = 1e-6; // entries this near to the largest count as large: round-off does not choose
+constexpr PetscInt guards = 8;        // vectors beyond the modes wanted, which make iterations converge
+constexpr int most_steps = 60;
+constexpr double steady = 1e-11; // change of a square from step to step
+
+struct FirstLevel { // the model of dofs b, whole
+  PetscInt modes = 0, held = 0;
+  std::vector<double> squares, mass, stiffness, coupling; // (modes), (held, held) twice, (held, modes) row-major
+  std::vector<std::vector<double>> fa, fx;                // of the load patterns
+  std::vector<double> r;
+};
+
+// Own rows of all ranks one after the other.
+std::vector<double> gathered(MPI_Comm comm, std::vector<double> &&own) {
+  int size;
+  MPI_Comm_size(comm, &size);
+  if (size == 1) return std::move(own);
+  const int count = static_cast<int>(own.size());
+  std::vector<int> counts(size), places(size + 1, 0);
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  std::partial_sum(counts.begin(), counts.end(), places.begin() + 1);
+  std::vector<double> all(places[size]);
+  MPI_Allgatherv(own.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(), MPI_DOUBLE, comm);
+  own = {};
+  return all;
+}
+
+FirstLevel first_level(ReducedModel &&model) {
+  FirstLevel level;
+  const MPI_Comm comm = model.comm;
+  level.modes = model.modes, level.held = model.contact_dofs();
+  level.squares = model.kaa;
+  level.mass = gathered(comm, std::move(model.mxx)), level.stiffness = gathered(comm, std::move(model.kxx));
+  level.coupling = gathered(comm, std::move(model.mxa));
+  for (LoadPattern &load : model.loads)
+    level.fa.push_back(load.fa), level.fx.push_back(gathered(comm, std::move(load.fx)));
+  level.r = gathered(comm, std::move(model.r));
+  return level;
+}
+
+struct Index { // everything of one index, whole
+  std::vector<double> squares;
+  ComplexDense max, mxx, kxx;                       // M_ax (N_a, nc), ...
+  std::vector<ComplexDense> fa, fx;                 // a column each
+  ComplexDense r, at_rest;                          // of index 0: R, and b at rest with x held
+  ComplexDense shapes_of_modes, modes_b, contact_b; // interior modes and b by a, b by x: (N_m, ..), (n_b, ..)
+  ComplexDense stiffness;                           // of s
+};
+
+// Turns each mode so that of `rows` its first large entry is real and positive.
+void fix_phases(ComplexDense &shapes, int first_row) {
+  for (int j = 0; j < shapes.columns; ++j) {
+    Complex *v = shapes.column(j), *end = v + shapes.rows;
+    double largest = 0;
+    for (Complex *at = v + first_row; at != end; ++at) largest = std::max(largest, std::abs(*at));
+    const Complex *chosen = std::find_if(
+        v + first_row, end, [&](Complex value) { return std::abs(value) >= (1 - among_equals) * largest; });
+    if (chosen == end || largest == 0) continue;
+    const Complex turn = std::conj(*chosen) / std::abs(*chosen);
+    std::for_each(v, end, [&](Complex &value) { value *= turn; });
+  }
+}
+
+std::string in_index(const SecondLevel &settings, int h) {
+  return settings.model_file.string() + ": in motions of nodal diameter " + std::to_string(h) +
+         " the sector, its "
+         "contact points held, ";
+}
+
+// Modes of [eta; s] with x held.
+HermitianModes modes_of(const FirstLevel &first, const ComplexDense &K, const ComplexDense &M, const ComplexDense &C,
+                        int s, PetscInt count, const SecondLevel &settings, int h) {
+  const int m = first.modes, n = m + s;
+  ComplexDense stiffness(n, n), mass(n, n);
+  for (int j = 0; j < m; ++j) {
+    stiffness(j, j) = first.squares[j], mass(j, j) = 1;
+    for (int i = 0; i < s; ++i) mass(m + i, j) = C(i, j), mass(j, m + i) = std::conj(C(i, j));
+  }
+  for (int j = 0; j < s; ++j)
+    for (int i = 0; i < s; ++i) stiffness(m + i, m + j) = K(i, j), mass(m + i, m + j) = M(i, j);
+  std::vector<double> diagonal;
+  for (int i = 0; i < n; ++i) diagonal.push_back(stiffness(i, i).real());
+  HermitianModes modes = lowest_modes(std::move(stiffness), std::move(mass), static_cast<int>(count));
+  bool moves = modes.fault == HermitianModes::Fault::stiffness;
+  for (std::size_t j = 0; j < modes.squares.size() && !moves; ++j) {
+    double stiff = 0;
+    for (int i = 0; i < n; ++i) stiff += diagonal[i] * std::norm(modes.shapes(i, static_cast<int>(j)));
+    moves = modes.squares[j] <= rigid * stiff;
+  }
+  if (moves) throw InputError(in_index(settings, h) + "can move without strain; hold it, or check the faces and /K");
+  if (modes.fault == HermitianModes::Fault::mass)
+    throw InputError(in_index(settings, h) + "has a mass that is not positive definite; every dof needs mass, or "
+                                             "reduction.modes must be less");
+  fix_phases(modes.shapes, s > 0 ? m : 0);
+  return modes;
+}
+
+// With `count` modes at first, of which those wanted couple with the contacts.
+Index reduced_index(const CyclicSector &sector, const FirstLevel &first, const SecondLevel &settings, PetscInt count,
+                    int h) {
+  const SectorCoordinates E(sector, first.held, h);
+  const int s = E.own(), nc = E.contact(), na = static_cast<int>(settings.modes), m = first.modes;
+  const ComplexDense K = E.congruent(first.stiffness), M = E.congruent(first.mass),
+                     C = E.from_held(first.coupling.data(), m), Ks = K.block(0, 0, s, s), Kx = K.block(0, s, s, nc),
+                     Ms = M.block(0, 0, s, s), Mx = M.block(0, s, s, nc), Cs = C.block(0, 0, s, m),
+                     Cx = C.block(s, 0, nc, m);
+  ComplexDense psi = solve_positive(Ks, Kx); // of s; interior modes take no part
+  if (s > 0 && psi.rows == 0)
+    throw InputError(in_index(settings, h) + "can move without strain; hold it, or check the faces and /K");
+  for (Complex &value : psi.values) value = -value;
+  Index out;
+  const bool iterated = count > settings.modes;
+  count = std::min<PetscInt>(count, m + s);
+  HermitianModes modes = modes_of(first, Ks, Ms, Cs, s, count, settings, h);
+  out.squares = modes.squares;
+  const ComplexDense eta = modes.shapes.block(0, 0, m, na), phi = modes.shapes.block(m, 0, s, na);
+  const auto add = [](ComplexDense &sum, const ComplexDense &term) {
+    for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += term.values[i];
+  };
+  out.kxx = K.block(s, s, nc, nc);
+  add(out.kxx, adjoint_product(Kx, psi));  // K_xx + K_xs Psi
+  ComplexDense carried = product(Ms, psi); // M_ss Psi + M_sx
+  add(carried, Mx);
+  out.mxx = M.block(s, s, nc, nc);
+  add(out.mxx, adjoint_product(Mx, psi));
+  add(out.mxx, adjoint_product(psi, carried));
+  out.max = adjoint_product(phi, carried);  // Phi^H (M_ee Psi + M_ex), interior modes by C
+  ComplexDense of_modes = product(Cs, eta); // (s, N_a)
+  add(out.max, adjoint_product(of_modes, psi));
+  add(out.max, adjoint(product(Cx, eta)));
+  for (std::size_t j = 0; j < first.fx.size(); ++j) {
+    const ComplexDense F = E.from_held(first.fx[j].data(), 1), Fs = F.block(0, 0, s, 1);
+    ComplexDense Fm(m, 1);
+    std::copy(first.fa[j].begin(), first.fa[j].end(), Fm.values.begin());
+    out.fa.push_back(adjoint_product(eta, Fm)), add(out.fa.back(), adjoint_product(phi, Fs));
+    out.fx.push_back(F.block(s, 0, nc, 1)), add(out.fx.back(), adjoint_product(psi, Fs));
+  }
+  ComplexDense z(E.all(), nc);
+  for (int j = 0; j < nc; ++j) std::copy_n(psi.column(j), s, z.column(j)), z(s + j, j) = 1;
+  out.contact_b = E.to_held(z);
+  out.shapes_of_modes = modes.shapes.block(0, 0, m, static_cast<int>(count));
+  out.modes_b = E.to_held(modes.shapes.block(m, 0, s, static_cast<int>(count)));
+  if (iterated) out.stiffness = Ks;
+  if (h > 0) return out;
+  ComplexDense p = E.from_held(first.r.data(), 1), rest(E.all(), 1); // eq (2): the load on b is -r
+  const ComplexDense answer = solve_positive(Ks, p.block(0, 0, s, 1));
+  for (int i = 0; i < s; ++i) rest(i, 0) = -answer(i, 0);
+  out.r = p.block(s, 0, nc, 1);
+  add(out.r, adjoint_product(Kx, rest.block(0, 0, s, 1)));
+  out.at_rest = E.to_held(rest);
+  return out;
+}
+
+void share(MPI_Comm comm, int owner, std::vector<double> &values) {
+  long size = static_cast<long>(values.size());
+  MPI_Bcast(&size, 1, MPI_LONG, owner, comm);
+  values.resize(size);
+  MPI_Bcast(values.data(), static_cast<int>(size), MPI_DOUBLE, owner, comm);
+}
+
+void share(MPI_Comm comm, int owner, ComplexDense &A) {
+  int shape[] = {A.rows, A.columns};
+  MPI_Bcast(shape, 2, MPI_INT, owner, comm);
+  if (A.rows != shape[0] || A.columns != shape[1]) A = ComplexDense(shape[0], shape[1]);
+  MPI_Bcast(A.values.data(), static_cast<int>(A.values.size()), MPI_C_DOUBLE_COMPLEX, owner, comm);
+}
+
+void share(MPI_Comm comm, int owner, std::size_t loads, Index &index) {
+  index.fa.resize(loads), index.fx.resize(loads);
+  share(comm, owner, index.squares);
+  for (ComplexDense *A : {&index.max, &index.mxx, &index.kxx, &index.r, &index.at_rest, &index.shapes_of_modes,
+                          &index.modes_b, &index.contact_b, &index.stiffness})
+    share(comm, owner, *A);
+  for (std::size_t j = 0; j < loads; ++j) share(comm, owner, index.fa[j]), share(comm, owner, index.fx[j]);
+}
+
+std::vector<Complex> own_rows(const ComplexDense &A, Range own) {
+  std::vector<Complex> rows;
+  for (int i = 3 * own.begin; i < 3 * own.end; ++i)
+    for (int j = 0; j < A.columns; ++j) rows.push_back(A(i, j));
+  return rows;
+}
+
+std::vector<double> real(const std::vector<Complex> &values) {
+  std::vector<double> out;
+  for (const Complex value : values) out.push_back(value.real());
+  return out;
+}
+
+SectorIndex own_part(const Index &index, Range own) {
+  SectorIndex part;
+  part.kaa = index.squares;
+  part.mxa = own_rows(adjoint(index.max), own);
+  part.mxx = own_rows(index.mxx, own), part.kxx = own_rows(index.kxx, own);
+  for (std::size_t j = 0; j < index.fa.size(); ++j)
+    part.loads.push_back({index.fa[j].values, own_rows(index.fx[j], own)});
+  return part;
+}
+
+} // namespace
+
+void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, PetscInt modes, MemoryPlan &plan) {
+  const MPI_Comm comm = parts.full.comm;
+  const CyclicSector &sector = parts.full.cyclic;
+  const PetscInt held = 3 * static_cast<PetscInt>(parts.full.contact_dofs.size());
+  const SectorCoordinates E(sector, held, 0);
+  const double b = held, y = E.all(), nc = E.contact(), m = interior_modes, n = m + E.own(), a = modes + guards,
+               rows = parts.own.size();
+  const double first = 8 * b * (2 * b + m), congruent = 16 * (3 * y * y + b * y + 2 * y * m),
+               search = 16 * (4 * n * n + 2 * n * a), found = 16 * (nc * (2 * nc + a) + b * (a + nc) + m * a),
+               all = sector.sectors / 2 * 16 * nc * (2 * nc + a), iterated = 8 * rows * (m + 5 * 2 * a);
+  plan.bytes = std::max(plan.bytes, resident_bytes() + (parts.solver ? parts.solver->forecast_bytes() : 0) + first +
+                                        congruent + search + found + all + iterated);
+  plan.machine_bytes = sum_on_machine(comm, plan.bytes);
+  MPI_Allreduce(MPI_IN_PLACE, &plan.machine_bytes, 1, MPI_DOUBLE, MPI_MAX, comm);
+  MPI_Allreduce(&plan.bytes, &plan.total_bytes, 1, MPI_DOUBLE, MPI_SUM, comm);
+}
+
+SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Reduction &&held,
+                         const SecondLevel &settings) {
+  SectorModel made;
+  Reduction &out = made.reduction;
+  ReducedModel &model = out.model;
+  Recovery &recovery = out.recovery;
+  const CyclicSector &sector = parts.full.cyclic;
+  const Recovery before = std::move(held.recovery);
+  const MPI_Comm comm = model.comm = held.model.comm;
+  int rank, size;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &size);
+  out.backward_error = held.backward_error;
+  model.file = held.model.file, model.units = held.model.units;
+  model.modes = settings.modes, model.points = static_cast<PetscInt>(sector.contacts.size());
+  model.own_modes = own_share(comm, model.modes), model.own_points = own_share(comm, model.points);
+  model.sectors = sector.sectors;
+  const Range own_held{3 * held.model.own_points.begin, 3 * held.model.own_points.end}, own = model.own_points;
+  std::vector<std::string> names;
+  for (const LoadPattern &load : held.model.loads) names.push_back(load.name);
+  const FirstLevel first = first_level(std::move(held.model));
+
+  recovery.elastic_dofs = before.elastic_dofs, recovery.xe0 = before.xe0;
+  std::vector<PetscInt> kept; // own of b
+  for (PetscInt i = own_held.begin; i < own_held.end; ++i)
+    if (settings.wanted[i]) kept.push_back(i), recovery.elastic_dofs.push_back(settings.held[i]);
+  const std::size_t inner = before.elastic_dofs.size();
+  const auto columns = static_cast<int>(model.modes);
+  // Rows of the motion by columns of b and, if any, of interior modes.
+  const auto motion = [&](const ComplexDense &by_b, const ComplexDense *by_modes) {
+    std::vector<Complex> rows;
+    for (std::size_t i = 0; i < inner; ++i)
+      for (int j = 0; j < by_b.columns; ++j) {
+        Complex sum = 0;
+        const double *psi = &before.psi[i * first.held], *phi = before.phi.data() + i * first.modes;
+        for (int l = 0; l < first.held; ++l) sum += psi[l] * by_b(l, j);
+        for (int l = 0; by_modes && l < first.modes; ++l) sum += phi[l] * (*by_modes)(l, j);
+        rows.push_back(sum);
+      }
+    for (const PetscInt i : kept)
+      for (int j = 0; j < by_b.columns; ++j) rows.push_back(by_b(i, j));
+    return rows;
+  };
+  // The exact modes in place of those of the interior ones; or one step towards them, which tells what these cost.
+  const bool judged = first.modes < parts.elastic && parts.solver && model.modes > 0;
+  const PetscInt wanted = model.modes + (judged ? guards : 0);
+  const auto improve = [&](Index &index, int h) { // returns own rows of the motion by modes
+    if (judged) {
+      const SectorCoordinates E(sector, first.held, h);
+      const FirstGuess guess{interior, index.squares, index.shapes_of_modes, index.modes_b};
+      const ExactModes found = exact_modes(parts, E, index.stiffness, guess, model.modes,
+                                           settings.exact ? most_steps : 1, settings.exact ? steady : 0);
+      if (const double change = std::sqrt(1 + found.first_change) - 1; change > made.left_out)
+        made.left_out = change, made.index = h;
+      made.steps = std::max(made.steps, found.steps);
+      index.squares.resize(columns);
+      if (settings.exact) {
+        index.squares = found.squares, index.fa = found.fa;
+        index.max = adjoint_product(found.carried, index.contact_b);
+        std::vector<Complex> rows;
+        for (const PetscInt i : settings.kept)
+          for (int j = 0; j < columns; ++j)
+            rows.emplace_back(found.inside.column(j)[i], found.inside.column(columns + j)[i]);
+        for (const PetscInt i : kept)
+          for (int j = 0; j < columns; ++j) rows.push_back(found.held(i, j));
+        return rows;
+      }
+    }
+    const ComplexDense by_modes = index.shapes_of_modes.block(0, 0, first.modes, columns);
+    return motion(index.modes_b.block(0, 0, first.held, columns), &by_modes);
+  };
+  const int last = sector.sectors / 2;
+  for (int begin = 0; begin <= last; begin += size) {
+    Index mine;
+    on_all_ranks(comm, [&] {
+      if (begin + rank <= last) mine = reduced_index(sector, first, settings, wanted, begin + rank);
+    });
+    for (int owner = 0; owner < size && begin + owner <= last; ++owner) {
+      Index passed;
+      Index &index = owner == rank ? mine : passed;
+      share(comm, owner, first.fx.size(), index);
+      const std::vector<Complex> phi = improve(index, begin + owner), psi = motion(index.contact_b, nullptr);
+      const SectorIndex part = own_part(index, own);
+      if (begin + owner > 0) {
+        model.indices.push_back(part), recovery.indices.push_back({phi, psi});
+        continue;
+      }
+      model.kaa = part.kaa;
+      model.mxa = real(part.mxa), model.mxx = real(part.mxx), model.kxx = real(part.kxx);
+      model.r = real(own_rows(index.r, own));
+      model.loads.clear();
+      for (std::size_t j = 0; j < names.size(); ++j)
+        model.loads.push_back({names[j], real(part.loads[j].fa), real(part.loads[j].fx)});
+      recovery.phi = real(phi), recovery.psi = real(psi);
+      const std::vector<double> rest = real(motion(index.at_rest, nullptr));
+      for (std::size_t i = 0; i < rest.size(); ++i)
+        if (i < inner)
+          recovery.xe0[i] += rest[i];
+        else
+          recovery.xe0.push_back(rest[i]);
+    }
+  }
+  return made;
+}
+
+} // namespace dovetail

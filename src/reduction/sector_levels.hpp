@@ -1,0 +1,34 @@
+#pragma once
+// Craig-Bampton on two levels for a cyclic sector: real modes and constraint modes of dofs b, contact nodes and faces,
+// are the same for all nodal diameters; on them, for each index h, complex modes with x held. Dense from here on.
+#include "reduction/clamped_structure.hpp"
+#include "reduction/reduced_model.hpp"
+
+namespace dovetail {
+
+struct SecondLevel {
+  PetscInt modes = 0;               ///< N_a of each index
+  std::vector<PetscInt> held;       ///< (n_b) the dofs b
+  std::vector<char> wanted;         ///< (n_b) 1 where the motion is wanted later
+  std::filesystem::path model_file; ///< for messages
+  bool exact = false;               ///< modes are iterated until no interior mode is missed; else judged by a step
+  std::vector<PetscInt> kept;       ///< own elastic rows whose motion is wanted, in the order of the recovery
+};
+
+struct SectorModel {
+  Reduction reduction;
+  double left_out = -1; ///< change of a frequency by one step towards the exact modes, the largest, relative; or -1
+  int index = 0;        ///< where that is
+  int steps = 0;        ///< of the exact modes, the most of any index
+};
+
+/// The reduced model of a sector from that of dofs b, with the recovery of its elastic dofs and those of b that are
+/// wanted. Ranks share out the indices. `parts` with factors, unless every mode there is is among the interior ones,
+/// and `interior`, their shapes. Collective. InputError: a rigid motion, a mass that is not positive.
+SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Reduction &&held,
+                         const SecondLevel &settings);
+
+/// Counts in what this takes when Psi is gone. Collective.
+void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, PetscInt modes, MemoryPlan &plan);
+
+} // namespace dovetail

@@ -1,0 +1,96 @@
+#include "support/hermitian.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "support/error.hpp"
+
+extern "C" {
+using Z = std::complex<double>;
+void zgemm_(const char *, const char *, const int *, const int *, const int *, const Z *, const Z *, const int *,
+            const Z *, const int *, const Z *, Z *, const int *);
+void zpotrf_(const char *, const int *, Z *, const int *, int *);
+void zpotrs_(const char *, const int *, const int *, const Z *, const int *, Z *, const int *, int *);
+void zhegvx_(const int *, const char *, const char *, const char *, const int *, Z *, const int *, Z *, const int *,
+             const double *, const double *, const int *, const int *, const double *, int *, double *, Z *,
+             const int *, Z *, const int *, double *, int *, int *, int *);
+}
+
+namespace dovetail {
+namespace {
+
+int leading(int rows) { return std::max(1, rows); }
+
+ComplexDense times(const char *how, const ComplexDense &A, const ComplexDense &B) {
+  const bool turned = *how == 'C';
+  const int m = turned ? A.columns : A.rows, k = turned ? A.rows : A.columns, lda = leading(A.rows),
+            ldb = leading(B.rows), ldc = leading(m);
+  const Z one = 1, zero = 0;
+  ComplexDense C(m, B.columns);
+  if (m > 0 && B.columns > 0 && k > 0)
+    zgemm_(how, "N", &m, &B.columns, &k, &one, A.values.data(), &lda, B.values.data(), &ldb, &zero, C.values.data(),
+           &ldc);
+  return C;
+}
+
+} // namespace
+
+ComplexDense ComplexDense::block(int i, int j, int m, int n) const {
+  ComplexDense out(m, n);
+  for (int at = 0; at < n; ++at) std::copy_n(column(j + at) + i, m, out.column(at));
+  return out;
+}
+
+ComplexDense product(const ComplexDense &A, const ComplexDense &B) { return times("N", A, B); }
+ComplexDense adjoint_product(const ComplexDense &A, const ComplexDense &B) { return times("C", A, B); }
+
+ComplexDense adjoint(const ComplexDense &A) {
+  ComplexDense out(A.columns, A.rows);
+  for (int j = 0; j < A.columns; ++j)
+    for (int i = 0; i < A.rows; ++i) out(j, i) = std::conj(A(i, j));
+  return out;
+}
+
+ComplexDense solve_positive(ComplexDense A, ComplexDense B) {
+  if (A.rows == 0) return B;
+  int info = 0;
+  zpotrf_("L", &A.rows, A.values.data(), &A.rows, &info);
+  if (info != 0) return {};
+  zpotrs_("L", &A.rows, &B.columns, A.values.data(), &A.rows, B.values.data(), &B.rows, &info);
+  return B;
+}
+
+HermitianModes lowest_modes(ComplexDense K, ComplexDense M, int count) {
+  HermitianModes modes;
+  const int n = K.rows, kind = 1, first = n - count + 1;
+  modes.shapes = ComplexDense(n, count);
+  if (count == 0) return modes;
+  const double unused = 0, tolerance = 0;
+  int found = 0, room = -1, info = 0;
+  std::vector<double> inverses(n), real_work(7 * n);
+  std::vector<int> int_work(5 * n), failed(n);
+  std::vector<Z> work(1);
+  for (const bool ask : {true, false}) { // M v = K v / w^2: of these the largest are the accurate ones
+    zhegvx_(&kind, "V", "I", "L", &n, M.values.data(), &n, K.values.data(), &n, &unused, &unused, &first, &n,
+            &tolerance, &found, inverses.data(), modes.shapes.values.data(), &n, work.data(), &room, real_work.data(),
+            int_work.data(), failed.data(), &info);
+    if (ask) room = static_cast<int>(work[0].real()), work.resize(room);
+  }
+  if (info > n) modes.fault = HermitianModes::Fault::stiffness;
+  if (modes.fault != HermitianModes::Fault::none) return modes;
+  if (info != 0 || found != count) throw ComputeError("LAPACK's zhegvx failed (" + std::to_string(info) + ")");
+  for (int j = 0; j < count / 2; ++j)
+    std::swap_ranges(modes.shapes.column(j), modes.shapes.column(j) + n, modes.shapes.column(count - 1 - j));
+  for (int j = 0; j < count; ++j) {
+    const double inverse = inverses[count - 1 - j];
+    if (!(inverse > 0)) {
+      modes.fault = HermitianModes::Fault::mass;
+      return modes;
+    }
+    modes.squares.push_back(1 / inverse);
+    std::for_each(modes.shapes.column(j), modes.shapes.column(j) + n, [&](Z &value) { value /= std::sqrt(inverse); });
+  }
+  return modes;
+}
+
+} // namespace dovetail

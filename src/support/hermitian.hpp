@@ -1,0 +1,40 @@
+#pragma once
+// Dense complex matrices, column by column, and what LAPACK does with them. PETSc is built for real numbers alone.
+#include <complex>
+#include <vector>
+
+namespace dovetail {
+
+struct ComplexDense {
+  using Value = std::complex<double>;
+  int rows = 0, columns = 0;
+  std::vector<Value> values;
+
+  ComplexDense() = default;
+  ComplexDense(int r, int c) : rows(r), columns(c), values(static_cast<std::size_t>(r) * c) {}
+  Value &operator()(int i, int j) { return values[static_cast<std::size_t>(j) * rows + i]; }
+  Value operator()(int i, int j) const { return values[static_cast<std::size_t>(j) * rows + i]; }
+  Value *column(int j) { return values.data() + static_cast<std::size_t>(j) * rows; }
+  const Value *column(int j) const { return values.data() + static_cast<std::size_t>(j) * rows; }
+  /// Rows [i, i + m) of columns [j, j + n).
+  ComplexDense block(int i, int j, int m, int n) const;
+};
+
+ComplexDense product(const ComplexDense &A, const ComplexDense &B);         ///< A B
+ComplexDense adjoint_product(const ComplexDense &A, const ComplexDense &B); ///< A^H B
+ComplexDense adjoint(const ComplexDense &A);                                ///< A^H
+
+/// X of A X = B for Hermitian positive definite A; empty (no rows) if A is not.
+ComplexDense solve_positive(ComplexDense A, ComplexDense B);
+
+struct HermitianModes {
+  enum class Fault { none, stiffness, mass } fault = Fault::none; ///< which matrix is not positive definite
+  std::vector<double> squares;                                    ///< ascending
+  ComplexDense shapes;                                            ///< v^H M v = 1, phases as LAPACK has them
+};
+
+/// The `count` lowest modes of K v = w^2 M v, both Hermitian, K positive definite, to full accuracy relative to each
+/// w^2. ComputeError if LAPACK does not find them.
+HermitianModes lowest_modes(ComplexDense K, ComplexDense M, int count);
+
+} // namespace dovetail

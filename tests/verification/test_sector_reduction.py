@@ -1,0 +1,156 @@
+"""A cyclic sector reduced for every nodal diameter: against the whole rotor, an independent program, and dense algebra."""
+
+import re
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import cases
+import sector_model
+import launch
+import whole_rotor
+from sector_model import ALL, INNER, N
+
+DATA = np.load(Path(__file__).with_name("data") / "nodal_diameters.npz")
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory):
+    """Reduced with all modes there are."""
+    folder = tmp_path_factory.mktemp("sector")
+    sector_model.write_model(folder / "model.h5", patterns=("lift", "second"))
+    case = sector_model.write_case(folder / "case.toml", ALL, INNER)
+    return reduce(case)
+
+
+def reduce(case, **where):
+    """By an eigensolver that exhausts a small space."""
+    return launch.run(cases.Case(case, None, None, {}), "-modes_eps_type", "lapack", command="reduce", **where).folder
+
+
+def read(folder):
+    with h5py.File(folder / "reduced.h5") as file:
+        return [sector_model.index(file, h) for h in range(N // 2 + 1)]
+
+
+def test_frequencies_are_those_of_an_independent_program(complete):
+    for h, (K, M, _, _) in enumerate(read(complete)):
+        stuck = sector_model.frequencies(K + sector_model.springs(ALL), M)[:20]
+        np.testing.assert_allclose(stuck, DATA["stuck_rad_s_by_nodal_diameter"][h], rtol=1e-10)
+        np.testing.assert_allclose(np.sqrt(np.diag(K)[:20]), DATA[f"fixed_h{h}"], rtol=1e-10)
+
+
+def test_frequencies_are_those_of_the_whole_rotor(complete):
+    """Each nodal diameter but 0 and N/2 twice, forward and backward."""
+    spectra = [sector_model.frequencies(K + sector_model.springs(ALL), M) for K, M, _, _ in read(complete)]
+    found = np.sort(np.concatenate([spectrum for h, spectrum in enumerate(spectra) for _ in range(1 + (0 < h < N / 2))]))
+    pairs = [(a, b, axes, beyond) for part, beyond in (("root", 0), ("shroud", 1))
+             for a, b, axes in zip(*(sector_model.SECTOR[f"{part}_{name}"] for name in ("a", "b", "axes")))]
+    T, elastic = whole_rotor.coordinates(pairs)
+    K, M = (T.T @ whole_rotor.sp.block_diag([whole(name)] * N) @ T for name in "KM")
+    K = K.toarray() + np.diag(np.concatenate([np.zeros(elastic), np.tile(sector_model.STIFFNESS.ravel(), N)]))
+    wanted = sector_model.frequencies(K, M.toarray())
+    assert len(found) == len(wanted)
+    np.testing.assert_allclose(found[:300], wanted[:300], rtol=1e-10)
+
+
+def whole(name):
+    parts = tuple(sector_model.SECTOR[f"{name}_{part}"] for part in ("data", "indices", "indptr"))
+    return whole_rotor.sp.csr_matrix(parts)
+
+
+def test_matrices_loads_and_motion_are_those_of_dense_algebra(complete):
+    check_matrices(complete)
+
+
+def check_matrices(complete):
+    """The motion of all dofs brings the sector's own K, M and loads back: T^H K T, and nothing else moves."""
+    K_full, M_full = (sector_model.matrix(name).toarray() for name in "KM")
+    with h5py.File(complete / "model.h5") as file:
+        loads = np.array([file[f"forces/{name}"][()] for name in ("lift", "second")])
+    for h, (K, M, F, motion) in enumerate(read(complete)):
+        for found, full in ((K, K_full), (M, M_full)):
+            wanted = motion.conj().T @ full @ motion
+            np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())
+        np.testing.assert_allclose(F, (motion.conj().T @ loads.T).T, rtol=0, atol=1e-9 * np.abs(F).max())
+        T = sector_model.transform(h)
+        coordinates, left_over, *_ = np.linalg.lstsq(T, motion, rcond=None)
+        np.testing.assert_allclose(T @ coordinates, motion, rtol=0, atol=1e-9 * np.abs(motion).max())
+        np.testing.assert_allclose(coordinates[-24:], np.eye(len(K))[-24:], rtol=0, atol=1e-9 * np.abs(motion).max())
+
+
+def test_the_elastic_preload_is_that_of_nodal_diameter_0(complete):
+    T, K = sector_model.transform(0).real, sector_model.matrix("K").toarray()
+    with h5py.File(complete / "model.h5") as file:
+        p = T.T @ file["preload"][()]
+    K = T.T @ K @ T
+    at_rest = np.linalg.solve(K[:-24, :-24], p[:-24])
+    with h5py.File(complete / "reduced.h5") as file:
+        R, xe0 = file["R"][()], file["recovery/xe0"][()][np.argsort(file["recovery/elastic_dofs"][()])]
+    np.testing.assert_allclose(R, K[-24:, :-24] @ at_rest - p[-24:], rtol=0, atol=1e-9 * np.abs(p).max())
+    np.testing.assert_allclose(xe0, T[:, :-24] @ at_rest, rtol=0, atol=1e-9 * np.abs(xe0).max())
+
+
+def test_modes_prints_them_by_nodal_diameter(complete):
+    out = launch.run(cases.Case(complete / "case.toml", None, None, {}), command="modes").out
+    stuck, held = (np.array([[float(word) for word in line.split()[1:]] for line in block.splitlines()])
+                   for block in re.findall(r"(?:stuck|held) \[Hz\]\n.*\n((?: .*\n){4})", out))
+    np.testing.assert_allclose(2 * np.pi * stuck, DATA["stuck_rad_s_by_nodal_diameter"][:, :8], rtol=1e-5)
+    np.testing.assert_allclose(2 * np.pi * held[1], DATA["fixed_h1"][:8], rtol=1e-5)
+
+
+@pytest.mark.parametrize("ranks, exact", [(2, False), (3, False), (2, True), (3, True)])
+def test_any_number_of_ranks_finds_the_same(tmp_path, ranks, exact):
+    sector_model.write_model(tmp_path / "model.h5")
+    case = sector_model.write_case(tmp_path / "case.toml", 12, 40, exact)
+    one, more = read(reduce(case)), read(reduce(case, ranks=ranks, out="more"))
+    for alone, together in zip(one, more):
+        for a, b in zip(alone, together):
+            np.testing.assert_allclose(b, a, rtol=0, atol=1e-8 * np.abs(a).max())
+
+
+def test_fewer_interior_modes_cost_little_and_stiffness_is_exact(complete, tmp_path):
+    sector_model.write_model(tmp_path / "model.h5")
+    errors = []
+    for interior in (10, 40):
+        case = sector_model.write_case(tmp_path / "case.toml", 8, interior)
+        few = read(reduce(case))
+        exact = read(complete)
+        held = [np.sqrt(np.diag(K)[:6].real / np.diag(L)[:6].real) - 1 for (K, *_), (L, *_) in zip(few, exact)]
+        assert np.min(held) > -1e-9
+        errors.append(np.max(held))
+        for (K, *_), (L, *_) in zip(few, exact):
+            np.testing.assert_allclose(K[-24:, -24:], L[-24:, -24:], rtol=0, atol=1e-10 * np.abs(L[-24:, -24:]).max())
+    assert errors[1] < 1e-2 and errors[1] < errors[0] / 4
+
+
+@pytest.mark.parametrize("interior", [2, 12])
+def test_exact_modes_do_not_depend_on_the_interior_ones(complete, tmp_path, interior):
+    sector_model.write_model(tmp_path / "model.h5", patterns=("lift", "second"))
+    folder = reduce(sector_model.write_case(tmp_path / "case.toml", 8, interior, exact=True))
+    check_matrices(folder)
+    for (K, M, F, _), (L, N, G, _) in zip(read(folder), read(complete)):
+        np.testing.assert_allclose(np.diag(K)[:8], np.diag(L)[:8], rtol=1e-10)
+        for found, wanted in ((M[:8, 8:], N[:8, -24:]), (F[:, :8].T, G[:, :8].T)):  # but for the phase of each mode
+            found, wanted = np.conj(found) @ found.T, np.conj(wanted) @ wanted.T
+            np.testing.assert_allclose(np.abs(found), np.abs(wanted), rtol=0, atol=1e-6 * np.abs(wanted).max())
+
+
+def test_what_interior_modes_cost_is_told(complete, tmp_path):
+    sector_model.write_model(tmp_path / "model.h5")
+    for interior in (15, 40):
+        case = cases.Case(sector_model.write_case(tmp_path / "case.toml", 8, interior), None, None, {})
+        done = launch.run(case, "-modes_eps_type", "lapack", command="reduce")
+        told = float(re.search(r"leave up to ([^ ]*) of a frequency", done.out)[1])
+        errors = [np.sqrt(np.diag(K)[:8].real / np.diag(L)[:8].real).max() - 1 for (K, *_), (L, *_) in zip(read(tmp_path), read(complete))]
+        assert 0.7 * max(errors) < told < 1.1 * max(errors)
+
+
+def test_without_the_key_five_times_as_many_interior_modes(tmp_path):
+    sector_model.write_model(tmp_path / "model.h5")
+    case = cases.Case(sector_model.write_case(tmp_path / "case.toml", 4), None, None, {})
+    options = "-modes_eps_type", "lapack"
+    assert "20 interior modes for nodal diameters 0 to 3" in launch.run(case, *options, command="reduce").out
+    assert "reused" in launch.run(case, *options, command="reduce").out
