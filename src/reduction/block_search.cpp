@@ -90,7 +90,9 @@ PetscErrorCode Search::without_basis(PetscInt m, PetscInt n, std::vector<double>
 
 PetscErrorCode Search::take_block(PetscInt n) { // from W to behind what is known
   PetscFunctionBegin;
-  block = n;
+  PetscInt dimensions; // what is beyond them is round-off, however well it is normalised
+  PetscCall(BVGetSizes(V_, nullptr, &dimensions, nullptr));
+  block = n = std::min(n, dimensions - known);
   if (n == 0) PetscFunctionReturn(0);
   PetscCall(BVSetActiveColumns(W_, 0, n));
   PetscCall(BVSetActiveColumns(V_, known, known + n));
@@ -174,13 +176,14 @@ PetscErrorCode Search::expand() {
     PetscCall(without_basis(all, n, C)); // again: twice is enough
     PetscCall(orthonormalise(n, 1, second));
   }
+  const PetscInt found = n;
   PetscCall(take_block(n));
   coupling_.assign(static_cast<std::size_t>(block) * old_, 0.0); // second * first
   for (PetscInt j = 0; j < old_; ++j)
     for (PetscInt l = 0; l < between; ++l)
       for (PetscInt i = 0; i < block; ++i)
         coupling_[static_cast<std::size_t>(j) * block + i] +=
-            second[static_cast<std::size_t>(l) * block + i] * first[static_cast<std::size_t>(j) * between + l];
+            second[static_cast<std::size_t>(l) * found + i] * first[static_cast<std::size_t>(j) * between + l];
   PetscFunctionReturn(0);
 }
 

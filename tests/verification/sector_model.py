@@ -23,8 +23,8 @@ def matrix(name):
     return whole[rows][:, rows].tocsc()
 
 
-def write_model(path, patterns=("lift",)):
-    """A model with the contact points of the roots and, to the next sector, of the shrouds."""
+def write_model(path, patterns=("lift",), points=8):
+    """A model with the 6 contact points of the roots and, to the next sector, 2 of the shrouds or none."""
     rows = np.ravel([3 * FREE + d for d in range(3)], order="F")
     pairs = [np.column_stack([SECTOR[f"{part}_a"], SECTOR[f"{part}_b"]]) for part in ("root", "shroud")]
     with h5py.File(path, "w") as file:
@@ -40,22 +40,22 @@ def write_model(path, patterns=("lift",)):
             file[f"forces/{pattern}"] = SECTOR[f"pattern_{pattern}"][rows]
         file["mesh/nodes"] = SECTOR["nodes"]
         file["mesh/dof_node"], file["mesh/dof_direction"] = np.repeat(FREE, 3), np.tile(np.arange(3), len(FREE))
-        file["contact/nodes"] = np.concatenate(pairs)
-        file["contact/axes"] = np.concatenate([SECTOR["root_axes"], SECTOR["shroud_axes"]])
-        file["contact/normal_stiffness"], file["contact/tangential_stiffness"] = STIFFNESS[:, 2], STIFFNESS[:, :2]
-        file["contact/friction"] = np.full((8, 2), 0.3)
-        file["contact/gap"] = np.full(8, -3e-4)
+        file["contact/nodes"] = np.concatenate(pairs)[:points]
+        file["contact/axes"] = np.concatenate([SECTOR["root_axes"], SECTOR["shroud_axes"]])[:points]
+        file["contact/normal_stiffness"], file["contact/tangential_stiffness"] = STIFFNESS[:points, 2], STIFFNESS[:points, :2]
+        file["contact/friction"] = np.full((points, 2), 0.3)
+        file["contact/gap"] = np.full(points, -3e-4)
         cyclic = file.create_group("cyclic")
         cyclic.attrs["sectors"], cyclic.attrs["axis"], cyclic.attrs["origin"] = N, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]
         cyclic["left"], cyclic["right"] = DOF[SECTOR["left"]], DOF[SECTOR["right"]]
-        cyclic["next_sector"] = np.repeat([0, 1], [6, 2])
+        cyclic["next_sector"] = np.repeat([0, 1], [6, 2])[:points]
 
 
 def write_case(path, modes, interior_modes=None, exact=False):
     interior = "" if interior_modes is None else f"reduction.interior_modes = {interior_modes}\n"
     interior += "reduction.exact_modes = true\n" if exact else ""
     path.write_text(f'model = "model.h5"\nreduction.modes = {modes}\n{interior}harmonic_balance.harmonics = 3\n'
-                    f'[[excitation.load]]\npattern = "lift"\nfourier = [0, 1]\n[excitation]\nengine_order = 1\n'
+                    f'[excitation]\nengine_order = 1\n[[excitation.load]]\npattern = "lift"\nfourier = [0, 1]\n'
                     f'[continuation]\nomega = [1500.0, 3000.0]\n[stability]\nenabled = false\n')
     return path
 
@@ -86,23 +86,37 @@ def springs(modes):
     return np.diag(np.concatenate([np.zeros(modes), STIFFNESS.ravel()]))
 
 
-def transform(h):
+def contacts():
+    """Node a, node b, face as (node, weight), axes, and whether b is in the next sector, of each contact point."""
+    return [(a, b, (), axes, beyond) for part, beyond in (("root", 0), ("shroud", 1))
+            for a, b, axes in zip(SECTOR[f"{part}_a"], SECTOR[f"{part}_b"], SECTOR[f"{part}_axes"])]
+
+
+def transform(h, points=None):
     """T_h (dofs, [plain nodes, sums, relative displacements]), written from the specification, sign by sign."""
+    points = points or contacts()
     turn, phase = 2 * np.pi / N, np.exp(2j * np.pi * h / N)
     R = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-    pairs = [(a, b, axes, beyond) for part, beyond in (("root", 0), ("shroud", 1))
-             for a, b, axes in zip(SECTOR[f"{part}_a"], SECTOR[f"{part}_b"], SECTOR[f"{part}_axes"])]
-    touching = [node for a, b, *_ in pairs for node in (a, b)]
+    touching = [node for a, b, *_ in points for node in (a, b)]
     plain = np.setdiff1d(FREE, np.concatenate([SECTOR["right"], touching]))
-    T = np.zeros((3 * len(FREE), 3 * (len(plain) + 2 * len(pairs))), complex)
-    right_of = dict(zip(SECTOR["left"], SECTOR["right"]))
-    for k, node in enumerate(plain):
-        T[DOF[node], 3 * k + np.arange(3)] = 1
+    pairs = [min(a, b) >= 0 for a, b, *_ in points]
+    first = 3 * (len(plain) + sum(pairs))
+    T = np.zeros((3 * len(FREE), first + 3 * len(points)), complex)
+    right_of, column = dict(zip(SECTOR["left"], SECTOR["right"])), {node: 3 * k + np.arange(3) for k, node in enumerate(plain)}
+    for node in plain:
+        T[DOF[node], column[node]] = 1
         if node in right_of:
-            T[np.ix_(DOF[right_of[node]], 3 * k + np.arange(3))] = R / phase
-    for k, (a, b, axes, beyond) in enumerate(pairs):
-        both, apart = 3 * (len(plain) + k) + np.arange(3), 3 * (len(plain) + len(pairs) + k) + np.arange(3)
-        back = phase * R.T if beyond else np.eye(3)
-        T[np.ix_(DOF[a], both)], T[np.ix_(DOF[b], both)] = np.eye(3) / 2, back / 2
-        T[np.ix_(DOF[a], apart)], T[np.ix_(DOF[b], apart)] = axes.T / 2, -back @ axes.T / 2
+            T[np.ix_(DOF[right_of[node]], column[node])] = R / phase
+    for k, (a, b, face, axes, beyond) in enumerate(points):
+        both, apart = 3 * (len(plain) + sum(pairs[:k])) + np.arange(3), first + 3 * k + np.arange(3)
+        seen = R / phase if beyond else np.eye(3)
+        back, half = seen.conj().T, 0.5 if pairs[k] else 1.0
+        if a >= 0:
+            T[np.ix_(DOF[a], apart)] = half * axes.T
+        if b >= 0:
+            T[np.ix_(DOF[b], apart)] = -half * back @ axes.T
+        if pairs[k]:
+            T[np.ix_(DOF[a], both)], T[np.ix_(DOF[b], both)] = np.eye(3) / 2, back / 2
+        for node, weight in face:
+            T[np.ix_(DOF[a], column[node])] += weight * seen
     return T

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import cases
-import sector_model
+import cyclic_sector
 import launch
+import sector_model
 import whole_rotor
 from sector_model import ALL, INNER, N
 
-DATA = np.load(Path(__file__).with_name("data") / "nodal_diameters.npz")
+DATA = np.load(Path(__file__).with_name("data") / "rotor_linear.npz")
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +27,7 @@ def complete(tmp_path_factory):
 
 
 def reduce(case, **where):
-    """By an eigensolver that exhausts a small space."""
-    return launch.run(cases.Case(case, None, None, {}), "-modes_eps_type", "lapack", command="reduce", **where).folder
+    return launch.run(cases.Case(case, None, None, {}), command="reduce", **where).folder
 
 
 def read(folder):
@@ -38,8 +38,8 @@ def read(folder):
 def test_frequencies_are_those_of_an_independent_program(complete):
     for h, (K, M, _, _) in enumerate(read(complete)):
         stuck = sector_model.frequencies(K + sector_model.springs(ALL), M)[:20]
-        np.testing.assert_allclose(stuck, DATA["stuck_rad_s_by_nodal_diameter"][h], rtol=1e-10)
-        np.testing.assert_allclose(np.sqrt(np.diag(K)[:20]), DATA[f"fixed_h{h}"], rtol=1e-10)
+        np.testing.assert_allclose(stuck, DATA["stuck"][h], rtol=1e-10)
+        np.testing.assert_allclose(np.sqrt(np.diag(K)[:20]), DATA["held"][h], rtol=1e-10)
 
 
 def test_frequencies_are_those_of_the_whole_rotor(complete):
@@ -65,7 +65,7 @@ def test_matrices_loads_and_motion_are_those_of_dense_algebra(complete):
     check_matrices(complete)
 
 
-def check_matrices(complete):
+def check_matrices(complete, points=None):
     """The motion of all dofs brings the sector's own K, M and loads back: T^H K T, and nothing else moves."""
     K_full, M_full = (sector_model.matrix(name).toarray() for name in "KM")
     with h5py.File(complete / "model.h5") as file:
@@ -75,10 +75,27 @@ def check_matrices(complete):
             wanted = motion.conj().T @ full @ motion
             np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())
         np.testing.assert_allclose(F, (motion.conj().T @ loads.T).T, rtol=0, atol=1e-9 * np.abs(F).max())
-        T = sector_model.transform(h)
+        T = sector_model.transform(h, points)
         coordinates, left_over, *_ = np.linalg.lstsq(T, motion, rcond=None)
         np.testing.assert_allclose(T @ coordinates, motion, rtol=0, atol=1e-9 * np.abs(motion).max())
         np.testing.assert_allclose(coordinates[-24:], np.eye(len(K))[-24:], rtol=0, atol=1e-9 * np.abs(motion).max())
+
+
+def test_nodes_on_faces_and_held_sides(tmp_path):
+    """One root point on a face, one whose a is held, one on the ground; a shroud point on a face of the next sector."""
+    points = sector_model.contacts()
+    taken = [sector_model.SECTOR[name] for name in ("left", "right", "root_a", "root_b", "shroud_a", "shroud_b")]
+    free, also, third = np.setdiff1d(sector_model.FREE, np.concatenate(taken))[:3]
+    faces = {0: [(free, 0.7), (also, 0.3)], 6: [(points[6][1], 0.4), (third, 0.6)]}
+    for k, a, b, face in ((0, 1, 0, faces[0]), (1, 0, 1, []), (2, 1, 0, []), (6, 1, 0, faces[6])):
+        points[k] = (points[k][0] if a else -1, points[k][1] if b else -1, face, *points[k][3:])
+    sector_model.write_model(tmp_path / "model.h5", patterns=("lift", "second"))
+    with h5py.File(tmp_path / "model.h5", "a") as file:
+        file["contact/nodes"][...] = [point[:2] for point in points]
+        parts = [part for point in points for part in point[2]]
+        file["contact/faces/begin"] = np.cumsum([0, *(len(point[2]) for point in points)])
+        file["contact/faces/node"], file["contact/faces/weight"] = [node for node, _ in parts], [weight for _, weight in parts]
+    check_matrices(reduce(sector_model.write_case(tmp_path / "case.toml", 60)), points)
 
 
 def test_the_elastic_preload_is_that_of_nodal_diameter_0(complete):
@@ -97,8 +114,8 @@ def test_modes_prints_them_by_nodal_diameter(complete):
     out = launch.run(cases.Case(complete / "case.toml", None, None, {}), command="modes").out
     stuck, held = (np.array([[float(word) for word in line.split()[1:]] for line in block.splitlines()])
                    for block in re.findall(r"(?:stuck|held) \[Hz\]\n.*\n((?: .*\n){4})", out))
-    np.testing.assert_allclose(2 * np.pi * stuck, DATA["stuck_rad_s_by_nodal_diameter"][:, :8], rtol=1e-5)
-    np.testing.assert_allclose(2 * np.pi * held[1], DATA["fixed_h1"][:8], rtol=1e-5)
+    np.testing.assert_allclose(2 * np.pi * stuck, DATA["stuck"][:, :8], rtol=1e-5)
+    np.testing.assert_allclose(2 * np.pi * held[1], DATA["held"][1, :8], rtol=1e-5)
 
 
 @pytest.mark.parametrize("ranks, exact", [(2, False), (3, False), (2, True), (3, True)])
@@ -131,9 +148,9 @@ def test_exact_modes_do_not_depend_on_the_interior_ones(complete, tmp_path, inte
     sector_model.write_model(tmp_path / "model.h5", patterns=("lift", "second"))
     folder = reduce(sector_model.write_case(tmp_path / "case.toml", 8, interior, exact=True))
     check_matrices(folder)
-    for (K, M, F, _), (L, N, G, _) in zip(read(folder), read(complete)):
+    for (K, M, F, _), (L, W, G, _) in zip(read(folder), read(complete)):
         np.testing.assert_allclose(np.diag(K)[:8], np.diag(L)[:8], rtol=1e-10)
-        for found, wanted in ((M[:8, 8:], N[:8, -24:]), (F[:, :8].T, G[:, :8].T)):  # but for the phase of each mode
+        for found, wanted in ((M[:8, 8:], W[:8, -24:]), (F[:, :8].T, G[:, :8].T)):  # but for the phase of each mode
             found, wanted = np.conj(found) @ found.T, np.conj(wanted) @ wanted.T
             np.testing.assert_allclose(np.abs(found), np.abs(wanted), rtol=0, atol=1e-6 * np.abs(wanted).max())
 
@@ -142,7 +159,7 @@ def test_what_interior_modes_cost_is_told(complete, tmp_path):
     sector_model.write_model(tmp_path / "model.h5")
     for interior in (15, 40):
         case = cases.Case(sector_model.write_case(tmp_path / "case.toml", 8, interior), None, None, {})
-        done = launch.run(case, "-modes_eps_type", "lapack", command="reduce")
+        done = launch.run(case, command="reduce")
         told = float(re.search(r"leave up to ([^ ]*) of a frequency", done.out)[1])
         errors = [np.sqrt(np.diag(K)[:8].real / np.diag(L)[:8].real).max() - 1 for (K, *_), (L, *_) in zip(read(tmp_path), read(complete))]
         assert 0.7 * max(errors) < told < 1.1 * max(errors)
@@ -151,6 +168,29 @@ def test_what_interior_modes_cost_is_told(complete, tmp_path):
 def test_without_the_key_five_times_as_many_interior_modes(tmp_path):
     sector_model.write_model(tmp_path / "model.h5")
     case = cases.Case(sector_model.write_case(tmp_path / "case.toml", 4), None, None, {})
-    options = "-modes_eps_type", "lapack"
-    assert "20 interior modes for nodal diameters 0 to 3" in launch.run(case, *options, command="reduce").out
-    assert "reused" in launch.run(case, *options, command="reduce").out
+    assert "20 interior modes for nodal diameters 0 to 3" in launch.run(case, command="reduce").out
+    assert "reused" in launch.run(case, command="reduce").out
+
+
+@pytest.mark.parametrize("name", cyclic_sector.CASES)
+@pytest.mark.parametrize("complete", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_run_from_the_model_file_moves_as_the_whole_rotor_does(tmp_path, name, complete):
+    """With all modes; and with twenty of each nodal diameter, exact ones, as an independent program says of these."""
+    given, data = cyclic_sector.given(name), cyclic_sector.DATA if complete else cyclic_sector.FEW
+    expected = data[f"{name}/X_rotor"][1, 0] if complete else data[f"{name}/X_modes20"][1]
+    omega, points = float(given["omega"][1]), len(given["gap"])
+    flat = expected.reshape(-1, expected.shape[-1])
+    inner = INNER + 6 * (8 - points)
+    modes, interior = (ALL + 3 * (8 - points), inner) if complete else (20, 30)
+    sector_model.write_model(tmp_path / "model.h5", given["patterns"], points)
+    path, models = cyclic_sector.write(tmp_path, name, omega, modes=modes)
+    cyclic_sector.write_start(tmp_path, name, omega, models, 1.001 * flat)
+    keys = f"reduction = {{ modes = {modes}, interior_modes = {interior}, exact_modes = {'false' if complete else 'true'} }}"
+    path.write_text(path.read_text().replace('reduced = "sector.h5"', f'model = "model.h5"\n{keys}'))
+    done = launch.run(cases.Case(path, None, None, {}))
+    found = done.points["coefficients"][-1][-len(flat):]
+    np.testing.assert_allclose(found, flat, rtol=0, atol=1e-8 * np.abs(flat).max())
+    with h5py.File(tmp_path / "results.h5") as file:
+        assert file["cyclic/nodal_diameters"][()].tolist() == [0, 1, 2, 3]
+        frequencies = file["cyclic/frequencies"][()]
+    assert frequencies.shape == (4, 20) and (np.diff(frequencies) >= 0).all()
