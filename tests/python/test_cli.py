@@ -73,7 +73,7 @@ def test_template_case_explains_every_key():
     assert {section: set(keys) for section, keys in case.items() if isinstance(keys, dict)} == {
         "reduction": {"modes", "kind", "interior_modes", "exact_modes", "check_modes", "memory"},
         "damping": {"stiffness", "mass", "structural", "ratios", "of", "matrix", "contact"},
-        "excitation": {"fourier"},
+        "excitation": {"fourier", "engine_order"},
         "contact": {"law", "normal_stiffness", "tangential_stiffness", "normal_stiffness_per_area", "tangential_stiffness_per_area",
                     "friction", "gap"}, "preload": {"initial"},
         "accuracy": {"tolerance", "estimates"}, "harmonic_balance": {"harmonics", "samples"},
