@@ -9,6 +9,7 @@ sys.path[:0] = [str(ROOT / "python"), *(str(ROOT / "tests" / folder) for folder 
 # Open MPI removes its folder when the last run of a user ends, also if another one begins: so each process has its own.
 SESSIONS = tempfile.TemporaryDirectory(prefix="ompi-")
 os.environ["OMPI_MCA_orte_tmpdir_base"] = SESSIONS.name
+os.environ.setdefault("OMPI_MCA_pml", "ob1")  # no look for fast networks, for which each start sleeps a fifth of a second
 
 
 def pytest_configure(config):

@@ -266,6 +266,8 @@ def _range_options(commands):
                          help="points over each parameter alone; default: %(default)s; 0: none")
     command.add_argument("--track", action="store_true", help="follow the peak over each parameter alone, in one run each, in place of "
                          "sweeps")
+    command.add_argument("--sliders", metavar="N", type=int, help="N states of friction that the preload may leave where points stick, "
+                         "besides none, and all that friction allows in each direction")
     command.add_argument("--each-point", action="store_true", help="contact points vary each by itself in the samples, not all alike")
     command.add_argument("--until-peak", metavar="N", type=int, help="end every sweep behind so many peaks: quicker, without the band of "
                          "curves")

@@ -15,11 +15,13 @@ from . import curves
 from .case_changes import apply, without_model
 from .hdf5_read import opened
 from .results import Results
+from .slider_states import shifted_load
 from .study_runs import Run, RunFailed, UserCase, compute, hash_of, toml
 
 PRELOADED = "preloaded.h5"  # a reduced file with another preload
 KEPT = "runs.jsonl"  # one line a run, with its fingerprint
 COPY = "# A copy with other parameters, which may be overwritten.\n"
+OTHER_LOAD = {"preload", "sliders"}  # changes of the reduced file's load
 WHOLE = ("case", "middle", "fitted")  # folders of runs that are kept as they are
 LINES = 25  # of progress, more or less
 
@@ -71,8 +73,8 @@ class CurveCase(UserCase):
         if sensitivity:
             content["sensitivity"] = {"of": content["continuation"]["watch"]}
         head = COPY
-        if changes and "preload" in changes:
-            content, head = without_model(content, contact, PRELOADED), f"{COPY}# preload times {changes['preload'][1]!r}\n"
+        if changes and OTHER_LOAD & set(changes):
+            content, head = without_model(content, contact, PRELOADED), COPY + load_in_words(changes)
         if "model" in content:
             node = watch.rpartition(".")[0] if watch and not curves.is_reduced(watch) else ""
             content["output"] = {"motion": [int(node) if node.isdigit() else node] if node else []}
@@ -81,10 +83,11 @@ class CurveCase(UserCase):
 
 @dataclass
 class PreloadedRun(Run):
-    """One that starts from the reduced file `source`, with its preload times `factor`."""
+    """One that starts from the reduced file `source`, with its preload times `factor`, and sliders at `w_0` (N_x, 2), or None."""
 
     source: Path | None = None
     factor: float = 1.0
+    w_0: np.ndarray | None = None
 
     def prepare(self, reduced=None):
         super().prepare()
@@ -93,6 +96,16 @@ class PreloadedRun(Run):
                 old.copy(name, new)
             new.attrs.update(old.attrs)
             new["R"][...] *= self.factor
+            if self.w_0 is not None:
+                new["R"][...] += shifted_load(old, self.w_0)
+
+
+def load_in_words(changes):
+    """What a copy with another preload says of it, which tells it apart from others."""
+    words = f"# preload times {changes['preload'][1]!r}\n" if "preload" in changes else ""
+    if "sliders" in changes:
+        words += f"# sliders {hashlib.sha256(np.ascontiguousarray(changes['sliders'][1]).tobytes()).hexdigest()}\n"
+    return words
 
 
 class CaseRuns:
@@ -165,26 +178,31 @@ class CaseRuns:
 
     def _made(self, _):
         """The reduced file that runs from a model may take over."""
-        return None if "reduced" in self.case.content else self._reduced
+        return None if "reduced" in self.case.content else self.reduced
 
     def need_preload(self):
         """Refuses to vary the preload where there is none, or where a node is watched, which a reduced file does not know."""
-        with opened(self._reduced) as file:
+        with opened(self.reduced) as file:
             if not np.any(file["R"]):
                 raise ValueError("--preload: the case has no preload")
+        self.need_unknown("--preload")
+
+    def need_unknown(self, option):
+        """Refuses what makes runs start from the reduced model, where a node is watched."""
         if not curves.is_reduced(self.dof):
-            raise ValueError(f"--preload: runs start from the reduced model then, which knows no node: watch an unknown such as x1.t1, "
+            raise ValueError(f"{option}: runs start from the reduced model then, which knows no node: watch an unknown such as x1.t1, "
                              f"found {self.dof}")
 
     def _run(self, folder, changes, text, key=""):
         need_own(folder)
         fingerprint = hashlib.sha256("\n".join([text, *self.identity, key]).encode()).hexdigest()
-        if changes and "preload" in changes:
-            return PreloadedRun(None, folder, text, fingerprint, source=self._reduced, factor=changes["preload"][1])
+        if changes and OTHER_LOAD & set(changes):
+            return PreloadedRun(None, folder, text, fingerprint, source=self.reduced, factor=changes.get("preload", (None, 1.0))[1],
+                                w_0=changes.get("sliders", (None, None))[1])
         return Run(None, folder, text, fingerprint)
 
     @property
-    def _reduced(self):
+    def reduced(self):
         """That of the case: the one it names, or the one it has made."""
         return self.case.files().get(("reduced",), self.folder / "case" / "reduced.h5")
 

@@ -1,8 +1,8 @@
 """Degrees of freedom on the two sides of a sector: both alike, kept by a turn, and free of the constraint itself."""
 
 import numpy as np
+import scipy.sparse as sp
 
-from . import loads
 from .importers.rigid import motions
 from .sparse_rows import is_petsc
 
@@ -32,6 +32,9 @@ def pairs_of(structure):
     _need_alike(structure, left >= 0, right >= 0)
     _need_kept(structure, left >= 0)
     _need_plain(structure, table)
+    if not (left >= 0).any():
+        raise ValueError(f"every node of {cyclic.left_name!r} and {cyclic.right_name!r} is clamped, so the sector is not joined to its "
+                         "neighbours; clamp less, or leave cyclic out")
     found = [[side[(side[:, part] >= 0).any(axis=1), part] for part in (slice(0, 3), slice(3, 6))] for side in (left, right)]
     return tuple(np.concatenate(parts) for parts in found)
 
@@ -84,17 +87,14 @@ def _need_plain(structure, table):
         near[cells[held[cells].any(axis=1)]] = True
         meshed[cells] = True
     judged_nodes = meshed & ~near  # those without cells may be neighbours of what is held
-    begin, end = K.getOwnershipRange() if is_petsc(K) else (0, structure.n)
-    moved = motions(structure.nodes, structure.dof_node, structure.dof_direction)
-    loose = _sums(K, (structure.dof_node < 0).astype(float))[0] == 0  # rows without unknowns that have no place
-    bad = np.zeros(end - begin, dtype=bool)
-    for motion in moved.T:
-        size, force = _sums(K, motion)
-        bad |= np.abs(force) > RIGID * size
+    begin, own_rows = _own_rows(K)
+    moved, sizes = motions(structure.nodes, structure.dof_node, structure.dof_direction), abs(own_rows)
+    bad = (np.abs(own_rows @ moved) > RIGID * (sizes @ np.abs(moved))).any(axis=1)
+    placed = sizes @ (structure.dof_node < 0).astype(float) == 0  # rows without unknowns that have no place
     for rows, name in ((cyclic.left, cyclic.left_name), (cyclic.right, cyclic.right_name)):
         dofs = table[rows[judged_nodes[rows]], :3].ravel()
-        own = dofs[(dofs >= begin) & (dofs < end)] - begin
-        own = own[loose[own]]
+        own = dofs[(dofs >= begin) & (dofs < begin + len(bad))] - begin
+        own = own[placed[own]]
         resisting, judged = own[bad[own]] + begin, len(own)
         if is_petsc(K):
             parts = K.getComm().tompi4py().allgather((resisting, judged))
@@ -105,11 +105,13 @@ def _need_plain(structure, table):
                              "the constraint between the sides is in the matrices already; write those of the plain sector, without it")
 
 
-def _sums(K, motion):
-    """Rows that this rank holds of |K| |motion| and of K motion."""
-    if is_petsc(K):
-        return loads.absolute(K, motion).getArray(), loads.times(K, motion).getArray()
-    return abs(K) @ np.abs(motion), K @ motion
+def _own_rows(K):
+    """The first of the rows that this rank holds, and these rows as SciPy CSR."""
+    if not is_petsc(K):
+        return 0, sp.csr_matrix(K)
+    begin, end = K.getOwnershipRange()
+    indptr, indices, data = K.getValuesCSR()
+    return begin, sp.csr_matrix((data, indices, indptr), shape=(end - begin, K.getSize()[1]))
 
 
 def _said(free):

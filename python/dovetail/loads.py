@@ -101,7 +101,7 @@ def need_free(structure, r, what):
     """Refuses a rigid motion that some support holds: K r = 0 must be true."""
     K = structure.K
     if is_petsc(K):
-        held, sizes = times(K, r).norm(3), absolute(K, r).norm(3)  # largest entry
+        held, sizes = times(K, r).norm(3), _absolute(K, r).norm(3)  # largest entry
     else:
         held, sizes = np.abs(K @ r).max(initial=0), (abs(K) @ np.abs(r)).max(initial=0)
     if held > RIGID * sizes:
@@ -110,7 +110,7 @@ def need_free(structure, r, what):
                          "springs to the ground, or nodes fixed in the imported matrices, cannot move along")
 
 
-def absolute(K, r):
+def _absolute(K, r):
     begin, end = K.getOwnershipRange()
     indptr, indices, data = K.getValuesCSR()
     sums = np.add.reduceat(np.append(np.abs(data * r[indices]), 0.0), indptr[:-1]) if len(data) else np.zeros(end - begin)

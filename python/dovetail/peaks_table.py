@@ -17,6 +17,7 @@ STEPS = (1, 2, 5)  # of forces in a decade, where none are given
 SEARCHED = 0.5  # damping ratios to either side of a peak, where the solved one is looked for
 NARROW = 1e-4  # damping ratio that counts at least, there
 SHARP = 0.01  # of such a width: how closely the frequency of a solved peak is known
+NOTHING = 1e-9  # of what its forces might dissipate: a point at its bound that does no more slips by round-off alone
 SOLVED = 16  # frequencies, at most
 
 
@@ -108,11 +109,12 @@ def activity(backbone, motion):
     x = np.swapaxes(synthesis(X, system.N), -1, -2)
     _, state = law(x, preload.xp, preload.w, contact.kn, contact.kt, contact.mu, contact.gap, contact.kind)
     opens = (state == OPEN).any(axis=(1, 2))
-    slips = (abs(state) == 1).any(axis=(1, 2)) & ~opens
     G, k = contact_coefficients(X, contact, preload, system.N), np.arange(1, system.H + 1)
-    energy = np.pi * np.sum(k * (G[..., 1::2] * X[..., 2::2] - G[..., 2::2] * X[..., 1::2]))
+    energy = np.pi * np.sum(k * (G[..., 1::2] * X[..., 2::2] - G[..., 2::2] * X[..., 1::2]), axis=(1, 2))
+    most = np.pi * np.sum(k * np.hypot(G[..., 1::2], G[..., 2::2]) * np.hypot(X[..., 1::2], X[..., 2::2]), axis=(1, 2))
+    slips = (abs(state) == 1).any(axis=(1, 2)) & (energy > NOTHING * most) & ~opens
     points = max(contact.points, 1)
-    return slips.sum() / points, opens.sum() / points, max(float(energy), 0.0)
+    return slips.sum() / points, opens.sum() / points, max(float(energy.sum()), 0.0)
 
 
 def solved_peak(backbone, motion, row):

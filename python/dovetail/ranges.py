@@ -11,6 +11,7 @@ from .case_runs import CaseRuns, CurveCase, largest_at, largest_peak
 from .curves import is_reduced
 from .peak_tracks import follow
 from .ranges_report import write
+from .slider_states import slider_states, sticking
 from .study_runs import Program, RunFailed
 
 SAMPLES = 128  # a power of two suits Sobol's points
@@ -67,7 +68,7 @@ class FirstOrder:
 class Found:
     """All that `range` finds. `middle`, and entries of `curves` (name -> [(number, record), ...]) and `samples` are records as
     `case_runs.largest_peak` makes them; `places` a dict of xi for each sample; `frequencies` and their `curve`s in rad per time.
-    `tracks`: name -> `peak_tracks.Track`, where peaks were followed."""
+    `tracks`: name -> `peak_tracks.Track`, where peaks were followed; `sliders`: (name, record) of other states of the preload."""
 
     case: object
     ranges: list
@@ -83,6 +84,7 @@ class Found:
     places: list
     samples: list
     tracks: dict = field(default_factory=dict)
+    sliders: list = field(default_factory=list)
 
     @property
     def good(self):
@@ -93,10 +95,10 @@ class Found:
 def ranges(arguments):
     """The command: refuses wrong input, runs what has not been run, writes and prints the report."""
     given = [Range.read(name, words) for name in NAMES if (words := getattr(arguments, name))]
-    if not given:
+    if not given and not arguments.sliders:
         raise ValueError(f"nothing to vary; give two numbers to at least one of {', '.join(f'--{name}' for name in NAMES)}")
     _need_distinct(given)
-    for option, least in (("samples", 0), ("along", 0), ("jobs", 1), ("until_peak", 1)):
+    for option, least in (("samples", 0), ("along", 0), ("jobs", 1), ("until_peak", 1), ("sliders", 1)):
         if (number := getattr(arguments, option)) is not None and number < least:
             raise ValueError(f"--{option.replace('_', '-')} {number}: must be at least {least}")
     if 0 < arguments.along < 2:
@@ -113,15 +115,20 @@ def ranges(arguments):
     out = Path(arguments.out) if arguments.out else case.path.with_name(case.path.stem + "_range")
     try:
         found = computed(CaseRuns(case, program, out, arguments.jobs), given, arguments.samples, arguments.along, arguments.seed,
-                         arguments.each_point, arguments.track)
+                         arguments.each_point, arguments.track, arguments.sliders)
     except KeyboardInterrupt:
         raise RunFailed(f"broken off; what was computed is in {out}, and the same command goes on from there") from None
     write(found, out)
 
 
-def computed(runs, given, samples, along, seed, each_point=False, track=False):
-    """The Found of a CaseRuns; `given`: Ranges. `track`: peaks over one parameter are followed where they can be."""
+def computed(runs, given, samples, along, seed, each_point=False, track=False, sliders=None):
+    """The Found of a CaseRuns; `given`: Ranges. `track`: peaks over one parameter are followed where they can be. `sliders`: so many
+    states of residual friction besides those that have a name, or None."""
     results = runs.begin()
+    if sliders:
+        runs.need_unknown("--sliders")
+        if not sticking(results).any():
+            raise ValueError("--sliders: no contact point with friction is pressed in the preload state")
     for wanted in given:
         need(wanted.name, runs.contact)
         if wanted.name == "preload":
@@ -142,7 +149,8 @@ def computed(runs, given, samples, along, seed, each_point=False, track=False):
     if middle["status"] != 0 or not middle["peak"]:
         raise RunFailed(f"{runs.case.path}: in the middle of the ranges "
                         + (f"{runs.dof} has no peak inside the sweep" if middle["status"] == 0 else f"it failed: {middle['reason']}"))
-    first = first_order(runs, given, changes, digest, middle, each_point)
+    first = first_order(runs, given, changes, digest, middle, each_point) if given else FirstOrder()
+    states = _residual_friction(runs, results, given, changes, digest, sliders, seed) if sliders else []
     curves, tracks = {}, {}
     for wanted in given if along else ():
         xi = np.linspace(-1, 1, along)
@@ -152,10 +160,22 @@ def computed(runs, given, samples, along, seed, each_point=False, track=False):
         missing = [place for place, record in zip(xi, records) if record is None]
         rest = iter(runs.each([changes({wanted.name: place}) for place in missing], digest, f"over {wanted.name}"))
         curves[wanted.name] = [(wanted.at(place), record or next(rest)) for place, record in zip(xi, records)]
-    places = spread(given, samples, seed, size if each_point else 0)
+    places = spread(given, samples if given else 0, seed, size if each_point else 0)
     drawn = runs.each([changes(place) for place in places], digest, "samples")
     return Found(runs.case, given, each_point, seed, runs.dof, results.unit, results.unit_of(runs.dof), frequencies, middle, first, curves,
-                 places, drawn, tracks)
+                 places, drawn, tracks, states)
+
+
+def _residual_friction(runs, results, given, changes, digest, count, seed):
+    """(name, record) of peaks with the sliders of other states of the preload, all ranges in the middle."""
+    middle = changes({})
+    if given:
+        _, results = runs.whole("middle", middle, sensitivity=is_reduced(runs.dof))
+        if results is None:
+            raise RunFailed(f"{runs.case.path}: in the middle of the ranges it failed")
+    found = slider_states(results, runs.reduced, count, seed, middle.get("preload", (None, 1.0))[1])
+    records = runs.each([middle | {"sliders": ("offset", w_0)} for _, w_0 in found], digest, "sliders")
+    return [(name, record) for (name, _), record in zip(found, records)]
 
 
 def spread(given, samples, seed, points=0):

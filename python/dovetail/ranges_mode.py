@@ -8,13 +8,13 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from .case_changes import apply, need, without_model
-from .case_runs import COPY, PRELOADED, CaseRuns
+from .case_runs import COPY, OTHER_LOAD, PRELOADED, CaseRuns, load_in_words
 from .ranges import spread
 from .study_runs import RunFailed, UserCase, toml
 
 AMPLITUDES = 201  # at which bands are drawn, evenly in the logarithm
 COLUMNS = ("omega", "damping_ratio", "force_level")  # of /points, over the modal amplitude
-REFUSED = ("omega", "watch", "until_peak", "track")  # options of ranges of a peak
+REFUSED = ("omega", "watch", "until_peak", "track", "sliders")  # options of ranges of a peak
 
 
 class ModeCase(UserCase):
@@ -43,8 +43,8 @@ class ModeCase(UserCase):
             content["mode"].pop("to_force", None)
         if changes:
             content = apply(content, contact, changes)
-        if changes and "preload" in changes:
-            content, head = without_model(content, contact, PRELOADED), f"{COPY}# preload times {changes['preload'][1]!r}\n"
+        if changes and OTHER_LOAD & set(changes):
+            content, head = without_model(content, contact, PRELOADED), COPY + load_in_words(changes)
         if "model" in content:
             content["output"] = {"motion": []}
         return head + toml(content)

@@ -3,12 +3,14 @@
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from .plot import LINES, ROOM, STYLE
 from .plot_units import dress
 from .ranges_report import PERCENTILES, band, of_samples
 
 SHADES = ("#ececec", "#c9c9c9")  # of all samples, and of those between the outer percentiles
+LOW = 0.04  # of the height: where peaks of other slider positions are marked
 FIRST = LINES[1]  # colour and dashes of first order
 
 
@@ -45,6 +47,10 @@ def _band(axis, found):
         axis.fill_between(omega, least, most, color=SHADES[0], linewidth=0, label="all samples")
         axis.fill_between(omega, low, high, color=SHADES[1], linewidth=0, label=f"{PERCENTILES[0]} to {PERCENTILES[-1]} %")
         axis.plot(omega, median, color="#5a5a5a", linestyle="--", linewidth=1, label="median")
+    for number, record in enumerate(_of_sliders(found)):
+        if record["curve"]:
+            axis.plot(omega, np.array(record["curve"], dtype=float), color=LINES[2][0], linewidth=0.5,
+                      label=None if number else "sliders alone")
     if found.middle["curve"]:
         axis.plot(omega, np.array(found.middle["curve"], dtype=float), color="black", label="middle of the ranges")
     label = "peaks" if found.good else None
@@ -53,6 +59,11 @@ def _band(axis, found):
     axis.set(ylim=(0, ROOM * top), xlabel=f"excitation frequency [{found.unit.omega}]")
     dress(axis.yaxis, f"amplitude of {found.dof}", found.length)
     axis.legend(fontsize=8)
+
+
+def _of_sliders(found):
+    """Records of other slider positions that have a peak."""
+    return [record for _, record in found.sliders if record["status"] == 0 and record["peak"]]
 
 
 def _histogram(axis, found):
@@ -66,6 +77,11 @@ def _histogram(axis, found):
             axis.hist(first, bins=min(40, max(8, len(values) // 6)), density=True, histtype="step", color=FIRST[0], linestyle=FIRST[1],
                       linewidth=1.4)
             axis.plot([], [], color=FIRST[0], linestyle=FIRST[1], label="first order" + (", meaningless here" * found.first.meaningless))
+    sliders = [record["amplitude"] for record in _of_sliders(found)]
+    if sliders:
+        axis.plot(sliders, np.full(len(sliders), LOW), "|", transform=axis.get_xaxis_transform(), color=LINES[2][0], markersize=14,
+                  label="sliders alone")
+    axis.xaxis.set_major_locator(MaxNLocator(5))
     axis.axvline(found.middle["amplitude"], color="#5a5a5a", linestyle=":", label="middle of the ranges")
     dress(axis.xaxis, "amplitude of the peak", found.length)
     axis.set(ylabel="density", yticks=[])

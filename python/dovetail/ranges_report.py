@@ -58,7 +58,24 @@ def in_words(found):
     if len(found.good) > 1:
         for name, word, in_unit in (("amplitude", "amplitude", found.length), ("omega", "frequency", unit.omega)):
             lines += [word + ":", *_spread_in_words(of_samples(found, name), in_unit)]
-    return [*lines, "", *_first_order(found)] + _curves(found)
+    return [*lines, "", *_first_order(found)] + _curves(found) + _sliders(found)
+
+
+def _sliders(found):
+    """What other states of the preload make of the peak."""
+    if not found.sliders:
+        return []
+    good = [(name, record) for name, record in found.sliders if record["status"] == 0 and record["peak"]]
+    lines = ["", f"sliders: {len(found.sliders)} states of friction that the preload may leave, ranges in the middle"]
+    if lost := [name for name, record in found.sliders if record not in [kept for _, kept in good]]:
+        lines.append(f"caution: no peak with {', '.join(lost)}")
+    for name, word in (("amplitude", "amplitude"), ("omega", "frequency")):
+        values = [record[name] / found.middle[name] - 1 for _, record in good]
+        if values:
+            least, most = int(np.argmin(values)), int(np.argmax(values))
+            lines.append(f"  {word} {100 * values[least]:+.3g} % ({good[least][0]}) to {100 * values[most]:+.3g} % ({good[most][0]}) "
+                         "from that of sliders that begin at zero")
+    return lines
 
 
 def _losses(found):
@@ -144,6 +161,7 @@ def numbers(found):
                             "meaningless": first.meaningless},
             "curves": {name: [{"number": float(number), **short(record)} for number, record in points]
                        for name, points in found.curves.items()},
+            "sliders": [{"name": name, **short(record)} for name, record in found.sliders],
             "tracks": {name: {"reason": track.reason} | {key: getattr(track, key).tolist()
                                                          for key in ("number", "omega", "amplitude", "rms")}
                        for name, track in found.tracks.items()}}

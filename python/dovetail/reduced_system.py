@@ -24,7 +24,7 @@ def equations(results, samples=None):
     case = tomllib.loads(results.case)
     path = reduced_file(results)
     with opened(path) as file:
-        reduced, names = _reduced(file, results)
+        reduced, names = reduced_of(file, results)
         damping = _damping(file, results, case.get("damping", {}), reduced)
     contact = reference.Contact(*(results.contact[key] for key in ("normal_stiffness", "tangential_stiffness", "friction", "gap")),
                                 law=results.contact["law"])
@@ -56,7 +56,8 @@ def stuck(system, closed=None):
     return system.K + np.diag(np.concatenate([np.zeros(system.modes), springs.ravel()]))
 
 
-def _reduced(file, results):
+def reduced_of(file, results):
+    """`reference.Reduced` of an open reduced file, and the names of its load patterns."""
     n, m = results.modes, 3 * results.contact_points
     names = [text(name) for name in np.atleast_1d(file.attrs.get("force_names", "force"))]
     loads = {}

@@ -16,6 +16,7 @@ import time
 import tomllib
 
 import numpy as np
+from field import install
 from field_methods import PEER, PEER_FOLDER, SAMPLES, SINGLE, XI
 from measure import BINARY, OUTPUT, ROOT, keep, summary_of, surroundings, weigh
 
@@ -207,12 +208,16 @@ def draw(rows, path):
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench/ten_levels", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--chain", type=int, nargs="+", default=[4], metavar="N", help="contact points of the chain; default %(default)s")
+    parser.add_argument("--install-peer", action="store_true", help=f"first install {PEER} from the package registry into\n"
+                        f"{PEER_FOLDER.relative_to(ROOT)} (1.3 GB with what it needs); without it that way is left out")
     parser.add_argument("--picture", metavar="PNG", help="error over time, numbers are harmonics")
     options = parser.parse_args()
+    if options.install_peer and (reason := install()):
+        print(f"{PEER} could not be installed: {reason}")
     peer = (PEER_FOLDER / "pyHarm").is_dir()
     around, rows = surroundings(), []
     if not peer:
-        print(f"{PEER} is left out: it is not in {PEER_FOLDER.relative_to(ROOT)}; scripts/bench/field --install-peer brings it")
+        print(f"{PEER} is left out: it is not in {PEER_FOLDER.relative_to(ROOT)}; --install-peer brings it")
     print(f"{'scene':32}{'way':20}{'H':>4}{'error':>11}{'cpu [s]':>10}{'points':>8}")
     for scene in map(Chain, options.chain):
         for row in compared(scene, peer):

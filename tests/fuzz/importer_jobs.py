@@ -248,7 +248,8 @@ def _calculix(cards=""):
     def entry(i, j, value):
         return f"{i + 1} {j + 1} {value:.12e}\n"
     dofs = "".join(f"{node}.{direction}\n" for node, direction in DOFS)
-    return {"job.inp": CALCULIX.replace("*BOUNDARY", cards + "*BOUNDARY", 1).encode(), "job.sti": triangle(K, entry), "job.mas": triangle(M, entry), "job.dof": dofs.encode()}
+    deck = CALCULIX.replace("*BOUNDARY", cards + "*BOUNDARY", 1)
+    return {"job.inp": deck.encode(), "job.sti": triangle(K, entry), "job.mas": triangle(M, entry), "job.dof": dofs.encode()}
 
 
 def _loaded():

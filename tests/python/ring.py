@@ -36,6 +36,27 @@ def sector(angle=2 * np.pi / N, shift=0.0, mapping=lambda points: points, counts
                      node_sets={name: np.flatnonzero(inside) for name, inside in sets.items()})
 
 
+def whole(**more):
+    """The ring of N such sectors, assembled: node sets "over_left_0", "over_right_0" and so on, "bore" of all of it."""
+    one = sector(**more)
+    left, right = one.node_sets["left"], one.node_sets["right"]
+    count, turn = len(one.nodes), brick.turned((0, 0, 1), 2 * np.pi / N)
+    parts = [one.nodes]
+    for _ in range(N - 1):
+        parts.append(turn(parts[-1]))
+    nodes, row = np.concatenate(parts), np.arange(N * count).reshape(N, count)
+    partner = [left[np.argmin(np.linalg.norm(turn(one.nodes[left]) - one.nodes[node], axis=1))] for node in right]
+    row[:, right] = np.roll(row, -1, axis=0)[:, partner]
+    kept, number = np.unique(row, return_inverse=True)
+    number = number.reshape(N, count)
+    cells = np.concatenate([places[one.cells["hexahedron"]] for places in number])
+    nodes, n = nodes[kept], len(kept)
+    sets = {f"{name}_{j}": number[j, one.node_sets[name]] for j in range(N) for name in ("over_left", "over_right")}
+    sets["bore"] = np.unique(number[:, one.node_sets["bore"]])
+    K, M = brick.matrices(nodes, cells, **MATERIAL)
+    return Structure(K, M, nodes, np.repeat(np.arange(n), 3), np.tile([0, 1, 2], n), cells={"hexahedron": cells}, node_sets=sets)
+
+
 def with_rotations(structure, rows):
     """The structure with three rotations of some nodes more, on springs of their own."""
     K, M = (sp.block_diag([matrix, sp.identity(3 * len(rows))], format="csr") for matrix in (structure.K, structure.M))

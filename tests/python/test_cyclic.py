@@ -4,8 +4,9 @@ import brick
 import h5py
 import numpy as np
 import pytest
+import scipy.linalg
 import scipy.sparse as sp
-from ring import N, sector, with_rotations
+from ring import N, sector, whole, with_rotations
 
 from dovetail import Joint, Model
 from dovetail.followers import Followers
@@ -66,6 +67,24 @@ def test_rigid_motion_of_the_ring_costs_nothing_at_any_nodal_diameter(tmp_path, 
     q = np.linalg.lstsq(basis.matrix.toarray(), across.ravel(), rcond=None)[0]
     np.testing.assert_allclose(basis.matrix @ q, across.ravel(), atol=1e-12)
     np.testing.assert_allclose(q[basis.contact], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("shift, kind", [(0.0, "pairs"), (0.3, "faces")])
+def test_all_nodal_diameters_are_the_ring_assembled_and_joined(shift, kind):
+    """The whole ring is joined sector by sector with the coordinates that models without cyclic symmetry have."""
+    ring = whole(shift=shift).clamped("bore")
+    joints = [Joint.between(ring.surface(f"over_right_{j}"), ring.surface(f"over_left_{(j + 1) % N}"), **STIFF) for j in range(N)]
+    assert {joint.kind for joint in joints} == {kind}
+    assembled = ring.join(joints)
+    springs = np.zeros(assembled.n)
+    springs[assembled.contact_dofs] = np.column_stack([assembled.contact["tangential_stiffness"], assembled.contact["normal_stiffness"]])
+    K, M = (assembled.K + sp.diags(springs)).toarray(), assembled.M.toarray()
+    wanted = np.sqrt(scipy.linalg.eigh(K, M, eigvals_only=True))
+    model = joined(cyclic(sector(shift=shift).clamped("bore")))
+    parts = [sector_frequencies(model, h, model.n) for h in range(N // 2 + 1)]
+    found = np.sort(np.concatenate(parts + parts[1:]))
+    assert len(found) == assembled.n
+    np.testing.assert_allclose(found, wanted, rtol=1e-10)
 
 
 def test_what_is_written_is_read(tmp_path):
@@ -154,7 +173,8 @@ def test_rotations_have_rows_of_their_own():
 
 @pytest.mark.parametrize("sectors", [1, 0, -6, 12.0, True, "12", 10**400])
 def test_sectors_are_a_whole_number_from_two_on(sectors):
-    refused(lambda: sector().cyclic(sectors, "left", "right", Z), f"sectors must be a whole number from 2 on, of at most 1000000, found {sectors!r}")
+    refused(lambda: sector().cyclic(sectors, "left", "right", Z),
+            f"sectors must be a whole number from 2 on, of at most 1000000, found {sectors!r}")
 
 
 @pytest.mark.parametrize("axis, origin, words", [((0, 0, 0), (0, 0, 0), "axis must not be zero"),
@@ -254,6 +274,10 @@ def test_a_partner_clamped_on_one_side_or_in_other_directions():
 def test_a_clamp_that_the_turn_does_not_keep():
     refused(lambda: joined(cyclic(sector().clamped("bore", "x"))), "of 'left' can move along y, z only (3 such nodes)",
             "a turn by 72 degrees does not keep these directions")
+
+
+def test_sides_that_are_held_altogether():
+    refused(lambda: joined(cyclic(sector().clamped(["left", "right"]))), "every node of 'left' and 'right' is clamped")
 
 
 def test_rotations_on_one_side_only():

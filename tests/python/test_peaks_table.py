@@ -9,9 +9,9 @@ import pytest
 
 import cases
 import launch
-from dovetail import Results
+from dovetail import Results, reference
 from dovetail.__main__ import main
-from dovetail.modes import Backbone
+from dovetail.modes import Backbone, Motion
 from dovetail.peaks_table import activity, solved_peak, table
 from test_one_mode import made_up
 
@@ -106,6 +106,25 @@ def test_a_force_beyond_the_mode_is_named(folder, capsys):
     assert "under 50 times the load" in capsys.readouterr().out and len(read(folder / "beyond.csv")) == 1
     assert main([*command, "--force", "50"]) == 2
     assert "none of these forces has a peak on the mode" in capsys.readouterr().err
+
+
+def test_a_point_that_rests_at_its_bound_does_not_slip():
+    """Its slider goes to where the motion no longer drags it, so that friction is at the bound once a period, but for round-off."""
+    backbone, shares, limit, kt, far = made_up(), [], 0.31, 0.7, 7.3  # far from zero, for the sake of round-off
+    system = backbone.system
+    system.contact = reference.Contact.uniform(1, 1.0, kt, limit)
+    system.preload = reference.Preload(np.array([[far + limit / kt, 0.0, 1.0]]), np.array([[limit, 0.0, 1.0]]), np.array([[far, 0.0]]))
+
+    def of(amplitude, phase=0.0):
+        q = np.zeros(system.shape)
+        q[1, 1:] = amplitude * np.cos(phase), amplitude * np.sin(phase)
+        return activity(backbone, Motion(1.0, 1.0, 1.0, q))
+
+    for amplitude in np.linspace(0.1, 0.9, 60) * limit / kt:
+        shares.append(of(amplitude, amplitude))
+    assert np.max(shares) < 1e-12
+    slip, opened, energy = of(1.1 * limit / kt)
+    assert (slip, opened) == (1, 0) and energy == pytest.approx(4 * limit * 0.1 * limit / kt, rel=0.02)
 
 
 def test_separate_curves_have_rows_of_their_own():

@@ -5,6 +5,13 @@
 
 namespace dovetail::testing {
 
+/// Whether there is no other rank. With others what differs is who owns what, and one motion of a kind shows it.
+inline bool alone() {
+  int ranks;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  return ranks == 1;
+}
+
 inline double norm(Vec v) {
   PetscReal value;
   check(VecNorm(v, NORM_2, &value), "");

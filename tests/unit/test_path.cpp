@@ -36,6 +36,12 @@ int sliding(const PreloadedModel &model) {
 
 constexpr double omega = 1.3;
 
+// Pulls of the preload: with the second, points slip in it.
+std::vector<double> pulls() { return alone() ? std::vector<double>{1.0, 12.0} : std::vector<double>{12.0}; }
+
+// Of motions: with the last one points slip and open.
+std::vector<double> sizes() { return alone() ? std::vector<double>{0.004, 0.06, 0.6} : std::vector<double>{0.6}; }
+
 const std::vector<std::vector<bool>> some_points = {{}, {false, true, false}, {true, false, true}};
 
 // Every kind of damping, times a factor.
@@ -61,16 +67,16 @@ protected:
 INSTANTIATE_TEST_SUITE_P(Points, PathOf, ::testing::Range(0, 3));
 
 TEST_P(PathOf, derivative_by_every_parameter) {
-  for (const double pull : {1.0, 12.0}) // the second slips in the preload
+  for (const double pull : pulls())
     for (const auto &law : laws)
       for (const PathParameter &parameter : all_parameters) {
         if (&parameter == &frequency_parameter() || !knows(parameter, law) || !takes(parameter)) continue;
-        for (const int samples : {exactly, 64}) {
+        for (const int samples : alone() ? std::vector<int>{exactly, 64} : std::vector<int>{exactly}) {
           PreloadedModel model = preloaded(law, pull, {});
           const auto varied = std::make_shared<VariedPreload>(model, points());
           HarmonicSystem system = system_of(std::move(model), LinearForm::modal, samples);
           system.vary(ResponseParameter(parameter, omega), varied);
-          for (const double size : {0.004, 0.06, 0.6})
+          for (const double size : sizes())
             for (const double value : {parameter.positive() ? 1.0 : 0.0, 0.7}) {
               const UniqueVec y = vector_of(system, size, 3, value), v = vector_of(system, 0, 5, 1);
               const TwoWays by = along(system, y, v); // both are 0 by friction where nothing slips
@@ -83,7 +89,7 @@ TEST_P(PathOf, derivative_by_every_parameter) {
 }
 
 TEST_P(PathOf, equations_are_those_of_a_joint_made_with_the_value) {
-  for (const double pull : {1.0, 12.0})
+  for (const double pull : pulls())
     for (const auto &law : laws)
       for (const PathParameter &parameter : all_parameters) {
         if (!parameter.changes_joint || !knows(parameter, law) || !takes(parameter)) continue;
@@ -95,7 +101,7 @@ TEST_P(PathOf, equations_are_those_of_a_joint_made_with_the_value) {
         PreloadedModel made = preloaded(law, pull, path.at(0.6), points());
         const std::vector<Standstill> rest = made.standstill;
         for (const LinearForm form : {LinearForm::modal, LinearForm::assembled})
-          for (const double size : {0.004, 0.06, 0.6}) {
+          for (const double size : sizes()) {
             HarmonicSystem system = system_of(nominal, form, exactly), other = system_of(made, form, exactly);
             system.vary(path, varied);
             const UniqueVec y = vector_of(system, size, 3, 0.6), z = vector_of(other, size, 3, omega);

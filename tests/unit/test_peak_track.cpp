@@ -13,6 +13,8 @@ namespace {
 constexpr double omega = 1.3;
 const Watched watched{0, {}}; // the first mode
 
+std::vector<double> sizes() { return alone() ? std::vector<double>{0.06, 0.6} : std::vector<double>{0.6}; }
+
 struct Scene {
   explicit Scene(double load = 1) {
     PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
@@ -78,7 +80,7 @@ TEST(PeakTrack, derivatives_by_motion_frequency_and_parameter) {
       else
         condition = std::make_unique<Extremum>(*scene.peak);
       PeakTrack track = scene.track(parameter, *condition);
-      for (const double size : {0.06, 0.6}) {
+      for (const double size : sizes()) {
         const double p = parameter.positive() ? 1.1 : 0.02;
         const UniqueVec y = point_of(scene, track, size, 3, omega, p), v = point_of(scene, track, size, 5, 0.4, 0.3);
         const auto [row, all] = errors(track, y, v, 1e-5);
@@ -93,11 +95,12 @@ TEST(PeakTrack, derivatives_of_a_graze) {
     if (&parameter == &frequency_parameter()) continue;
     Scene scene;
     int found = 0;
-    for (const double size : {0.06, 0.2, 0.6}) {
+    for (const double size : alone() ? std::vector<double>{0.06, 0.2, 0.6} : sizes()) {
       const UniqueVec motion = vector_of(*scene.system, size, 3, omega);
       scene.system->vary(ResponseParameter().beside(parameter, parameter.positive() ? 1.1 : 0.02), scene.preload);
       const auto grazes = scene.system->grazes(motion);
-      for (int own = 0; own < 9; ++own) { // of the first point that any rank has them of, one after the other
+      for (int own = 0; own < (alone() ? 9 : 4);
+           ++own) { // of the first point that any rank has them of, one after the other
         int rank = scene.system->layout().rank, most = 0;
         const bool has = !grazes.empty() && static_cast<int>(grazes[0].size()) > own;
         int winner = has ? rank : -1;
@@ -117,7 +120,7 @@ TEST(PeakTrack, derivatives_of_a_graze) {
 }
 
 TEST(PeakTrack, newton_converges_quadratically) {
-  for (const char *name : {"force", "friction", "gap"}) {
+  for (const char *name : alone() ? std::vector{"force", "friction", "gap"} : std::vector{"friction"}) {
     const PathParameter &parameter = *parameter_named(name);
     Scene scene(0.3);
     ASSERT_TRUE(find_peak(*scene.peak, scene)) << name;

@@ -285,11 +285,11 @@ TEST(SectorAssembled, derivatives_of_a_followed_peak) { // by motion, frequency 
       for (const double size : {0.06, 0.6}) {
         const auto point = [&](int seed, double w, double value) {
           UniqueVec y = track.unknowns();
-          peak.take(vector_of(system, seed == 3 ? size : 1, seed, w));
+          peak.take(vector_of(system, seed == 4 ? size : 1, seed, w));
           track.give(value, y);
           return y;
         };
-        const UniqueVec y = point(3, 1.3, p), v = point(5, 0.4, 0.3);
+        const UniqueVec y = point(4, 1.3, p), v = point(5, 0.4, 0.3);
         UniqueVec f = track.unknowns(), slope = track.unknowns(), there = track.unknowns(), product = track.unknowns();
         for (const double side : {1.0, -1.0}) {
           check(VecWAXPY(there, side * h, v, y), "");

@@ -12,7 +12,7 @@ import launch
 import sector_model
 from cyclic_sector import CASES, DATA, FEW, given
 
-DIAMETERS = np.load(Path(__file__).with_name("data") / "nodal_diameters.npz")
+LINEAR = np.load(Path(__file__).with_name("data") / "rotor_linear.npz")
 POINTS = [pytest.param(name, point, marks=() if point == 1 else pytest.mark.slow)
           for name in CASES for point in range(len(DATA[f"{name}/omega"]))]
 
@@ -72,7 +72,7 @@ def test_frequencies_by_nodal_diameter(tmp_path):
     launch.run(cases.Case(path, None, None, {}))
     with h5py.File(tmp_path / "results.h5") as file:
         found = file["cyclic/frequencies"][()]
-    expected = DIAMETERS["stuck_rad_s_by_nodal_diameter"]
+    expected = LINEAR["stuck"]
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
 

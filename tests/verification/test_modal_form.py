@@ -15,14 +15,11 @@ from launch import ROOT, SURROUNDINGS, run
 SAME = 1e-7  # relative
 
 
-def compare(case_of, folder, wanted, ranks, options=()):
-    """Runs a case in both forms and compares all coefficients at the frequencies that both give exactly. options : of the modal form"""
-    points = {}
-    for solver in ("assembled", "modal"):
-        path = case_of(folder / solver, solver)
-        modal = solver == "modal"
-        points[solver] = run(SimpleNamespace(path=path), *(options if modal else ()), ranks=ranks if modal else None).points
-    one, other = points["assembled"], points["modal"]
+def compare(case_of, folder, wanted, ranks, options=(), one=None):
+    """Runs a case in both forms and compares all coefficients at the frequencies that both give exactly. options : of the modal form;
+    one : points of the assembled one that are there already"""
+    one = one or run(SimpleNamespace(path=case_of(folder / "assembled", "assembled"))).points
+    other = run(SimpleNamespace(path=case_of(folder / "modal", "modal")), *options, ranks=ranks).points
     for omega in wanted:
         at, there = np.flatnonzero(one["omega"] == omega), np.flatnonzero(other["omega"] == omega)
         assert len(at) == len(there) > 0
@@ -48,14 +45,20 @@ def test_few_motions_in_the_preconditioner(tmp_path, ranks):
     assert abs(len(points[10]["omega"]) - len(points[0]["omega"])) <= 0.1 * len(points[0]["omega"])
 
 
+def chain_of_five(folder, solver):
+    return chain.write(folder, 5, solver=solver, at=[1.0, 1.3, 1.5, 1.8])
+
+
+@pytest.fixture(scope="module")
+def assembled_chain(tmp_path_factory):
+    return run(SimpleNamespace(path=chain_of_five(tmp_path_factory.mktemp("chain"), "assembled"))).points
+
+
 @pytest.mark.parametrize("ranks", [1, 2, 3])
 @pytest.mark.slow
-def test_chain(tmp_path, ranks):
+def test_chain(assembled_chain, tmp_path, ranks):
     """Slip and separation at every point, two resonances."""
-    def case(folder, solver):
-        return chain.write(folder, 5, solver=solver, at=[1.0, 1.3, 1.5, 1.8])
-
-    one, other = compare(case, tmp_path, [0.8, 1.0, 1.3, 1.5, 1.8, 2.6], ranks)
+    one, other = compare(chain_of_five, tmp_path, [0.8, 1.0, 1.3, 1.5, 1.8, 2.6], ranks, one=assembled_chain)
     assert one["slip"].max() > 0.9 and one["open"].max() > 0.9
     peaks = [points["coefficients"][:, -3, 1:3].max() for points in (one, other)]
     np.testing.assert_allclose(peaks[1], peaks[0], rtol=1e-3)  # both have stepped over the peak with the same care
@@ -111,18 +114,24 @@ output = {{ motion = [] }}
     return case
 
 
+@pytest.fixture(scope="module")
+def assembled_blade(blade, tmp_path_factory):
+    return run(SimpleNamespace(path=blade(tmp_path_factory.mktemp("assembled") / "blade", "assembled"))).points
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2, 3])
-def test_blade_root(blade, tmp_path, ranks):
-    one, _ = compare(blade, tmp_path, [2245, 2246, 2246.5, 2247, 2248], ranks)
+def test_blade_root(blade, assembled_blade, tmp_path, ranks):
+    one, _ = compare(blade, tmp_path, [2245, 2246, 2246.5, 2247, 2248], ranks, one=assembled_blade)
     assert one["slip"].max() > 0.5
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [1, 2, 3])
-def test_blade_root_with_few_motions_in_the_preconditioner(blade, tmp_path, ranks):
+def test_blade_root_with_few_motions_in_the_preconditioner(blade, assembled_blade, tmp_path, ranks):
     """As with 250 dofs and more."""
-    _, other = compare(blade, tmp_path, [2245, 2246, 2246.5, 2247, 2248], ranks, ["-hb_modal_lowest", 4, "-hb_factors_most", 0])
+    options = ["-hb_modal_lowest", 4, "-hb_factors_most", 0]
+    _, other = compare(blade, tmp_path, [2245, 2246, 2246.5, 2247, 2248], ranks, options, assembled_blade)
     assert other["linear_iterations"].sum() < 6 * other["newton_iterations"].sum()
 
 

@@ -22,7 +22,7 @@ class Shroud:
     length: float = 0.026  # along the axis
     thickness: float = 0.004
     overlap: float = 0.003  # how far the airfoil reaches into it
-    slope: float = np.pi / 9  # of its contact faces to the axis
+    slope: float = -np.pi / 9  # of its contact faces to the axis: negative, a blade that untwists presses them on each other
 
 
 @dataclass(frozen=True)

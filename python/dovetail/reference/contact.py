@@ -86,10 +86,12 @@ def rubbed(trial, limit, cone):
     limit : (..., 2) mu N, the bound of each force alone or, where `cone`, of the length of both together. Real parts decide.
     Returns the forces, and (..., 2) 0 for stick, +1 or -1 for slip with that sign of the force.
     """
-    alone = np.where(trial.real < 0, -trial, trial)
-    together = np.sqrt(np.sum(trial ** 2, axis=-1, keepdims=True))
-    size = np.where(cone, together, alone)
+    size = np.where(trial.real < 0, -trial, trial)
+    if np.any(cone):
+        size = np.where(cone, np.sqrt(np.sum(trial ** 2, axis=-1, keepdims=True)), size)
     slips = size.real > limit.real
+    if not slips.any():
+        return trial, np.zeros(slips.shape, int)
     force = np.where(slips, limit * (trial / np.where(slips, size, 1)), trial)
     return force, np.where(slips, np.where(trial.real < 0, -1, 1), 0)
 
@@ -159,47 +161,83 @@ def law(x, xp, w, kn, kt, mu, gap, kind="coulomb"):
     force : (..., N, 3) total contact force g(x + xp) [N]
     state : (..., N, 2) 0 stick, +1 or -1 slip with that sign of the force, 2 open; 0 while closed if there is no friction
     """
-    kind = law_numbers(kind)[..., None]
+    kind = law_numbers(kind)[..., None, None]
     rubs, cone = kind <= CONE, kind == CONE
     total = np.asarray(x) + np.asarray(xp)[..., None, :]
     surface = total[..., :2]
     approach = total[..., 2:] - np.asarray(gap)[..., None, None]
-    kn, kt, mu = np.asarray(kn)[..., None], np.where(rubs, kt, 1), np.where(rubs, mu, 0)
-    force = np.zeros_like(total)
-    state = np.zeros(surface.shape, int)
-    was_open = False  # nothing precedes the first sample of the first pass
-    began = False
-    close = 1e-10 * mu * kn * np.maximum(approach.real.max(axis=-2), 0)
-    end = np.inf  # forces at the end of the round before
+    kn, kt, mu = np.asarray(kn)[..., None, None], np.asarray(kt)[..., None, :], np.asarray(mu)[..., None, :]
+    kt, mu = np.where(rubs, kt, 1), np.where(rubs, mu, 0)
+
+    # of all samples at once, what does not hang on the feet
+    is_open = (approach.real <= 0) & (kind != BILATERAL)
+    normal = np.where(is_open, 0, kn * approach)
+    before, p_before = np.roll(surface, 1, axis=-2), np.roll(approach, 1, axis=-2)
+    lands = np.roll(is_open, 1, axis=-2) & ~is_open
+    touch = before + p_before / np.where(lands, p_before - approach, 1) * (surface - before)
+    close = 1e-10 * (mu * kn * np.maximum(approach.real.max(axis=-2, keepdims=True), 0))[..., 0, :]
+    here, touch, limit, bound, lands = (np.ascontiguousarray(np.moveaxis(np.broadcast_to(values, surface.shape), -2, 0))
+                                        for values in (surface, touch, mu * normal, mu * kn * p_before, lands))
+
+    kt, cone = kt[..., 0, :], cone[..., 0, :]
+    feet = marched(w, here, touch, lands, limit / kt)
+    force, sign = rubbed(kt * (here - np.where(lands, touch, feet)), limit, False)
+    if cone.any():
+        by_cone = marched_cone(w, here, touch, lands, limit, bound, kt, np.where(cone, close, np.inf))
+        force, sign = (np.where(cone, one, other) for one, other in zip(by_cone, (force, sign)))
+    force, sign = np.moveaxis(force, 0, -2), np.moveaxis(sign, 0, -2)
+    force = np.concatenate([np.where(is_open | ~rubs, 0, force), normal], axis=-1)
+    return force, np.where(is_open, OPEN, np.where(rubs, sign, 0))
+
+
+def marched(w, here, touch, lands, reach):
+    """Feet (N, ..., 2) before each sample of the second round, from w; each sample drags them to within `reach` of the surface.
+
+    here, touch, lands, reach : (N, ..., 2) where the surface is, and was on landing; whether it lands; mu N / kt. Real parts decide.
+    """
+    def drag(w, low, high):
+        if np.iscomplexobj(here):
+            return np.where(w.real < low.real, low, np.where(w.real > high.real, high, w))
+        return np.minimum(np.maximum(w, low), high)
+    low, high = here - reach, here + reach
+    w = drag(np.broadcast_to(w, here.shape[1:]), low[0], high[0])  # nothing precedes the first sample of the first round
+    landed = drag(touch, low, high)
+    low, high = np.where(lands, landed, low), np.where(lands, landed, high)
+    for j in range(1, len(here)):
+        w = drag(w, low[j], high[j])
+    feet = np.empty_like(here)
+    for j in range(len(here)):
+        feet[j] = w
+        w = drag(w, low[j], high[j])
+    return feet
+
+
+def marched_cone(w, here, touch, lands, limit, bound, kt, close):
+    """Forces and signs (N, ..., 2) of the cone in the last round: when the force at its end is that of the one before, to `close`.
+
+    bound : (N, ..., 2) mu N at the sample before each.
+    """
+    forces, signs = np.zeros_like(here), np.zeros(here.shape, int)
+    began = False  # nothing precedes the first sample of the first round
+    end = np.inf
     for _ in range(100):
-        for j in range(total.shape[-2]):
-            here, p = surface[..., j, :], approach[..., j, :]
-            before, p_before = surface[..., j - 1, :], approach[..., j - 1, :]
-            is_open = (p.real <= 0) & (kind != BILATERAL)
-            landing = was_open & ~is_open
-            instant = p_before / np.where(landing, p_before - p, 1)
-            w = np.where(landing, before + instant * (here - before), w)
-
-            normal = np.where(is_open, 0, kn * p)
-            trial = kt * (here - w)
-            tangential, sign = rubbed(trial, mu * normal, cone)
-            if began and cone.any():
-                first, bound = np.where(landing, 0, kt * (before - w)), np.where(landing, 0, mu * kn * p_before)
+        for j in range(len(here)):
+            w = np.where(lands[j] & began, touch[j], w)
+            trial = kt * (here[j] - w)
+            force, sign = rubbed(trial, limit[j], True)
+            if began:
+                first, least = (np.where(lands[j], 0, values) for values in (kt * (here[j - 1] - w), bound[j]))
                 with np.errstate(all="ignore"):  # of other laws, and of steps that stick
-                    along, slips = cone_step(first, trial - first, bound[..., :1], (mu * normal)[..., :1])
-                tangential = np.where(cone, along, tangential)
-                sign = np.where(cone, np.where(slips, np.where(along.real < 0, -1, 1), 0), sign)
+                    force, slips = cone_step(first, trial - first, least[..., :1], limit[j][..., :1])
+                force = np.where(limit[j].real > 0, force, 0)  # also while open
+                sign = np.where(slips, np.where(force.real < 0, -1, 1), 0)
             began = True
-            w = np.where(sign == 0, w, here - tangential / kt)
-
-            force[..., j, :2] = np.where(is_open | ~rubs, 0, tangential)
-            force[..., j, 2:] = normal
-            state[..., j, :] = np.where(is_open, OPEN, np.where(rubs, sign, 0))
-            was_open = is_open
-        moved, end = np.abs(tangential - end), tangential
-        if np.isfinite(moved).all() and not (cone & (moved > close)).any():
+            w = np.where(sign == 0, w, here[j] - force / kt)
+            forces[j], signs[j] = force, sign
+        moved, end = np.abs(force - end), force
+        if not (moved > close).any():
             break
-    return force, state
+    return forces, signs
 
 
 def contact_coefficients(X, contact, preload, samples):
