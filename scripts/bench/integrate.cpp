@@ -141,7 +141,7 @@ void integrate(const Wish &wish, const Case &study, HarmonicSystem &system) {
 void run(const Wish &wish) {
   const Case study = read_case(wish.file, {});
   HarmonicSystem system = harmonic_system(study);
-  if (!wish.from.empty()) check_start(wish.from, dense_model(system).dofs(), system.wave());
+  if (!wish.from.empty()) check_start(wish.from, dense_model(system).dofs(), {});
   integrate(wish, study, system);
 }
 

@@ -9,7 +9,7 @@ from dovetail.reference.contact import cone_step
 
 def march(x, w=(0.0, 0.0), kn=2.0, kt=(1.0, 3.0), mu=(0.5, 0.5), gap=0.0, xp=(0.0, 0.0, 0.0), kind="coulomb"):
     """`reference.law` for one point with default parameters; x as rows [t1, t2, n]."""
-    return reference.law(np.array(x, float), np.array(xp), np.array(w), kn, np.array(kt), np.array(mu), gap, kind)
+    return reference.law(np.array(x) + 0.0, np.array(xp), np.array(w), kn, np.array(kt), np.array(mu), gap, kind)
 
 
 def test_fourier_convention():
@@ -119,6 +119,18 @@ def test_cone_turns_with_the_plane():
     for kind, same in (("cone", True), ("coulomb", False)):
         turned = march(x @ turn.T, kt=(2.0, 2.0), kind=kind)[0]
         assert np.allclose(turned, march(x, kt=(2.0, 2.0), kind=kind)[0] @ turn.T, atol=1e-12) == same
+
+
+@pytest.mark.parametrize("lift", [1.5, 0.97, 0.3])
+def test_cone_goes_round_until_the_force_is_periodic(lift):
+    """From any foot, always closed, or open at the last sample and, with the third, before: another period after it brings nothing new."""
+    angle = 2 * np.pi * np.arange(24) / 24
+    x = np.column_stack([2 * np.cos(angle), np.sin(2 * angle + 0.3), lift - np.cos(angle + angle[1])])
+    force, state = march(x, w=(3, -2), kind="cone")
+    again, _ = march(np.concatenate([x, x]), w=(3, -2), kind="cone")
+    np.testing.assert_allclose(force, again[24:], atol=1e-9)
+    np.testing.assert_allclose(march(x + 1e-30j, w=(3, -2), kind="cone")[0].real, force, atol=1e-9)
+    assert (state[-1] == reference.OPEN).all() == (lift < 1) and (np.abs(state) == 1).any()
 
 
 def test_laws_without_friction():

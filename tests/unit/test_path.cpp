@@ -42,7 +42,7 @@ std::vector<double> pulls() { return alone() ? std::vector<double>{1.0, 12.0} : 
 // Of motions: with the last one points slip and open.
 std::vector<double> sizes() { return alone() ? std::vector<double>{0.004, 0.06, 0.6} : std::vector<double>{0.6}; }
 
-const std::vector<std::vector<bool>> some_points = {{}, {false, true, false}, {true, false, true}};
+const std::vector<std::vector<bool>> some_points = {{}, {false, true, false}, {true, false, false}};
 
 // Every kind of damping, times a factor.
 HarmonicSystem damped(LinearForm form, bool of_fixed, double factor = 1) {
