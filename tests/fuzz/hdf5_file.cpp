@@ -31,7 +31,7 @@ void as_start(const std::filesystem::path &file) {
   UniqueVec y;
   check(VecCreateSeq(MPI_COMM_SELF, layout.unknowns(), y.out()), "creating a vector");
   fuzz::taken(file, [&] {
-    check_start(file, layout.dofs());
+    check_start(file, layout.dofs(), {});
     start_from(file, 1.0, layout, {}, y);
   });
 }

@@ -99,8 +99,7 @@ TEST(PeakTrack, derivatives_of_a_graze) {
       const UniqueVec motion = vector_of(*scene.system, size, 3, omega);
       scene.system->vary(ResponseParameter().beside(parameter, parameter.positive() ? 1.1 : 0.02), scene.preload);
       const auto grazes = scene.system->grazes(motion);
-      for (int own = 0; own < (alone() ? 9 : 4);
-           ++own) { // of the first point that any rank has them of, one after the other
+      for (int own = 0; own < (alone() ? 9 : 4); ++own) { // of the first point that any rank has them of
         int rank = scene.system->layout().rank, most = 0;
         const bool has = !grazes.empty() && static_cast<int>(grazes[0].size()) > own;
         int winner = has ? rank : -1;
