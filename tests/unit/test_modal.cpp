@@ -175,12 +175,7 @@ TEST(Modal, sign_of_the_determinant_is_that_of_the_assembled_form) { // from GMR
       check(KSPSetTolerances(ksp[i], 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
     }
     int sum = 0, count = 0;
-<<<<<<< HEAD
-    for (int seed = 0; seed < 40;
-         seed += alone() ? 1 : 4, ++count) { // stuck, slipping and open points; bordered any which way
-=======
     for (int seed = 0; seed < 40; seed += alone() ? 1 : 4, ++count) { // stuck, slip, open; any border
->>>>>>> main
       int signs[2];
       for (int i = 0; i < 2; ++i) {
         const UniqueVec y = vector_of(systems[i], 0.05 * std::pow(1.1, seed), seed, 1.3),
