@@ -349,3 +349,16 @@ def test_checks_of_joints_apply_to_the_next_sector():
     refused(lambda: Joint.between(structure.surface("over_left"), structure.surface("over_right"), next_sector=True, **STIFF),
             "beyond the faces of 'over_right of the next sector'")
     np.testing.assert_allclose(shroud(structure, gap="geometry").contact["gap"], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("after", [False, True])
+def test_inertia_across_the_axis_is_refused(after):
+    """Whether the loads come before or after the structure is made a sector."""
+    def made(load):
+        return joined(load(cyclic()) if after else cyclic(load(sector())))
+
+    refused(lambda: made(lambda structure: structure.with_gravity([0, 1, 0])),
+            "the weight under [0.0, 1.0, 0.0] is not the same on every sector; it must act along the axis, (0, 0, 1)")
+    refused(lambda: made(lambda structure: structure.with_base_acceleration([1, 0, 1], name="shaker")), "the base motion 'shaker' along [")
+    both = made(lambda structure: structure.with_gravity([0, 1, 2]).with_gravity([0, -1, 0]).with_base_acceleration([0, 0, 1]))
+    assert both.preload[2::3].min() > 0 > both.forces["base"][2::3].max()
