@@ -51,19 +51,19 @@ def peaks(arguments):
         raise ValueError(f"{path}: the table is written as FILE.csv, and as text beside it")
     backbone = Backbone.read(results)
     dof = arguments.dof or results.watched
-    harmonic = arguments.harmonic or backbone.excited
+    harmonic = backbone.excited if arguments.harmonic is None else arguments.harmonic
     backbone.levels(harmonic)  # refuses a load that does no work
-    if any(force <= 0 for force in arguments.force or ()):
-        raise ValueError(f"--force: factors on the loads of the case are greater than 0, found {min(arguments.force):g}")
+    if wrong := [force for force in arguments.force or () if not 0 < force < np.inf]:
+        raise ValueError(f"--force: factors on the loads of the case are finite and greater than 0, found {wrong[0]:g}")
     forces = sorted(set(arguments.force)) if arguments.force else usual_forces(backbone, harmonic)
     rows, missing = table(backbone, row_of(results, dof), forces, harmonic, arguments.refine)
+    if not rows:
+        raise ValueError(f"{results.path}: none of these forces has a peak on the mode; its peaks are those of "
+                         f"{' to '.join(f'{force:.4g}' for force in reach(backbone, harmonic))} times the load")
     text = "\n".join(in_words(rows, missing, results, dof, arguments.hz, arguments.refine))
     write(rows, path, results, dof, arguments.hz)
     path.with_suffix(".txt").write_text(text + "\n")
     print(f"{text}\n\n{path}, {path.with_suffix('.txt')}")
-    if not rows:
-        raise ValueError(f"{results.path}: none of these forces has a peak on the mode; its peaks are those of "
-                         f"{' to '.join(f'{force:.4g}' for force in reach(backbone, harmonic))} times the load")
 
 
 def reach(backbone, harmonic=1):

@@ -106,6 +106,7 @@ def test_a_force_beyond_the_mode_is_named(folder, capsys):
     assert "under 50 times the load" in capsys.readouterr().out and len(read(folder / "beyond.csv")) == 1
     assert main([*command, "--force", "50"]) == 2
     assert "none of these forces has a peak on the mode" in capsys.readouterr().err
+    assert len(read(folder / "beyond.csv")) == 1, "the table of before has gone"
 
 
 def test_a_point_that_rests_at_its_bound_does_not_slip():
@@ -138,6 +139,9 @@ def test_separate_curves_have_rows_of_their_own():
 
 
 @pytest.mark.parametrize("options, words", [(["--force", "0"], "greater than 0"), (["--force", "-1"], "greater than 0"),
+                                            (["--force", "1", "nan"], "finite and greater than 0, found nan"),
+                                            (["--force", "inf"], "finite and greater than 0, found inf"),
+                                            (["--harmonic", "0"], "harmonic must lie in 1 to 3, found 0"),
                                             (["-o", "table.txt"], "written as FILE.csv"), (["--dof", "x9.t1"], "x9.t1"),
                                             (["--harmonic", "7"], "harmonic must lie in 1 to 3")])
 def test_wrong_input(folder, capsys, options, words):
