@@ -90,9 +90,9 @@ def table(backbone, row, forces, harmonic=1, refined=False):
     found, missing = [], []
     for force in forces:
         tops = backbone.tops(row, force, harmonic)
-        if not tops or None in tops:
+        if all(number for number, _ in tops) or any(motion is None for _, motion in tops):
             missing.append(force)
-        for number, motion in enumerate(tops):
+        for number, motion in tops:
             if motion is not None:
                 solved = solved_peak(backbone, motion, row) if refined else motion
                 error = abs(motion.amplitude(row) / solved.amplitude(row) - 1) if refined else (
@@ -176,8 +176,11 @@ def in_words(rows, missing, results, dof, hz=False, refined=False):
             else:
                 cells.append(f"{100 * value:.3g}" if name in in_percent else f"{value:.5g}")
         lines.append("".join(f"{cell:>{width}}" for cell, width in zip(cells, widths)) + "  a separate curve" * row.separate)
-    if missing:
-        lines.append(f"no peak on what the mode reaches under {', '.join(f'{force:g}' for force in missing)} times the load")
+    shown = {row.force for row in rows}
+    for forces, what in (([force for force in missing if force not in shown], "no peak on what"),
+                         ([force for force in missing if force in shown], "further peaks beyond what")):
+        if forces:
+            lines.append(f"{what} the mode reaches under {', '.join(f'{force:g}' for force in forces)} times the load")
     return lines
 
 
