@@ -362,3 +362,22 @@ def test_inertia_across_the_axis_is_refused(after):
     refused(lambda: made(lambda structure: structure.with_base_acceleration([1, 0, 1], name="shaker")), "the base motion 'shaker' along [")
     both = made(lambda structure: structure.with_gravity([0, 1, 2]).with_gravity([0, -1, 0]).with_base_acceleration([0, 0, 1]))
     assert both.preload[2::3].min() > 0 > both.forces["base"][2::3].max()
+
+
+@pytest.mark.parametrize("key, change, words", [
+    ("sectors", lambda _: 5.7, "cyclic sectors must be a whole number from 2 on, found 5.7"),
+    ("sectors", lambda _: np.nan, "cyclic sectors must be a whole number from 2 on, found nan"),
+    ("sectors", lambda _: np.inf, "cyclic sectors must be a whole number from 2 on, found inf"),
+    ("sectors", lambda _: 1, "cyclic sectors must be a whole number from 2 on, found 1"),
+    ("nodes", lambda nodes: np.concatenate([nodes[:-1], nodes[:1]]), "cyclic nodes must name each contact node once, found node row"),
+    ("nodes", lambda nodes: nodes[:, [0, 0]], "cyclic nodes must name each contact node once, found node row"),
+])
+def test_a_model_refuses_a_sector_that_does_not_hold(key, change, words):
+    model = joined(cyclic())
+
+    def with_cyclic(cyclic):
+        return Model(model.K, model.M, contact_dofs=None, force=model.force, preload=model.preload, contact=model.contact,
+                     mesh=model.mesh, joint=model.joint, cyclic=cyclic)
+
+    assert with_cyclic(model.cyclic).cyclic["sectors"] == N
+    refused(lambda: with_cyclic(model.cyclic | {key: change(model.cyclic[key])}), words)
