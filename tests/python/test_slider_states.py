@@ -5,6 +5,7 @@ import json
 import h5py
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 import cases
 import launch
@@ -78,6 +79,18 @@ def test_more_states_go_on_with_those_that_are_there(scene):
     few, many = (slider_states(results, results.path.parent / "reduced.h5", count, 3) for count in (2, 5))
     for (name, w_0), (other, same) in zip(few, many):
         assert name == other and np.array_equal(w_0, same)
+
+
+def test_only_points_that_stick_take_dimensions_of_the_sequence(scene, monkeypatch):
+    """Sobol's sequence has 21201 dimensions at most."""
+    _, results = scene
+    stuck = np.array([True, False, True, True])
+    monkeypatch.setattr("dovetail.slider_states.sticking", lambda _: stuck)
+    monkeypatch.setattr(qmc.Sobol, "MAXDIM", 2 * stuck.sum())
+    states = slider_states(results, results.path.parent / "reduced.h5", 3, 1)[len(NAMED):]
+    assert len(states) == 3
+    for _, w_0 in states:
+        assert np.all(w_0[stuck] != 0) and not w_0[~stuck].any()
 
 
 @pytest.mark.slow
