@@ -25,7 +25,12 @@ double dense_matrices(double dofs, double contact_dofs) {
   return 24 * contact_dofs * (dofs + contact_dofs) + (12 + 32) * dofs * dofs;
 }
 
-void harmonic_balance(Forecast &sizes, const Case &study) {
+// K and M of the assembled form by pair of dofs: as a list, and of a sector by every index and spread over harmonics.
+double matrix_bytes(double harmonics, int sectors) {
+  return sectors == 0 ? 40 : 48 * (1 + sectors / 2) + 2 * 36 * (1 + 4 * harmonics);
+}
+
+void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
   const double h = study.harmonics, n = 2 * h + 1, na = sizes.modes, nc = 3.0 * sizes.points;
   sizes.unknowns = (na + nc) * n + 1;
   const bool peaks = study.follows_peaks(); // always of the assembled form: the response's own, and that of the track
@@ -40,11 +45,12 @@ void harmonic_balance(Forecast &sizes, const Case &study) {
   for (PetscInt p = 0; p < sizes.points; ++p) // their number is checked after this
     blocks += block_places(laws[std::min<std::size_t>(p, laws.size() - 1)]).size();
   const double pairs = nc * nc + na; // of the reduced matrices with stiffness; modes and contact meet in the mass only
-  sizes.jacobian_entries =
-      pairs * (1 + 4 * h) + 2 * na * nc * 2 * h + blocks * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
+  sizes.jacobian_entries = pairs * (1 + 4 * h) + 2 * na * nc * (sectors == 0 ? 2 : 4) * h +
+                           blocks * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
   // 12 bytes an entry in the matrix, 24 in the list it is assembled from; the factors at worst full
   const double factor = std::min(sizes.unknowns * sizes.unknowns, 20 * sizes.jacobian_entries);
-  sizes.solve_gib = (peaks ? 2 : 1) * (36 * sizes.jacobian_entries + 12 * factor + 40 * pairs) / gib;
+  const double matrices = matrix_bytes(h, sectors) * (sectors == 0 ? pairs : pairs + 2 * na * nc);
+  sizes.solve_gib = (peaks ? 2 : 1) * (36 * sizes.jacobian_entries + 12 * factor + matrices) / gib;
 }
 
 } // namespace
@@ -52,14 +58,14 @@ void harmonic_balance(Forecast &sizes, const Case &study) {
 Forecast forecast(const ModelHeader &header, const Case &study) {
   Forecast sizes;
   sizes.dofs = header.dofs, sizes.nonzeros = header.nonzeros, sizes.modes = study.modes, sizes.points = header.points;
-  harmonic_balance(sizes, study);
+  harmonic_balance(sizes, study, header.sectors);
   return sizes;
 }
 
 Forecast forecast(const ReducedHeader &header, const Case &study) {
   Forecast sizes;
   sizes.modes = header.modes, sizes.points = header.points;
-  harmonic_balance(sizes, study);
+  harmonic_balance(sizes, study, header.sectors);
   return sizes;
 }
 

@@ -104,7 +104,7 @@ Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
   const auto kept = std::count(settings.wanted.begin(), settings.wanted.end(), 1);
   plan = plan_memory(parts, settings.modes, static_cast<PetscInt>(kept), study.memory * 1024 * 1024 * 1024,
                      study.check_modes);
-  if (is_sector(parts.full)) plan_sector(parts, settings.modes, second.modes, plan);
+  if (is_sector(parts.full)) plan_sector(parts, settings.modes, second, plan);
   return prepared;
 }
 

@@ -188,6 +188,7 @@ void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   const PreloadedModel preloaded = preload(checked, std::move(reduced), voice);
   const Resonances found = resonances(preloaded, study);
   if (!found.known) throw InputError(mass_not_positive(file));
+  if (preloaded.reduced.sectors > 0) voice.say("nodal diameter 0, motions alike on all sectors:");
   voice.say(in_table(found, study));
   if (preloaded.reduced.sectors > 0) {
     voice.say(in_table("\nclosed points stuck [Hz]", stuck_frequencies(preloaded, listed_frequencies), checked.units));
@@ -228,7 +229,6 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   }
   reduced.stuck_file = study.directory / "stuck.h5";
   reduced.file = study.reduced.empty() ? study.model : study.reduced;
-  if (reduced.sectors > 0) reduced.left_out = {}; // of index 0 alone
   PreloadedModel preloaded =
       stages.run("3 preload", [&] { return preload(checked, std::move(reduced), voice); }); // eq (7)
   SectorFrequencies by_diameter; // of a sector, whose resonances differ with the nodal diameter

@@ -32,7 +32,7 @@ SectorAssembled::SectorAssembled(const ReducedModel &model, const TravellingWave
   (*couplings)[0] = complex(couplings_of(layout, model.kaa, model.mxa, model.mxx, model.kxx));
   for (int k = 1; k < wave.sectors; ++k) { // all that can occur, with whatever number of harmonics
     const int h = std::abs(wave.index(k));
-    if (!(*couplings)[h].empty()) continue;
+    if (h == 0 || !(*couplings)[h].empty()) continue;
     const SectorIndex &of = model.indices[h - 1];
     (*couplings)[h] = couplings_of(layout, of.kaa, of.mxa, of.mxx, of.kxx);
   }

@@ -167,12 +167,12 @@ void ClampedSolver::factor() {
     const int info = m.id.infog[0], detail = m.id.infog[1], negative = m.id.infog[11];
     if (info == -10 || info == -40 ||
         (info >= 0 && negative > 0)) // MUMPS goes on over negative pivots and only counts them
-      throw InputError(
-          m.model_name + ": K_ee, the stiffness with the contact dofs held, is not positive definite (MUMPS " +
-          std::to_string(info) +
-          "): either constraints are missing, so that a body can still move as a whole, or K is not the "
-          "stiffness of a stable structure. Remove the clamped dofs from K and M, and check which dofs are "
-          "named in /contact/dofs.");
+      throw InputError(m.model_name +
+                       ": K_ee, the stiffness with the contact dofs held, is not positive definite (MUMPS " +
+                       std::to_string(info) +
+                       "): either constraints are missing, so that a body can still move as a whole, or K is not the "
+                       "stiffness of a stable structure. Remove the clamped dofs from K and M, and check which dofs or "
+                       "nodes are named in /contact.");
     if (info >= 0) break;
     const bool short_of_room = info == -8 || info == -9;
     if (!short_of_room || m.attempts == most)

@@ -98,20 +98,30 @@ void combine(Vectors &v, const ComplexDense &Q) {
   for (Tall *part : {&v.inside, &v.held}) rotate(*part, 2 * p, 2 * n, C.data()), part->drop_columns_from(2 * n);
 }
 
-constexpr double unsteady = 1e-8;     // change of a square in the last step that is no round-off
-constexpr double among_equals = 1e-6; // entries this near to the largest count as large: round-off does not choose
+constexpr double unsteady = 1e-8; // change of a square in the last step that is no round-off
+
+// Rank 0's on every rank: one that rounds otherwise would combine other vectors, or stop at another step.
+void agree(MPI_Comm comm, ComplexDense &A) {
+  int shape[] = {A.rows, A.columns};
+  MPI_Bcast(shape, 2, MPI_INT, 0, comm);
+  if (A.rows != shape[0] || A.columns != shape[1]) A = ComplexDense(shape[0], shape[1]);
+  MPI_Bcast(A.values.data(), static_cast<int>(A.values.size()), MPI_C_DOUBLE_COMPLEX, 0, comm);
+}
+
+void agree(MPI_Comm comm, HermitianModes &modes) {
+  int fault = static_cast<int>(modes.fault);
+  MPI_Bcast(&fault, 1, MPI_INT, 0, comm);
+  modes.fault = static_cast<HermitianModes::Fault>(fault);
+  if (modes.fault != HermitianModes::Fault::none) return;
+  agree(comm, modes.shapes);
+  modes.squares.resize(modes.shapes.columns);
+  MPI_Bcast(modes.squares.data(), modes.shapes.columns, MPI_DOUBLE, 0, comm);
+}
 
 // What makes the first large entry of each column real and positive, a diagonal.
 ComplexDense phases(const ComplexDense &v) {
   ComplexDense turns(v.columns, v.columns);
-  for (int j = 0; j < v.columns; ++j) {
-    const Complex *begin = v.column(j), *end = begin + v.rows;
-    double largest = 0;
-    for (const Complex *at = begin; at != end; ++at) largest = std::max(largest, std::abs(*at));
-    const Complex *chosen =
-        std::find_if(begin, end, [&](Complex value) { return std::abs(value) >= (1 - among_equals) * largest; });
-    turns(j, j) = largest > 0 ? std::conj(*chosen) / std::abs(*chosen) : 1;
-  }
+  for (int j = 0; j < v.columns; ++j) turns(j, j) = phase_of(v.column(j), v.column(j) + v.rows);
   return turns;
 }
 
@@ -136,12 +146,14 @@ ExactModes exact_modes(const ClampedStructure &parts, const SectorCoordinates &E
   ComplexDense held = guess.held;
   do {
     Vectors y;
-    const ComplexDense s = solve_positive(S, E.own_from_held(felt(parts, f, y.inside)));
+    ComplexDense s = solve_positive(S, E.own_from_held(felt(parts, f, y.inside)));
+    agree(parts.full.comm, s);
     held = E.to_held(s);
     y.held = own_rows_of(held, parts.own_points);
     follow(parts, y);
     Vectors carried = mass_times(parts, y);
     HermitianModes modes = lowest_modes(product(parts, y, f), product(parts, y, carried), p);
+    agree(parts.full.comm, modes);
     if (modes.fault != HermitianModes::Fault::none)
       throw ComputeError(parts.full.file.string() + ": the modes of a sector were not found: its mass is not positive");
     combine(y, modes.shapes), combine(carried, modes.shapes);

@@ -6,6 +6,7 @@
 
 #include "reduction/exact_modes.hpp"
 #include "reduction/sector_coordinates.hpp"
+#include "support/dense.hpp"
 #include "support/error.hpp"
 #include "support/memory.hpp"
 
@@ -14,9 +15,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double rigid = 1e-9;        // of the strain energy that the entries of a mode would meet one by one
-constexpr double among_equals = 1e-6; // entries this near to the largest count as large: round-off does not choose
-constexpr PetscInt guards = 8;        // vectors beyond the modes wanted, which make iterations converge
+constexpr double rigid = 1e-9; // of the strain energy that the entries of a mode would meet one by one
+constexpr PetscInt guards = 8; // vectors beyond the modes wanted, which make iterations converge
 constexpr int most_steps = 60;
 constexpr double steady = 1e-11; // change of a square from step to step
 
@@ -68,12 +68,7 @@ struct Index { // everything of one index, whole
 void fix_phases(ComplexDense &shapes, int first_row) {
   for (int j = 0; j < shapes.columns; ++j) {
     Complex *v = shapes.column(j), *end = v + shapes.rows;
-    double largest = 0;
-    for (Complex *at = v + first_row; at != end; ++at) largest = std::max(largest, std::abs(*at));
-    const Complex *chosen = std::find_if(
-        v + first_row, end, [&](Complex value) { return std::abs(value) >= (1 - among_equals) * largest; });
-    if (chosen == end || largest == 0) continue;
-    const Complex turn = std::conj(*chosen) / std::abs(*chosen);
+    const Complex turn = phase_of(v + first_row, end);
     std::for_each(v, end, [&](Complex &value) { value *= turn; });
   }
 }
@@ -204,6 +199,14 @@ std::vector<double> real(const std::vector<Complex> &values) {
   return out;
 }
 
+// [Re A, Im A]^T
+Dense parts_below(const ComplexDense &A) {
+  Dense out(2 * A.columns, A.rows);
+  for (int j = 0; j < A.columns; ++j)
+    for (int i = 0; i < A.rows; ++i) out(j, i) = A(i, j).real(), out(A.columns + j, i) = A(i, j).imag();
+  return out;
+}
+
 SectorIndex own_part(const Index &index, Range own) {
   SectorIndex part;
   part.kaa = index.squares;
@@ -216,18 +219,20 @@ SectorIndex own_part(const Index &index, Range own) {
 
 } // namespace
 
-void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, PetscInt modes, MemoryPlan &plan) {
+void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, const SecondLevel &settings,
+                 MemoryPlan &plan) {
   const MPI_Comm comm = parts.full.comm;
   const CyclicSector &sector = parts.full.cyclic;
   const PetscInt held = 3 * static_cast<PetscInt>(parts.full.contact_dofs.size());
   const SectorCoordinates E(sector, held, 0);
-  const double b = held, y = E.all(), nc = E.contact(), m = interior_modes, n = m + E.own(), a = modes + guards,
-               rows = parts.own.size();
+  const double b = held, y = E.all(), nc = E.contact(), m = interior_modes, n = m + E.own(),
+               a = settings.modes + guards, rows = parts.own.size(), kept = settings.kept.size();
   const double first = 8 * b * (2 * b + m), congruent = 16 * (3 * y * y + b * y + 2 * y * m),
                search = 16 * (4 * n * n + 2 * n * a), found = 16 * (nc * (2 * nc + a) + b * (a + nc) + m * a),
-               all = sector.sectors / 2 * 16 * nc * (2 * nc + a), iterated = 8 * rows * (m + 5 * 2 * a);
+               all = sector.sectors / 2 * 16 * nc * (2 * nc + a), iterated = 8 * rows * (m + 5 * 2 * a),
+               motion = 16 * kept * (nc + a) * (1 + sector.sectors / 2);
   plan.bytes = std::max(plan.bytes, resident_bytes() + (parts.solver ? parts.solver->forecast_bytes() : 0) + first +
-                                        congruent + search + found + all + iterated);
+                                        congruent + search + found + all + iterated + motion);
   plan.machine_bytes = sum_on_machine(comm, plan.bytes);
   MPI_Allreduce(MPI_IN_PLACE, &plan.machine_bytes, 1, MPI_DOUBLE, MPI_MAX, comm);
   MPI_Allreduce(&plan.bytes, &plan.total_bytes, 1, MPI_DOUBLE, MPI_SUM, comm);
@@ -240,7 +245,7 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
   ReducedModel &model = out.model;
   Recovery &recovery = out.recovery;
   const CyclicSector &sector = parts.full.cyclic;
-  const Recovery before = std::move(held.recovery);
+  Recovery before = std::move(held.recovery);
   const MPI_Comm comm = model.comm = held.model.comm;
   int rank, size;
   MPI_Comm_rank(comm, &rank);
@@ -259,21 +264,25 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
   std::vector<PetscInt> kept; // own of b
   for (PetscInt i = own_held.begin; i < own_held.end; ++i)
     if (settings.wanted[i]) kept.push_back(i), recovery.elastic_dofs.push_back(settings.held[i]);
-  const std::size_t inner = before.elastic_dofs.size();
+  const auto inner = static_cast<int>(before.elastic_dofs.size());
+  Dense psi_inside, phi_inside; // a column for each dof
+  psi_inside.rows = first.held, psi_inside.columns = inner, psi_inside.values = std::move(before.psi);
+  phi_inside.rows = first.modes, phi_inside.columns = inner, phi_inside.values = std::move(before.phi);
   const auto columns = static_cast<int>(model.modes);
   // Rows of the motion by columns of b and, if any, of interior modes.
   const auto motion = [&](const ComplexDense &by_b, const ComplexDense *by_modes) {
+    const int n = by_b.columns;
     std::vector<Complex> rows;
-    for (std::size_t i = 0; i < inner; ++i)
-      for (int j = 0; j < by_b.columns; ++j) {
-        Complex sum = 0;
-        const double *psi = &before.psi[i * first.held], *phi = before.phi.data() + i * first.modes;
-        for (int l = 0; l < first.held; ++l) sum += psi[l] * by_b(l, j);
-        for (int l = 0; by_modes && l < first.modes; ++l) sum += phi[l] * (*by_modes)(l, j);
-        rows.push_back(sum);
-      }
+    rows.reserve((inner + kept.size()) * n);
+    if (inner > 0 && n > 0) {
+      Dense sum(2 * n, inner);
+      multiply(1, parts_below(by_b), psi_inside, 0, sum);
+      if (by_modes && first.modes > 0) multiply(1, parts_below(*by_modes), phi_inside, 1, sum);
+      for (int i = 0; i < inner; ++i)
+        for (int j = 0; j < n; ++j) rows.emplace_back(sum(j, i), sum(n + j, i));
+    }
     for (const PetscInt i : kept)
-      for (int j = 0; j < by_b.columns; ++j) rows.push_back(by_b(i, j));
+      for (int j = 0; j < n; ++j) rows.push_back(by_b(i, j));
     return rows;
   };
   // The exact modes in place of those of the interior ones; or one step towards them, which tells what these cost.
@@ -314,10 +323,10 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
       Index passed;
       Index &index = owner == rank ? mine : passed;
       share(comm, owner, first.fx.size(), index);
-      const std::vector<Complex> phi = improve(index, begin + owner), psi = motion(index.contact_b, nullptr);
-      const SectorIndex part = own_part(index, own);
+      std::vector<Complex> phi = improve(index, begin + owner), psi = motion(index.contact_b, nullptr);
+      SectorIndex part = own_part(index, own);
       if (begin + owner > 0) {
-        model.indices.push_back(part), recovery.indices.push_back({phi, psi});
+        model.indices.push_back(std::move(part)), recovery.indices.push_back({std::move(phi), std::move(psi)});
         continue;
       }
       model.kaa = part.kaa;
@@ -329,7 +338,7 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
       recovery.phi = real(phi), recovery.psi = real(psi);
       const std::vector<double> rest = real(motion(index.at_rest, nullptr));
       for (std::size_t i = 0; i < rest.size(); ++i)
-        if (i < inner)
+        if (i < before.elastic_dofs.size())
           recovery.xe0[i] += rest[i];
         else
           recovery.xe0.push_back(rest[i]);

@@ -29,6 +29,6 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
                          const SecondLevel &settings);
 
 /// Counts in what this takes when Psi is gone. Collective.
-void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, PetscInt modes, MemoryPlan &plan);
+void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, const SecondLevel &settings, MemoryPlan &plan);
 
 } // namespace dovetail

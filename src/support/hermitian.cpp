@@ -19,6 +19,8 @@ void zhegvx_(const int *, const char *, const char *, const char *, const int *,
 namespace dovetail {
 namespace {
 
+constexpr double among_equals = 1e-6; // entries this near to the largest count as large: round-off does not choose
+
 int leading(int rows) { return std::max(1, rows); }
 
 ComplexDense times(const char *how, const ComplexDense &A, const ComplexDense &B) {
@@ -34,6 +36,14 @@ ComplexDense times(const char *how, const ComplexDense &A, const ComplexDense &B
 }
 
 } // namespace
+
+Z phase_of(const Z *begin, const Z *end) {
+  double largest = 0;
+  for (const Z *at = begin; at != end; ++at) largest = std::max(largest, std::abs(*at));
+  if (largest == 0) return 1;
+  const Z chosen = *std::find_if(begin, end, [&](Z value) { return std::abs(value) >= (1 - among_equals) * largest; });
+  return std::conj(chosen) / std::abs(chosen);
+}
 
 ComplexDense ComplexDense::block(int i, int j, int m, int n) const {
   ComplexDense out(m, n);

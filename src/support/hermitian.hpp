@@ -20,6 +20,9 @@ struct ComplexDense {
   ComplexDense block(int i, int j, int m, int n) const;
 };
 
+/// The factor of absolute value 1 that makes the first large entry of those real and positive; 1 if all are zero.
+ComplexDense::Value phase_of(const ComplexDense::Value *begin, const ComplexDense::Value *end);
+
 ComplexDense product(const ComplexDense &A, const ComplexDense &B);         ///< A B
 ComplexDense adjoint_product(const ComplexDense &A, const ComplexDense &B); ///< A^H B
 ComplexDense adjoint(const ComplexDense &A);                                ///< A^H

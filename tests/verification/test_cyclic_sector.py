@@ -163,7 +163,8 @@ def test_estimated_errors_are_those_of_more_harmonics(tmp_path):
     for H in (3, 9):
         folder = tmp_path / str(H)
         folder.mkdir()
-        further = 'scaling.kind = "manual"\n' + "".join(f"scaling.{key} = {value}\n" for key, value in scales.items())
+        further = 'accuracy.estimates = true\nscaling.kind = "manual"\n'
+        further += "".join(f"scaling.{key} = {value}\n" for key, value in scales.items())
         path, models = cyclic_sector.write(folder, name, omega, samples='"exact"', modes=20, further=further)
         cyclic_sector.write_start(folder, name, omega, models, start)
         path.write_text(path.read_text().replace("harmonics = 7", f"harmonics = {H}").replace(8 * "0.0, " + "0.0]", "0.0]"))
