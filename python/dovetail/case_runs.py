@@ -256,6 +256,11 @@ def largest_peak(results, dof):
             "peak": inside}
 
 
+def has_peak(record):
+    """Whether a run came through, and its curve has a peak inside the sweep."""
+    return record["status"] == 0 and record["peak"]
+
+
 def tracked_peaks(results, dof):
     """Of a run that has followed a peak: a dict to be kept, of lists over its points. `amplitude` as of `largest_peak`."""
     return {"parameter": results.parameter.tolist(), "omega": results.omega.tolist(), "rms": results.tracked_amplitude.tolist(),

@@ -2,9 +2,14 @@
 
 import copy
 
+import numpy as np
+
 from .cyclic import matched
 from .cyclic_contacts import contacts_of
 from .cyclic_dofs import pairs_of
+from .loaded import PRELOAD
+
+ALONG = 1e-9  # of an acceleration: what may act across the axis
 
 
 class CyclicStructure:
@@ -38,7 +43,17 @@ class CyclicStructure:
 
     def _cyclic(self, joints):
         """The `cyclic` of Model. Collective for PETSc."""
+        self._need_inertia_along_axis()
         sector = self.cyclic_sector
         left, right = pairs_of(self)
         return {"sectors": sector.sectors, "axis": sector.axis, "origin": sector.origin, "left": left, "right": right,
                 **contacts_of(joints, self)}
+
+    def _need_inertia_along_axis(self):
+        """In the turned axes of another sector, weight and base motion across the axis have other directions."""
+        axis = self.cyclic_sector.axis
+        for name, acceleration in self.inertia.items():
+            if np.linalg.norm(acceleration - (acceleration @ axis) * axis) > ALONG * np.linalg.norm(acceleration):
+                what = f"weight under {acceleration.tolist()}" if name is PRELOAD else f"base motion {name!r} along {acceleration.tolist()}"
+                raise ValueError(f"the {what} is not the same on every sector; it must act along the axis, "
+                                 f"({', '.join(f'{value + 0.0:.6g}' for value in axis)})")

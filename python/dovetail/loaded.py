@@ -13,6 +13,8 @@ PRELOAD = None  # in place of the name of a load pattern
 class Loaded:
     """The part of `Structure` that puts loads on it."""
 
+    inertia = {}  # name of a pattern, or PRELOAD, to the acceleration (3,) of all masses in it
+
     def with_force(self, where, vector, *, name="force", phase=0.0):
         """With more excitation: `vector` (3,) [N] in all, in equal shares on the nodes of a set (as in `clamped`).
 
@@ -85,12 +87,18 @@ class Loaded:
             raise ValueError("direction must not be zero")
         r = loads.translation(self, direction / np.linalg.norm(direction))
         loads.need_free(self, r, "a base acceleration")
-        return self._with_values({name: (-loads.times(self.M, r), loads.FORTH)})
+        return self._with_values({name: (-loads.times(self.M, r), loads.FORTH)})._with_inertia(name, direction / np.linalg.norm(direction))
 
     def with_gravity(self, acceleration):
         """With more preload: the weight of all masses under `acceleration` (3,) [m/s^2], such as [0, 0, -9.81]."""
         acceleration = loads.real_vector(acceleration, "acceleration", "m/s^2")
-        return self._with_values({PRELOAD: (loads.times(self.M, loads.translation(self, acceleration)), None)})
+        result = self._with_values({PRELOAD: (loads.times(self.M, loads.translation(self, acceleration)), None)})
+        return result._with_inertia(PRELOAD, acceleration)
+
+    def _with_inertia(self, name, acceleration):
+        result = copy.copy(self)
+        result.inertia = self.inertia | {name: self.inertia.get(name, np.zeros(3)) + acceleration}
+        return result
 
     def with_preload(self, where, vector):
         """With more static load P: `vector` (3,) [N] in all, in equal shares as in `with_force`."""

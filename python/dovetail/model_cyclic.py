@@ -14,8 +14,8 @@ def checked_cyclic(cyclic, n, mesh, joint):
         raise ValueError("a cyclic model needs mesh and joint, which say where its nodes are and how its contact points look")
     if not set(KEYS) - {"faces"} <= set(cyclic) <= set(KEYS):
         raise ValueError(f"cyclic must have {', '.join(KEYS[:-1])} and may have faces; found {', '.join(sorted(cyclic))}")
-    sectors = int(cyclic["sectors"])
-    if sectors < 2:
+    sectors = np.asarray(cyclic["sectors"])
+    if sectors.shape != () or sectors.dtype.kind not in "iuf" or not 2 <= sectors < np.inf or sectors % 1:
         raise ValueError(f"cyclic sectors must be a whole number from 2 on, found {cyclic['sectors']!r}")
     if mesh["changed"]["dof"].size:
         raise ValueError("a cyclic model is that of the sector before joints change its unknowns, found mesh changed")
@@ -33,10 +33,13 @@ def checked_cyclic(cyclic, n, mesh, joint):
     if nodes.shape != (points, 2) or not points or nodes.min() < -1 or nodes.max() >= count or np.any(nodes.max(axis=1) < 0):
         raise ValueError(f"cyclic nodes must be (N_x, 2) node rows up to {count - 1}, -1 for a side that is held, found shape "
                          f"{nodes.shape}")
+    row, times = np.unique(nodes[nodes >= 0], return_counts=True)
+    if times.max() > 1:
+        raise ValueError(f"cyclic nodes must name each contact node once, found node row {row[times.argmax()]} {times.max()} times")
     if next_sector.shape != (points,) or not np.isin(next_sector, (0, 1)).all():
         raise ValueError(f"cyclic next_sector must be 0 or 1 for each of {points} contact points, found shape {next_sector.shape}")
-    return {"sectors": sectors, "axis": axis, "origin": origin, "left": left, "right": right, "next_sector": next_sector, "nodes": nodes,
-            "faces": _checked_faces(cyclic.get("faces"), points, count)}
+    return {"sectors": int(sectors), "axis": axis, "origin": origin, "left": left, "right": right, "next_sector": next_sector,
+            "nodes": nodes, "faces": _checked_faces(cyclic.get("faces"), points, count)}
 
 
 def _checked_faces(faces, points, count):

@@ -174,30 +174,32 @@ class Backbone:
         O^2 = omega^2 (1 - 2 zeta^2) -+ sqrt(force^2 f^2 / alpha^2 - 4 zeta^2 omega^4 (1 - zeta^2)), O the frequency of the mode.
         """
         pieces = [[self.motion(alpha, swing / harmonic, force, harmonic, others) for alpha, swing in places]
-                  for places in self._tracks(force, harmonic)]
+                  for _, places in self._tracks(force, harmonic)]
         return [motions for motions in pieces if len(motions) > 1]
 
     def tops(self, row, force=1.0, harmonic=1):
-        """The Motion with the largest amplitude of an unknown (its row, or a combination) on each piece of `curve`, beside that of the
-        mode, as other modes swing along; None where the piece has no peak on what the backbone reaches.
+        """(number, Motion) for each piece of `curve`: the Motion has the largest amplitude of an unknown (its row, or a combination),
+        beside that of the mode, as other modes swing along; None where the piece has no peak on what the backbone reaches.
 
+        Pieces of one curve, left and right of a peak beyond the backbone, share a number; 0 is that which begins at rest.
         It is looked for where the mode swings with half of its largest amplitude or more, as resonances of other modes are none of it.
         """
         found = []
-        for places in self._tracks(force, harmonic):
+        for number, places in self._tracks(force, harmonic):
             most = max((alpha for alpha, _ in places), default=0.0)
             motions = [self.motion(alpha, swing / harmonic, force, harmonic) for alpha, swing in places if alpha >= NEAR_TOP * most]
             if not motions:
-                found.append(None)
+                found.append((number, None))
                 continue
             size = fourier.amplitude(np.array([motion.of(row) for motion in motions]))
             i = int(np.argmax(size))
-            found.append(self._between(motions[i - 1:i + 2], size[i - 1:i + 2], force, harmonic) if 0 < i < len(size) - 1 else None)
+            inside = 0 < i < len(size) - 1
+            found.append((number, self._between(motions[i - 1:i + 2], size[i - 1:i + 2], force, harmonic) if inside else None))
         return found
 
     def highest(self, row, force=1.0, harmonic=1):
-        """The largest of `tops`. Where a piece has no peak on what the backbone reaches, ValueError."""
-        tops = self.tops(row, force, harmonic)
+        """The largest of `tops`. Where the last piece has no peak on what the backbone reaches, ValueError."""
+        tops = [motion for _, motion in self.tops(row, force, harmonic)]
         if not tops or tops[-1] is None:  # the last piece is that of the largest modal amplitudes
             raise ValueError(f"force {force:g}: no peak on the backbone, which reaches amplitude {self.alpha[-1]:g}")
         return max((motion for motion in tops if motion), key=lambda motion: motion.amplitude(row))
@@ -273,10 +275,10 @@ class Backbone:
         return (force * abs(self.forcing(shape, harmonic)) / alpha) ** 2 - 4 * zeta**2 * omega**4 * (1 - zeta**2)
 
     def _tracks(self, force, harmonic):
-        """(modal amplitude, frequency of the mode) along each piece of the response under a force."""
+        """(number of the curve, [(modal amplitude, frequency of the mode), ...]) along each piece of the response under a force."""
         grid, tracks = self.grid, []
         room = force - self.levels(harmonic)[1]  # of the same sign as _room
-        for begin, end in _runs(room >= 0):
+        for number, (begin, end) in enumerate(_runs(room >= 0), start=int(room[0] < 0)):
             alphas = list(grid[begin:end])
             first = begin > 0 and self._end(grid[begin - 1], grid[begin], force, harmonic)
             last = end < len(grid) and self._end(grid[end - 1], grid[end], force, harmonic)
@@ -286,7 +288,7 @@ class Backbone:
                 alphas = list(first + (alphas[0] - first) * np.linspace(0, 1, NEAR_PEAK + 1)[:-1] ** 2) + alphas
             left, right = ([(alpha, self._swing(alpha, force, harmonic, side)) for alpha in alphas] for side in (-1, 1))
             places = [*left, *right[-2 if last else -1::-1]] if last else None
-            tracks += [[place for place in track if place[1] > 0] for track in ([places] if last else [left, right])]
+            tracks += [(number, [place for place in track if place[1] > 0]) for track in ([places] if last else [left, right])]
         return tracks
 
     def _end(self, inner, outer, force, harmonic):

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .case_runs import tracked_peaks
+from .case_runs import has_peak, tracked_peaks
 
 SAME = 1e-9  # of the whole range: what counts as a number that was wanted
 SAME_PEAK = 0.01  # relative: ends of a track and of a sweep that are farther apart are different peaks
@@ -51,7 +51,6 @@ def follow(runs, wanted, changes, places, digest):
     for here, swept in zip(track.at((-1.0, 1.0)), ends):
         if here is None:
             track.reason = f"it ends at {track.number[-1]:.6g}"
-        elif swept["status"] == 0 and swept["peak"] and any(abs(here[name] / swept[name] - 1) > SAME_PEAK
-                                                            for name in ("omega", "amplitude")):
+        elif has_peak(swept) and any(abs(here[name] / swept[name] - 1) > SAME_PEAK for name in ("omega", "amplitude")):
             return Track(wanted, reason="it is another peak than the largest of a sweep at an end of the range")
     return track

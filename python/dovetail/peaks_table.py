@@ -51,19 +51,19 @@ def peaks(arguments):
         raise ValueError(f"{path}: the table is written as FILE.csv, and as text beside it")
     backbone = Backbone.read(results)
     dof = arguments.dof or results.watched
-    harmonic = arguments.harmonic or backbone.excited
+    harmonic = backbone.excited if arguments.harmonic is None else arguments.harmonic
     backbone.levels(harmonic)  # refuses a load that does no work
-    if any(force <= 0 for force in arguments.force or ()):
-        raise ValueError(f"--force: factors on the loads of the case are greater than 0, found {min(arguments.force):g}")
+    if wrong := [force for force in arguments.force or () if not 0 < force < np.inf]:
+        raise ValueError(f"--force: factors on the loads of the case are finite and greater than 0, found {wrong[0]:g}")
     forces = sorted(set(arguments.force)) if arguments.force else usual_forces(backbone, harmonic)
     rows, missing = table(backbone, row_of(results, dof), forces, harmonic, arguments.refine)
+    if not rows:
+        raise ValueError(f"{results.path}: none of these forces has a peak on the mode; its peaks are those of "
+                         f"{' to '.join(f'{force:.4g}' for force in reach(backbone, harmonic))} times the load")
     text = "\n".join(in_words(rows, missing, results, dof, arguments.hz, arguments.refine))
     write(rows, path, results, dof, arguments.hz)
     path.with_suffix(".txt").write_text(text + "\n")
     print(f"{text}\n\n{path}, {path.with_suffix('.txt')}")
-    if not rows:
-        raise ValueError(f"{results.path}: none of these forces has a peak on the mode; its peaks are those of "
-                         f"{' to '.join(f'{force:.4g}' for force in reach(backbone, harmonic))} times the load")
 
 
 def reach(backbone, harmonic=1):
@@ -90,9 +90,9 @@ def table(backbone, row, forces, harmonic=1, refined=False):
     found, missing = [], []
     for force in forces:
         tops = backbone.tops(row, force, harmonic)
-        if not tops or None in tops:
+        if all(number for number, _ in tops) or any(motion is None for _, motion in tops):
             missing.append(force)
-        for number, motion in enumerate(tops):
+        for number, motion in tops:
             if motion is not None:
                 solved = solved_peak(backbone, motion, row) if refined else motion
                 error = abs(motion.amplitude(row) / solved.amplitude(row) - 1) if refined else (
@@ -176,8 +176,11 @@ def in_words(rows, missing, results, dof, hz=False, refined=False):
             else:
                 cells.append(f"{100 * value:.3g}" if name in in_percent else f"{value:.5g}")
         lines.append("".join(f"{cell:>{width}}" for cell, width in zip(cells, widths)) + "  a separate curve" * row.separate)
-    if missing:
-        lines.append(f"no peak on what the mode reaches under {', '.join(f'{force:g}' for force in missing)} times the load")
+    shown = {row.force for row in rows}
+    for forces, what in (([force for force in missing if force not in shown], "no peak on what"),
+                         ([force for force in missing if force in shown], "further peaks beyond what")):
+        if forces:
+            lines.append(f"{what} the mode reaches under {', '.join(f'{force:g}' for force in forces)} times the load")
     return lines
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from .case_changes import CONTACT, FACTORS, NAMES, Range, contact_values, need, need_damping, split
-from .case_runs import CaseRuns, CurveCase, largest_at, largest_peak
+from .case_runs import CaseRuns, CurveCase, has_peak, largest_at, largest_peak
 from .curves import is_reduced
 from .peak_tracks import follow
 from .ranges_report import write
@@ -89,7 +89,7 @@ class Found:
     @property
     def good(self):
         """Numbers of the samples that have a peak."""
-        return [i for i, record in enumerate(self.samples) if record["status"] == 0 and record["peak"]]
+        return [i for i, record in enumerate(self.samples) if has_peak(record)]
 
 
 def ranges(arguments):
@@ -146,7 +146,7 @@ def computed(runs, given, samples, along, seed, each_point=False, track=False, s
         return {wanted.name: (wanted.kind, wanted.at(places.get(wanted.name, 0.0))) for wanted in given}
 
     middle = runs.each([changes({})], digest, "middle of the ranges")[0]
-    if middle["status"] != 0 or not middle["peak"]:
+    if not has_peak(middle):
         raise RunFailed(f"{runs.case.path}: in the middle of the ranges "
                         + (f"{runs.dof} has no peak inside the sweep" if middle["status"] == 0 else f"it failed: {middle['reason']}"))
     first = first_order(runs, given, changes, digest, middle, each_point) if given else FirstOrder()
@@ -226,7 +226,7 @@ def first_order(runs, given, changes, digest, middle, each_point):
 
 def second_difference(middle, up, down):
     """Half of it; NaN where one of them is no peak."""
-    if any(end["status"] != 0 or not end["peak"] for end in (up, down)):
+    if not (has_peak(up) and has_peak(down)):
         return np.nan
     return abs(up["amplitude"] - 2 * middle["amplitude"] + down["amplitude"]) / 2
 
@@ -250,7 +250,7 @@ def _by_differences(first, runs, wanted, changes, digest, each_point):
     count = len(runs.contact["law"]) if each_point and wanted.name in CONTACT else 1
     steps = [STEP * unit if count > 1 else STEP for unit in np.eye(count)]
     records = runs.each([changes({wanted.name: sign * step}) for step in steps for sign in (1, -1)], digest, f"slopes by {wanted.name}")
-    if all(record["status"] == 0 and record["peak"] for record in records):
+    if all(map(has_peak, records)):
         for of in ("amplitude", "omega"):
             values = np.array([record[of] for record in records]).reshape(count, 2)
             slope = (values[:, 0] - values[:, 1]) / (2 * STEP)

@@ -5,6 +5,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
+from .case_runs import has_peak
 from .plot import LINES, ROOM, STYLE
 from .plot_units import dress
 from .ranges_report import PERCENTILES, band, of_samples
@@ -63,7 +64,7 @@ def _band(axis, found):
 
 def _of_sliders(found):
     """Records of other slider positions that have a peak."""
-    return [record for _, record in found.sliders if record["status"] == 0 and record["peak"]]
+    return [record for _, record in found.sliders if has_peak(record)]
 
 
 def _histogram(axis, found):

@@ -5,6 +5,7 @@ import json
 import h5py
 import numpy as np
 
+from .case_runs import has_peak
 from .units import with_unit
 
 PERCENTILES = (5, 50, 95)
@@ -65,9 +66,9 @@ def _sliders(found):
     """What other states of the preload make of the peak."""
     if not found.sliders:
         return []
-    good = [(name, record) for name, record in found.sliders if record["status"] == 0 and record["peak"]]
+    good = [(name, record) for name, record in found.sliders if has_peak(record)]
     lines = ["", f"sliders: {len(found.sliders)} states of friction that the preload may leave, ranges in the middle"]
-    if lost := [name for name, record in found.sliders if record not in [kept for _, kept in good]]:
+    if lost := [name for name, record in found.sliders if not has_peak(record)]:
         lines.append(f"caution: no peak with {', '.join(lost)}")
     for name, word in (("amplitude", "amplitude"), ("omega", "frequency")):
         values = [record[name] / found.middle[name] - 1 for _, record in good]

@@ -24,9 +24,13 @@ def slider_states(results, reduced, count, seed, factor=1.0):
         K, R = np.asarray(file["Kxx"], dtype=float), factor * numbers(file, "R")
     points = results.contact_points
     parts = [(name, np.tile(part, (points, 1))) for name, part in NAMED.items()]
-    if count:
-        cube = 2 * qmc.Sobol(2 * points, seed=seed).random_base2(int(np.ceil(np.log2(count))))[:count] - 1
-        parts += [(f"state {i + 1}", row.reshape(points, 2)) for i, row in enumerate(cube)]
+    rubs = sticking(results)
+    if count and rubs.any():
+        cube = 2 * qmc.Sobol(2 * rubs.sum(), seed=seed).random_base2(int(np.ceil(np.log2(count))))[:count] - 1
+        for i, row in enumerate(cube):
+            part = np.zeros((points, 2))
+            part[rubs] = row.reshape(-1, 2)
+            parts.append((f"state {i + 1}", part))
     at = np.arange(2, len(K), 3)[_closed(results)]
     K[at, at] += results.contact["normal_stiffness"][_closed(results)]
     flexibility = np.linalg.pinv(K, hermitian=True)

@@ -13,7 +13,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dovetail import Joint, Model
-from dovetail.meshes.bladed_disk import AXIS, BladedDisk, Shroud, mesh_sector, turn
+from dovetail.cyclic import turn
+from dovetail.meshes.bladed_disk import AXIS, BladedDisk, Shroud, mesh_sector
 from launch import SURROUNDINGS
 
 DOFS, DIVISIONS, SHROUD_DIVISIONS = 20_000, (2, 4), (1, 4)
@@ -36,7 +37,7 @@ def test_sizes(mesh):
 def test_right_is_left_turned(mesh, name):
     """Every node has its partner, and so has every face of the mesh between them."""
     left, right = (mesh.node_sets[name.format(side)] for side in ("left", "right"))
-    distance, partner = cKDTree(mesh.nodes[right]).query(mesh.nodes[left] @ turn(DISK.pitch).T)
+    distance, partner = cKDTree(mesh.nodes[right]).query(mesh.nodes[left] @ turn(AXIS, DISK.pitch).T)
     assert len(left) == len(right) and distance.max() < 1e-12 and len(set(partner)) == len(right)
     image = np.full(len(mesh.nodes), -1)
     image[left] = right[partner]
@@ -61,7 +62,7 @@ def test_sides_lie_in_planes_through_the_axis(mesh):
 
 def test_contact_faces_of_the_shroud_are_inclined(mesh):
     """Flat, as long and as high as said, their normal turned from the circumference by the slope."""
-    points = mesh.nodes[mesh.node_sets["shroud_right"]] @ turn(-DISK.pitch / 2).T
+    points = mesh.nodes[mesh.node_sets["shroud_right"]] @ turn(AXIS, -DISK.pitch / 2).T
     np.testing.assert_allclose(points[:, 1], points[:, 0] * np.tan(DISK.shroud.slope), atol=1e-12)
     assert np.ptp(points[:, 0]) == pytest.approx(DISK.shroud.length) and np.ptp(points[:, 2]) == pytest.approx(DISK.shroud.thickness)
 
@@ -95,12 +96,12 @@ def test_a_model_of_it_on_one_and_two_ranks(mesh, tmp_path):
         models.append(Model.read(path))
     for model in models:
         sides = [model.mesh["nodes"][model.mesh["dof_node"][model.cyclic[side][:, 0]]] for side in ("left", "right")]
-        np.testing.assert_allclose(sides[0] @ turn(DISK.pitch).T, sides[1], atol=1e-12)
+        np.testing.assert_allclose(sides[0] @ turn(AXIS, DISK.pitch).T, sides[1], atol=1e-12)
         held = len(np.intersect1d(mesh.node_sets["left"], mesh.node_sets["bore"]))
         assert len(sides[0]) == len(mesh.node_sets["left"]) - held
         assert model.contact_points == 2 * 45 + 27 and model.cyclic["next_sector"].sum() == 27
         for (a, b), to_next in zip(model.cyclic["nodes"], model.cyclic["next_sector"]):
-            moved = turn(DISK.pitch) if to_next else np.eye(3)
+            moved = turn(AXIS, DISK.pitch) if to_next else np.eye(3)
             np.testing.assert_allclose(model.mesh["nodes"][a], moved @ model.mesh["nodes"][b], atol=1e-12)
     assert models[0].n == models[1].n
     for name in "KM":

@@ -349,3 +349,35 @@ def test_checks_of_joints_apply_to_the_next_sector():
     refused(lambda: Joint.between(structure.surface("over_left"), structure.surface("over_right"), next_sector=True, **STIFF),
             "beyond the faces of 'over_right of the next sector'")
     np.testing.assert_allclose(shroud(structure, gap="geometry").contact["gap"], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("after", [False, True])
+def test_inertia_across_the_axis_is_refused(after):
+    """Whether the loads come before or after the structure is made a sector."""
+    def made(load):
+        return joined(load(cyclic()) if after else cyclic(load(sector())))
+
+    refused(lambda: made(lambda structure: structure.with_gravity([0, 1, 0])),
+            "the weight under [0.0, 1.0, 0.0] is not the same on every sector; it must act along the axis, (0, 0, 1)")
+    refused(lambda: made(lambda structure: structure.with_base_acceleration([1, 0, 1], name="shaker")), "the base motion 'shaker' along [")
+    both = made(lambda structure: structure.with_gravity([0, 1, 2]).with_gravity([0, -1, 0]).with_base_acceleration([0, 0, 1]))
+    assert both.preload[2::3].min() > 0 > both.forces["base"][2::3].max()
+
+
+@pytest.mark.parametrize("key, change, words", [
+    ("sectors", lambda _: 5.7, "cyclic sectors must be a whole number from 2 on, found 5.7"),
+    ("sectors", lambda _: np.nan, "cyclic sectors must be a whole number from 2 on, found nan"),
+    ("sectors", lambda _: np.inf, "cyclic sectors must be a whole number from 2 on, found inf"),
+    ("sectors", lambda _: 1, "cyclic sectors must be a whole number from 2 on, found 1"),
+    ("nodes", lambda nodes: np.concatenate([nodes[:-1], nodes[:1]]), "cyclic nodes must name each contact node once, found node row"),
+    ("nodes", lambda nodes: nodes[:, [0, 0]], "cyclic nodes must name each contact node once, found node row"),
+])
+def test_a_model_refuses_a_sector_that_does_not_hold(key, change, words):
+    model = joined(cyclic())
+
+    def with_cyclic(cyclic):
+        return Model(model.K, model.M, contact_dofs=None, force=model.force, preload=model.preload, contact=model.contact,
+                     mesh=model.mesh, joint=model.joint, cyclic=cyclic)
+
+    assert with_cyclic(model.cyclic).cyclic["sectors"] == N
+    refused(lambda: with_cyclic(model.cyclic | {key: change(model.cyclic[key])}), words)

@@ -20,20 +20,20 @@ stability.enabled = false
 """
 STIFF = {"normal_stiffness": 1e3, "tangential_stiffness": 5e2, "friction": 0.3}
 HELD = {"everything": [], "a": [("over_right", "xyz")], "b": [("over_left", "xyz")], "a face in part": [("outer", "z")],
-        "the bore along the axis": [("bore", "z")]}
+        "the bore along the axis": [("bore", "z")], "the bore": [("bore", "xyz")]}
 
 
 @pytest.mark.parametrize("held, shift", [(held, shift) for shift in (0.0, 0.3) for held in HELD
                                          if (held, shift) not in (("a", 0.3), ("a face in part", 0.0))])  # which joints refuse
 def test_the_program_reads_every_kind_of_contact(tmp_path, held, shift):
-    """On springs at the bore, so that nothing spins or flies away with its contact points held."""
-    structure = sector(shift=shift)
+    """On springs at the bore or clamped there, so that nothing spins or flies away with its contact points held."""
+    structure = sector(shift=shift).with_springs("bore", [50, 50, 50])
     left = structure.node_sets["over_left"]
     structure.node_sets["outer"] = left[np.hypot(*structure.nodes[left, :2].T) > 2.9]
     for name, directions in HELD[held]:
         structure = structure.clamped(name, directions)
     moving = "over_left" if held == "a" else "over_right"
-    structure = structure.with_springs("bore", [50, 50, 50]).with_force(moving, [0.1, 0.2, 0.3]).with_preload(moving, [0, 0, 1])
+    structure = structure.with_force(moving, [0.1, 0.2, 0.3]).with_preload(moving, [0, 0, 1])
     structure = structure.cyclic(N, "left", "right", (0, 0, 1))
     joint = Joint.between(structure.surface("over_right"), structure.surface("over_left"), next_sector=True, **STIFF)
     assert joint.kind == ("faces" if shift else "pairs")

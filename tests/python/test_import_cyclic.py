@@ -58,7 +58,8 @@ def test_the_same_model_as_by_hand(tmp_path):
     (NEXT, r"\[\[joint\]\] number 1: surface 'over_left' is that of a structure that is not cyclic"),
     (CYCLIC + NEXT.replace("true", "1"), r"\[\[joint\]\] number 1: next_sector must be true or false, found 1"),
     (CYCLIC + GROUNDED + "next_sector = true\n", r"next_sector has no meaning for a joint with the ground"),
-    (CYCLIC + NEXT + "[[gravity]]\nvector = [0, 1, -9.81]\n", r"\[\[gravity\]\] number 1: the weight under .* along the axis, \(0, 0, 1\)"),
+    (CYCLIC + NEXT + "[[gravity]]\nvector = [0, 1, -9.81]\n", r"joints.toml: the weight under .* along the axis, \(0, 0, 1\)"),
+    (CYCLIC + NEXT + "[[base]]\ndirection = [1, 0, 0]\n", r"joints.toml: the base motion 'base' along .* along the axis, \(0, 0, 1\)"),
     (CYCLIC + NEXT + '[[bolt]]\nbetween = ["over_left", "bore"]\nforce = 1\nthen = "lock"\n',
      r"\[\[bolt\]\]: a bolt of a cyclic sector keeps its force"),
 ])
@@ -68,8 +69,9 @@ def test_wrong_entries_are_refused(tmp_path, text, message):
 
 
 def test_weight_along_the_axis_is_taken(tmp_path):
-    model = applied(tmp_path, CYCLIC + NEXT + "[[gravity]]\nvector = [0, 0, -9.81]\n")
-    assert model.preload[2::3].max() < 0
+    along = "[[gravity]]\nvector = [0, 0, -9.81]\n[[base]]\ndirection = [0, 0, -2]\n"
+    model = applied(tmp_path, CYCLIC + NEXT + along)
+    assert model.preload[2::3].max() < 0 < model.forces["base"][2::3].min()
 
 
 def test_supports_are_those_of_all_sectors(tmp_path):

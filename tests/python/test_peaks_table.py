@@ -3,6 +3,7 @@
 import csv
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ import launch
 from dovetail import Results, reference
 from dovetail.__main__ import main
 from dovetail.modes import Backbone, Motion
-from dovetail.peaks_table import activity, solved_peak, table
+from dovetail.peaks_table import activity, in_words, solved_peak, table
+from dovetail.units import parse
 from test_one_mode import made_up
 
 FORCES = (0.1, 0.6)  # stuck; slipping
@@ -81,7 +83,7 @@ def test_the_estimate_is_what_solving_changes(tables):
 def test_energies_balance_at_the_peak(folder):
     """What friction and structure dissipate in a period is what the load feeds."""
     backbone = Backbone.read(folder / "results.h5", 64)
-    [top] = backbone.tops(0, 0.6)
+    [(_, top)] = backbone.tops(0, 0.6)
     motion, system = solved_peak(backbone, top, 0), backbone.system
     k, q = np.arange(1, system.H + 1), motion.coefficients
     E = 0.6 * system.excitation
@@ -106,6 +108,7 @@ def test_a_force_beyond_the_mode_is_named(folder, capsys):
     assert "under 50 times the load" in capsys.readouterr().out and len(read(folder / "beyond.csv")) == 1
     assert main([*command, "--force", "50"]) == 2
     assert "none of these forces has a peak on the mode" in capsys.readouterr().err
+    assert len(read(folder / "beyond.csv")) == 1, "the table of before has gone"
 
 
 def test_a_point_that_rests_at_its_bound_does_not_slip():
@@ -133,11 +136,46 @@ def test_separate_curves_have_rows_of_their_own():
     force = 0.5 * (levels[backbone.grid > 1.5].min() + levels[backbone.grid < 1.5].max())
     (main_peak, island), missing = table(backbone, 1, [force])
     assert (main_peak.separate, island.separate, missing) == (False, True, [])
-    low, _, high = (motion.alpha for motion in backbone.peaks(force, others=False))
+    low, middle, high = (motion.alpha for motion in backbone.peaks(force, others=False))
     assert main_peak.amplitude == pytest.approx(low, rel=0.05) and island.amplitude == pytest.approx(high, rel=0.05)
+    shorter = part(backbone, backbone.alpha < 0.5 * (middle + high))
+    [row], missing = table(shorter, 1, [force])
+    assert row.amplitude == pytest.approx(main_peak.amplitude, rel=1e-6) and missing == [force]
+    results = SimpleNamespace(path="r.h5", title="", unit=parse("SI"), unit_of=lambda _: "m")
+    said = in_words([row], [force, 1e6], results, "a1")
+    assert said[-2:] == ["no peak on what the mode reaches under 1e+06 times the load",
+                         f"further peaks beyond what the mode reaches under {force:g} times the load"]
+
+
+def test_without_its_beginning_all_that_is_left_is_separate():
+    backbone = made_up()
+    levels = backbone.levels()[1]
+    force = 0.5 * (levels[backbone.grid > 1.5].min() + levels[backbone.grid < 1.5].max())
+    low, middle, _ = (motion.alpha for motion in backbone.peaks(force, others=False))
+    upper = part(backbone, (backbone.alpha > low) & (backbone.alpha > 0.5 * (low + middle)), linear_below=False)
+    [row], missing = table(upper, 1, [force])
+    assert row.separate and missing == [force]
+
+
+def test_left_and_right_of_a_peak_beyond_the_mode_are_one_curve():
+    """An unknown that swings along at some amplitudes only has a peak on either side."""
+    backbone = made_up()
+    q = backbone.coefficients.copy()
+    q[:, 0, 1] = backbone.alpha * np.exp(-(((backbone.alpha - 30) / 4) ** 2))
+    rows, missing = table(Backbone(backbone.alpha, backbone.omega, backbone.damping_ratio, q, backbone.system), 0,
+                          [1.1 * backbone.levels()[1].max()])
+    assert [row.separate for row in rows] == [False, False] and not missing
+
+
+def part(backbone, kept, linear_below=True):
+    return Backbone(backbone.alpha[kept], backbone.omega[kept], backbone.damping_ratio[kept], backbone.coefficients[kept],
+                    backbone.system, linear_below)
 
 
 @pytest.mark.parametrize("options, words", [(["--force", "0"], "greater than 0"), (["--force", "-1"], "greater than 0"),
+                                            (["--force", "1", "nan"], "finite and greater than 0, found nan"),
+                                            (["--force", "inf"], "finite and greater than 0, found inf"),
+                                            (["--harmonic", "0"], "harmonic must lie in 1 to 3, found 0"),
                                             (["-o", "table.txt"], "written as FILE.csv"), (["--dof", "x9.t1"], "x9.t1"),
                                             (["--harmonic", "7"], "harmonic must lie in 1 to 3")])
 def test_wrong_input(folder, capsys, options, words):

@@ -1,14 +1,16 @@
 """Slider positions that other orders of preload leave: the states themselves, and runs that begin with them, against the reference."""
 
 import json
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 import cases
 import launch
-from dovetail import Results, reference
+from dovetail import Results, ranges_report, reference
 from dovetail.__main__ import main
 from dovetail.case_runs import PreloadedRun
 from dovetail.slider_states import NAMED, slider_states, sticking
@@ -78,6 +80,28 @@ def test_more_states_go_on_with_those_that_are_there(scene):
     few, many = (slider_states(results, results.path.parent / "reduced.h5", count, 3) for count in (2, 5))
     for (name, w_0), (other, same) in zip(few, many):
         assert name == other and np.array_equal(w_0, same)
+
+
+def test_only_points_that_stick_take_dimensions_of_the_sequence(scene, monkeypatch):
+    """Sobol's sequence has 21201 dimensions at most."""
+    _, results = scene
+    stuck = np.array([True, False, True, True])
+    monkeypatch.setattr("dovetail.slider_states.sticking", lambda _: stuck)
+    monkeypatch.setattr(qmc.Sobol, "MAXDIM", 2 * stuck.sum())
+    states = slider_states(results, results.path.parent / "reduced.h5", 3, 1)[len(NAMED):]
+    assert len(states) == 3
+    for _, w_0 in states:
+        assert np.all(w_0[stuck] != 0) and not w_0[~stuck].any()
+
+
+def test_states_without_a_peak_are_named():
+    """Curves of records are no matter, whatever holds them."""
+    records = [{"status": 0, "peak": True, "omega": 1.0, "amplitude": 2.2}, {"status": 0, "peak": True, "omega": 1.1, "amplitude": 1.8},
+               {"status": 0, "peak": False, "omega": 1.0, "amplitude": 9.0}, {"status": 1, "reason": "it stopped"}]
+    sliders = [(name, record | {"curve": np.ones(3)}) for name, record in zip("abcd", records)]
+    said = ranges_report._sliders(SimpleNamespace(sliders=sliders, middle={"amplitude": 2.0, "omega": 1.0}))
+    assert said[2] == "caution: no peak with c, d" and len(said) == 5
+    assert "amplitude -10 % (b) to +10 % (a)" in said[3] and "frequency +0 % (a) to +10 % (b)" in said[4]
 
 
 @pytest.mark.slow

@@ -96,10 +96,6 @@ def _applied(structure, path, notes):
     with _named(f"{path}, [cyclic]"):
         structure = setup_sector.made(structure, sector, _set, _vector, notes)
     notes += echo.supports(structure)
-    for kind, number, table in entries:
-        if kind == "gravity" and structure.cyclic_sector is not None:
-            with _named(f"{path}, [[gravity]] number {number}"):
-                setup_sector.need_along_axis(structure, _vector(table))
     bolts = [(number, table) for kind, number, table in entries if kind == "bolt"]
     for number, table in bolts:  # after all clamps, as joints are
         with _named(f"{path}, [[bolt]] number {number}"):

@@ -43,16 +43,6 @@ def made(structure, table, find, vector, notes):
     return structure
 
 
-def need_along_axis(structure, gravity):
-    """The preload must be the same on every sector."""
-    sector = structure.cyclic_sector
-    gravity = np.asarray(gravity, dtype=float)
-    across = gravity - (gravity @ sector.axis) * sector.axis
-    if np.linalg.norm(across) > 1e-9 * np.linalg.norm(gravity):
-        raise ValueError(f"the weight under {gravity.tolist()} is not the same on every sector; it must act along the axis, "
-                         f"({', '.join(f'{value + 0.0:.6g}' for value in sector.axis)})")
-
-
 def _sets(structure, value, key, find):
     names = value if isinstance(value, list) else [value]
     if not names or not all(isinstance(name, str) for name in names):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import gmsh
 import numpy as np
 
+from ..cyclic import turn
 from . import blade_root
 from .tetrahedra import tetrahedra_of_gmsh
 
@@ -51,13 +52,7 @@ class BladedDisk(blade_root.Sector):
         """Corners (4, 3) of the contact face of the shroud at the left (-1) or right (1)."""
         half, (low, high) = self.shroud.length / 2, self.shroud_radii
         corners = np.array([(x, x * np.tan(self.shroud.slope), z) for x, z in ((-half, low), (half, low), (half, high), (-half, high))])
-        return corners @ turn(side * self.pitch / 2).T
-
-
-def turn(angle):
-    """(3, 3) rotation by an angle [rad] about -x, which carries left to right."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
+        return corners @ turn(AXIS, side * self.pitch / 2).T
 
 
 def mesh_sector(dofs, flank_divisions=(3, 9), shroud_divisions=(1, 6), disk=BladedDisk()):
@@ -96,7 +91,7 @@ def mesh_sector(dofs, flank_divisions=(3, 9), shroud_divisions=(1, 6), disk=Blad
         for name in sorted({"shroud_left", "shroud_right"} & set(sets)):
             blade_root.structured(sets[name][0][1], shroud_divisions)
         matrix = np.eye(4)
-        matrix[:3, :3] = turn(disk.pitch)
+        matrix[:3, :3] = turn(AXIS, disk.pitch)
         gmsh.model.mesh.setPeriodic(2, [sets["right"][0][1]], [sets["left"][0][1]], matrix.ravel().tolist())
         blade_root.sizes(disk)
         blade_root.mesh_of_size(dofs, sets["bore"])
