@@ -24,7 +24,7 @@ class ContactActivity:
     dissipation: np.ndarray
 
 
-def force(results, point, contact, n=None):
+def force(results, point, contact, n=None, sector=None):
     """Total force g(x + x_p) of a contact point over the period.
 
     Parameters
@@ -35,6 +35,8 @@ def force(results, point, contact, n=None):
         One-based number of the contact point.
     n : int, optional
         Samples over the period, default those of the run; `drawing_samples` where it took none.
+    sector : int, optional
+        Of a cyclic structure; default 0.
 
     Returns
     -------
@@ -47,16 +49,16 @@ def force(results, point, contact, n=None):
 
     j = index(results, contact)
     law = (results.contact[name][j] for name in ("normal_stiffness", "tangential_stiffness", "friction", "gap", "law"))
-    return reference.law(_motion(results, point, j, n), results.xp[3 * j:3 * j + 3], results.w[j], *law)
+    return reference.law(_motion(results, point, j, n, sector), results.xp[3 * j:3 * j + 3], results.w[j], *law)
 
 
-def hysteresis(results, point, contact, direction=0, n=None):
+def hysteresis(results, point, contact, direction=0, n=None, sector=None):
     """As `Results.hysteresis`."""
     if direction not in (0, 1):
         raise ValueError(f"direction must be 0 (t1) or 1 (t2), found {direction!r}")
     j = index(results, contact)
-    x = _motion(results, point, j, n)[:, direction] + results.xp[3 * j + direction]
-    return x, force(results, point, contact, n)[0][:, direction]
+    x = _motion(results, point, j, n, sector)[:, direction] + results.xp[3 * j + direction]
+    return x, force(results, point, contact, n, sector)[0][:, direction]
 
 
 def activity(results, point):
@@ -75,6 +77,6 @@ def index(results, contact):
     return int(contact) - 1
 
 
-def _motion(results, point, j, n):
-    rows = results.coefficients_at(point)[results.modes + 3 * j:results.modes + 3 * j + 3]
+def _motion(results, point, j, n, sector):
+    rows = results.coefficients_at(point, sector)[results.modes + 3 * j:results.modes + 3 * j + 3]
     return fourier.basis(results.harmonics, fourier.phases(n or results.drawing_samples)) @ rows.T

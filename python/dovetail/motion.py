@@ -8,7 +8,9 @@ import scipy.sparse as sp
 
 from . import model_mesh
 from .curves import is_reduced
+from .cyclic import turn
 from .hdf5_read import opened, words
+from .model_cyclic import read_cyclic
 from .recovery import reduced_file, rows
 
 
@@ -64,7 +66,7 @@ def find_joint(results, model=None):
     return joint
 
 
-def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None):
+def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None, sector=None, axes="sector"):
     """Total displacement of nodes, preload included, x_e0 + Phi a + Psi x and u = T q.
 
     Parameters
@@ -79,11 +81,17 @@ def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None)
         ... or these times [s].
     model : path-like, optional
         Default: `find_model`.
+    sector : int, optional
+        Of a cyclic structure; default 0.
+    axes : str
+        "sector": x, y, z turned along with the sector, as those of all sectors look alike in; "global": those of the model.
 
     Returns
     -------
     (N, k, 3) array [m]; zero where a direction is clamped.
     """
+    if axes not in ("sector", "global"):
+        raise ValueError(f'axes must be "sector" or "global", found {axes!r}')
     path = find_model(results, model)
     mesh, _ = read_model_parts(path)
     if mesh is None:
@@ -101,16 +109,29 @@ def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None)
     T = _rows_of_T(mesh, wanted)
     columns, compact = np.unique(T.indices, return_inverse=True)
     T = sp.csr_matrix((T.data, compact, T.indptr), shape=(len(wanted), len(columns)))
-    u = (T @ results.unknowns(point, columns, n, times).T).T
+    u = (T @ results.unknowns(point, columns, n, times, sector).T).T
     field = np.zeros((len(u), len(nodes), 3))
     field[:, place[node[wanted]], direction[wanted]] = u
+    if axes == "global" and sector:
+        field = field @ _turn_to(results, path, sector).T
     return field[:, again]
 
 
-def node_row(results, name):
+def _turn_to(results, path, sector):
+    """(3, 3) turn from sector 0 to another."""
+    with opened(path) as file:
+        cyclic = read_cyclic(file)
+    if cyclic is None or cyclic["sectors"] != results.sectors:
+        found = "no sector of a cyclic structure" if cyclic is None else f"one of {cyclic['sectors']} sectors"
+        raise ValueError(f"{path}: is {found}, the results are of one of {results.sectors}; name the model of this run")
+    return turn(cyclic["axis"], 2 * np.pi * sector / results.sectors)
+
+
+def node_row(results, name, h=0):
     """The motion of a node or node set by the unknowns of `coefficients`, (N_a + 3 N_x,): "tip.y" or "17.z".
 
-    Of a set with several nodes it is the mean; a node that is held in the direction counts as zero.
+    Of a set with several nodes it is the mean; a node that is held in the direction counts as zero. In a sector of a cyclic
+    structure the row is that of a spatial index h, complex unless h = 0.
     """
     path = find_model(results)
     mesh, _ = read_model_parts(path)
@@ -129,7 +150,13 @@ def node_row(results, name):
         raise ValueError(f"{path}: {where} does not move along {axis}: it is held there, or has no such degree of freedom")
     mean = np.asarray(_rows_of_T(mesh, wanted).sum(axis=0)).ravel() / len(nodes)
     dofs = np.flatnonzero(mean)
-    return mean[dofs] @ rows(results, dofs)
+    return mean[dofs] @ rows(results, dofs, h)
+
+
+def node_rows_by_harmonic(results, name):
+    """The `node_row` of every harmonic of a sector of a cyclic structure, (H+1, N_a + 3 N_x), for complex amplitudes."""
+    found = {h: node_row(results, name, h) for h in np.unique(results.wave.index)}
+    return np.array([found[h] for h in results.wave.index])
 
 
 def row_of(results, dof):

@@ -3,22 +3,27 @@
 import numpy as np
 
 from .hdf5_read import dataset, opened, words
+from .travelling_wave import amplitudes, series
 
 OLD = "reduced.old.h5"  # where a run puts the reduced file of results that are there, when it makes another
 
 
-def elastic(results, point, n, times):
+def elastic(results, point, n, times, sector=None):
     """As `Results.elastic`."""
+    if results.wave is not None or sector is not None:
+        return _of_wave(results, point, n, times, sector)
     recovery = _stored(results, ("xe0", "Phi", "Psi"))
     motion = results.motion(point, n, times)
     contact = motion[:, results.modes:] + results.xp
     return recovery["xe0"] + motion[:, :results.modes] @ recovery["Phi"].T + contact @ recovery["Psi"].T
 
 
-def unknowns(results, point, dofs, n, times):
+def unknowns(results, point, dofs, n, times, sector=None):
     """As `Results.unknowns`."""
     dofs = np.asarray(dofs, dtype=np.int64)
     row, column = _found(results, dofs)
+    if results.wave is not None or sector is not None:
+        return _of_wave(results, point, n, times, sector, row)
     motion = results.motion(point, n, times)
     contact_motion = motion[:, results.modes:] + results.xp
     values = np.empty((len(motion), dofs.size))
@@ -31,10 +36,15 @@ def unknowns(results, point, dofs, n, times):
     return values
 
 
-def rows(results, dofs):
-    """Rows (k, N_a + 3 N_x): motion from the preload state of some unknowns of the full model, by those of `coefficients`."""
+def rows(results, dofs, h=0):
+    """Rows (k, N_a + 3 N_x): motion from the preload state of some unknowns of the full model, by those of `coefficients`.
+
+    Of a sector of a cyclic structure those of a spatial index h, complex unless h = 0.
+    """
     dofs = np.asarray(dofs, dtype=np.int64)
     row, column = _found(results, dofs)
+    if h:
+        return _of_index(results, h, row)
     values = np.zeros((dofs.size, results.modes + 3 * results.contact_points))
     values[np.flatnonzero(column >= 0), results.modes + column[column >= 0]] = 1.0
     row = row[column < 0]
@@ -44,18 +54,60 @@ def rows(results, dofs):
     return values
 
 
-def full(results, point, n, times):
+def full(results, point, n, times, sector=None):
     """As `Results.full`."""
     recovery = _stored(results, ("elastic_dofs", "contact_dofs"))
     inner, contact = recovery["elastic_dofs"], recovery["contact_dofs"].reshape(-1)
+    contact = contact[contact >= 0]  # -1 in a sector, whose unknowns are all displacements
     size = inner.size + contact.size
     if not np.array_equal(np.sort(np.concatenate([inner, contact])), np.arange(size)):
         raise ValueError(f"{results.reduced}: keeps {inner.size} elastic degrees of freedom only, not the full model; use elastic()")
-    e = elastic(results, point, n, times)
+    e = elastic(results, point, n, times, sector)
     field = np.empty((len(e), size))
     field[:, inner] = e
-    field[:, contact] = results.motion(point, n, times)[:, results.modes:] + results.xp
+    if contact.size:
+        field[:, contact] = results.motion(point, n, times)[:, results.modes:] + results.xp
     return field
+
+
+def _of_wave(results, point, n, times, sector, row=None):
+    """Total values (N, k) of rows of the recovery in a sector: each harmonic by the modes of its spatial index."""
+    Z = amplitudes(results.coefficients_at(point, 0 if sector is None else sector))
+    part = _stored(results, ("xe0", "Psi"), _span(row))
+    rest = (part["xe0"] + part["Psi"] @ results.xp)[_within(row)]
+    U = np.empty((len(rest), Z.shape[1]), complex)
+    for h in np.unique(np.abs(results.wave.index)):
+        values = _of_index(results, h, row)
+        for of, harmonics in ((values, results.wave.index == h), (values.conj(), results.wave.index == -h)):
+            if harmonics.any():
+                U[:, harmonics] = of @ Z[:, harmonics]
+    return rest + results.course(point, series(U), n, times)
+
+
+def _of_index(results, h, row=None):
+    """Phi and Psi side by side (k, N_a + 3 N_x) of a spatial index, in some rows."""
+    if h == 0:
+        part = _stored(results, ("Phi", "Psi"), _span(row))
+        return np.hstack([part["Phi"], part["Psi"]])[_within(row)]
+    path, blocks = reduced_file(results), []
+    with opened(path) as file:
+        kept = len(dataset(file, "recovery/elastic_dofs", (None,), "i"))
+        for kind, width in (("Phi", results.modes), ("Psi", 3 * results.contact_points)):
+            name = f"cyclic/{abs(h)}/{kind}"
+            if name not in file:
+                raise ValueError(f"{path}: no recovery data ({name}); the run must start from a model file")
+            parts = np.asarray(dataset(file, name, (kept, width, 2))[_span(row)], dtype=np.float64)
+            blocks.append(parts[..., 0] + 1j * np.copysign(1, h) * parts[..., 1])
+    return np.hstack(blocks)[_within(row)]
+
+
+def _span(row):
+    """The slice of a dataset that holds some rows, all for None; `_within` says where they are in it."""
+    return slice(None) if row is None or not row.size else slice(row.min(), row.max() + 1)
+
+
+def _within(row):
+    return slice(None) if row is None else row - (row.min() if row.size else 0)
 
 
 def reduced_file(results):

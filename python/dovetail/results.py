@@ -12,6 +12,7 @@ from .hdf5_read import dataset, members, numbers, patiently, whole, words
 from .parameters import CONTACT_WIDTH
 from .reference import LAWS
 from .sensitivity import read_sensitivity
+from .travelling_wave import amplitudes, read_wave, series
 
 VERSION = 1  # of the format
 DIRECTIONS = ("t1", "t2", "n")
@@ -61,6 +62,11 @@ class Results:
     stable : (n,) int array or None
         STABLE, UNSTABLE or UNCERTAIN; None where the run did not ask. `multiplier` is the largest modulus of a Floquet multiplier,
         `instability` the number of a name in INSTABILITIES.
+    wave : travelling_wave.TravellingWave or None
+        Of a sector of a cyclic structure: `sectors`, `engine_order`, `index`, the signed nodal diameter of every harmonic, and
+        `frequencies` [rad/s] of the stuck structure by nodal diameter. All numbers here are those of sector 0 unless `sector` is
+        given, and vectors are counted in axes turned along with the sector. `sectors` and `engine_order` are also attributes of
+        Results, None where there is no wave.
     error : (n,) array or None
         Estimated distance of every point from the curve that enough harmonics and samples would give, relative; NaN where there is
         none, None where the run did not ask. See docs/theory/error-estimates.md.
@@ -105,6 +111,8 @@ class Results:
         if found < width or found % 2 == 0:
             dataset(file, "points/coefficients", (None, dofs, width))
         self.harmonics = found // 2  # a run that adds harmonics widens the table before it sets the attribute
+        self.wave = read_wave(file, self.harmonics)
+        self.sectors, self.engine_order = (self.wave.sectors, self.wave.engine_order) if self.wave else (None, None)
         self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics - 1).bit_length())
         for name in NEEDED:
             dataset(file, f"points/{name}", (None,))
@@ -283,23 +291,23 @@ class Results:
             return peaks.point[peaks.unknown == self.dof_index(dof)]
         return peaks.point[(peaks.unknown == -1) & (self.watch == dof)]
 
-    def time_history(self, point, dof, n=256):
+    def time_history(self, point, dof, n=256, sector=None):
         """One period of a degree of freedom: time [s] and value, both (n,), without the end point."""
         i = self.number(point)
-        coefficients = self._of_dof(dof, slice(i, i + 1))[0]
+        coefficients = self._in_sector(self._of_dof(dof, slice(i, i + 1))[0], sector)
         theta = fourier.phases(n)
         return theta / self.omega[point], fourier.basis(self.harmonics, theta) @ coefficients
 
-    def contact_force(self, point, contact, n=None):
+    def contact_force(self, point, contact, n=None, sector=None):
         """Total force g(x + x_p) of a contact point over the period; see `contact_motion.force`."""
-        return contact_motion.force(self, point, contact, n)
+        return contact_motion.force(self, point, contact, n, sector)
 
-    def hysteresis(self, point, contact, direction=0, n=None):
+    def hysteresis(self, point, contact, direction=0, n=None, sector=None):
         """A friction loop: total tangential displacement x + x_p [m] and force T [N] over one period, both (n,).
 
-        direction is 0 for t1, 1 for t2.
+        direction is 0 for t1, 1 for t2; sector the number of a sector of a cyclic structure, default 0.
         """
-        return contact_motion.hysteresis(self, point, contact, direction, n)
+        return contact_motion.hysteresis(self, point, contact, direction, n, sector)
 
     def contact_activity(self, point):
         """What every contact point does over one period, a `contact_motion.ContactActivity`, as the run found it."""
@@ -309,7 +317,7 @@ class Results:
         """Energy a contact point takes from the structure per cycle [J]."""
         return float(self.contact_activity(point).dissipation[contact_motion.index(self, contact)])
 
-    def elastic(self, point, n=64, times=None):
+    def elastic(self, point, n=64, times=None, sector=None):
         """Elastic displacements of the full model, e = x_e0 + Phi a + Psi (x + x_p), equations (2) and (5).
 
         Parameters
@@ -319,29 +327,31 @@ class Results:
             Equal steps over one period ...
         times : (N,) array, optional
             ... or these times [s].
+        sector : int, optional
+            Of a cyclic structure; default 0.
 
         Returns
         -------
         (N, n_e) array, in the order of `elastic_dofs` of the reduced file.
         """
-        return recovery.elastic(self, point, n, times)
+        return recovery.elastic(self, point, n, times, sector)
 
-    def unknowns(self, point, dofs, n=64, times=None):
+    def unknowns(self, point, dofs, n=64, times=None, sector=None):
         """Some unknowns of the full model, (N, k), total values; dofs (k,) are their numbers there, other arguments as `elastic`."""
-        return recovery.unknowns(self, point, dofs, n, times)
+        return recovery.unknowns(self, point, dofs, n, times, sector)
 
-    def displacement(self, point, nodes=None, n=64, times=None, model=None):
+    def displacement(self, point, nodes=None, n=64, times=None, model=None, sector=None, axes="sector"):
         """Total displacement of nodes of the mesh, (N, k, 3) [m]; see `motion.nodal_displacement`."""
         from . import motion
 
-        return motion.nodal_displacement(self, point, nodes, n, times, model)
+        return motion.nodal_displacement(self, point, nodes, n, times, model, sector, axes)
 
-    def full(self, point, n=64, times=None):
+    def full(self, point, n=64, times=None, sector=None):
         """All unknowns of the full model in its order, (N, n_full), total values; arguments as `elastic`.
 
         Where joints have changed the coordinates these are sums and differences; `displacement` gives the motion of nodes.
         """
-        return recovery.full(self, point, n, times)
+        return recovery.full(self, point, n, times, sector)
 
     def _need_points(self):
         if self._n == 0:
@@ -361,11 +371,17 @@ class Results:
         if dof not in self._node_rows:
             from . import motion
 
-            self._node_rows[dof] = motion.node_row(self, dof)
+            self._node_rows[dof] = motion.node_row(self, dof) if self.wave is None else motion.node_rows_by_harmonic(self, dof)
         row, width = self._node_rows[dof], 2 * self.harmonics + 1
         begin, end, _ = points.indices(self._n)
         block = max(1, BLOCK // (row.size * width))  # points in memory at a time
-        parts = [np.tensordot(self._coefficients(slice(i, min(i + block, end))), row, (1, 0)) for i in range(begin, end, block)]
+
+        def of(values):
+            if self.wave is None:
+                return np.tensordot(values, row, (1, 0))
+            return series(np.einsum("pqk,kq->pk", amplitudes(values), row))
+
+        parts = [of(self._coefficients(slice(i, min(i + block, end)))) for i in range(begin, end, block)]
         return np.concatenate([np.zeros((0, width)), *parts])
 
     def number(self, point):
@@ -374,16 +390,26 @@ class Results:
             raise ValueError(f"point must lie in 0 to {self._n - 1}, found {point}")
         return int(point) % self._n
 
-    def coefficients_at(self, point):
-        """Coefficients (N_a + 3 N_x, 2H+1) of one point."""
-        return self._coefficients(self.number(point))
+    def coefficients_at(self, point, sector=None):
+        """Coefficients (N_a + 3 N_x, 2H+1) of one point; sector as for `hysteresis`."""
+        return self._in_sector(self._coefficients(self.number(point)), sector)
+
+    def _in_sector(self, coefficients, sector):
+        if sector is None:
+            return coefficients
+        if self.wave is None:
+            raise ValueError(f"{self.path}: is not of a sector of a cyclic structure, so there is no sector {sector!r}")
+        return self.wave.of_sector(coefficients, sector)
 
     def _coefficients(self, *which):
         width = 2 * self.harmonics + 1  # as it was when the file was opened
         return self._read(lambda file: np.asarray(file["points/coefficients"][which][..., :width], dtype=np.float64))
 
-    def motion(self, point, n=64, times=None):
+    def motion(self, point, n=64, times=None, sector=None):
         """All unknowns in the order of `coefficients`, (N, N_a + 3 N_x), from the preload state; other arguments as `elastic`."""
-        coefficients = self.coefficients_at(point)
+        return self.course(point, self.coefficients_at(point, sector), n, times)
+
+    def course(self, point, coefficients, n=64, times=None):
+        """Values (N, k) of coefficients (k, 2H+1) over the period of a point; other arguments as `elastic`."""
         theta = fourier.phases(n) if times is None else self.omega[point] * np.asarray(times, dtype=float)
         return fourier.basis(self.harmonics, theta) @ coefficients.T

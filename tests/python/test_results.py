@@ -205,6 +205,25 @@ def test_friction_loop_has_the_area_of_the_closed_form(tmp_path, amplitude, dire
     assert force.shape == (64, 3) and set(np.unique(state[:, direction])) == ({-1, 0, 1} if exact else {0})
 
 
+def test_sectors_of_what_is_none_are_refused(tmp_path):
+    results = one_point(tmp_path / "r.h5", np.ones((1, 4, 3)))
+    assert results.wave is None and results.sectors is None and results.engine_order is None
+    for asked in (results.coefficients_at, results.motion, lambda point, sector: results.hysteresis(point, 1, sector=sector),
+                  lambda point, sector: results.time_history(point, "x1.t1", sector=sector)):
+        with pytest.raises(ValueError, match="is not of a sector of a cyclic structure, so there is no sector 0"):
+            asked(0, sector=0)
+
+
+@pytest.mark.parametrize("sectors, order, words", [(1, 1, "sectors must be a whole number from 2 on, found 1"),
+                                                   (6, 1.5, "engine_order must be one whole number, found 1.5")])
+def test_waves_that_are_none_are_refused(tmp_path, sectors, order, words):
+    path = synthetic_results.write(tmp_path / "r.h5", (1.0,), np.ones((1, 4, 3)), 1, CONTACT)
+    with h5py.File(path, "r+") as file:
+        file.attrs["sectors"], file.attrs["engine_order"] = sectors, order
+    with pytest.raises(ValueError, match=words):
+        Results(path)
+
+
 def test_activity_is_what_the_run_stored(tmp_path):
     """Not what marching would give: numbers that no motion could have."""
     path = synthetic_results.write(tmp_path / "r.h5", [1.0, 2.0], np.ones((2, 7, 3)), 1, TWO)
