@@ -76,6 +76,10 @@ def _picture_of_results(path, arguments):
         return pressure_map(results, arguments.model), "_pressure.png"
     if len(results) == 0:
         raise ValueError(f"{path}: no point has been computed yet")
+    if arguments.kind == "diameters":
+        from .diameters_picture import diameters
+
+        return diameters(results, arguments.hz), "_diameters.png"
     if arguments.kind == "sensitivity":
         from .sensitivity_map import sensitivity_map
 
@@ -191,11 +195,12 @@ def parser():
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points), "
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
-    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity", "mode"],
-                         default="response",
+    command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity", "mode",
+                                              "diameters"], default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
                               "pressure: the joints under their preload; sensitivity: which contact points a peak depends on; mode: "
-                              "frequency and damping over the amplitude, peaks over the force, of a run with [mode]")
+                              "frequency and damping over the amplitude, peaks over the force, of a run with [mode]; diameters: frequency "
+                              "over the nodal diameter of a cyclic sector, with the engine orders of the sweep")
     command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")

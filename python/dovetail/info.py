@@ -171,7 +171,7 @@ def _stability(results):
 def _results(results):
     n = len(results)
     lines = [("title", results.title or "none"), ("units", results.units + ("" if results.unit.known else ", plain numbers")),
-             ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, {results.harmonics} harmonics"),
+             *_wave(results), ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, {results.harmonics} harmonics"),
              ("contact forces", f"{results.samples} samples" if results.samples else "exact"),
              ("points", n)]
     if n:
@@ -188,6 +188,14 @@ def _results(results):
         lines.append(("effort", f"{results.points('newton_iterations').sum():.0f} Newton iterations, "
                                 f"{results.points('seconds').sum():.3g} s"))
     return lines + _preload(results) + [("contact law", _laws(results.contact["law"]))] + _contact_lines(results.contact, results.unit)
+
+
+def _wave(results):
+    """Of a sector of a cyclic structure: which wave runs round it."""
+    if results.wave is None:
+        return []
+    index = f"{', '.join(map(str, results.wave.index))} of harmonics 0 to {results.harmonics}"
+    return [("one of", f"{results.sectors} sectors, engine order {results.engine_order}"), ("index h", index)]
 
 
 def _preload(results):

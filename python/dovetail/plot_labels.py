@@ -1,11 +1,14 @@
 """Labels of places in a picture that do not lie on each other."""
 
+from matplotlib.transforms import Bbox
+
 OFFSETS = ((4, 4), (4, -9), (-4, 4), (-4, -9))  # tried in this order [points]
 SIZE = 7  # of the letters [points]
 MOST = 5  # labels of a kind
+HALF = 2.5  # of a marker that is kept free [points]
 
 
-def place_labels(axis, kinds):
+def place_labels(axis, kinds, free=(), background=None):
     """Writes text beside places where it is free; where nothing is, there is no label.
 
     To be called when everything else is in the picture.
@@ -13,6 +16,8 @@ def place_labels(axis, kinds):
     Parameters
     ----------
     kinds : list of lists of (x, y, text), the most important first; MOST labels of each
+    free : list of (x, y), places of markers that no label may cover
+    background : colour, optional; behind the letters
     """
     if not any(kinds):
         return
@@ -21,21 +26,25 @@ def place_labels(axis, kinds):
     renderer = figure.canvas.get_renderer()
     legend = axis.get_legend()
     taken, frame = [legend.get_window_extent(renderer)] if legend else [], axis.get_window_extent(renderer)
+    half = HALF * figure.dpi / 72
+    taken += [Bbox([[x - half, y - half], [x + half, y + half]]) for x, y in map(axis.transData.transform, free)]
     for wanted in kinds:
         written = 0
         for place in wanted:
-            box = _written(axis, place, taken, frame, renderer)
+            box = _written(axis, place, taken, frame, renderer, background)
             written += box is not None
             if written == MOST:
                 break
 
 
-def _written(axis, place, taken, frame, renderer):
+def _written(axis, place, taken, frame, renderer, background):
     """The box of a new label, which is `taken` then, or None."""
     x, y, text = place
+    behind = {"facecolor": background, "edgecolor": "none", "alpha": 0.85, "pad": 0.5} if background else None
     for dx, dy in OFFSETS:
         label = axis.annotate(text, (x, y), xytext=(dx, dy), textcoords="offset points", fontsize=SIZE,
-                              horizontalalignment="left" if dx > 0 else "right")
+                              horizontalalignment="left" if dx > 0 else "right",
+                              bbox=behind)
         label.set_in_layout(False)
         box = label.get_window_extent(renderer)
         inside = frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1
