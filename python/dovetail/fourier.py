@@ -37,6 +37,12 @@ def phases(n):
     return 2 * np.pi * np.arange(n) / n
 
 
+def course(coefficients, omega, n, times=None):
+    """Values (N, k) of k series (k, 2H+1) at n equal steps of the period, or at some times [s]."""
+    theta = phases(n) if times is None else omega * np.asarray(times, dtype=float)
+    return basis(coefficients.shape[-1] // 2, theta) @ coefficients.T
+
+
 def amplitude(coefficients):
     """Half the peak-to-peak of the motion over the period, taken from the polynomial and not from samples of it.
 

@@ -171,7 +171,8 @@ def _stability(results):
 def _results(results):
     n = len(results)
     lines = [("title", results.title or "none"), ("units", results.units + ("" if results.unit.known else ", plain numbers")),
-             *_wave(results), ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, {results.harmonics} harmonics"),
+             *_wave(results),
+             ("unknowns", f"{results.modes} modes, {results.contact_points} contact points, {results.harmonics} harmonics"),
              ("contact forces", f"{results.samples} samples" if results.samples else "exact"),
              ("points", n)]
     if n:

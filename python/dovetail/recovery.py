@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from . import fourier
 from .hdf5_read import dataset, opened, words
 from .travelling_wave import amplitudes, series
 
@@ -81,7 +82,7 @@ def _of_wave(results, point, n, times, sector, row=None):
         for of, harmonics in ((values, results.wave.index == h), (values.conj(), results.wave.index == -h)):
             if harmonics.any():
                 U[:, harmonics] = of @ Z[:, harmonics]
-    return rest + results.course(point, series(U), n, times)
+    return rest + fourier.course(series(U), results.omega[point], n, times)
 
 
 def _of_index(results, h, row=None):

@@ -407,9 +407,4 @@ class Results:
 
     def motion(self, point, n=64, times=None, sector=None):
         """All unknowns in the order of `coefficients`, (N, N_a + 3 N_x), from the preload state; other arguments as `elastic`."""
-        return self.course(point, self.coefficients_at(point, sector), n, times)
-
-    def course(self, point, coefficients, n=64, times=None):
-        """Values (N, k) of coefficients (k, 2H+1) over the period of a point; other arguments as `elastic`."""
-        theta = fourier.phases(n) if times is None else self.omega[point] * np.asarray(times, dtype=float)
-        return fourier.basis(self.harmonics, theta) @ coefficients.T
+        return fourier.course(self.coefficients_at(point, sector), self.omega[point], n, times)
