@@ -1,5 +1,6 @@
 """Motion of all sectors of a bladed disk, from the results of one, against the whole rotor of an independent program."""
 
+import shutil
 from pathlib import Path
 
 import h5py
@@ -88,6 +89,26 @@ def test_displacements(run):
     np.testing.assert_array_equal(results.displacement(-1, "tip", 64), found[0])
     series = results.response("tip.y").coefficients[-1]
     np.testing.assert_allclose(series, expected.reshape(4, 3, 15)[:, 1].mean(axis=0), rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+def test_displacements_of_the_few_that_are_kept(run, tmp_path):
+    """In whatever order the rows are."""
+    _, results = run
+    for name in ("results.h5", "reduced.h5", "model.h5"):
+        shutil.copy(results.path.parent / name, tmp_path)
+    with h5py.File(tmp_path / "reduced.h5", "r+") as file:
+        dofs = file["recovery/elastic_dofs"][()]
+        rows = np.random.default_rng(1).permutation(np.flatnonzero(np.isin(dofs, sector_model.DOF[NODES])))
+        for name in (*(f"recovery/{part}" for part in ("elastic_dofs", "xe0", "Phi", "Psi")),
+                     *(f"cyclic/{h}/{part}" for h in range(1, N // 2 + 1) for part in ("Phi", "Psi"))):
+            values = file[name][()][rows]
+            del file[name]
+            file[name] = values
+    few = Results(tmp_path / "results.h5").displacement(-1, "tip", 16, sector=2)
+    whole = results.displacement(-1, "tip", 16, sector=2)
+    np.testing.assert_allclose(few, whole, rtol=0, atol=1e-13 * np.abs(whole).max())
+    with pytest.raises(ValueError, match="keeps 12 elastic degrees of freedom, and .* of the ones wanted"):
+        Results(tmp_path / "results.h5").displacement(-1, NODES + 1)
 
 
 def test_means(run):
