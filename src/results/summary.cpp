@@ -194,7 +194,7 @@ void tell_accuracy(const BranchStory &story) {
   const Accuracy found = accuracy_of(story);
   const int points = static_cast<int>(story.estimates.size());
   if (found.unknown < points && found.largest == 0)
-    std::printf("  estimated errors: 0, nothing is left out at any point\n");
+    std::printf("  estimated errors: 0 at every point\n");
   else if (found.unknown < points)
     std::printf("  estimated errors: at most %.1e (at %s), %.1e or less at 95 %% of the points%s\n", found.largest,
                 story.range.text(found.omega).c_str(), found.most_points,

@@ -335,4 +335,4 @@ def test_what_does_not_go_together_is_refused(tmp_path, keys, words):
 def test_a_curve_without_error_says_so(tmp_path):
     """One mass that sticks: all of it is in one harmonic. It had been "at most 0.0e+00 (at 0 rad/s)"."""
     done = run(cases.stuck_mass(tmp_path))
-    assert "estimated errors: 0, nothing is left out at any point" in done.out
+    assert "estimated errors: 0 at every point" in done.out
