@@ -1,7 +1,5 @@
 """What `range` has found of a nonlinear mode: text, ranges.json, ranges.h5, ranges.png."""
 
-import json
-
 import h5py
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,7 +8,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from .plot import LINES, STYLE
 from .ranges_mode import COLUMNS
 from .ranges_picture import SHADES, in_title
-from .ranges_report import PERCENTILES
+from .ranges_report import PERCENTILES, write_report
 from .units import bracket
 
 SHOWN = 7  # amplitudes in the table, first and last included
@@ -18,14 +16,8 @@ LEVELS = (0, *PERCENTILES, 100)
 
 
 def write(found, out):
-    """ranges.txt, ranges.json, ranges.h5 and ranges.png; prints the text, and where they are."""
-    text = "\n".join(in_words(found))
-    (out / "ranges.txt").write_text(text + "\n")
-    (out / "ranges.json").write_text(json.dumps(numbers(found), indent=2) + "\n")
-    _tables(found, out / "ranges.h5")
-    picture(found).savefig(out / "ranges.png")
-    print(text)
-    print(f"\n{out}: ranges.txt, ranges.json, ranges.h5, ranges.png")
+    """The report of a nonlinear mode."""
+    write_report(out, in_words(found), numbers(found), lambda path: _tables(found, path), picture(found))
 
 
 def band(found, name):

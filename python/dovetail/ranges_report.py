@@ -12,14 +12,19 @@ PERCENTILES = (5, 50, 95)
 
 
 def write(found, out):
-    """ranges.txt, ranges.json, ranges.h5 and ranges.png; prints the text, and where they are."""
+    """The report of the peaks."""
     from .ranges_picture import picture
 
-    text = "\n".join(in_words(found))
+    write_report(out, in_words(found), numbers(found), lambda path: _tables(found, path), picture(found))
+
+
+def write_report(out, lines, numbers, tables, figure):
+    """ranges.txt, ranges.json, ranges.h5 (written by `tables`) and ranges.png; prints the text, and where they are."""
+    text = "\n".join(lines)
     (out / "ranges.txt").write_text(text + "\n")
-    (out / "ranges.json").write_text(json.dumps(numbers(found), indent=2) + "\n")
-    _tables(found, out / "ranges.h5")
-    picture(found).savefig(out / "ranges.png")
+    (out / "ranges.json").write_text(json.dumps(numbers, indent=2) + "\n")
+    tables(out / "ranges.h5")
+    figure.savefig(out / "ranges.png")
     print(text)
     print(f"\n{out}: ranges.txt, ranges.json, ranges.h5, ranges.png")
 

@@ -12,7 +12,7 @@ from .hdf5_read import dataset, members, numbers, patiently, whole, words
 from .parameters import CONTACT_WIDTH
 from .reference import LAWS
 from .sensitivity import read_sensitivity
-from .travelling_wave import amplitudes, read_wave, series
+from .travelling_wave import along, read_wave
 
 VERSION = 1  # of the format
 DIRECTIONS = ("t1", "t2", "n")
@@ -375,13 +375,7 @@ class Results:
         row, width = self._node_rows[dof], 2 * self.harmonics + 1
         begin, end, _ = points.indices(self._n)
         block = max(1, BLOCK // (row.size * width))  # points in memory at a time
-
-        def of(values):
-            if self.wave is None:
-                return np.tensordot(values, row, (1, 0))
-            return series(np.einsum("pqk,kq->pk", amplitudes(values), row))
-
-        parts = [of(self._coefficients(slice(i, min(i + block, end)))) for i in range(begin, end, block)]
+        parts = [along(row, self._coefficients(slice(i, min(i + block, end)))) for i in range(begin, end, block)]
         return np.concatenate([np.zeros((0, width)), *parts])
 
     def number(self, point):
@@ -395,11 +389,9 @@ class Results:
         return self._in_sector(self._coefficients(self.number(point)), sector)
 
     def _in_sector(self, coefficients, sector):
-        if sector is None:
-            return coefficients
-        if self.wave is None:
+        if self.wave is None and sector is not None:
             raise ValueError(f"{self.path}: is not of a sector of a cyclic structure, so there is no sector {sector!r}")
-        return self.wave.of_sector(coefficients, sector)
+        return coefficients if sector is None else self.wave.of_sector(coefficients, sector)
 
     def _coefficients(self, *which):
         width = 2 * self.harmonics + 1  # as it was when the file was opened

@@ -55,6 +55,13 @@ def series(Z):
     return coefficients
 
 
+def along(row, coefficients):
+    """(points, 2H+1) of coefficients (points, dofs, 2H+1) along a row (dofs,), or along one for every harmonic, complex (H+1, dofs)."""
+    if row.ndim == 1:
+        return np.tensordot(coefficients, row, (1, 0))
+    return series(np.einsum("pqk,kq->pk", amplitudes(coefficients), row))
+
+
 def read_wave(file, harmonics):
     """The TravellingWave of an open results file, or None."""
     if "sectors" not in file.attrs:

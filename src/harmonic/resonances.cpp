@@ -141,9 +141,17 @@ Sliding sliding_of(const PreloadedModel &model, const std::vector<LoadCourse> &l
   return worst;
 }
 
+// A point that cannot lift off always is.
+bool closed_at_rest(const ContactPoint &point, const Standstill &at) { return !may_open(point.law) || at.force[2] > 0; }
+
 } // namespace
 
-bool closed_at_rest(const ContactPoint &point, const Standstill &at) { return !may_open(point.law) || at.force[2] > 0; }
+std::vector<double> closed_springs(const PreloadedModel &model) {
+  std::vector<double> springs = stuck_springs(model.contact);
+  for (std::size_t p = 0; p < model.contact.size(); ++p)
+    if (!closed_at_rest(model.contact[p], model.standstill[p])) std::fill_n(&springs[3 * p], 3, 0.0);
+  return springs;
+}
 
 std::vector<int> driving_harmonics(const std::vector<LoadCourse> &loads) {
   std::vector<int> found;
@@ -160,14 +168,13 @@ Resonances resonances(const PreloadedModel &model, const Case &study) {
   const std::vector<int> harmonics = driving_harmonics(loads);
   const double reach = std::max(study.omega_from, study.omega_to) * (harmonics.empty() ? 1 : harmonics.back());
   const Layout layout(model.reduced, 0);
-  const std::vector<double> all = stuck_springs(model.contact);
-  std::vector<double> stuck(all.size()), slipping(all.size());
+  const std::vector<double> all = stuck_springs(model.contact), stuck = closed_springs(model);
+  std::vector<double> slipping(all.size());
   Resonances out;
   double sums[4] = {}; // points, closed, that may lift, clamping
   for (std::size_t p = 0; p < model.contact.size(); ++p) {
     const bool closed = closed_at_rest(model.contact[p], model.standstill[p]);
     const bool may_lift = may_open(model.contact[p].law);
-    for (int d = 0; d < 3 && closed; ++d) stuck[3 * p + d] = all[3 * p + d];
     slipping[3 * p + 2] = stuck[3 * p + 2];
     sums[0] += 1, sums[1] += closed, sums[2] += may_lift;
     if (may_lift) sums[3] += model.standstill[p].force[2];

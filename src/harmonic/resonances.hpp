@@ -42,8 +42,8 @@ struct Resonances {
 /// Collective. ComputeError.
 Resonances resonances(const PreloadedModel &model, const Case &study);
 
-/// Of a point that can lift off, pressed at rest.
-bool closed_at_rest(const ContactPoint &point, const Standstill &at);
+/// (3 own) springs of the points closed at rest, as far as these are stuck; 0 of others.
+std::vector<double> closed_springs(const PreloadedModel &model);
 
 /// Harmonics from 1 upwards in which any of the loads works.
 std::vector<int> driving_harmonics(const std::vector<LoadCourse> &loads);

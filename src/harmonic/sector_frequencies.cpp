@@ -2,26 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "harmonic/resonances.hpp"
-#include "harmonic/stuck_basis.hpp"
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 #include "support/hermitian.hpp"
 
 namespace dovetail {
 namespace {
 
 using Complex = std::complex<double>;
-
-constexpr double rigid = 1e-9; // of the strain energy that the entries of a mode would meet one by one
-
-std::vector<double> springs_at_rest(const PreloadedModel &model) { // of own points
-  std::vector<double> springs = stuck_springs(model.contact);
-  for (std::size_t p = 0; p < model.contact.size(); ++p)
-    if (!closed_at_rest(model.contact[p], model.standstill[p])) std::fill_n(&springs[3 * p], 3, 0.0);
-  return springs;
-}
 
 // Index 0 in the same form as the others.
 SectorIndex as_index(const ReducedModel &model) {
@@ -31,21 +21,6 @@ SectorIndex as_index(const ReducedModel &model) {
   index.mxx.assign(model.mxx.begin(), model.mxx.end());
   index.kxx.assign(model.kxx.begin(), model.kxx.end());
   return index;
-}
-
-// Own rows of all ranks, one rank's after the other's, on rank `root`.
-std::vector<Complex> gathered(MPI_Comm comm, const std::vector<Complex> &own, int root) {
-  int rank, size;
-  MPI_Comm_rank(comm, &rank);
-  MPI_Comm_size(comm, &size);
-  const int count = static_cast<int>(own.size());
-  std::vector<int> counts(size), places(size + 1, 0);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  std::partial_sum(counts.begin(), counts.end(), places.begin() + 1);
-  std::vector<Complex> all(rank == root ? places[size] : 0);
-  MPI_Gatherv(own.data(), count, MPI_C_DOUBLE_COMPLEX, all.data(), counts.data(), places.data(), MPI_C_DOUBLE_COMPLEX,
-              root, comm);
-  return all;
 }
 
 struct HermitianPencil { // of the modes and the contact dofs
@@ -58,8 +33,10 @@ HermitianPencil pencil(const ReducedModel &model, const SectorIndex &index, cons
   const PetscInt na = model.modes, nc = model.contact_dofs(), first = 3 * model.own_points.begin;
   std::vector<Complex> stiffness = index.kxx;
   for (std::size_t i = 0; i < springs.size(); ++i) stiffness[i * nc + first + i] += springs[i];
-  const std::vector<Complex> kxx = gathered(model.comm, stiffness, root), mxx = gathered(model.comm, index.mxx, root),
-                             mxa = gathered(model.comm, index.mxa, root);
+  const auto whole = [&](const std::vector<Complex> &own) {
+    return gathered(model.comm, MPI_C_DOUBLE_COMPLEX, own, root);
+  };
+  const std::vector<Complex> kxx = whole(stiffness), mxx = whole(index.mxx), mxa = whole(index.mxa);
   int rank;
   MPI_Comm_rank(model.comm, &rank);
   if (rank != root) return {};
@@ -86,12 +63,11 @@ std::vector<double> frequencies_of(const HermitianPencil &of, PetscInt count, co
   for (std::size_t i = 0; i < K.values.size(); ++i) K.values[i] += shift * of.M.values[i];
   const HermitianModes modes = lowest_modes(std::move(K), of.M, static_cast<int>(count));
   if (modes.fault != HermitianModes::Fault::none) throw InputError(mass_not_positive(file));
-  std::vector<double> found;
-  for (PetscInt j = 0; j < count; ++j) {
-    double stiff = 0;
-    for (int i = 0; i < n; ++i) stiff += of.K(i, i).real() * std::norm(modes.shapes(i, j));
+  std::vector<double> found, diagonal;
+  for (int i = 0; i < n; ++i) diagonal.push_back(of.K(i, i).real());
+  for (int j = 0; j < count; ++j) {
     const double square = modes.squares[j] - shift;
-    found.push_back(square <= rigid * stiff ? 0 : std::sqrt(square));
+    found.push_back(is_rigid(square, modes.shapes.column(j), diagonal) ? 0 : std::sqrt(square));
   }
   return found;
 }
@@ -111,7 +87,8 @@ SectorFrequencies held_frequencies(const ReducedModel &model) {
 
 SectorFrequencies stuck_frequencies(const PreloadedModel &model, PetscInt count) {
   const ReducedModel &reduced = model.reduced;
-  const std::vector<double> springs = springs_at_rest(model);
+  const std::vector<double> springs = closed_springs(model);
+  const SectorIndex first = as_index(reduced);
   int rank, size;
   MPI_Comm_rank(reduced.comm, &rank);
   MPI_Comm_size(reduced.comm, &size);
@@ -122,7 +99,7 @@ SectorFrequencies stuck_frequencies(const PreloadedModel &model, PetscInt count)
     HermitianPencil mine;
     for (int root = 0; root < size && begin + root < all; ++root) {
       const int h = begin + root;
-      HermitianPencil made = pencil(reduced, h == 0 ? as_index(reduced) : reduced.indices[h - 1], springs, root);
+      HermitianPencil made = pencil(reduced, h == 0 ? first : reduced.indices[h - 1], springs, root);
       if (rank == root) mine = std::move(made);
     }
     on_all_ranks(reduced.comm, [&] {

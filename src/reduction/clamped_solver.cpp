@@ -3,9 +3,9 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 #include "support/partition.hpp"
 
 namespace dovetail {
@@ -13,18 +13,6 @@ namespace {
 
 constexpr int begin_job = -1, end_job = -2, analyse_job = 1, factor_job = 2, solve_job = 3;
 constexpr double most_whole = 4e5; // rows of the factors of all ranks together, some 2.5 GB: all shipped inputs on two
-
-template <class Number> void gather_on_all(MPI_Comm comm, MPI_Datatype type, std::vector<Number> &numbers) {
-  int size;
-  MPI_Comm_size(comm, &size);
-  const int own = static_cast<int>(numbers.size());
-  std::vector<int> counts(size), begins(size + 1, 0);
-  MPI_Allgather(&own, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  std::partial_sum(counts.begin(), counts.end(), begins.begin() + 1);
-  std::vector<Number> all(begins[size]);
-  MPI_Allgatherv(numbers.data(), own, type, all.data(), counts.data(), begins.data(), type, comm);
-  numbers = std::move(all);
-}
 
 template <class Number> void broadcast(MPI_Comm comm, MPI_Datatype type, std::vector<Number> &numbers) {
   int count = static_cast<int>(numbers.size());
@@ -100,9 +88,8 @@ void ClampedSolver::Mumps::take_entries() {
     rhs_rows.push_back(i + 1);
   }
   if (shared || ranks == 1) return;
-  gather_on_all(comm, MPI_INT, row);
-  gather_on_all(comm, MPI_INT, column);
-  gather_on_all(comm, MPI_DOUBLE, value);
+  row = gathered(comm, MPI_INT, row), column = gathered(comm, MPI_INT, column);
+  value = gathered(comm, MPI_DOUBLE, value);
 }
 
 void ClampedSolver::Mumps::set_options() {

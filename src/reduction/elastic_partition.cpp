@@ -3,9 +3,9 @@
 #include <metis.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 #include "support/partition.hpp"
 
 namespace dovetail {
@@ -38,22 +38,6 @@ Groups own_groups(Mat K) {
   }
   groups.edges_at.push_back(static_cast<PetscInt>(groups.edges.size()));
   return groups;
-}
-
-std::vector<PetscInt> gathered(MPI_Comm comm, const std::vector<PetscInt> &own, bool everywhere) {
-  int size, rank;
-  MPI_Comm_size(comm, &size);
-  MPI_Comm_rank(comm, &rank);
-  const int count = static_cast<int>(own.size());
-  std::vector<int> counts(size), places(size + 1, 0);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  std::partial_sum(counts.begin(), counts.end(), places.begin() + 1);
-  std::vector<PetscInt> all(everywhere || rank == 0 ? places[size] : 0);
-  if (everywhere)
-    MPI_Allgatherv(own.data(), count, MPIU_INT, all.data(), counts.data(), places.data(), MPIU_INT, comm);
-  else
-    MPI_Gatherv(own.data(), count, MPIU_INT, all.data(), counts.data(), places.data(), MPIU_INT, 0, comm);
-  return all;
 }
 
 // Part of each vertex by METIS. weights: (vertices, 2) elastic dofs and those of them that touch a contact dof.
@@ -99,8 +83,8 @@ std::vector<PetscInt> elastic_share(Mat K, const std::vector<std::array<PetscInt
     for (const PetscInt dof : point) held[dof] = 1;
   std::vector<PetscInt> own;
   const Groups groups = size > 1 ? own_groups(K) : Groups{};
-  const auto begins = gathered(comm, groups.begin, true); // of all groups of all ranks, ascending
-  if (begins.size() < 8u * size) {                        // nothing to choose
+  const auto begins = gathered(comm, MPIU_INT, groups.begin); // of all groups of all ranks, ascending
+  if (begins.size() < 8u * size) {                            // nothing to choose
     const Range share = own_share(comm, dofs);
     for (PetscInt dof = share.begin; dof < share.end; ++dof)
       if (!held[dof]) own.push_back(dof);
@@ -128,8 +112,9 @@ std::vector<PetscInt> elastic_share(Mat K, const std::vector<std::array<PetscInt
     weights.push_back(elastic);
     weights.push_back(touches ? elastic : 0);
   }
-  const auto all_degrees = gathered(comm, degrees, false), all_neighbours = gathered(comm, neighbours, false),
-             all_weights = gathered(comm, weights, false);
+  const auto all_degrees = gathered(comm, MPIU_INT, degrees, 0),
+             all_neighbours = gathered(comm, MPIU_INT, neighbours, 0),
+             all_weights = gathered(comm, MPIU_INT, weights, 0);
   std::vector<PetscInt> part(begins.size());
   on_all_ranks(comm, [&] {
     if (rank == 0) part = metis_parts(all_degrees, all_neighbours, all_weights, size);

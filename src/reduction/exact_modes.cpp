@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 
 namespace dovetail {
 namespace {
@@ -30,20 +31,16 @@ ComplexDense whole(const ClampedStructure &parts, const Tall &own) {
   const MPI_Comm comm = parts.full.comm;
   int size;
   MPI_Comm_size(comm, &size);
-  const int n = 3 * static_cast<int>(parts.full.contact_dofs.size()), p = own.columns / 2,
-            count = static_cast<int>(own.values.size());
-  std::vector<int> counts(size), places(size + 1, 0);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  std::partial_sum(counts.begin(), counts.end(), places.begin() + 1);
-  std::vector<double> all(places[size]);
-  MPI_Allgatherv(own.values.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(), MPI_DOUBLE, comm);
+  const int n = 3 * static_cast<int>(parts.full.contact_dofs.size()), p = own.columns / 2;
+  const std::vector<double> all = gathered(comm, MPI_DOUBLE, own.values);
   ComplexDense out(n, p);
   for (int rank = 0; rank < size; ++rank) {
     const Range range = share_of(n / 3, rank, size);
     const int rows = 3 * range.size();
+    const double *part = all.data() + std::size_t(6) * range.begin * p;
     for (int j = 0; j < p; ++j)
       for (int i = 0; i < rows; ++i)
-        out(3 * range.begin + i, j) = {all[places[rank] + j * rows + i], all[places[rank] + (p + j) * rows + i]};
+        out(3 * range.begin + i, j) = {part[std::size_t(j) * rows + i], part[std::size_t(p + j) * rows + i]};
   }
   return out;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/cyclic_sector.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -55,11 +56,7 @@ std::vector<Complex> read_hermitian(const h5::Reader &file, const std::string &n
 } // namespace
 
 int sectors_in(const h5::Reader &file, hsize_t modes, hsize_t nc, hsize_t loads) {
-  if (!file.has("/cyclic")) return 0;
-  const long sectors = file.integer_attribute("sectors", 0, "/cyclic");
-  if (sectors < 2 || sectors > 100000)
-    throw InputError(file.place("/cyclic") + ": sectors = " + std::to_string(sectors) +
-                     "; the number of sectors, at least 2, is wanted");
+  const int sectors = sectors_of_model(file);
   const auto want = [&](const std::string &name, const Extent &wanted) {
     const Extent found = file.extent(name);
     if (found == wanted) return;
@@ -79,7 +76,7 @@ int sectors_in(const h5::Reader &file, hsize_t modes, hsize_t nc, hsize_t loads)
     for (const char *name : {"Mxx", "Kxx"}) want(group + name, {nc, nc, 2});
     want(group + "Fa", {loads, modes, 2}), want(group + "Fx", {loads, nc, 2});
   }
-  return static_cast<int>(sectors);
+  return sectors;
 }
 
 void read_sectors(const h5::Reader &file, int sectors, ReducedModel &model) {

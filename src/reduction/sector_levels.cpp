@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "reduction/exact_modes.hpp"
 #include "reduction/sector_coordinates.hpp"
 #include "support/dense.hpp"
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 #include "support/memory.hpp"
 
 namespace dovetail {
@@ -15,7 +15,6 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double rigid = 1e-9; // of the strain energy that the entries of a mode would meet one by one
 constexpr PetscInt guards = 8; // vectors beyond the modes wanted, which make iterations converge
 constexpr int most_steps = 60;
 constexpr double steady = 1e-11; // change of a square from step to step
@@ -27,31 +26,19 @@ struct FirstLevel { // the model of dofs b, whole
   std::vector<double> r;
 };
 
-// Own rows of all ranks one after the other.
-std::vector<double> gathered(MPI_Comm comm, std::vector<double> &&own) {
-  int size;
-  MPI_Comm_size(comm, &size);
-  if (size == 1) return std::move(own);
-  const int count = static_cast<int>(own.size());
-  std::vector<int> counts(size), places(size + 1, 0);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  std::partial_sum(counts.begin(), counts.end(), places.begin() + 1);
-  std::vector<double> all(places[size]);
-  MPI_Allgatherv(own.data(), count, MPI_DOUBLE, all.data(), counts.data(), places.data(), MPI_DOUBLE, comm);
-  own = {};
-  return all;
-}
-
 FirstLevel first_level(ReducedModel &&model) {
   FirstLevel level;
   const MPI_Comm comm = model.comm;
   level.modes = model.modes, level.held = model.contact_dofs();
   level.squares = model.kaa;
-  level.mass = gathered(comm, std::move(model.mxx)), level.stiffness = gathered(comm, std::move(model.kxx));
-  level.coupling = gathered(comm, std::move(model.mxa));
-  for (LoadPattern &load : model.loads)
-    level.fa.push_back(load.fa), level.fx.push_back(gathered(comm, std::move(load.fx)));
-  level.r = gathered(comm, std::move(model.r));
+  const auto take = [&](std::vector<double> &own) {
+    std::vector<double> all = gathered(comm, MPI_DOUBLE, own);
+    own = {};
+    return all;
+  };
+  level.mass = take(model.mxx), level.stiffness = take(model.kxx), level.coupling = take(model.mxa);
+  for (LoadPattern &load : model.loads) level.fa.push_back(load.fa), level.fx.push_back(take(load.fx));
+  level.r = take(model.r);
   return level;
 }
 
@@ -94,11 +81,8 @@ HermitianModes modes_of(const FirstLevel &first, const ComplexDense &K, const Co
   for (int i = 0; i < n; ++i) diagonal.push_back(stiffness(i, i).real());
   HermitianModes modes = lowest_modes(std::move(stiffness), std::move(mass), static_cast<int>(count));
   bool moves = modes.fault == HermitianModes::Fault::stiffness;
-  for (std::size_t j = 0; j < modes.squares.size() && !moves; ++j) {
-    double stiff = 0;
-    for (int i = 0; i < n; ++i) stiff += diagonal[i] * std::norm(modes.shapes(i, static_cast<int>(j)));
-    moves = modes.squares[j] <= rigid * stiff;
-  }
+  for (std::size_t j = 0; j < modes.squares.size() && !moves; ++j)
+    moves = is_rigid(modes.squares[j], modes.shapes.column(static_cast<int>(j)), diagonal);
   if (moves) throw InputError(in_index(settings, h) + "can move without strain; hold it, or check the faces and /K");
   if (modes.fault == HermitianModes::Fault::mass)
     throw InputError(in_index(settings, h) + "has a mass that is not positive definite; every dof needs mass, or "

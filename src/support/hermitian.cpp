@@ -45,6 +45,13 @@ Z phase_of(const Z *begin, const Z *end) {
   return std::conj(chosen) / std::abs(chosen);
 }
 
+bool is_rigid(double square, const Z *v, const std::vector<double> &diagonal) {
+  constexpr double round_off = 1e-9;
+  double stiff = 0;
+  for (std::size_t i = 0; i < diagonal.size(); ++i) stiff += diagonal[i] * std::norm(v[i]);
+  return square <= round_off * stiff;
+}
+
 ComplexDense ComplexDense::block(int i, int j, int m, int n) const {
   ComplexDense out(m, n);
   for (int at = 0; at < n; ++at) std::copy_n(column(j + at) + i, m, out.column(at));

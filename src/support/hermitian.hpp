@@ -36,6 +36,10 @@ struct HermitianModes {
   ComplexDense shapes;                                            ///< v^H M v = 1, phases as LAPACK has them
 };
 
+/// Whether w^2 is no more than round-off of the strain energy that the entries of its mode v would meet one by one, by
+/// the diagonal of K.
+bool is_rigid(double square, const ComplexDense::Value *v, const std::vector<double> &diagonal);
+
 /// The `count` lowest modes of K v = w^2 M v, both Hermitian, K positive definite, to full accuracy relative to each
 /// w^2. ComputeError if LAPACK does not find them.
 HermitianModes lowest_modes(ComplexDense K, ComplexDense M, int count);

@@ -119,7 +119,6 @@ TEST(ModeSolver, TellsHowManyHaveConverged) {
 }
 
 TEST(ModeSolver, TellsThatTheRegionIsTooSmall) {
-  if (!testing::alone()) GTEST_SKIP() << "slow on several ranks, where EveryType has this solver, too";
   const ClampedStructure parts = lattice();
   const Chosen options({"ciss", 0, 0, {"-modes_rg_type", "interval", "-modes_rg_interval_endpoints", "0,1e5,0,0"}});
   expect_words(said<ComputeError>([&] { modes_of(parts); }), {"only 5 of 12 modes", "-modes_rg_interval_endpoints"});

@@ -8,9 +8,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import scipy.linalg
-import scipy.sparse as sp
 
-from whole_rotor import CASES, DATA, N, NODES
+from sector_model import FREE, SECTOR, contacts, matrix, transform
+from whole_rotor import CASES, DATA, N
 
 __all__ = ["CASES", "FEW", "given", "write", "write_start"]
 
@@ -28,32 +28,6 @@ def index(k, engine_order):
     return h - N if 2 * h > N else h
 
 
-def coordinates(pairs, h):
-    """T (displacements of the sector, unknowns) of index h, and the number of elastic unknowns; relative displacements come last."""
-    sector = {name: DATA[f"sector/{name}"].tolist() for name in ("clamped", "left", "right")}
-    turn, phase = 2 * np.pi / N, 2 * np.pi * h / N
-    R = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-    right_of = dict(zip(sector["left"], sector["right"]))
-    touching = {node for a, b, *_ in pairs for node in (a, b)}
-    plain = sorted(set(range(NODES)) - set(sector["clamped"]) - set(sector["right"]) - touching)
-    elastic = 3 * (len(plain) + len(pairs))
-    T = np.zeros((3 * NODES, elastic + 3 * len(pairs)), complex)
-
-    def put(node, column, block):
-        T[3 * node:3 * node + 3, column:column + 3] = block
-
-    for k, node in enumerate(plain):
-        put(node, 3 * k, np.eye(3))
-        if node in right_of:
-            put(right_of[node], 3 * k, np.exp(-1j * phase) * R)
-    for k, (a, b, axes, beyond) in enumerate(pairs):
-        back = np.exp(1j * phase) * R.T if beyond else np.eye(3)
-        both, apart = 3 * (len(plain) + k), elastic + 3 * k
-        put(a, both, np.eye(3) / 2), put(b, both, back / 2)
-        put(a, apart, axes.T / 2), put(b, apart, -back @ axes.T / 2)
-    return T, elastic
-
-
 def reduced(K, M, F, P, elastic, modes):
     """The Craig-Bampton model of Hermitian K, M and loads F (n, patterns); R by P."""
     e, c = slice(None, elastic), slice(elastic, None)
@@ -68,18 +42,16 @@ def reduced(K, M, F, P, elastic, modes):
 def of_every_index(name, modes=None):
     """Reduced models of h = 0 .. N/2 of a case; the first one real."""
     case = given(name)
-    sector = {key.split("/")[1]: DATA[key] for key in DATA.files if key.startswith("sector/")}
-    pairs = [(a, b, axes, 0) for a, b, axes in zip(sector["root_a"], sector["root_b"], sector["root_axes"])]
-    if len(case["gap"]) > len(pairs):
-        pairs += [(a, b, axes, 1) for a, b, axes in zip(sector["shroud_a"], sector["shroud_b"], sector["shroud_axes"])]
-    K, M = (sp.csr_matrix(tuple(sector[f"{X}_{part}"] for part in ("data", "indices", "indptr"))) for X in "KM")
-    F = np.array([sector[f"pattern_{pattern}"] for pattern in case["patterns"]]).T
+    points = contacts()[:len(case["gap"])]
+    free = np.repeat(3 * FREE, 3) + np.tile(range(3), len(FREE))
+    K, M = matrix("K"), matrix("M")
+    F = np.array([SECTOR[f"pattern_{pattern}"][free] for pattern in case["patterns"]]).T
     models = []
     for h in range(N // 2 + 1):
-        T, elastic = coordinates(pairs, h)
+        T = transform(h, points)
         T = T.real if h == 0 else T
-        H = T.conj().T
-        models.append(reduced(H @ (K @ T), H @ (M @ T), H @ F, H @ sector["preload"], elastic, modes or elastic))
+        H, elastic = T.conj().T, T.shape[1] - 3 * len(points)
+        models.append(reduced(H @ (K @ T), H @ (M @ T), H @ F, H @ SECTOR["preload"][free], elastic, modes or elastic))
     return models
 
 

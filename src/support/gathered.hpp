@@ -1,0 +1,30 @@
+#pragma once
+// Numbers of all ranks in one place.
+#include <mpi.h>
+
+#include <numeric>
+#include <vector>
+
+namespace dovetail {
+
+constexpr int on_all = -1;
+
+/// Own numbers of all ranks, one rank's after the other's, on rank `root` or on all; on others none. Collective.
+template <class Number>
+std::vector<Number> gathered(MPI_Comm comm, MPI_Datatype type, const std::vector<Number> &own, int root = on_all) {
+  int rank, size;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &size);
+  const int count = static_cast<int>(own.size());
+  std::vector<int> counts(size), places(size + 1, 0);
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  std::partial_sum(counts.begin(), counts.end(), places.begin() + 1);
+  std::vector<Number> all(root == on_all || root == rank ? places[size] : 0);
+  if (root == on_all)
+    MPI_Allgatherv(own.data(), count, type, all.data(), counts.data(), places.data(), type, comm);
+  else
+    MPI_Gatherv(own.data(), count, type, all.data(), counts.data(), places.data(), type, root, comm);
+  return all;
+}
+
+} // namespace dovetail
