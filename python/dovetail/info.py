@@ -196,7 +196,7 @@ def _wave(results):
     if results.wave is None:
         return []
     index = f"{', '.join(map(str, results.wave.index))} of harmonics 0 to {results.harmonics}"
-    return [("one of", f"{results.sectors} sectors, engine order {results.engine_order}"), ("index h", index)]
+    return [("one of", f"{results.wave.sectors} sectors, engine order {results.wave.engine_order}"), ("index h", index)]
 
 
 def _preload(results):

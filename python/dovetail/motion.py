@@ -121,10 +121,10 @@ def _turn_to(results, path, sector):
     """(3, 3) turn from sector 0 to another."""
     with opened(path) as file:
         cyclic = read_cyclic(file)
-    if cyclic is None or cyclic["sectors"] != results.sectors:
+    if cyclic is None or cyclic["sectors"] != results.wave.sectors:
         found = "no sector of a cyclic structure" if cyclic is None else f"one of {cyclic['sectors']} sectors"
-        raise ValueError(f"{path}: is {found}, the results are of one of {results.sectors}; name the model of this run")
-    return turn(cyclic["axis"], 2 * np.pi * sector / results.sectors)
+        raise ValueError(f"{path}: is {found}, the results are of one of {results.wave.sectors}; name the model of this run")
+    return turn(cyclic["axis"], 2 * np.pi * sector / results.wave.sectors)
 
 
 def node_row(results, name, h=0):

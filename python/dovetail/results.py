@@ -65,8 +65,7 @@ class Results:
     wave : travelling_wave.TravellingWave or None
         Of a sector of a cyclic structure: `sectors`, `engine_order`, `index`, the signed nodal diameter of every harmonic, and
         `frequencies` [rad/s] of the stuck structure by nodal diameter. All numbers here are those of sector 0 unless `sector` is
-        given, and vectors are counted in axes turned along with the sector. `sectors` and `engine_order` are also attributes of
-        Results, None where there is no wave.
+        given, and vectors are counted in axes turned along with the sector.
     error : (n,) array or None
         Estimated distance of every point from the curve that enough harmonics and samples would give, relative; NaN where there is
         none, None where the run did not ask. See docs/theory/error-estimates.md.
@@ -112,7 +111,6 @@ class Results:
             dataset(file, "points/coefficients", (None, dofs, width))
         self.harmonics = found // 2  # a run that adds harmonics widens the table before it sets the attribute
         self.wave = read_wave(file, self.harmonics)
-        self.sectors, self.engine_order = (self.wave.sectors, self.wave.engine_order) if self.wave else (None, None)
         self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics - 1).bit_length())
         for name in NEEDED:
             dataset(file, f"points/{name}", (None,))

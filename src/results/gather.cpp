@@ -5,22 +5,12 @@
 
 #include "results/results_file.hpp"
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 #include "support/hdf5.hpp"
 
 namespace dovetail {
 
-std::vector<double> gather(MPI_Comm comm, const std::vector<double> &own) {
-  int rank, size;
-  MPI_Comm_rank(comm, &rank);
-  MPI_Comm_size(comm, &size);
-  const int count = static_cast<int>(own.size());
-  std::vector<int> counts(size), starts(size);
-  MPI_Gather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, comm);
-  for (int r = 1; r < size; ++r) starts[r] = starts[r - 1] + counts[r - 1];
-  std::vector<double> all(rank == 0 ? starts.back() + counts.back() : 0);
-  MPI_Gatherv(own.data(), count, MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE, 0, comm);
-  return all;
-}
+std::vector<double> gather(MPI_Comm comm, const std::vector<double> &own) { return gathered(comm, MPI_DOUBLE, own, 0); }
 
 std::vector<double> physical_coefficients(const Layout &layout, const Scales &scales, Vec y) {
   const double *values;

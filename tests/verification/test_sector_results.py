@@ -66,7 +66,7 @@ def test_loops_of_other_sectors(run):
     first, lost = results.contact_force(-1, j + 1, samples)[0], results.dissipated(-1, j + 1)
     assert lost > 0
     for sector in range(N):
-        then, area = np.roll(first, 64 * sector * results.engine_order, axis=0), 0.0
+        then, area = np.roll(first, 64 * sector * results.wave.engine_order, axis=0), 0.0
         for direction in (0, 1):
             x, T = results.hysteresis(-1, j + 1, direction, samples, sector=sector)
             X = DATA[f"{name}/X_rotor"][POINT, sector, j, direction]
@@ -140,7 +140,7 @@ def test_what_is_said(run):
         assert results.wave.index.tolist() == file["cyclic/index"][()].tolist()
         np.testing.assert_array_equal(results.wave.frequencies, file["cyclic/frequencies"][()])
     order = int(given(name)["engine_order"])
-    assert (results.sectors, results.engine_order) == (6, order)
+    assert (results.wave.sectors, results.wave.engine_order) == (6, order)
     for sector in (6, -1, 1.0):
         with pytest.raises(ValueError, match="sector must be a whole number from 0 to 5, found"):
             results.hysteresis(-1, 1, sector=sector)
