@@ -40,7 +40,8 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
            sector + "stability is not judged: the travelling wave may lose it to motions of any number of nodal "
                     "diameters, which one sector does not have; write false, or delete this key");
   study.stability = false;
-  if (study.given.count("accuracy.estimates") == 0) study.estimates = false; // assembled, they cost more than the curve
+  if (study.given.count("accuracy.estimates") == 0)
+    study.estimates = false; // dear: an assembled system of twice the harmonics
   if (study.strategies.has("integration"))
     refuse(study, "recovery.strategies",
            sector +
