@@ -23,11 +23,13 @@ PetscInt worth_factoring(const Layout &layout) {
 
 } // namespace
 
-CoarseSpace::CoarseSpace(const StuckBasis &basis, const Layout &layout)
-    : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())), most_(worth_factoring(layout)) {
+CoarseSpace::CoarseSpace(const StuckBases &bases, const Layout &layout)
+    : basis_(bases.mean()), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+      most_(worth_factoring(layout)) {
   PetscBool given;
   check(PetscOptionsGetInt(nullptr, "hb_modal_", "-lowest", &most_, &given), "reading options");
   given_ = given;
+  if (bases.wave.sectors > 0) most_ = 0;
 }
 
 // Motions for this frequency.

@@ -11,8 +11,8 @@ namespace dovetail {
 
 class CoarseSpace {
 public:
-  /// `basis` must outlive this.
-  CoarseSpace(const StuckBasis &basis, const Layout &layout);
+  /// `bases` must outlive this. Not used where harmonics have bases of their own.
+  CoarseSpace(const StuckBases &bases, const Layout &layout);
 
   bool used() const { return most_ > 0; }
   /// Of the Jacobian that `contacts` has taken. Collective.

@@ -46,6 +46,10 @@ struct JacobianParts {
 
 class Dampers;
 
+/// Where couplings() are wanted of a sector.
+constexpr const char *other_in_every_harmonic =
+    "a cyclic sector has other matrices in every harmonic, and this wants the same in all";
+
 class LinearPart {
 public:
   virtual ~LinearPart() = default;

@@ -26,9 +26,10 @@ DOVETAIL_WIDE void add_scaled(float factor, const std::vector<float> &from, floa
 
 } // namespace
 
-ModalOperator::ModalOperator(const StuckBasis &basis, const Layout &layout)
-    : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())), padded_(padded<Real>(layout.width)),
-      counts_(layout.size), starts_(layout.size), points_(layout.own_points.size()), cross_(padded_),
+ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
+    : basis_(bases.mean()), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+      padded_(padded<Real>(layout.width)), counts_(layout.size), starts_(layout.size),
+      points_(layout.own_points.size()), cross_(padded_),
       written_(9 * static_cast<std::size_t>(layout.width) * layout.width) {
   for (int r = 0; r < layout.size; ++r) {
     const Range share = share_of(layout.dofs(), r, layout.size);
@@ -36,6 +37,13 @@ ModalOperator::ModalOperator(const StuckBasis &basis, const Layout &layout)
   }
   const std::size_t all = static_cast<std::size_t>(layout.dofs()) * padded_ + 1;
   all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
+  for (IndexGroup &group : groups_of(bases.wave, layout.width)) {
+    const int columns = padded<Real>(group.columns());
+    const std::size_t rows = group.whole ? 0 : static_cast<std::size_t>(layout.dofs()) * (group.complex ? 2 : 1);
+    const StuckBasis &basis = *bases.of_index[group.index];
+    sheaves_.push_back({std::move(group), basis, columns, Aligned<Real>(rows * columns), Aligned<Real>(rows * columns),
+                        Aligned<Real>(rows > 0 ? 3 * points_at_once * columns : 0)});
+  }
   const std::size_t rows = std::max<std::size_t>(layout.own_dofs(), 3 * points_at_once);
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
 }
@@ -79,7 +87,7 @@ void ModalOperator::take(const ContactForces &contact, const double *held, const
   }
 }
 
-// all_ = the modal unknowns of all ranks.
+// all_ = the modal unknowns of all ranks, and of each basis those of its harmonics.
 void ModalOperator::spread(const double *y, double last) {
   Real *own = &all_[starts_[layout_.rank]];
   const PetscInt rows = own_.size();
@@ -90,10 +98,51 @@ void ModalOperator::spread(const double *y, double last) {
   if (layout_.size > 1)
     MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), MPI_FLOAT,
                    layout_.comm);
+  const std::size_t n = layout_.dofs();
+  for (Sheaf &sheaf : sheaves_)
+    for (std::size_t j = 0; j < n && !sheaf.of.whole; ++j)
+      sheaf.of.part(&all_[j * padded_], &sheaf.all[j * sheaf.padded], sheaf.all.data() + (n + j) * sheaf.padded);
 }
 
-// out = own part of the sum of sum_ over all ranks.
+// motion (count, padded) = rows of Phi times what was spread, from `row` on, few at a time.
+void ModalOperator::move(PetscInt row, PetscInt count, Real *motion) {
+  for (Sheaf &sheaf : sheaves_) {
+    if (sheaf.of.whole) {
+      multiply(sheaf.basis.phi, row, count, all_.data(), padded_, motion);
+      continue;
+    }
+    multiply(sheaf.basis.phi, row, count, sheaf.all.data(), sheaf.padded, sheaf.few.data());
+    for (PetscInt i = 0; i < count; ++i)
+      for (int c = 0; c < sheaf.of.columns(); ++c)
+        motion[i * padded_ + sheaf.of.coefficients[c]] = sheaf.few[i * sheaf.padded + c];
+  }
+}
+
+// Adds those rows' transpose, times the force, to the sums.
+void ModalOperator::press(PetscInt row, PetscInt count, const Real *force) {
+  for (Sheaf &sheaf : sheaves_) {
+    if (sheaf.of.whole) {
+      add_transposed(sheaf.basis.phi, row, count, force, padded_, sum_.data());
+      continue;
+    }
+    for (PetscInt i = 0; i < count; ++i)
+      for (int c = 0; c < sheaf.of.columns(); ++c)
+        sheaf.few[i * sheaf.padded + c] = force[i * padded_ + sheaf.of.coefficients[c]];
+    add_transposed(sheaf.basis.phi, row, count, sheaf.few.data(), sheaf.padded, sheaf.sum.data());
+  }
+}
+
+void ModalOperator::clear_sum() {
+  sum_.clear();
+  for (Sheaf &sheaf : sheaves_) sheaf.sum.clear();
+}
+
+// out = own part of the sums over all ranks.
 void ModalOperator::collect(double *out, double *sum) {
+  const std::size_t n = layout_.dofs();
+  for (const Sheaf &sheaf : sheaves_)
+    for (std::size_t j = 0; j < n && !sheaf.of.whole; ++j)
+      sheaf.of.join(&sheaf.sum[j * sheaf.padded], sheaf.sum.data() + (n + j) * sheaf.padded, &sum_[j * padded_]);
   const Timed timed(Work::exchange);
   const Real *share = sum_.data();
   if (layout_.size > 1) {
@@ -108,12 +157,11 @@ void ModalOperator::collect(double *out, double *sum) {
 void ModalOperator::to_modes(const double *r, double *out) {
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
-  sum_.clear();
+  clear_sum();
   {
     const Timed timed(Work::modes);
     for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
-      add_transposed(basis_.phi, d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_],
-                     padded_, sum_.data());
+      press(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
   }
   collect(out, nullptr);
 }
@@ -121,7 +169,8 @@ void ModalOperator::to_modes(const double *r, double *out) {
 void ModalOperator::from_modes(const double *y, double *q) {
   spread(y, 0);
   const Timed timed(Work::modes);
-  multiply(basis_.phi, 0, layout_.own_dofs(), all_.data(), padded_, motion_.data());
+  for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
+    move(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) q[d * layout_.width + j] = motion_[d * padded_ + j];
 }
@@ -179,15 +228,15 @@ std::vector<float> ModalOperator::among(const std::vector<float> &shapes, PetscI
 void ModalOperator::apply(const double *y, double *out, double &last, double &sum) {
   spread(y, last);
   last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
-  sum_.clear();
+  clear_sum();
   {
     const Timed timed(Work::modes);
     const PetscInt points = layout_.own_points.size();
     for (PetscInt p = 0; p < points; p += points_at_once) {
       const PetscInt count = std::min(points_at_once, points - p), row = layout_.own_modes.size() + 3 * p;
-      multiply(basis_.phi, row, 3 * count, all_.data(), padded_, motion_.data());
+      move(row, 3 * count, motion_.data());
       contact_forces(p, count);
-      add_transposed(basis_.phi, row, 3 * count, force_.data(), padded_, sum_.data());
+      press(row, 3 * count, force_.data());
     }
   }
   sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);

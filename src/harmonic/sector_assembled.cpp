@@ -52,9 +52,7 @@ std::unique_ptr<LinearPart> SectorAssembled::like(const Layout &layout) const {
   return other;
 }
 
-std::vector<Coupling> SectorAssembled::couplings() const {
-  throw ComputeError("a cyclic sector has other matrices in every harmonic, and this wants the same in all");
-}
+std::vector<Coupling> SectorAssembled::couplings() const { throw ComputeError(other_in_every_harmonic); }
 
 template <class Visit> void SectorAssembled::for_each(Visit &&visit) const {
   for (int k = 0; k <= layout_.width / 2; ++k) {

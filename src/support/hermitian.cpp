@@ -14,6 +14,8 @@ void zpotrs_(const char *, const int *, const int *, const Z *, const int *, Z *
 void zhegvx_(const int *, const char *, const char *, const char *, const int *, Z *, const int *, Z *, const int *,
              const double *, const double *, const int *, const int *, const double *, int *, double *, Z *,
              const int *, Z *, const int *, double *, int *, int *, int *);
+void zhegvd_(const int *, const char *, const char *, const int *, Z *, const int *, Z *, const int *, double *, Z *,
+             const int *, double *, const int *, int *, const int *, int *);
 }
 
 namespace dovetail {
@@ -107,6 +109,27 @@ HermitianModes lowest_modes(ComplexDense K, ComplexDense M, int count) {
     modes.squares.push_back(1 / inverse);
     std::for_each(modes.shapes.column(j), modes.shapes.column(j) + n, [&](Z &value) { value /= std::sqrt(inverse); });
   }
+  return modes;
+}
+
+HermitianModes all_modes(ComplexDense K, ComplexDense M) {
+  HermitianModes modes;
+  const int n = K.rows, kind = 1;
+  int room = -1, real_room = -1, int_room = -1, info = 0;
+  std::vector<Z> work(1);
+  std::vector<double> real_work(1);
+  std::vector<int> int_work(1);
+  modes.squares.resize(n);
+  for (const bool ask : {true, false}) {
+    zhegvd_(&kind, "V", "L", &n, K.values.data(), &n, M.values.data(), &n, modes.squares.data(), work.data(), &room,
+            real_work.data(), &real_room, int_work.data(), &int_room, &info);
+    if (!ask) break;
+    room = static_cast<int>(work[0].real()), real_room = static_cast<int>(real_work[0]), int_room = int_work[0];
+    work.resize(room), real_work.resize(real_room), int_work.resize(int_room);
+  }
+  if (info > n) modes.fault = HermitianModes::Fault::mass;
+  if (info < 0 || (info > 0 && info <= n)) throw ComputeError("LAPACK's zhegvd failed (" + std::to_string(info) + ")");
+  modes.shapes = std::move(K);
   return modes;
 }
 

@@ -43,5 +43,7 @@ bool is_rigid(double square, const ComplexDense::Value *v, const std::vector<dou
 /// The `count` lowest modes of K v = w^2 M v, both Hermitian, K positive definite, to full accuracy relative to each
 /// w^2. ComputeError if LAPACK does not find them.
 HermitianModes lowest_modes(ComplexDense K, ComplexDense M, int count);
+/// All of them, with an error relative to the largest; M alone has to be positive definite.
+HermitianModes all_modes(ComplexDense K, ComplexDense M);
 
 } // namespace dovetail
