@@ -21,17 +21,14 @@ struct IndexGroup {
 
   int columns() const { return static_cast<int>(coefficients.size()); }
 
-  /// From a row of 2H+1: what R is applied to, and what I is, if complex.
-  template <class From, class To> void part(const From *row, To *real, To *imaginary) const {
-    for (int c = 0; c < columns(); ++c) real[c] = static_cast<To>(row[coefficients[c]]);
-    if (!complex) return;
-    for (int c = 0; c < columns(); ++c) imaginary[c] = static_cast<To>(turns[c] * row[coefficients[partners[c]]]);
+  /// From a row of 2H+1: what R is applied to in a column, and what I is.
+  template <class Real> Real real(int column, const Real *row) const { return row[coefficients[column]]; }
+  template <class Real> Real imaginary(int column, const Real *row) const {
+    return static_cast<Real>(turns[column]) * row[coefficients[partners[column]]];
   }
-  /// Into a row of 2H+1: from what R^T gives, and I^T.
-  template <class From, class To> void join(const From *real, const From *imaginary, To *row) const {
-    for (int c = 0; c < columns(); ++c) row[coefficients[c]] = static_cast<To>(real[c]);
-    if (!complex) return;
-    for (int c = 0; c < columns(); ++c) row[coefficients[c]] -= static_cast<To>(turns[c] * imaginary[partners[c]]);
+  /// What belongs into the row, from what R^T gives in that column, and I^T in its partner.
+  template <class Real> Real joined(int column, Real of_real, Real of_imaginary) const {
+    return of_real - static_cast<Real>(turns[column]) * of_imaginary;
   }
 };
 

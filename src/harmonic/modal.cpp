@@ -91,13 +91,13 @@ Modal::Modal(const ReducedModel &model, std::vector<SectorIndex> indices, const 
 Modal::Modal(std::shared_ptr<Model> model, const Layout &layout)
     : model_(std::move(model)), layout_(layout), counts_(layout.size), starts_(layout.size),
       received_(static_cast<std::size_t>(layout.dofs()) * layout.width) {
-  std::vector<IndexGroup> groups = groups_of(model_->wave, layout.width);
+  const std::vector<IndexGroup> groups = groups_of(model_->wave, layout.width);
   model_->make(groups, layout);
-  for (IndexGroup &group : groups) {
-    const int columns = padded<double>(group.columns());
-    const std::size_t rows = static_cast<std::size_t>(layout.dofs()) * (group.complex ? 2 : 1);
-    sheaves_.push_back({std::move(group), columns, Aligned<double>(rows * columns),
-                        Aligned<double>(static_cast<std::size_t>(layout.own_dofs()) * columns)});
+  for (const IndexGroup &group : groups) {
+    const Matrices &of = model_->matrices[group.index];
+    Bundle<double> all(of.mass, group.columns(), group.whole), contact(of.stiffness, group.columns(), group.whole);
+    const std::size_t product = static_cast<std::size_t>(layout.own_dofs()) * all.room();
+    sheaves_.push_back({group, std::move(all), std::move(contact), Aligned<double>(product)});
   }
   for (int r = 0; r < layout.size; ++r) {
     const Range modes = share_of(layout.modes, r, layout.size), points = share_of(layout.points, r, layout.size);
@@ -138,10 +138,16 @@ void Modal::gather(const double *q) {
   for (int r = 0; r < layout_.size; ++r)
     for (const PetscInt number : numbers_of(layout_, r)) {
       for (Sheaf &sheaf : sheaves_) {
-        const bool mode = number < na;
-        const PetscInt place = mode || !sheaf.of.complex ? number : na + number, block = mode ? na : nc;
-        double *real = &sheaf.all[static_cast<std::size_t>(place) * sheaf.padded];
-        sheaf.of.part(from, real, real + (sheaf.of.complex ? block * sheaf.padded : 0));
+        const bool mode = number < na, complex = sheaf.of.complex;
+        const PetscInt row = mode || !complex ? number : na + number, block = mode ? na : nc;
+        for (int c = 0; c < sheaf.of.columns(); ++c) {
+          const double real = sheaf.of.real(c, from), imaginary = complex ? sheaf.of.imaginary(c, from) : 0;
+          sheaf.all.at(row, c) = real;
+          if (complex) sheaf.all.at(row + block, c) = imaginary;
+          if (mode) continue;
+          sheaf.contact.at(number - na, c) = real;
+          if (complex) sheaf.contact.at(number - na + nc, c) = imaginary;
+        }
       }
       from += layout_.width;
     }
@@ -153,24 +159,20 @@ void Modal::multiply(const double *q, double *stiffness_force, double *inertia_f
   gather(q);
   for (Sheaf &sheaf : sheaves_) {
     const Matrices &of = model_->matrices[sheaf.of.index];
-    const std::size_t parts = sheaf.of.complex ? 2 : 1;
-    const double *contact = &sheaf.all[parts * layout_.modes * sheaf.padded];
-    const auto put = [&](PetscInt rows, double *to) {
+    const auto put = [&](const Bundle<double> &columns, const Slab<double> &matrix, PetscInt rows, double *to) {
+      columns.multiplied(matrix, 0, rows, sheaf.product.data());
       for (PetscInt i = 0; i < rows; ++i)
         for (int c = 0; c < sheaf.of.columns(); ++c)
-          to[i * w + sheaf.of.coefficients[c]] = sheaf.product[i * sheaf.padded + c];
+          to[i * w + sheaf.of.coefficients[c]] = sheaf.product[i * columns.room() + c];
     };
-    dovetail::multiply(of.max, 0, own_modes, contact, sheaf.padded, sheaf.product.data());
-    put(own_modes, inertia_force);
+    put(sheaf.contact, of.max, own_modes, inertia_force);
     for (PetscInt j = 0; j < own_modes; ++j)
       for (const int i : sheaf.of.coefficients) {
         inertia_force[j * w + i] += q[j * w + i];
         stiffness_force[j * w + i] = of.kaa[layout_.own_modes.begin + j] * q[j * w + i];
       }
-    dovetail::multiply(of.mass, 0, own, sheaf.all.data(), sheaf.padded, sheaf.product.data());
-    put(own, inertia_force + own_modes * w);
-    dovetail::multiply(of.stiffness, 0, own, contact, sheaf.padded, sheaf.product.data());
-    put(own, stiffness_force + own_modes * w);
+    put(sheaf.all, of.mass, own, inertia_force + own_modes * w);
+    put(sheaf.contact, of.stiffness, own, stiffness_force + own_modes * w);
   }
 }
 

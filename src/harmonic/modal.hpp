@@ -5,6 +5,7 @@
 #include "contact/law.hpp"
 #include "harmonic/index_groups.hpp"
 #include "harmonic/linear_part.hpp"
+#include "harmonic/strands.hpp"
 #include "harmonic/stuck_basis.hpp"
 
 namespace dovetail {
@@ -49,9 +50,9 @@ private:
   };
   struct Sheaf { // the coefficients of harmonics that share matrices
     IndexGroup of;
-    int padded;
-    Aligned<double> all;     // (dofs, padded) in the order of the results; of complex ones each block twice
-    Aligned<double> product; // (own dofs, padded)
+    Bundle<double> all;      // (N_a + 3 N_x, columns); of complex matrices each of the two blocks twice
+    Bundle<double> contact;  // its last block
+    Aligned<double> product; // (own dofs, columns)
   };
   Modal(std::shared_ptr<Model> model, const Layout &layout);
   void gather(const double *q);

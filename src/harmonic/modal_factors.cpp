@@ -51,7 +51,12 @@ void ModalFactors::move(const Sheaf &of, std::size_t rows, const double *phi, st
   const std::size_t w = layout_.width, columns = of.of.columns();
   if (of.of.whole) return gemm("N", "N", w, rows, n_, y, w, phi, stride, 0, q, w);
   std::vector<double> parted(of.length * columns), moved(rows * columns);
-  for (std::size_t j = 0; j < n_; ++j) of.of.part(y + j * w, &parted[j * columns], parted.data() + (n_ + j) * columns);
+  for (std::size_t j = 0; j < n_; ++j)
+    for (std::size_t c = 0; c < columns; ++c) {
+      parted[j * columns + c] = of.of.real(static_cast<int>(c), y + j * w);
+      if (of.of.complex) parted[(n_ + j) * columns + c] = of.of.imaginary(static_cast<int>(c), y + j * w);
+    }
+
   gemm("N", "N", columns, rows, of.length, parted.data(), columns, phi, stride, 0, moved.data(), columns);
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t c = 0; c < columns; ++c) q[i * w + of.of.coefficients[c]] = moved[i * columns + c];
@@ -62,14 +67,15 @@ void ModalFactors::press(const Sheaf &of, std::size_t rows, const double *phi, s
                          double *y) const {
   const std::size_t w = layout_.width, columns = of.of.columns();
   if (of.of.whole) return gemm("N", "T", w, n_, rows, f, w, phi, stride, 1, y, w);
-  std::vector<double> parted(of.length * columns), forces(rows * columns), joined(w);
+  std::vector<double> parted(of.length * columns), forces(rows * columns);
+
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t c = 0; c < columns; ++c) forces[i * columns + c] = f[i * w + of.of.coefficients[c]];
   gemm("N", "T", columns, of.length, rows, forces.data(), columns, phi, stride, 0, parted.data(), columns);
-  for (std::size_t j = 0; j < n_; ++j) {
-    of.of.join(&parted[j * columns], parted.data() + (n_ + j) * columns, joined.data());
-    for (const int c : of.of.coefficients) y[j * w + c] += joined[c];
-  }
+  for (std::size_t j = 0; j < n_; ++j)
+    for (int c = 0; c < of.of.columns(); ++c)
+      y[j * w + of.of.coefficients[c]] += of.of.joined(
+          c, parted[j * columns + c], of.of.complex ? parted[(n_ + j) * columns + of.of.partners[c]] : 0.0);
 }
 
 void ModalFactors::share_moving() {

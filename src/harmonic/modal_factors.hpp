@@ -67,6 +67,8 @@ protected:
   /// F of a harmonic, (rows, rows) each, by rows; k = 0: one.
   void flexibility(int k, double *in_phase, double *out_of_phase);
 
+  double length() const { return static_cast<double>(sheaves_.back().length); } // of a row of Phi_c, the longest
+
   const StuckBases &bases_;
   const StuckBasis &basis_; // of the mean
   Layout layout_;

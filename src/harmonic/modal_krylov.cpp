@@ -56,8 +56,7 @@ void ModalKrylov::take(const JacobianParts &parts) {
 
 // Products with Phi_c and its transpose, and the vectors that GMRES keeps.
 double ModalKrylov::work() const {
-  const double n = static_cast<double>(layout_.dofs()), c = 3.0 * layout_.points;
-  return (4 * c * padded<float>(layout_.width) + 60 * layout_.width) * n + 3e5;
+  return operator_.work() + 60.0 * layout_.width * static_cast<double>(layout_.dofs()) + 3e5;
 }
 
 bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {

@@ -37,12 +37,11 @@ ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
   }
   const std::size_t all = static_cast<std::size_t>(layout.dofs()) * padded_ + 1;
   all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
-  for (IndexGroup &group : groups_of(bases.wave, layout.width)) {
-    const int columns = padded<Real>(group.columns());
-    const std::size_t rows = group.whole ? 0 : static_cast<std::size_t>(layout.dofs()) * (group.complex ? 2 : 1);
+  for (const IndexGroup &group : groups_of(bases.wave, layout.width)) {
     const StuckBasis &basis = *bases.of_index[group.index];
-    sheaves_.push_back({std::move(group), basis, columns, Aligned<Real>(rows * columns), Aligned<Real>(rows * columns),
-                        Aligned<Real>(rows > 0 ? 3 * points_at_once * columns : 0)});
+    const auto bundle = [&] { return Bundle<Real>(basis.phi, group.columns(), group.whole); };
+    const int room = bundle().room();
+    sheaves_.push_back({group, basis, bundle(), bundle(), Aligned<Real>(3 * points_at_once * room)});
   }
   const std::size_t rows = std::max<std::size_t>(layout.own_dofs(), 3 * points_at_once);
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
@@ -100,40 +99,36 @@ void ModalOperator::spread(const double *y, double last) {
                    layout_.comm);
   const std::size_t n = layout_.dofs();
   for (Sheaf &sheaf : sheaves_)
-    for (std::size_t j = 0; j < n && !sheaf.of.whole; ++j)
-      sheaf.of.part(&all_[j * padded_], &sheaf.all[j * sheaf.padded], sheaf.all.data() + (n + j) * sheaf.padded);
+    for (std::size_t j = 0; j < n; ++j)
+      for (int c = 0; c < sheaf.of.columns(); ++c) {
+        sheaf.all.at(j, c) = sheaf.of.real(c, &all_[j * padded_]);
+        if (sheaf.of.complex) sheaf.all.at(n + j, c) = sheaf.of.imaginary(c, &all_[j * padded_]);
+      }
 }
 
 // motion (count, padded) = rows of Phi times what was spread, from `row` on, few at a time.
 void ModalOperator::move(PetscInt row, PetscInt count, Real *motion) {
   for (Sheaf &sheaf : sheaves_) {
-    if (sheaf.of.whole) {
-      multiply(sheaf.basis.phi, row, count, all_.data(), padded_, motion);
-      continue;
-    }
-    multiply(sheaf.basis.phi, row, count, sheaf.all.data(), sheaf.padded, sheaf.few.data());
+    const int room = sheaf.all.room();
+    sheaf.all.multiplied(sheaf.basis.phi, row, count, sheaf.few.data());
     for (PetscInt i = 0; i < count; ++i)
       for (int c = 0; c < sheaf.of.columns(); ++c)
-        motion[i * padded_ + sheaf.of.coefficients[c]] = sheaf.few[i * sheaf.padded + c];
+        motion[i * padded_ + sheaf.of.coefficients[c]] = sheaf.few[i * room + c];
   }
 }
 
 // Adds those rows' transpose, times the force, to the sums.
 void ModalOperator::press(PetscInt row, PetscInt count, const Real *force) {
   for (Sheaf &sheaf : sheaves_) {
-    if (sheaf.of.whole) {
-      add_transposed(sheaf.basis.phi, row, count, force, padded_, sum_.data());
-      continue;
-    }
+    const int room = sheaf.sum.room();
     for (PetscInt i = 0; i < count; ++i)
       for (int c = 0; c < sheaf.of.columns(); ++c)
-        sheaf.few[i * sheaf.padded + c] = force[i * padded_ + sheaf.of.coefficients[c]];
-    add_transposed(sheaf.basis.phi, row, count, sheaf.few.data(), sheaf.padded, sheaf.sum.data());
+        sheaf.few[i * room + c] = force[i * padded_ + sheaf.of.coefficients[c]];
+    sheaf.sum.add_transposed_of(sheaf.basis.phi, row, count, sheaf.few.data());
   }
 }
 
 void ModalOperator::clear_sum() {
-  sum_.clear();
   for (Sheaf &sheaf : sheaves_) sheaf.sum.clear();
 }
 
@@ -141,8 +136,11 @@ void ModalOperator::clear_sum() {
 void ModalOperator::collect(double *out, double *sum) {
   const std::size_t n = layout_.dofs();
   for (const Sheaf &sheaf : sheaves_)
-    for (std::size_t j = 0; j < n && !sheaf.of.whole; ++j)
-      sheaf.of.join(&sheaf.sum[j * sheaf.padded], sheaf.sum.data() + (n + j) * sheaf.padded, &sum_[j * padded_]);
+    for (std::size_t j = 0; j < n; ++j)
+      for (int c = 0; c < sheaf.of.columns(); ++c)
+        sum_[j * padded_ + sheaf.of.coefficients[c]] = sheaf.of.joined(
+            c, sheaf.sum.at(j, c), sheaf.of.complex ? sheaf.sum.at(n + j, sheaf.of.partners[c]) : Real{});
+
   const Timed timed(Work::exchange);
   const Real *share = sum_.data();
   if (layout_.size > 1) {
@@ -221,6 +219,17 @@ std::vector<float> ModalOperator::among(const std::vector<float> &shapes, PetscI
     const Real one = 1;
     sgemm_("N", "T", &rows, &columns, &inner, &one, answers.data(), &rows, &shapes[3 * first * r], &columns, &one,
            sum.data(), &rows);
+  }
+  return sum;
+}
+
+// Of strands every number of a slab comes from memory, which takes as long as some operations with it.
+double ModalOperator::work() const {
+  constexpr double from_memory = 12;
+  double sum = 0;
+  for (const Sheaf &sheaf : sheaves_) {
+    const double entries = 3.0 * layout_.points * static_cast<double>(sheaf.basis.phi.columns());
+    sum += entries * (4 * sheaf.all.room() + (sheaf.of.whole ? 0 : from_memory));
   }
   return sum;
 }

@@ -9,6 +9,7 @@
 
 #include "contact/contact_forces.hpp"
 #include "harmonic/index_groups.hpp"
+#include "harmonic/strands.hpp"
 #include "harmonic/stuck_basis.hpp"
 #include "scaling/dynamic_stiffness.hpp"
 
@@ -32,6 +33,8 @@ public:
   /// which the last rank holds, made known to all, and `sum` made the sum over all ranks, on the last. Collective.
   void apply(const double *y, double *out, double &last, double &sum);
 
+  /// Of apply() but for the contacts' blocks, as ContactFactors::work.
+  double work() const;
   /// The part of own points in Phi_c^T { ... } Phi_c, of one basis for all harmonics, among r motions, which move the
   /// own contact dofs by `shapes`, (own contact dofs, r): (r, r, 2H+1, 2H+1), for each two of them the block d (first)
   /// / d (second), by columns.
@@ -49,9 +52,8 @@ private:
   struct Sheaf { // the coefficients of harmonics that share a basis
     IndexGroup of;
     const StuckBasis &basis;
-    int padded;
-    Aligned<Real> all, sum; // (n, or twice that if complex; padded) unless all coefficients are in it
-    Aligned<Real> few;      // (a few rows, padded) likewise
+    Bundle<Real> all, sum; // (n, or twice that if complex; columns)
+    Aligned<Real> few;     // (a few rows, columns)
   };
   void spread(const double *y, double last);
   void move(PetscInt row, PetscInt count, Real *motion);
