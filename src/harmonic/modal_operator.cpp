@@ -20,10 +20,6 @@ DOVETAIL_WIDE void add_to(const float *__restrict block, int width, int padded, 
   }
 }
 
-DOVETAIL_WIDE void add_scaled(float factor, const std::vector<float> &from, float *__restrict to) {
-  for (std::size_t i = 0; i < from.size(); ++i) to[i] += factor * from[i];
-}
-
 } // namespace
 
 ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
@@ -190,35 +186,70 @@ void ModalOperator::contact_forces(PetscInt first, PetscInt count) {
   }
 }
 
-// First what the points answer to each motion, (3 points, r blocks), then its sum over them.
-std::vector<float> ModalOperator::among(const std::vector<float> &shapes, PetscInt r) const {
+// First what the points answer to each motion, (3 points, 2H+1, unknowns), then its sum over them.
+std::vector<float> ModalOperator::among(const std::vector<Motions> &motions) const {
   constexpr PetscInt at_once = 32;
   const int w = layout_.width;
-  const std::size_t block = static_cast<std::size_t>(w) * w, row = r * block;
-  std::vector<Real> sum(r * row, 0), answers(3 * at_once * row), tight(block);
+  struct Place { // of a coefficient
+    const Motions *motions;
+    int column;
+    std::size_t first; // unknown
+  };
+  std::vector<Place> places(w);
+  std::size_t size = 0;
+  for (const Motions &group : motions)
+    for (int c = 0; c < group.of.columns(); ++c, size += group.count)
+      places[group.of.coefficients[c]] = {&group, c, size};
+  const std::size_t row = w * size;
+  std::vector<Real> sum(size * size), answers(3 * at_once * row);
+  std::vector<std::vector<Real>> of_real(w), of_imaginary(w); // (size, count) by coefficient of the force
+  for (int i = 0; i < w; ++i) {
+    of_real[i].resize(size * places[i].motions->count);
+    of_imaginary[i].resize(places[i].motions->of.complex ? of_real[i].size() : 0);
+  }
   for (PetscInt first = 0; first < layout_.own_points.size(); first += at_once) {
     const PetscInt count = std::min(at_once, layout_.own_points.size() - first);
     std::fill_n(answers.begin(), 3 * count * row, Real{});
     for (PetscInt p = 0; p < count; ++p) {
       const Point &point = points_[first + p];
-      for (const Block &of_point : point.blocks) {
-        for (int j = 0; j < w; ++j) std::copy_n(&blocks_[of_point.at + j * padded_], w, &tight[j * w]);
-        for (PetscInt k = 0; k < r; ++k)
-          add_scaled(shapes[(3 * (first + p) + of_point.column) * r + k], tight,
-                     &answers[(3 * p + of_point.row) * row + k * block]);
-      }
-      for (int d = 0; d < 3 && point.stuck; ++d) {
-        const Real spring = static_cast<Real>(basis_.springs[3 * (first + p) + d]);
-        for (PetscInt k = 0; k < r; ++k)
-          for (int i = 1; i < w; ++i)
-            answers[(3 * p + d) * row + k * block + (i % 2 ? i + 1 : i - 1) * w + i] =
-                -spring * cross_[i] * shapes[(3 * (first + p) + d) * r + k];
-      }
+      // a coefficient of the force in direction `to` by one of the motion in direction `from`
+      const auto add = [&](int to, int i, int from, int j, Real factor) {
+        Real *const answer = &answers[(3 * p + to) * row + i * size];
+        const auto &[group, column, unknown] = places[j];
+        const std::size_t shape = (3 * (first + p) + from) * group->count;
+        for (PetscInt m = 0; m < group->count; ++m) answer[unknown + m] += factor * group->real[shape + m];
+        if (!group->of.complex) return;
+        const std::size_t other = places[group->of.coefficients[group->of.partners[column]]].first;
+        const Real turned = factor * static_cast<Real>(group->of.turns[column]);
+        for (PetscInt m = 0; m < group->count; ++m) answer[other + m] += turned * group->imaginary[shape + m];
+      };
+      for (const Block &block : point.blocks)
+        for (int j = 0; j < w; ++j)
+          for (int i = 0; i < w; ++i) add(block.row, i, block.column, j, blocks_[block.at + j * padded_ + i]);
+      for (int d = 0; d < 3 && point.stuck; ++d)
+        for (int i = 1; i < w; ++i)
+          add(d, i, d, i % 2 ? i + 1 : i - 1, -static_cast<Real>(basis_.springs[3 * (first + p) + d]) * cross_[i]);
     }
-    const int rows = static_cast<int>(row), columns = static_cast<int>(r), inner = static_cast<int>(3 * count);
+    const int rows = static_cast<int>(size), stride = static_cast<int>(row), inner = static_cast<int>(3 * count);
     const Real one = 1;
-    sgemm_("N", "T", &rows, &columns, &inner, &one, answers.data(), &rows, &shapes[3 * first * r], &columns, &one,
-           sum.data(), &rows);
+    for (int i = 0; i < w; ++i) {
+      const Motions &group = *places[i].motions;
+      const int columns = static_cast<int>(group.count);
+      const auto sum_up = [&](const std::vector<Real> &shapes, std::vector<Real> &to) {
+        sgemm_("N", "T", &rows, &columns, &inner, &one, &answers[i * size], &stride, &shapes[3 * first * group.count],
+               &columns, &one, to.data(), &rows);
+      };
+      sum_up(group.real, of_real[i]);
+      if (group.of.complex) sum_up(group.imaginary, of_imaginary[i]);
+    }
+  }
+  for (int i = 0; i < w; ++i) {
+    const auto &[group, column, unknown] = places[i];
+    const int other = group->of.coefficients[group->of.partners[column]];
+    for (PetscInt m = 0; m < group->count; ++m)
+      for (std::size_t u = 0; u < size; ++u)
+        sum[u * size + unknown + m] = group->of.joined(column, of_real[i][m * size + u],
+                                                       group->of.complex ? of_imaginary[other][m * size + u] : Real{});
   }
   return sum;
 }

@@ -35,10 +35,14 @@ public:
 
   /// Of apply() but for the contacts' blocks, as ContactFactors::work.
   double work() const;
-  /// The part of own points in Phi_c^T { ... } Phi_c, of one basis for all harmonics, among r motions, which move the
-  /// own contact dofs by `shapes`, (own contact dofs, r): (r, r, 2H+1, 2H+1), for each two of them the block d (first)
-  /// / d (second), by columns.
-  std::vector<Real> among(const std::vector<Real> &shapes, PetscInt r) const;
+  struct Motions { ///< of harmonics that share a basis
+    IndexGroup of;
+    PetscInt count = 0;
+    std::vector<Real> real, imaginary; ///< (own contact dofs, count) Phi_c B; imaginary of complex bases
+  };
+  /// The part of own points in Phi_c^H { ... } Phi_c among motions, every one with all of its group's coefficients: by
+  /// columns; its unknowns group by group, in these coefficient by coefficient, for each of these the motions.
+  std::vector<Real> among(const std::vector<Motions> &motions) const;
 
 private:
   struct Block {

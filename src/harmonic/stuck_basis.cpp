@@ -114,6 +114,7 @@ std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector
       basis.lambda.resize(n);
       MPI_Bcast(basis.lambda.data(), static_cast<int>(n), MPI_DOUBLE, static_cast<int>(root), layout.comm);
       take_modes(dealt_out(modes.shapes, static_cast<int>(root), layout), 2 * n, layout, basis);
+      basis.shapes = complex_joint_shapes(basis, layout);
     }
   }
   return bases;

@@ -9,6 +9,8 @@ extern "C" {
 using Z = std::complex<double>;
 void zgemm_(const char *, const char *, const int *, const int *, const int *, const Z *, const Z *, const int *,
             const Z *, const int *, const Z *, Z *, const int *);
+void zgeqrf_(const int *, const int *, Z *, const int *, Z *, Z *, const int *, int *);
+void zungqr_(const int *, const int *, const int *, Z *, const int *, const Z *, Z *, const int *, int *);
 void zpotrf_(const char *, const int *, Z *, const int *, int *);
 void zpotrs_(const char *, const int *, const int *, const Z *, const int *, Z *, const int *, int *);
 void zhegvx_(const int *, const char *, const char *, const char *, const int *, Z *, const int *, Z *, const int *,
@@ -68,6 +70,15 @@ ComplexDense adjoint(const ComplexDense &A) {
   for (int j = 0; j < A.columns; ++j)
     for (int i = 0; i < A.rows; ++i) out(j, i) = std::conj(A(i, j));
   return out;
+}
+
+ComplexDense orthonormal(ComplexDense A) {
+  int info;
+  const int room = 64 * std::max(1, A.columns);
+  std::vector<Z> tau(A.columns), work(room);
+  zgeqrf_(&A.rows, &A.columns, A.values.data(), &A.rows, tau.data(), work.data(), &room, &info);
+  zungqr_(&A.rows, &A.columns, &A.columns, A.values.data(), &A.rows, tau.data(), work.data(), &room, &info);
+  return A;
 }
 
 ComplexDense solve_positive(ComplexDense A, ComplexDense B) {

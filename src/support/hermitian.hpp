@@ -27,6 +27,9 @@ ComplexDense product(const ComplexDense &A, const ComplexDense &B);         ///<
 ComplexDense adjoint_product(const ComplexDense &A, const ComplexDense &B); ///< A^H B
 ComplexDense adjoint(const ComplexDense &A);                                ///< A^H
 
+/// Orthonormal columns that span those of A, and more where these span less: its Q.
+ComplexDense orthonormal(ComplexDense A);
+
 /// X of A X = B for Hermitian positive definite A; empty (no rows) if A is not.
 ComplexDense solve_positive(ComplexDense A, ComplexDense B);
 
