@@ -21,6 +21,9 @@ def equations(results, samples=None):
         Instants per period, as the reference has sampled forces alone; default: those of the run, of an exact one so many that
         they are good for drawing.
     """
+    if results.wave is not None:
+        raise ValueError(f"{results.path}: is of one of {results.wave.sectors} sectors, with other matrices in every harmonic; the equations "
+                         "that forced responses of a mode are made of are not taken from it")
     case = tomllib.loads(results.case)
     path = reduced_file(results)
     with opened(path) as file:

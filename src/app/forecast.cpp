@@ -62,7 +62,8 @@ void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
     blocks += block_places(laws[std::min<std::size_t>(p, laws.size() - 1)]).size();
   const AssembledSize one = assembled(na, nc, h, blocks, sectors);
   sizes.jacobian_entries = one.entries, sizes.solve_gib = (peaks ? 2 : 1) * one.bytes / gib;
-  if (sectors > 0 && study.estimates && !peaks) sizes.solve_gib += assembled(na, nc, 2 * h, blocks, sectors).bytes / gib;
+  if (sectors > 0 && study.estimates && !peaks)
+    sizes.solve_gib += assembled(na, nc, 2 * h, blocks, sectors).bytes / gib;
 }
 
 } // namespace

@@ -49,8 +49,6 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
   if (study.modes_by_tolerance)
     refuse(study, "accuracy.tolerance",
            sector + "it chooses harmonics, but not the modes; write reduction.modes as well");
-  if (study.mode)
-    throw InputError(study.file.string() + ": [mode]: " + sector + "nonlinear modes are not followed yet; delete it");
   if (!study.watch.node.empty())
     refuse(study, "continuation.watch",
            sector + "a node's motion is not followed yet; name an unknown such as \"x1.t1\"");

@@ -60,7 +60,8 @@ std::vector<Coupling> SectorAssembled::couplings() const {
 // Of its factors: the modes one by one, then the contact points, which all meet. In operations in single precision.
 void SectorAssembled::fill(Mat J, const JacobianParts &parts) {
   AssembledForm::fill(J, parts);
-  const double harmonics = layout_.width / 2, modes = layout_.modes, nc = 3.0 * layout_.points, all = nc * layout_.width;
+  const double harmonics = layout_.width / 2, modes = layout_.modes, nc = 3.0 * layout_.points,
+               all = nc * layout_.width;
   work_ += 2 * (4 * modes * harmonics * 4 * nc * nc + 2.0 / 3 * all * all * all);
 }
 

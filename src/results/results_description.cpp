@@ -105,15 +105,23 @@ void ResultsFile::write_model(const PreloadedModel &preloaded) {
 }
 
 void ResultsFile::describe(const StuckMode &mode) {
-  std::vector<double> shape = gather(comm_, mode.modal);
-  const std::vector<double> contact = gather(comm_, mode.contact);
-  shape.insert(shape.end(), contact.begin(), contact.end());
+  std::vector<double> shape; // of a sector with the imaginary parts, dof by dof
+  for (const auto *part : {&mode.modal, &mode.contact}) {
+    std::vector<double> own;
+    for (const std::complex<double> value : *part) {
+      own.push_back(value.real());
+      if (wave_.sectors > 0) own.push_back(value.imag());
+    }
+    const std::vector<double> all = gather(comm_, own);
+    shape.insert(shape.end(), all.begin(), all.end());
+  }
   on_all_ranks(comm_, [&] {
     if (!file_) return;
     file_->attribute("mode", mode.number);
     file_->rows("/mode/omega", {1}, 0, 1, &mode.omega);
     file_->rows("/mode/onset", {1}, 0, 1, &mode.onset.amplitude);
-    file_->rows("/mode/shape", {shape.size()}, 0, shape.size(), shape.data());
+    const h5::Extent extent = wave_.sectors > 0 ? h5::Extent{shape.size() / 2, 2} : h5::Extent{shape.size()};
+    file_->rows("/mode/shape", extent, 0, extent[0], shape.data());
     file_->flush();
   });
 }

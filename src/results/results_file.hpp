@@ -69,7 +69,7 @@ private:
   void take_name();
 
   MPI_Comm comm_;
-  TravellingWave wave_; // of a sector
+  TravellingWave wave_;                  // of a sector
   std::filesystem::path path_, partial_; // its name, and the one it has before a first point
   std::function<void()> make_room_;
   bool continued_, named_ = false;

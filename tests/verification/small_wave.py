@@ -13,7 +13,8 @@ OMEGA = {1: (2320.0, 2360.0), 2: (1970.0, 2020.0)}  # around the first mode of n
 
 
 def scene(folder, order, force=9.0, harmonics=5, modes=12, more="", omega=None, name="eo2_separation", edit=str, **contact):
-    """A case over the frequency; `harmonics` None leaves them to a tolerance in `more`, `omega` "" the sweep to another kind of run; `contact`: parameters."""
+    """A case over the frequency. `harmonics` None leaves them to a tolerance in `more`, `omega` "" the sweep to another kind of run;
+    `contact`: parameters in place of those given."""
     path, _ = cyclic_sector.write(folder, name, 2000.0, samples='"exact"', modes=modes)
     omega = OMEGA[order] if omega is None else omega
     lines = {"continuation.omega": f"continuation.omega = {list(omega)}\ncontinuation.adaptive = true" if omega else "",

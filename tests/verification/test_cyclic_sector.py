@@ -183,7 +183,6 @@ REFUSED = {
     "stability": ("continuation.omega", "stability.enabled = true\ncontinuation.omega", "stability is not judged"),
     "integration": ("continuation.omega", 'recovery.strategies = ["jump", "integration"]\ncontinuation.omega',
                     "nothing is integrated in time"),
-    "mode": ("continuation.omega = [2000.0, 2000.0]", "mode = { number = 1, amplitude = [1e-5, 1e-4] }", "nonlinear modes"),
     "ratios": ("damping.stiffness", "damping.ratios = [[1, 0.01]]\ndamping.stiffness", "modes differ with the nodal diameter"),
 }
 
