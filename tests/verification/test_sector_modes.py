@@ -16,6 +16,7 @@ import sector_model
 import whole_rotor
 from cyclic_sector import DATA, N
 from dovetail import Results, reference
+from dovetail.modes import Backbone
 from small_wave import SHROUD, scene
 
 DAMPING = float(DATA["sector/xi"])
@@ -205,3 +206,23 @@ def test_a_load_of_another_nodal_diameter_does_no_work(tmp_path):
     (folder := tmp_path / "refused").mkdir()
     refused = mode(folder, 1, wish="number = 1, to_force = 1.0", harmonics=3, status=2, edit=edit)
     assert "does no work on mode 1" in refused.err
+
+
+def test_forced_motions_from_the_mode(tmp_path):
+    """Synthesised, refined by the NumPy equations, and solved by the program at that frequency."""
+    (folder := tmp_path / "mode").mkdir()
+    done = mode(folder, 1, wish="number = 1, to_force = 1.2", amplitude=(1e-6, 1e-3), force=40.0, harmonics=3)
+    backbone = Backbone.read(Results(done.folder / "results.h5"), samples=2048)
+    motion, = backbone.peaks()
+    refined = backbone.refine(motion)
+    error = np.linalg.norm((refined.coefficients - motion.coefficients)[:, 1:]) / np.linalg.norm(refined.coefficients[:, 1:])
+    assert error < 2e-2 and 0.5 < backbone.error(motion) / error < 2
+    (folder := tmp_path / "forced").mkdir()
+    omega = motion.omega
+    more = f"continuation.at = [{omega!r}]\n"
+    case = scene(folder, 1, 40.0, 3, omega=(0.998 * omega, 1.002 * omega), more=more, friction=SHROUD)
+    forced = Results(launch.run(case).folder / "results.h5")
+    solved = forced.coefficients[np.flatnonzero(forced.omega == omega)[0]]
+    np.testing.assert_allclose(refined.coefficients[:, 1:], solved[:, 1:], rtol=0, atol=1e-5 * np.abs(solved).max())
+    with pytest.raises(ValueError, match="harmonic 2 of the load has index 2, the mode of a sector 1"):
+        backbone.peaks(harmonic=2)
