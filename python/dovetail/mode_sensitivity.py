@@ -50,6 +50,8 @@ def mode_sensitivity(path, amplitudes, samples=None):
     Preload states go along with the parameters. Raises ValueError where the dense equations are too large.
     """
     results = path if isinstance(path, Results) else Results(path)
+    if results.wave is not None:
+        raise ValueError(f"{results.path}: is of one of {results.wave.sectors} sectors; derivatives of its modes are not computed")
     backbone, system = Backbone.read(results, samples), equations(results, samples)
     if (size := int(np.prod(system.shape))) > LARGEST:
         raise ValueError(f"{size} unknowns; the dense equations are for at most {LARGEST}")

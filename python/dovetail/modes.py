@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from . import fourier
 from .reduced_system import equations, stuck
 from .results import Results
+from .travelling_wave import along
 
 GRID = 24  # places between two points of the backbone
 NEAR_PEAK = 24  # places of a curve between the last of the grid and its end, where its slope is infinite
@@ -35,8 +36,8 @@ class Motion:
     coefficients: np.ndarray
 
     def of(self, row):
-        """Coefficients (2H+1,) of an unknown (its row), or of a combination of them, (dofs,)."""
-        return self.coefficients[row] if np.ndim(row) == 0 else np.asarray(row) @ self.coefficients
+        """Coefficients (2H+1,) of an unknown (its row), or of a combination of them, (dofs,), of a sector (H+1, dofs)."""
+        return self.coefficients[row] if np.ndim(row) == 0 else along(np.asarray(row), self.coefficients[None])[0]
 
     def amplitude(self, row):
         """Half the peak-to-peak of an unknown, or of a combination."""
@@ -72,7 +73,7 @@ class Backbone:
             self._table = PchipInterpolator(np.log(self.alpha), np.column_stack([self.omega, self.damping_ratio, parts]))
         load = complex_amplitudes(system.excitation[None])[0]
         self.load = load[:, 1:]  # of harmonic k in column k - 1
-        self._levels = {}
+        self._levels, self._modes = {}, {}
 
     @classmethod
     def read(cls, path, samples=None):
@@ -216,16 +217,14 @@ class Backbone:
 
     def other_modes(self, excitation, harmonic=1):
         """(dofs, H): linear response of the stuck structure to unit force in every harmonic, in `harmonic` without the mode itself."""
-        squares, phi, loss = self._linear
         first = complex_amplitudes(self.coefficients[:1])[0][:, 1]
-        own = int(np.argmax(np.abs(phi.T @ self.system.M @ first)))
-        response = np.zeros((len(phi), self.H), complex)
+        response = np.zeros((len(first), self.H), complex)
         for k in np.flatnonzero(np.any(self.load != 0, axis=0)) + 1:
-            viscous, hysteretic = loss
+            squares, phi, (viscous, hysteretic) = self._linear(int(k))
             dynamic = squares - (k * excitation) ** 2 + 1j * (k * excitation * viscous + hysteretic)
-            modal = phi.T @ self.load[:, k - 1] / dynamic
+            modal = phi.conj().T @ self.load[:, k - 1] / dynamic
             if k == harmonic:
-                modal[own] = 0
+                modal[np.argmax(np.abs(phi.conj().T @ self.system.matrices(1)[1] @ first))] = 0
             response[:, k - 1] = phi @ modal
         return response
 
@@ -262,12 +261,15 @@ class Backbone:
         system.excitation[:, 1:] *= force
         return system
 
-    @cached_property
-    def _linear(self):
-        """Squares of frequencies, shapes and (viscous, hysteretic) damping of the modes of the stuck structure."""
-        system = self.system
-        squares, phi = scipy.linalg.eigh(stuck(system), system.M)
-        return squares, phi, [np.einsum("ij,ij->j", phi, matrix @ phi) for matrix in (system.C, system.damping.hysteretic(system.K))]
+    def _linear(self, k):
+        """Squares of frequencies, shapes and (viscous, hysteretic) damping of the modes of the stuck structure, in harmonic k."""
+        system, h = self.system, int(self.system.index[k])
+        if h not in self._modes:
+            K, M = system.matrices(k)
+            squares, phi = scipy.linalg.eigh(stuck(system, harmonic=k), M)
+            self._modes[h] = squares, phi, [np.einsum("ij,ij->j", phi.conj(), matrix @ phi).real
+                                            for matrix in (system.damping.viscous(K, M), system.damping.hysteretic(K))]
+        return self._modes[h]
 
     def _room(self, alpha, force, harmonic):
         """What the root is drawn of in `curve`: negative where the force does not reach so far."""
@@ -303,6 +305,8 @@ class Backbone:
     def _need(self, harmonic):
         if not 1 <= harmonic <= self.H:
             raise ValueError(f"harmonic must lie in 1 to {self.H}, found {harmonic}")
+        if (own := self.system.index[harmonic]) != (wanted := self.system.index[1]):
+            raise ValueError(f"harmonic {harmonic} of the load has index {own}, the mode of a sector {wanted}: it does no work on the mode")
 
 
 def complex_amplitudes(coefficients):

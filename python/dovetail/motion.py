@@ -161,7 +161,9 @@ def node_rows_by_harmonic(results, name):
 
 def row_of(results, dof):
     """What a name as in `Results` is of the unknowns: its row, or that of `node_row`."""
-    return results.dof_index(dof) if is_reduced(dof) else node_row(results, dof)
+    if is_reduced(dof):
+        return results.dof_index(dof)
+    return node_row(results, dof) if results.wave is None else node_rows_by_harmonic(results, dof)
 
 
 def _rows_of_T(mesh, dofs):

@@ -26,11 +26,14 @@ def equations(results, samples=None):
     with opened(path) as file:
         reduced, names = reduced_of(file, results)
         damping = _damping(file, results, case.get("damping", {}), reduced)
+        further = [] if results.wave is None else [_of_index(file, results, h) for h in range(1, results.wave.sectors // 2 + 1)]
     contact = reference.Contact(*(results.contact[key] for key in ("normal_stiffness", "tangential_stiffness", "friction", "gap")),
                                 law=results.contact["law"])
     preload = reference.Preload(results.xp.reshape(-1, 3), results.g.reshape(-1, 3), results.w)
-    return reference.HarmonicBalance(reduced, contact, preload, damping, courses(case, names, path), results.harmonics,
-                                     samples or results.drawing_samples)
+    rest = contact, preload, damping, courses(case, names, path), results.harmonics, samples or results.drawing_samples
+    if results.wave is None:
+        return reference.HarmonicBalance(reduced, *rest)
+    return reference.SectorBalance([reduced, *further], results.wave.index, *rest)
 
 
 def courses(case, names, path):
@@ -42,8 +45,8 @@ def courses(case, names, path):
     return [given.get(name, [0.0]) for name in names]
 
 
-def stuck(system, closed=None):
-    """Matrix of the structure with the springs of its contact points, (n, n), of a `HarmonicBalance`.
+def stuck(system, closed=None, harmonic=1):
+    """Matrix of the structure with the springs of its contact points, (n, n), of a harmonic of a `HarmonicBalance`.
 
     closed : (N_x, 3) bool, springs that count; default: of the points that press in the preload state, those without friction in
         their normal alone.
@@ -53,7 +56,7 @@ def stuck(system, closed=None):
         pressed = (system.preload.g[:, 2] > 0) | (contact.kind == reference.contact.BILATERAL)
         closed = np.column_stack([pressed & (contact.kind <= reference.contact.CONE)] * 2 + [pressed])
     springs = closed * np.column_stack([contact.kt, contact.kn])
-    return system.K + np.diag(np.concatenate([np.zeros(system.modes), springs.ravel()]))
+    return system.matrices(harmonic)[0] + np.diag(np.concatenate([np.zeros(system.modes), springs.ravel()]))
 
 
 def reduced_of(file, results):
@@ -67,6 +70,18 @@ def reduced_of(file, results):
     shapes = {"Kaa": (n,), "Max": (n, m), "Mxx": (m, m), "Kxx": (m, m), "R": (m,)}
     parts = {name: numbers(file, name, shape) for name, shape in shapes.items()}
     return reference.Reduced(parts["Kaa"], parts["Max"], parts["Mxx"], parts["Kxx"], loads["Fa"], loads["Fx"], parts["R"]), names
+
+
+def _of_index(file, results, h):
+    """The same of a sector in the index h > 0, complex."""
+    n, m = results.modes, 3 * results.contact_points
+
+    def values(name, *shape):
+        parts = numbers(file, f"cyclic/{h}/{name}", (*shape, 2))
+        return parts[..., 0] + 1j * parts[..., 1]
+
+    return reference.Reduced(numbers(file, f"cyclic/{h}/Kaa", (n,)), values("Max", n, m), values("Mxx", m, m), values("Kxx", m, m),
+                             values("Fa", None, n), values("Fx", None, m), np.zeros(m))
 
 
 def _matrix(file, letter, results):

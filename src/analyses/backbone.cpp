@@ -102,7 +102,10 @@ void Backbone::set_stuck(double amplitude) {
     double *own;
     check(VecGetArray(here_.y, &own), doing);
     std::fill_n(own, layout.own_coefficients(), 0.0);
-    for (PetscInt d = 0; d < layout.own_dofs(); ++d) own[d * layout.width + cosine(1)] = settings_.shape[d];
+    for (PetscInt d = 0; d < layout.own_dofs(); ++d) {
+      own[d * layout.width + cosine(1)] = settings_.shape[d].real();
+      own[d * layout.width + sine(1)] = -settings_.shape[d].imag();
+    }
     const double last[] = {settings_.omega, ratio, std::log10(amplitude)};
     if (layout.owns_omega()) std::copy_n(last, 3, own + layout.own_coefficients());
     check(VecRestoreArray(here_.y, &own), doing);

@@ -1,6 +1,7 @@
 #pragma once
 // A nonlinear mode over its amplitude, by plain arc length: from the stuck structure, where the mode is a straight
 // line, to the onset of slip or lift-off in one step, and on.
+#include <complex>
 #include <functional>
 #include <vector>
 
@@ -16,10 +17,11 @@ struct BackboneSettings {
   double to_force = 0;     ///< or until this factor on the load is reached; 0: not asked for
   double step = 0;         ///< first arc length beyond the onset
   int max_points = 1;
-  std::vector<double> shape; ///< (own dofs) of the stuck structure's mode, of length 1 with the mass
-  double omega = 0;          ///< its frequency
-  double onset = 0;          ///< amplitude of the first event; infinite where there is none
-  bool straight = true;      ///< below it the mode is a straight line
+  /// (own dofs) of the stuck structure's mode, of length 1 with the mass; complex of a cyclic sector alone.
+  std::vector<std::complex<double>> shape;
+  double omega = 0;     ///< its frequency
+  double onset = 0;     ///< amplitude of the first event; infinite where there is none
+  bool straight = true; ///< below it the mode is a straight line
 };
 
 struct BackbonePoint {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 #include "analyses/backbone.hpp"
 #include "app/earlier_run.hpp"
@@ -29,7 +30,7 @@ BackboneSettings settings_of(const Case &study, const StuckMode &mode, const Sca
   settings.to_force = study.mode->to_force;
   settings.step = study.step, settings.max_points = study.max_points;
   settings.shape = mode.modal;
-  for (const double value : mode.contact) settings.shape.push_back(value * scales.modal / scales.contact);
+  for (const std::complex<double> value : mode.contact) settings.shape.push_back(value * scales.modal / scales.contact);
   settings.omega = mode.omega / scales.frequency, settings.onset = mode.onset.amplitude / scales.modal;
   settings.straight = mode.straight;
   return settings;
@@ -76,9 +77,11 @@ std::vector<Warning> warnings_of(const Case &study, const StuckMode &mode) {
                           "; up to there the mode is linear"}};
 }
 
-void say_mode(const Case &study, const StuckMode &mode, const Voice &voice) {
-  std::string line =
-      "mode " + std::to_string(mode.number) + ": " + study.frequency_unit.in_hertz(true).text(mode.omega, 9) + " stuck";
+void say_mode(const Case &study, const StuckMode &mode, int sectors, const Voice &voice) {
+  std::string line = "mode " + std::to_string(mode.number);
+  if (sectors > 0)
+    line += " of nodal diameter " + std::to_string(std::abs(TravellingWave{sectors, *study.engine_order}.index(1)));
+  line += ": " + study.frequency_unit.in_hertz(true).text(mode.omega, 9) + " stuck";
   const bool known = !has_constant_load(study); // what gives way first
   if (known && std::isfinite(mode.onset.amplitude))
     line += "; contact point " + std::to_string(mode.onset.point) + " " + mode.onset.what + " first, at amplitude " +
@@ -94,15 +97,17 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
   const MPI_Comm comm = preloaded.reduced.comm;
   BranchStory story;
   story.warnings = warnings_of(study, mode);
-  say_mode(study, mode, voice);
+  say_mode(study, mode, preloaded.reduced.sectors, voice);
   for (const Warning &warning : story.warnings) voice.say("warning: " + warning.text);
   results.describe(mode);
 
   const Scales scales = scales_of(study, mode);
   const auto system = stages.run("4 scaling", [&] {
-    return std::make_unique<HarmonicSystem>(
-        scaled(std::move(preloaded), study.damping, scales), study.harmonics, study.samples, study.loads,
-        study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
+    ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
+    model.engine_order = study.engine_order.value_or(0);
+    return std::make_unique<HarmonicSystem>(std::move(model), study.harmonics, study.samples, study.loads,
+                                            study.solver == SolverKind::modal ? LinearForm::modal
+                                                                              : LinearForm::assembled);
   });
   BackboneSettings settings = settings_of(study, mode, scales);
   if (has_constant_load(study)) settings.straight = false;

@@ -42,6 +42,22 @@ double matrix_bytes(double harmonics, int sectors) {
   return sectors == 0 ? 40 : 48 * (1 + sectors / 2) + 2 * 36 * (1 + 4 * harmonics);
 }
 
+struct AssembledSize {
+  double entries, bytes;
+};
+
+// `blocks`: of the contact laws; the pattern of K_xx has 1 + 4H entries of each already.
+AssembledSize assembled(double modes, double contact_dofs, double harmonics, double blocks, int sectors) {
+  const double n = 2 * harmonics + 1, unknowns = (modes + contact_dofs) * n + 1, mixed = 2 * modes * contact_dofs;
+  const double pairs = contact_dofs * contact_dofs + modes; // with stiffness; modes and contact meet in the mass only
+  const double entries = pairs * (1 + 4 * harmonics) + mixed * (sectors == 0 ? 2 : 4) * harmonics +
+                         blocks * (n * n - 1 - 4 * harmonics) + 2 * unknowns;
+  // 12 bytes an entry in the matrix, 24 in the list it is assembled from; the factors at worst full
+  const double factor = std::min(unknowns * unknowns, 20 * entries);
+  const double matrices = matrix_bytes(harmonics, sectors) * (sectors == 0 ? pairs : pairs + mixed);
+  return {entries, 36 * entries + 12 * factor + matrices};
+}
+
 void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
   const double h = study.harmonics, n = 2 * h + 1, na = sizes.modes, nc = 3.0 * sizes.points;
   sizes.unknowns = (na + nc) * n + 1;
@@ -55,17 +71,14 @@ void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
                       gib;
     return;
   }
-  double blocks = 0; // of the contact laws; the pattern of K_xx has 1 + 4H entries of each already
+  double blocks = 0; // of the contact laws
   const auto &laws = study.contact.law.values;
   for (PetscInt p = 0; p < sizes.points; ++p) // their number is checked after this
     blocks += block_places(laws[std::min<std::size_t>(p, laws.size() - 1)]).size();
-  const double pairs = nc * nc + na; // of the reduced matrices with stiffness; modes and contact meet in the mass only
-  sizes.jacobian_entries = pairs * (1 + 4 * h) + 2 * na * nc * (sectors == 0 ? 2 : 4) * h +
-                           blocks * (n * n - 1 - 4 * h) + 2 * sizes.unknowns;
-  // 12 bytes an entry in the matrix, 24 in the list it is assembled from; the factors at worst full
-  const double factor = std::min(sizes.unknowns * sizes.unknowns, 20 * sizes.jacobian_entries);
-  const double matrices = matrix_bytes(h, sectors) * (sectors == 0 ? pairs : pairs + 2 * na * nc);
-  sizes.solve_gib = (peaks ? 2 : 1) * (36 * sizes.jacobian_entries + 12 * factor + matrices) / gib;
+  const AssembledSize one = assembled(na, nc, h, blocks, sectors);
+  sizes.jacobian_entries = one.entries, sizes.solve_gib = (peaks ? 2 : 1) * one.bytes / gib;
+  if (sectors > 0 && study.estimates && !peaks)
+    sizes.solve_gib += assembled(na, nc, 2 * h, blocks, sectors).bytes / gib;
 }
 
 } // namespace

@@ -36,21 +36,15 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
            sector + "stability is not judged: the travelling wave may lose it to motions of any number of nodal "
                     "diameters, which one sector does not have; write false, or delete this key");
   study.stability = false;
-  if (study.given.count("accuracy.estimates") == 0)
-    study.estimates = false; // dear: an assembled system of twice the harmonics
   if (study.strategies.has("integration"))
     refuse(study, "recovery.strategies",
            sector +
                "nothing is integrated in time: what moves the joint to the next sector is that sector's past; take "
                "\"integration\" out of the list");
   study.strategies.remove("integration");
-  refuse(study, "accuracy.tolerance",
-         sector + "harmonics are not chosen by errors yet, and it does not choose the modes of a sector; write "
-                  "harmonic_balance.harmonics and reduction.modes");
-  if (study.mode)
-    throw InputError(study.file.string() + ": [mode]: " + sector + "nonlinear modes are not followed yet; delete it");
-  refuse(study, "path.peak", sector + "peaks are not followed yet; write path.omega, or sweep the frequency");
-  refuse(study, "sensitivity.of", sector + "sensitivities are not computed yet; delete [sensitivity]");
+  if (study.modes_by_tolerance)
+    refuse(study, "accuracy.tolerance",
+           sector + "it chooses harmonics, but not the modes; write reduction.modes as well");
   if (!study.watch.node.empty())
     refuse(study, "continuation.watch",
            sector + "a node's motion is not followed yet; name an unknown such as \"x1.t1\"");

@@ -1,6 +1,7 @@
 #include "harmonic/sector_assembled.hpp"
 
 #include <cstdlib>
+#include <utility>
 
 #include "support/error.hpp"
 
@@ -53,6 +54,16 @@ std::unique_ptr<LinearPart> SectorAssembled::like(const Layout &layout) const {
 }
 
 std::vector<Coupling> SectorAssembled::couplings() const { throw ComputeError(other_in_every_harmonic); }
+
+// Of its factors: the modes one by one, then the contact points, which all meet. In operations in single precision.
+void SectorAssembled::fill(Mat J, const JacobianParts &parts) {
+  AssembledForm::fill(J, parts);
+  const double harmonics = layout_.width / 2, modes = layout_.modes, nc = 3.0 * layout_.points,
+               all = nc * layout_.width;
+  work_ += 2 * (4 * modes * harmonics * 4 * nc * nc + 2.0 / 3 * all * all * all);
+}
+
+double SectorAssembled::take_work(Mat) const { return std::exchange(work_, 0.0); }
 
 template <class Visit> void SectorAssembled::for_each(Visit &&visit) const {
   for (int k = 0; k <= layout_.width / 2; ++k) {

@@ -18,6 +18,8 @@ public:
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
   /// ComputeError: no one K and M is that of all harmonics.
   std::vector<Coupling> couplings() const override;
+  void fill(Mat J, const JacobianParts &parts) override;
+  double take_work(Mat J) const override;
 
 protected:
   void place_structure(EntryPlaces &places) const override;
@@ -35,6 +37,7 @@ private:
   TravellingWave wave_;
   std::shared_ptr<const Couplings> couplings_;
   UniqueMat stiffness_, mass_; // on all coefficients
+  mutable double work_ = 0;    // see take_work()
 };
 
 /// The loads of a pattern whose complex amplitude T_h^H F depends on the index: real vectors, each with a course.

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "case/travelling_wave.hpp"
 #include "harmonic/low_modes.hpp"
+#include "harmonic/sector_modes.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -13,6 +15,14 @@ namespace {
 constexpr PetscInt least_modes = 10;
 constexpr std::size_t most_told = 10; // frequencies in a message
 constexpr double at_bound = 1e-9;     // of the bound of friction, to rounding errors of the preload
+constexpr int instants = 64;          // of half a period, at which the onset of a cone is looked for
+
+using Complex = std::complex<double>;
+
+struct Modes {
+  std::vector<double> squares; // w^2, ascending, 0 of rigid motions
+  std::vector<Complex> shapes; // (modes, own dofs)
+};
 
 bool is_closed(const ContactPoint &point, const Standstill &at) {
   return point.law == Law::bilateral || at.force[2] > 0;
@@ -30,17 +40,33 @@ std::vector<double> springs_at_rest(const PreloadedModel &model) {
   return springs;
 }
 
-// As many as it takes to have the one that is wanted.
-LowModes modes_for(const PreloadedModel &model, const ModeWish &wish, const Layout &layout) {
-  for (PetscInt count = std::max<PetscInt>(least_modes, wish.number);; count *= 2) {
-    auto modes = low_modes(model.reduced, springs_at_rest(model), layout, std::min(count, layout.dofs()));
+Modes modes_at_rest(const PreloadedModel &model, const TravellingWave &wave, const Layout &layout, PetscInt count) {
+  const std::vector<double> springs = springs_at_rest(model);
+  if (wave.sectors == 0) {
+    const auto modes = low_modes(model.reduced, springs, layout, count);
     if (!modes) throw InputError(mass_not_positive(model.reduced.file));
-    if (wish.near == 0 || count >= layout.dofs() || std::sqrt(std::max(0.0, modes->squares.back())) > wish.near)
-      return std::move(*modes);
+    return {modes->squares, {modes->shapes.begin(), modes->shapes.end()}};
+  }
+  const SectorModes modes = sector_modes(model.reduced, wave.index(1), springs, static_cast<int>(count));
+  Modes own{modes.squares, {}};
+  for (int j = 0; j < count; ++j)
+    for (PetscInt d = 0; d < layout.own_dofs(); ++d)
+      own.shapes.push_back(modes.shapes(static_cast<int>(layout.number(d)), j));
+  return own;
+}
+
+// As many as it takes to have the one that is wanted.
+Modes modes_for(const PreloadedModel &model, const Case &study, const Layout &layout) {
+  const ModeWish &wish = *study.mode;
+  const TravellingWave wave{model.reduced.sectors, study.engine_order.value_or(0)};
+  for (PetscInt count = std::max<PetscInt>(least_modes, wish.number);; count *= 2) {
+    Modes modes = modes_at_rest(model, wave, layout, std::min(count, layout.dofs()));
+    if (wish.near == 0 || count >= layout.dofs() || std::sqrt(std::max(0.0, modes.squares.back())) > wish.near)
+      return modes;
   }
 }
 
-std::string frequencies_of(const LowModes &modes, const Case &study) {
+std::string frequencies_of(const Modes &modes, const Case &study) {
   std::string text;
   for (std::size_t j = 0; j < std::min(most_told, modes.squares.size()); ++j)
     text += (j ? ", " : "") + std::to_string(j + 1) + ": " +
@@ -48,7 +74,7 @@ std::string frequencies_of(const LowModes &modes, const Case &study) {
   return text + (modes.squares.size() > most_told ? ", ..." : "");
 }
 
-std::size_t choose(const LowModes &modes, const Case &study) {
+std::size_t choose(const Modes &modes, const Case &study) {
   const ModeWish &wish = *study.mode;
   const std::string key = wish.number > 0 ? "mode.number" : "mode.near", place = study.given.at(key) + ": " + key;
   std::size_t best = modes.squares.size();
@@ -84,8 +110,28 @@ double cone_onset(const std::array<double, 2> &T, const std::array<double, 2> &t
   return std::min(std::abs((-B + std::sqrt(root)) / A), std::abs((-B - std::sqrt(root)) / A));
 }
 
+// The same of a motion with a phase of its own in each direction: the least over the period.
+double cone_onset(const ContactPoint &point, const Standstill &at, const Complex *phi) {
+  const double N = at.force[2], bound = point.mu[0] * N;
+  const auto when = [&](double theta) {
+    const Complex turn = std::polar(1.0, theta);
+    const auto now = [&](int d) { return (phi[d] * turn).real(); };
+    return cone_onset({at.force[0], at.force[1]}, {point.kt[0] * now(0), point.kt[1] * now(1)}, bound,
+                      point.mu[0] * point.kn * now(2));
+  };
+  const bool in_phase = std::all_of(phi, phi + 3, [](Complex value) { return value.imag() == 0; });
+  if (in_phase) return when(0);
+  double best = 0, step = M_PI / instants;
+  for (int i = 1; i < instants; ++i)
+    if (when(i * step) < when(best)) best = i * step;
+  for (; step > 1e-9; step /= 2)
+    for (const double other : {best - step, best + step})
+      if (when(other) < when(best)) best = other;
+  return when(best);
+}
+
 // Of one point: adds amplitudes at which something happens to it. phi: its motion.
-template <class Add> void events_of(const ContactPoint &point, const Standstill &at, const double *phi, Add &&add) {
+template <class Add> void events_of(const ContactPoint &point, const Standstill &at, const Complex *phi, Add &&add) {
   if (point.law == Law::bilateral) return;
   const double N = at.force[2], gone = std::abs(phi[2]);
   if (!is_closed(point, at)) return add((point.gap - at.x[2]) / gone, point.gap - at.x[2] > 0, "closes");
@@ -93,9 +139,7 @@ template <class Add> void events_of(const ContactPoint &point, const Standstill 
   if (point.law == Law::cone) {
     if (point.mu[0] == 0) return;
     const double bound = point.mu[0] * N, size = std::hypot(at.force[0], at.force[1]);
-    add(cone_onset({at.force[0], at.force[1]}, {point.kt[0] * phi[0], point.kt[1] * phi[1]}, bound,
-                   point.mu[0] * point.kn * phi[2]),
-        size < bound * (1 - at_bound), "slips");
+    add(cone_onset(point, at, phi), size < bound * (1 - at_bound), "slips");
   }
   for (int d = 0; d < 2 && point.law == Law::coulomb; ++d)
     for (const int sense : {1, -1}) {
@@ -106,7 +150,7 @@ template <class Add> void events_of(const ContactPoint &point, const Standstill 
     }
 }
 
-Onset first_onset(const PreloadedModel &model, const double *contact_shape, bool &straight) {
+Onset first_onset(const PreloadedModel &model, const Complex *contact_shape, bool &straight) {
   Onset first{INFINITY, 0, ""};
   int waiting = 1; // no point is at its bound
   for (std::size_t p = 0; p < model.contact.size(); ++p)
@@ -133,28 +177,28 @@ Onset first_onset(const PreloadedModel &model, const double *contact_shape, bool
   return {least.amplitude, said[0], words[said[1]]};
 }
 
-// So that the sign does not depend on how the mode was found.
-void turn_to_positive(std::vector<double> &shape, MPI_Comm comm) {
+// So that the sign does not depend on how the mode was found; one of a sector has its phase already.
+void turn_to_positive(std::vector<Complex> &shape, MPI_Comm comm) {
   double most = 0, least = 0;
-  for (const double value : shape) most = std::max(most, value), least = std::min(least, value);
+  for (const Complex value : shape) most = std::max(most, value.real()), least = std::min(least, value.real());
   double sizes[] = {most, -least};
   MPI_Allreduce(MPI_IN_PLACE, sizes, 2, MPI_DOUBLE, MPI_MAX, comm);
   if (sizes[1] > sizes[0] * (1 + 1e-9))
-    for (double &value : shape) value = -value;
+    for (Complex &value : shape) value = -value;
 }
 
 } // namespace
 
 StuckMode stuck_mode(const PreloadedModel &model, const Case &study) {
   const Layout layout(model.reduced, 0);
-  const LowModes modes = modes_for(model, *study.mode, layout);
+  const Modes modes = modes_for(model, study, layout);
   const std::size_t chosen = choose(modes, study), own = layout.own_dofs(), first = layout.own_modes.size();
   StuckMode mode;
   mode.number = static_cast<int>(chosen) + 1, mode.omega = std::sqrt(modes.squares[chosen]);
-  std::vector<double> shape(modes.shapes.begin() + chosen * own, modes.shapes.begin() + (chosen + 1) * own);
-  turn_to_positive(shape, layout.comm);
+  std::vector<Complex> shape(modes.shapes.begin() + chosen * own, modes.shapes.begin() + (chosen + 1) * own);
+  if (model.reduced.sectors == 0) turn_to_positive(shape, layout.comm);
   mode.modal.assign(shape.begin(), shape.begin() + first), mode.contact.assign(shape.begin() + first, shape.end());
-  for (const double value : mode.contact) mode.largest = std::max(mode.largest, std::abs(value));
+  for (const Complex value : mode.contact) mode.largest = std::max(mode.largest, std::abs(value));
   MPI_Allreduce(MPI_IN_PLACE, &mode.largest, 1, MPI_DOUBLE, MPI_MAX, layout.comm);
   mode.onset = first_onset(model, mode.contact.data(), mode.straight);
   return mode;

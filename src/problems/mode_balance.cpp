@@ -32,7 +32,8 @@ ModeBalance balance_of(const NonlinearMode &mode, const ModeState &state) {
       sums[1] += M_PI * k * lost;
       sums[2] += k * k * with(v);
     }
-  for (PetscInt d = 0; d < layout.own_dofs() && driven > 0; ++d) {
+  const bool same_wave = system.wave().index(driven) == system.wave().index(1);
+  for (PetscInt d = 0; d < layout.own_dofs() && driven > 0 && same_wave; ++d) {
     const double Fc = force_coefficient(system.loads(), d, cosine(driven)),
                  Fs = force_coefficient(system.loads(), d, sine(driven));
     const double c = q[d * n + cosine(1)] / state.amplitude, s = q[d * n + sine(1)] / state.amplitude;

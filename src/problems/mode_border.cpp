@@ -23,7 +23,8 @@ void ModeBorder::take(const NonlinearMode &mode, Vec plane) {
     if (place > 0) by_ratio[i] = structure.feeding_slope(k) * (place % 2 ? v[i + 1] : -v[i - 1]) / alpha;
     by_omega[i] /= alpha;
     if (k == 1) length[i] = 2 * v[i] / alpha;
-    if (place == sine(1)) phase[i] = mode.reference()[i / n];
+    if (place == sine(1)) phase[i] = mode.reference()[i / n * 2];
+    if (place == cosine(1)) phase[i] = -mode.reference()[i / n * 2 + 1];
   }
   swinging_.resize(own - first), along_.resize(own - first);
   for (std::size_t i = 0; i < swinging_.size(); ++i) swinging_[i] = i % n == 0 ? 0 : q[first + i];

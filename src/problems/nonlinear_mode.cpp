@@ -14,7 +14,7 @@ constexpr const char *doing = "evaluating a mode";
 } // namespace
 
 NonlinearMode::NonlinearMode(HarmonicSystem &system)
-    : system_(system), layout_(system.layout()), reference_(layout_.own_dofs(), 0.0),
+    : system_(system), layout_(system.layout()), reference_(2 * layout_.own_dofs(), 0.0),
       q_(layout_.own_coefficients(), 0.0) {
   system_.damp_mass();
 }
@@ -66,7 +66,7 @@ void NonlinearMode::residual(Vec y, Vec f) {
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
     for (int i = 1; i < n; ++i) out[d * n + i] /= alpha;
     rows[0] += (q_[d * n + c] * heavy[d * n + c] + q_[d * n + s] * heavy[d * n + s]) / (alpha * alpha);
-    rows[1] += reference_[d] * q_[d * n + s] / alpha;
+    rows[1] += (reference_[2 * d] * q_[d * n + s] - reference_[2 * d + 1] * q_[d * n + c]) / alpha;
   }
   MPI_Allreduce(MPI_IN_PLACE, rows, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
   if (layout_.owns_omega()) {
@@ -78,11 +78,12 @@ void NonlinearMode::residual(Vec y, Vec f) {
 
 void NonlinearMode::refer_to(Vec y) {
   evaluate(y);
-  const int n = layout_.width, c = cosine(1);
+  const int n = layout_.width, c = cosine(1), s = sine(1);
   double square = 0;
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
-    reference_[d] = system_.inertia_force()[d * n + c];
-    square += reference_[d] * q_[d * n + c];
+    reference_[2 * d] = system_.inertia_force()[d * n + c];
+    reference_[2 * d + 1] = system_.is_cyclic() ? system_.inertia_force()[d * n + s] : 0;
+    square += reference_[2 * d] * q_[d * n + c] + reference_[2 * d + 1] * q_[d * n + s];
   }
   const double length = std::sqrt(sum(square));
   for (double &value : reference_) value /= length;
@@ -90,11 +91,12 @@ void NonlinearMode::refer_to(Vec y) {
 
 double NonlinearMode::along_reference(Vec y) {
   evaluate(y);
-  const int n = layout_.width, c = cosine(1);
+  const int n = layout_.width, c = cosine(1), s = sine(1);
   double along = 0, square = 0;
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
-    along += reference_[d] * q_[d * n + c];
+    along += reference_[2 * d] * q_[d * n + c] + reference_[2 * d + 1] * q_[d * n + s];
     square += system_.inertia_force()[d * n + c] * q_[d * n + c];
+    if (system_.is_cyclic()) square += system_.inertia_force()[d * n + s] * q_[d * n + s];
   }
   return sum(along) / std::sqrt(sum(square));
 }

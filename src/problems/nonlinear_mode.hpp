@@ -26,10 +26,11 @@ public:
   void residual(Vec y, Vec f) override;
   std::unique_ptr<BorderedJacobian> jacobian() override;
 
-  /// From here on the phase is such that the sine of Psi_1 is orthogonal, with the mass, to its cosine at y.
-  /// Collective.
+  /// From here on the phase is such that the sine of Psi_1 is orthogonal, with the mass, to its cosine at y; of a
+  /// cyclic sector, such that the product with Psi_1 at y, with the mass, is real. Collective.
   void refer_to(Vec y);
-  /// Cosine of the angle, with the mass, between the cosine of Psi_1 at y and the one referred to. Collective.
+  /// Cosine of the angle, with the mass, between Psi_1 at y, of which without sectors the cosine is taken, and the one
+  /// referred to. Collective.
   double along_reference(Vec y);
 
   /// Evaluates products and contact forces of the system at y. Collective.
@@ -43,7 +44,8 @@ public:
   DynamicStiffness structure() const {              ///< likewise, with what feeds it
     return DynamicStiffness(system_.scaled().damping, state_.omega, 1, state_.ratio);
   }
-  const std::vector<double> &reference() const { return reference_; } ///< see refer_to; (own dofs), times the mass
+  /// See refer_to; (own dofs, 2), cosine and sine, times the mass.
+  const std::vector<double> &reference() const { return reference_; }
 
   const HarmonicSystem &system() const { return system_; }
 
@@ -53,7 +55,7 @@ private:
   HarmonicSystem &system_;
   const Layout &layout_;
   Parameter parameter_{"log10 of the modal amplitude", "-"};
-  std::vector<double> reference_; // (own dofs) M times the shape referred to, which has length 1 with M
+  std::vector<double> reference_; // (own dofs, 2) M times the shape referred to, which has length 1 with M
   std::vector<double> q_;         // (own coefficients) motion evaluated last
   ModeState state_;
 };

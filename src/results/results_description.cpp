@@ -66,12 +66,11 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
   file_->attribute("samples", study.samples);
   file_->attribute("modes", model.modes);
   file_->attribute("contact_points", model.points);
-  if (const TravellingWave wave{model.sectors, study.engine_order.value_or(0)}; wave.sectors > 0) {
-    file_->attribute("sectors", wave.sectors);
-    file_->attribute("engine_order", wave.engine_order);
-    std::vector<long> indices;
-    for (int k = 0; k <= study.harmonics; ++k) indices.push_back(wave.index(k));
-    file_->rows("/cyclic/index", {indices.size()}, 0, indices.size(), indices.data());
+  if (wave_ = {model.sectors, study.engine_order.value_or(0)}; wave_.sectors > 0) {
+    file_->attribute("sectors", wave_.sectors);
+    file_->attribute("engine_order", wave_.engine_order);
+    indices_.emplace(*file_, "/cyclic/index", h5::Extent{}, H5T_NATIVE_INT, 64);
+    index_harmonics(0, study.harmonics);
   }
   if (study.path) {
     file_->attribute("parameter", study.path->parameter->name);
@@ -80,6 +79,13 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
   if (study.mode) {
     file_->attribute("parameter", "modal_amplitude");
     file_->attribute("parameter_unit", modal_amplitude().unit);
+  }
+}
+
+void ResultsFile::index_harmonics(int first, int last) {
+  for (int k = first; k <= last; ++k) {
+    const int h = wave_.index(k);
+    indices_->append(&h);
   }
 }
 
@@ -99,15 +105,23 @@ void ResultsFile::write_model(const PreloadedModel &preloaded) {
 }
 
 void ResultsFile::describe(const StuckMode &mode) {
-  std::vector<double> shape = gather(comm_, mode.modal);
-  const std::vector<double> contact = gather(comm_, mode.contact);
-  shape.insert(shape.end(), contact.begin(), contact.end());
+  std::vector<double> shape; // of a sector with the imaginary parts, dof by dof
+  for (const auto *part : {&mode.modal, &mode.contact}) {
+    std::vector<double> own;
+    for (const std::complex<double> value : *part) {
+      own.push_back(value.real());
+      if (wave_.sectors > 0) own.push_back(value.imag());
+    }
+    const std::vector<double> all = gather(comm_, own);
+    shape.insert(shape.end(), all.begin(), all.end());
+  }
   on_all_ranks(comm_, [&] {
     if (!file_) return;
     file_->attribute("mode", mode.number);
     file_->rows("/mode/omega", {1}, 0, 1, &mode.omega);
     file_->rows("/mode/onset", {1}, 0, 1, &mode.onset.amplitude);
-    file_->rows("/mode/shape", {shape.size()}, 0, shape.size(), shape.data());
+    const h5::Extent extent = wave_.sectors > 0 ? h5::Extent{shape.size() / 2, 2} : h5::Extent{shape.size()};
+    file_->rows("/mode/shape", extent, 0, extent[0], shape.data());
     file_->flush();
   });
 }

@@ -259,7 +259,8 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
 
 void ResultsFile::widen(hsize_t width) {
   columns_.front().table.widen(width);
-  file_->flush(); // the attribute is never ahead of the table
+  if (indices_) index_harmonics(static_cast<int>(indices_->rows()), static_cast<int>(width / 2));
+  file_->flush(); // the attribute is never ahead of the tables
   file_->attribute("harmonics", static_cast<long>(width / 2));
 }
 

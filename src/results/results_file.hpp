@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "case/case.hpp"
+#include "case/travelling_wave.hpp"
 #include "harmonic/sector_frequencies.hpp"
 #include "harmonic/stuck_mode.hpp"
 #include "results/point_record.hpp"
@@ -63,15 +65,18 @@ private:
   void make_sensitivity_columns(hsize_t points);
   void take_over(const std::filesystem::path &path, const Kept &kept);
   void widen(hsize_t width);
+  void index_harmonics(int first, int last);
   void take_name();
 
   MPI_Comm comm_;
+  TravellingWave wave_;                  // of a sector
   std::filesystem::path path_, partial_; // its name, and the one it has before a first point
   std::function<void()> make_room_;
   bool continued_, named_ = false;
   std::pair<std::uintmax_t, std::uintmax_t> identity_; // of the file, whatever its name
   std::unique_ptr<h5::Writer> file_;                   // rank 0 only, as all that follows
   std::vector<Column<PointRecord>> columns_;           // coefficients first
+  std::optional<h5::Table> indices_;                   // of a sector, of every harmonic
   std::vector<Column<EventRecord>> event_columns_;
   std::vector<Column<SensitivityRecord>> sensitivity_columns_; // if asked for
   std::vector<EventRecord> events_;

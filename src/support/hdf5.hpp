@@ -120,6 +120,7 @@ public:
   const std::string &name() const { return name_; }
   hid_t type() const { return type_; }
   const Extent &row() const { return row_; }
+  hsize_t rows() const { return rows_; }
   hsize_t width() const { return row_.empty() ? 1 : row_.back(); }
 
 private:

@@ -1,49 +1,14 @@
 // Nonlinear modes as equations: their derivative in every state of the contacts, and that energies balance.
 #include <gtest/gtest.h>
 
+#include "mode_equations.hpp"
 #include "problems/mode_balance.hpp"
-#include "problems/mode_jacobian.hpp"
 #include "small_system.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
 
 namespace {
-
-// [Psi; Om; zeta; lam]: a motion of that size, whatever the number of ranks.
-UniqueVec mode_vector(const NonlinearMode &mode, double mean, double size, int seed, std::array<double, 3> last) {
-  UniqueVec y = mode.unknowns();
-  const Layout &layout = mode.system().layout();
-  double *own;
-  check(VecGetArray(y, &own), "");
-  for (PetscInt d = 0; d < layout.own_dofs(); ++d)
-    for (int i = 0; i < layout.width; ++i)
-      own[d * layout.width + i] = (i == 0 ? mean : size) * wave(seed, static_cast<int>(layout.number(d)) * 7 + i);
-  if (layout.owns_omega()) std::copy(last.begin(), last.end(), own + layout.own_coefficients());
-  check(VecRestoreArray(y, &own), "");
-  return y;
-}
-
-// Of J v against differences of the residual, relative.
-double derivative_error(NonlinearMode &mode, Vec y, Vec v) {
-  constexpr double h = 1e-5;
-  const auto J = mode.jacobian();
-  UniqueVec plane = mode_vector(mode, 0.2, 0.3, 11, {0.1, -0.2, 0.3}), forth = mode.unknowns(), back = mode.unknowns(),
-            moved = mode.unknowns(), product = mode.unknowns();
-  J->assemble(y, plane);
-  check(MatMult(J->matrix(), v, product), "");
-  double along;
-  check(VecDot(plane, v, &along), "");
-  EXPECT_NEAR(parameter_of(product), along, 1e-12); // its last row is the plane
-  check(VecWAXPY(moved, h, v, y), "");
-  mode.residual(moved, forth);
-  check(VecWAXPY(moved, -h, v, y), "");
-  mode.residual(moved, back);
-  check(VecAXPY(forth, -1, back), "");
-  check(VecScale(forth, 1 / (2 * h)), "");
-  set_parameter(forth, along);
-  return relative_difference(product, forth);
-}
 
 Damping all_kinds() {
   Damping damping(0.05, 0.02, 0.03);

@@ -29,18 +29,19 @@ def index(k, engine_order):
 
 
 def reduced(K, M, F, P, elastic, modes):
-    """The Craig-Bampton model of Hermitian K, M and loads F (n, patterns); R by P."""
+    """The Craig-Bampton model of Hermitian K, M and loads F (n, patterns); R by P, and the basis (n, unknowns)."""
     e, c = slice(None, elastic), slice(elastic, None)
     squares, phi = scipy.linalg.eigh(K[e, e], M[e, e], subset_by_index=(0, modes - 1))
     psi = np.linalg.solve(K[e, e], -K[e, c])
     whole = np.vstack([psi, np.eye(psi.shape[1])])
     moving = np.vstack([phi, np.zeros((psi.shape[1], modes))])
     return {"Kaa": squares, "Kxx": K[c, c] + K[c, e] @ psi, "Mxx": whole.conj().T @ M @ whole, "Mxa": whole.conj().T @ M @ moving,
-            "Fa": (moving.conj().T @ F).T, "Fx": (whole.conj().T @ F).T, "R": -(whole.conj().T @ P)}
+            "Fa": (moving.conj().T @ F).T, "Fx": (whole.conj().T @ F).T, "R": -(whole.conj().T @ P),
+            "basis": np.hstack([moving, whole])}
 
 
 def of_every_index(name, modes=None):
-    """Reduced models of h = 0 .. N/2 of a case; the first one real."""
+    """Reduced models of h = 0 .. N/2 of a case, the first one real; "basis": displacements of the sector's free dofs."""
     case = given(name)
     points = contacts()[:len(case["gap"])]
     free = np.repeat(3 * FREE, 3) + np.tile(range(3), len(FREE))
@@ -52,6 +53,7 @@ def of_every_index(name, modes=None):
         T = T.real if h == 0 else T
         H, elastic = T.conj().T, T.shape[1] - 3 * len(points)
         models.append(reduced(H @ (K @ T), H @ (M @ T), H @ F, H @ SECTOR["preload"][free], elastic, modes or elastic))
+        models[-1]["basis"] = T @ models[-1]["basis"]
     return models
 
 

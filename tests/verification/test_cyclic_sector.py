@@ -163,7 +163,7 @@ def test_estimated_errors_are_those_of_more_harmonics(tmp_path):
     for H in (3, 9):
         folder = tmp_path / str(H)
         folder.mkdir()
-        further = 'accuracy.estimates = true\nscaling.kind = "manual"\n'
+        further = 'scaling.kind = "manual"\n'
         further += "".join(f"scaling.{key} = {value}\n" for key, value in scales.items())
         path, models = cyclic_sector.write(folder, name, omega, samples='"exact"', modes=20, further=further)
         cyclic_sector.write_start(folder, name, omega, models, start)
@@ -182,13 +182,6 @@ REFUSED = {
     "stability": ("continuation.omega", "stability.enabled = true\ncontinuation.omega", "stability is not judged"),
     "integration": ("continuation.omega", 'recovery.strategies = ["jump", "integration"]\ncontinuation.omega',
                     "nothing is integrated in time"),
-    "tolerance": ('harmonic_balance = { harmonics = 7, samples = "exact" }', "accuracy.tolerance = 1e-3", "harmonics are not chosen"),
-    "mode": ("continuation.omega = [2000.0, 2000.0]", "mode = { number = 1, amplitude = [1e-5, 1e-4] }", "nonlinear modes"),
-    "peaks": ("continuation.omega = [2000.0, 2000.0]",
-              'path = { parameter = "force", range = [1, 2], peak = "amplitude" }\n'
-              'continuation.watch = "x1.t1"\ncontinuation.omega = [2000.0, 2100.0]',
-              "peaks are not followed"),
-    "sensitivity": ("continuation.omega", 'sensitivity.of = "x1.t1"\ncontinuation.omega', "sensitivities are not computed"),
     "ratios": ("damping.stiffness", "damping.ratios = [[1, 0.01]]\ndamping.stiffness", "modes differ with the nodal diameter"),
 }
 

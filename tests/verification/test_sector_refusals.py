@@ -91,7 +91,8 @@ def test_modes_by_tolerance(tmp_path):
     case = sector_model.write_case(tmp_path / "case.toml", 8)
     case.write_text(case.read_text().replace("reduction.modes = 8", "accuracy.tolerance = 1e-3")
                     .replace("harmonic_balance.harmonics = 3\n", ""))
-    assert "does not choose the modes of a sector" in launch.run(cases.Case(case, None, None, {}), command="modes", status=2).err
+    refused = launch.run(cases.Case(case, None, None, {}), command="modes", status=2)
+    assert "it chooses harmonics, but not the modes; write reduction.modes as well" in refused.err
 
 
 def test_exact_modes_and_a_count_of_interior_ones(tmp_path):

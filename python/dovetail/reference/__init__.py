@@ -15,7 +15,8 @@ from .contact import LAWS, OPEN, STICK, Contact, analysis, contact_coefficients,
 from .cyclic import SectorBasis, sector_basis, sector_frequencies
 from .original import Original
 from .reduction import Preload, Reduced, bases, contact_preload, craig_bampton, projected, split, static_law
+from .sector_balance import SectorBalance
 
 __all__ = ["Damping", "HarmonicBalance", "LAWS", "OPEN", "STICK", "Contact", "analysis", "contact_coefficients", "contact_jacobian", "law",
-           "synthesis", "Original", "Preload", "Reduced", "SectorBasis", "bases", "contact_preload", "craig_bampton", "projected",
-           "sector_basis", "sector_frequencies", "split", "static_law"]
+           "synthesis", "Original", "Preload", "Reduced", "SectorBalance", "SectorBasis", "bases", "contact_preload", "craig_bampton",
+           "projected", "sector_basis", "sector_frequencies", "split", "static_law"]

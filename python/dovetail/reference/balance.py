@@ -49,6 +49,7 @@ class HarmonicBalance:
         if longest > 2 * H + 1:
             raise ValueError(f"the excitation has {longest} coefficients, {H} harmonics carry {2 * H + 1}")
         self.contact, self.preload, self.H, self.N = contact, preload, H, N
+        self.index = np.zeros(H + 1, int)  # harmonics of one number have the same matrices
         self.damping = damping if isinstance(damping, Damping) else Damping(damping)
         self.modes = len(reduced.kaa)
         self.K = scipy.linalg.block_diag(np.diag(reduced.kaa), reduced.kxx)
@@ -58,6 +59,10 @@ class HarmonicBalance:
         self.excitation = np.zeros(self.shape)
         for pattern, course in zip(patterns, courses):
             self.excitation[:, :len(course)] += np.outer(pattern, course)
+
+    def matrices(self, k):
+        """K and M of harmonic k."""
+        return self.K, self.M
 
     def contact_part(self, q):
         """Coefficients (N_x, 3, 2H+1) of the contact displacements in q."""
