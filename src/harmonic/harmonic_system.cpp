@@ -127,7 +127,13 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
 std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &like, int samples) {
   auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, samples);
   if (like.form_ == LinearForm::assembled) return system;
-  auto part = std::make_unique<Assembled>(like.couplings(), system->layout_, like.structure(1).damps_mass());
+  const bool damps_mass = like.structure(1).damps_mass();
+  std::unique_ptr<AssembledForm> part;
+  if (like.is_cyclic())
+    part = std::make_unique<SectorAssembled>(std::make_shared<SectorCouplings>(like.linear_->sector_couplings()),
+                                             like.wave(), system->layout_, damps_mass);
+  else
+    part = std::make_unique<Assembled>(like.couplings(), system->layout_, damps_mass);
   if (auto dampers = like.linear_->shared_dampers()) part->take(std::move(dampers));
   system->linear_ = std::move(part);
   system->form_ = LinearForm::assembled;

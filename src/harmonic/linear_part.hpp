@@ -26,6 +26,8 @@ template <class Number> struct CouplingOf {
 using Coupling = CouplingOf<double>;
 using ComplexCoupling = CouplingOf<std::complex<double>>; ///< of a Hermitian matrix
 
+using SectorCouplings = std::vector<std::vector<ComplexCoupling>>; ///< (N/2 + 1) by |h|; empty where no harmonic has it
+
 /// The rows of an own contact dof in M_xa, M_xx and K_xx.
 template <class Number> struct ContactRow { const Number *mxa, *mxx, *kxx; };
 
@@ -60,8 +62,9 @@ public:
   /// Damping that is not proportional to K and M, or none.
   const Dampers *dampers() const { return dampers_.get(); }
   std::shared_ptr<const Dampers> shared_dampers() const { return dampers_; }
-  /// This rank's share of K and M.
+  /// This rank's share of K and M. ComputeError of a sector, which has those of every |h|.
   virtual std::vector<Coupling> couplings() const = 0;
+  virtual SectorCouplings sector_couplings() const { return {}; }
 
   /// From here on Jacobians have room for M in Q, also where the damping of the case has not.
   virtual void damp_mass() {}

@@ -29,7 +29,7 @@ std::vector<CouplingOf<Number>> couplings_of(const Layout &layout, const std::ve
 SectorAssembled::SectorAssembled(const ReducedModel &model, const TravellingWave &wave, const Layout &layout,
                                  bool damps_mass)
     : AssembledForm(layout, damps_mass), wave_(wave) {
-  auto couplings = std::make_shared<Couplings>(wave.sectors / 2 + 1);
+  auto couplings = std::make_shared<SectorCouplings>(wave.sectors / 2 + 1);
   (*couplings)[0] = complex(couplings_of(layout, model.kaa, model.mxa, model.mxx, model.kxx));
   for (int k = 1; k < wave.sectors; ++k) { // all that can occur, with whatever number of harmonics
     const int h = std::abs(wave.index(k));
@@ -41,7 +41,7 @@ SectorAssembled::SectorAssembled(const ReducedModel &model, const TravellingWave
   build_products();
 }
 
-SectorAssembled::SectorAssembled(std::shared_ptr<const Couplings> couplings, const TravellingWave &wave,
+SectorAssembled::SectorAssembled(std::shared_ptr<const SectorCouplings> couplings, const TravellingWave &wave,
                                  const Layout &layout, bool damps_mass)
     : AssembledForm(layout, damps_mass), wave_(wave), couplings_(std::move(couplings)) {
   build_products();

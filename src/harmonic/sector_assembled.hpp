@@ -11,9 +11,10 @@ namespace dovetail {
 
 class SectorAssembled : public AssembledForm {
 public:
-  /// Scaled, with the matrices of all indices. Collective.
+  /// Scaled, with the matrices of all indices; or these listed. Collective.
   SectorAssembled(const ReducedModel &model, const TravellingWave &wave, const Layout &layout, bool damps_mass);
-
+  SectorAssembled(std::shared_ptr<const SectorCouplings> couplings, const TravellingWave &wave, const Layout &layout,
+                  bool damps_mass);
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
   /// ComputeError: no one K and M is that of all harmonics.
@@ -26,18 +27,14 @@ protected:
   void write_structure(const DynamicStiffness &structure, std::vector<double> &values) const override;
 
 private:
-  using Couplings = std::vector<std::vector<ComplexCoupling>>; // by |h|; this rank's
-
-  SectorAssembled(std::shared_ptr<const Couplings> couplings, const TravellingWave &wave, const Layout &layout,
-                  bool damps_mass);
   void build_products();
   /// visit(k, coupling, K_i and M_i have that sign, cosine and sine are coupled), harmonic by harmonic.
   template <class Visit> void for_each(Visit &&visit) const;
 
   TravellingWave wave_;
-  std::shared_ptr<const Couplings> couplings_;
-  UniqueMat stiffness_, mass_; // on all coefficients
-  mutable double work_ = 0;    // see take_work()
+  std::shared_ptr<const SectorCouplings> couplings_; // this rank's
+  UniqueMat stiffness_, mass_;                       // on all coefficients
+  mutable double work_ = 0;                          // see take_work()
 };
 
 /// The loads of a pattern whose complex amplitude T_h^H F depends on the index: real vectors, each with a course.
