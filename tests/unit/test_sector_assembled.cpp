@@ -211,8 +211,12 @@ TEST(SectorAssembled, derivatives_of_a_peak_by_load_and_damping) { // against pe
   }
 }
 
-TEST(SectorAssembled, derivatives_of_a_followed_peak) { // by motion, frequency and every parameter
-  for (const bool phase : {false, true})
+TEST(SectorAssembled, derivatives_of_a_followed_peak) {       // by motion, frequency and every parameter
+  std::vector<std::vector<Complex>> factors(sectors / 2 + 1); // of a node, by index; the one dof is the first mode
+  for (int h = 0; h <= sectors / 2; ++h)
+    for (int d = 0; d < 11; ++d) factors[h].emplace_back(wave(d, 50 + h), h == 0 ? 0 : wave(d, 70 + h));
+  const Watched dof{0, {}}, node{-1, WatchedRow(factors, {sectors, 1})};
+  for (const auto &[watched, phase] : {std::pair(&dof, false), {&node, false}, {&dof, true}})
     for (const PathParameter &parameter : all_parameters) {
       if (&parameter == &frequency_parameter()) continue;
       ReducedModel model = small_sector();
@@ -224,7 +228,7 @@ TEST(SectorAssembled, derivatives_of_a_followed_peak) { // by motion, frequency 
       ScaledModel made = scaled(std::move(preloaded), 0.05, {});
       made.engine_order = 1;
       HarmonicSystem system(std::move(made), harmonics, exactly, course(fourier));
-      PeakEquations peak(system, {0, {}});
+      PeakEquations peak(system, *watched);
       std::unique_ptr<TrackCondition> condition;
       if (phase)
         condition = std::make_unique<PhaseResonance>(peak);
@@ -256,4 +260,27 @@ TEST(SectorAssembled, derivatives_of_a_followed_peak) { // by motion, frequency 
             << parameter.name << ", motion " << size << ", phase " << phase;
       }
     }
+}
+
+TEST(WatchedRow, of_a_sector_has_another_factor_in_every_harmonic) {
+  const TravellingWave wave{6, 2}; // indices 0, 2, -2, 0, 2
+  std::vector<std::vector<Complex>> factors(4, std::vector<Complex>(2));
+  for (int h = 0; h < 4; ++h)
+    for (int d = 0; d < 2; ++d) factors[h][d] = {0.3 + h - d, h == 0 ? 0 : 0.7 * h + d};
+  WatchedRow row(factors, wave);
+  row.scale(1, 3);
+  std::vector<double> c, sum(9, 0.0), back(9, 0.0), other;
+  for (int i = 0; i < 9; ++i) c.push_back(testing::wave(i, 1)), other.push_back(testing::wave(i, 2));
+  row.add(1, c.data(), 9, sum.data());
+  EXPECT_NEAR(sum[0], 3 * factors[0][1].real() * c[0], 1e-15);
+  for (int k = 1; k <= 4; ++k) {
+    const int h = wave.index(k);
+    const Complex f = h < 0 ? std::conj(factors[-h][1]) : factors[h][1], moved = f * Complex(c[cosine(k)], -c[sine(k)]);
+    EXPECT_NEAR(sum[cosine(k)], 3 * moved.real(), 1e-14);
+    EXPECT_NEAR(sum[sine(k)], -3 * moved.imag(), 1e-14);
+  }
+  row.add_transposed(1, other.data(), 9, back.data());
+  double there = 0, here = 0;
+  for (int i = 0; i < 9; ++i) there += sum[i] * other[i], here += back[i] * c[i];
+  EXPECT_NEAR(there, here, 1e-14);
 }
