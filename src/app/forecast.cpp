@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <ostream>
+#include <set>
 
+#include "case/travelling_wave.hpp"
 #include "contact/linearisation.hpp"
 #include "support/error.hpp"
 #include "support/memory.hpp"
@@ -23,6 +25,16 @@ double beyond_matrices(double dofs, double points, double harmonics) {
 // K, M and Phi by rows, the reduced model they come from, and the eigenproblem that Phi solves.
 double dense_matrices(double dofs, double contact_dofs) {
   return 24 * contact_dofs * (dofs + contact_dofs) + (12 + 32) * dofs * dofs;
+}
+
+// The same of a sector beyond its real index: the reduced model in every index, and what complex numbers take for each
+// |h| that harmonics up to `highest` have.
+double sector_matrices(double dofs, double contact_dofs, const TravellingWave &wave, int highest) {
+  std::set<int> indices;
+  for (int k = 1; k <= highest; ++k) indices.insert(std::abs(wave.index(k)));
+  indices.erase(0);
+  const double reduced = 16 * contact_dofs * (dofs + contact_dofs), of_index = 2 * reduced + 24 * dofs * dofs;
+  return reduced * (wave.sectors / 2) + of_index * static_cast<double>(indices.size()) + 64 * dofs * dofs;
 }
 
 // K and M of the assembled form by pair of dofs: as a list, and of a sector by every index and spread over harmonics.
@@ -51,7 +63,10 @@ void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
   sizes.unknowns = (na + nc) * n + 1;
   const bool peaks = study.follows_peaks(); // always of the assembled form: the response's own, and that of the track
   if (study.solver == SolverKind::modal && !peaks) {
-    sizes.solve_gib = (dense_matrices(na + nc, nc) + beyond_matrices(na + nc, sizes.points, h) +
+    const int highest = study.estimates ? 2 * study.harmonics : study.harmonics;
+    const TravellingWave wave{sectors, study.engine_order.value_or(0)};
+    sizes.solve_gib = (dense_matrices(na + nc, nc) + (sectors > 0 ? sector_matrices(na + nc, nc, wave, highest) : 0) +
+                       beyond_matrices(na + nc, sizes.points, h) +
                        (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /
                       gib;
     return;

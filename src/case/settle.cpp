@@ -127,8 +127,8 @@ void check_damping(const Case &study, int modes, int points, bool has_matrix) {
 }
 
 void settle_solver(Case &study, int dofs) {
-  constexpr double most_assembled = 500;                                                         // unknowns
-  if (!study.mode || study.engine_order || study.given.count("harmonic_balance.solver")) return; // a sector has its own
+  constexpr double most_assembled = 500; // unknowns
+  if (!study.mode || study.given.count("harmonic_balance.solver")) return;
   const bool small = double(dofs) * (2 * study.harmonics + 1) <= most_assembled;
   study.solver = small ? SolverKind::assembled : SolverKind::modal;
 }

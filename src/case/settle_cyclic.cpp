@@ -31,10 +31,6 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
   if (study.exact_modes && study.check_modes)
     refuse(study, "reduction.exact_modes",
            "reduction.check_modes counts interior modes, on which exact ones do not depend; keep one of the two keys");
-  if (study.solver == SolverKind::modal)
-    refuse(study, "harmonic_balance.solver",
-           sector + "the modal form is not there yet; write \"assembled\", or delete this key");
-  study.solver = SolverKind::assembled;
   if (study.stability.value_or(false))
     refuse(study, "stability.enabled",
            sector + "stability is not judged: the travelling wave may lose it to motions of any number of nodal "

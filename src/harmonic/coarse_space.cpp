@@ -1,11 +1,9 @@
 #include "harmonic/coarse_space.hpp"
 
-#include <petscsys.h>
-// needs the one above
-#include <petscblaslapack.h>
-
+#include <algorithm>
 #include <cmath>
 
+#include "harmonic/modal_factors.hpp"
 #include "support/event.hpp"
 
 namespace dovetail {
@@ -23,126 +21,197 @@ PetscInt worth_factoring(const Layout &layout) {
 
 } // namespace
 
-CoarseSpace::CoarseSpace(const StuckBasis &basis, const Layout &layout)
-    : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())), most_(worth_factoring(layout)) {
+CoarseSpace::CoarseSpace(const StuckBases &bases, const Layout &layout)
+    : wave_(bases.wave), layout_(layout), own_(own_share(layout.comm, layout.dofs())), most_(worth_factoring(layout)) {
   PetscBool given;
   check(PetscOptionsGetInt(nullptr, "hb_modal_", "-lowest", &most_, &given), "reading options");
   given_ = given;
+  if (!used()) return;
+  for (IndexGroup &group : groups_of(bases.wave, layout.width)) {
+    parts_.push_back({*bases.of_index[group.index], -1, 0, {}, {}, {}, {}, {}, {}, {}});
+    at_contacts_.push_back({std::move(group), 0, {}, {}});
+  }
 }
 
 // Motions for this frequency.
 void CoarseSpace::choose(double omega) {
   const PetscInt n = layout_.dofs();
   const double reach = near_by * (layout_.width / 2) * omega;
-  const PetscInt known = static_cast<PetscInt>(basis_.shapes.size()) / n,
-                 near =
-                     static_cast<PetscInt>(std::lower_bound(basis_.lambda.begin(), basis_.lambda.end(), reach * reach) -
-                                           basis_.lambda.begin()),
-                 shapes = given_ ? known : std::min(known, most_ / 2),
-                 lowest = given_ ? std::min(most_, n) : std::clamp<PetscInt>(near, 1, most_ - shapes);
-  if (lowest == lowest_) return;
-  lowest_ = lowest, count_ = lowest + std::min(shapes, n - lowest);
-  const std::size_t c = count_, rows = 3 * layout_.own_points.size();
-  motions_.assign(n * c, 0);
-  for (PetscInt k = 0; k < lowest; ++k) motions_[k * n + k] = 1;
-  for (std::size_t k = lowest; k < c; ++k)
-    std::copy(&basis_.shapes[(k - lowest) * n] + lowest, &basis_.shapes[(k - lowest) * n] + n,
-              &motions_[k * n] + lowest);
-  if (rows > 0) {
-    const PetscBLASInt count = static_cast<PetscBLASInt>(c), own = static_cast<PetscBLASInt>(rows),
-                       all = static_cast<PetscBLASInt>(n), stride = static_cast<PetscBLASInt>(basis_.exact.stride());
-    const double one = 1, zero = 0;
-    std::vector<double> moved(rows * c);
-    BLASgemm_("T", "N", &count, &own, &all, &one, motions_.data(), &all, basis_.exact.row(layout_.own_modes.size()),
-              &stride, &zero, moved.data(), &count);
-    at_contacts_.assign(moved.begin(), moved.end());
+  size_ = 0;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    Part &part = parts_[p];
+    const std::vector<double> &lambda = part.basis.lambda;
+    const bool complex = at_contacts_[p].of.complex;
+    const PetscInt known = static_cast<PetscInt>(part.basis.shapes.size()) / (complex ? 2 * n : n),
+                   near = static_cast<PetscInt>(std::lower_bound(lambda.begin(), lambda.end(), reach * reach) -
+                                                lambda.begin()),
+                   shapes = given_ ? known : std::min(known, most_ / 2),
+                   lowest = given_ ? std::min(most_, n) : std::clamp<PetscInt>(near, 1, most_ - shapes);
+    if (lowest != part.lowest) choose(lowest, std::min(shapes, n - lowest), p);
+    part.first = size_;
+    size_ += at_contacts_[p].count * at_contacts_[p].of.columns();
   }
-  stiff_.assign(c * c, 0), heavy_ = damped_ = rates_ = losses_ = stiff_;
-  for (std::size_t i = 0; i < c; ++i)
-    for (std::size_t k = 0; k < c; ++k)
-      for (PetscInt j = 0; j < n; ++j) {
-        const double product = motions_[i * n + j] * motions_[k * n + j];
-        heavy_[i * c + k] += product, stiff_[i * c + k] += basis_.lambda[j] * product;
-        damped_[i * c + k] += basis_.damped[j] * product, rates_[i * c + k] += basis_.rates[j] * product;
-        losses_[i * c + k] += basis_.losses[j] * product;
-      }
+}
+
+void CoarseSpace::choose(PetscInt lowest, PetscInt shapes, std::size_t number) {
+  Part &part = parts_[number];
+  ModalOperator::Motions &at_contacts = at_contacts_[number];
+  const StuckBasis &basis = part.basis;
+  const std::size_t n = layout_.dofs(), c = lowest + shapes, rows = 3 * layout_.own_points.size(),
+                    own_modes = layout_.own_modes.size();
+  const bool complex = at_contacts.of.complex;
+  part.lowest = lowest, at_contacts.count = static_cast<PetscInt>(c);
+  part.motions.assign(n * c, 0), part.imaginary.assign(complex ? n * c : 0, 0);
+  for (PetscInt k = 0; k < lowest; ++k) part.motions[k * n + k] = 1;
+  for (std::size_t k = lowest; k < c; ++k) {
+    const double *shape = &basis.shapes[(k - lowest) * (complex ? 2 * n : n)];
+    std::copy(shape + lowest, shape + n, &part.motions[k * n] + lowest);
+    if (complex) std::copy(shape + n + lowest, shape + 2 * n, &part.imaginary[k * n] + lowest);
+  }
+  std::vector<double> moved(rows * c);
+  const auto move = [&](double sign, const std::vector<double> &motions, std::size_t offset, double beta) {
+    std::vector<double> signed_motions(motions);
+    for (double &value : signed_motions) value *= sign;
+    if (rows > 0)
+      gemm("T", "N", c, rows, n, signed_motions.data(), n, basis.exact.row(own_modes) + offset, basis.exact.stride(),
+           beta, moved.data(), c);
+  };
+  move(1, part.motions, 0, 0);
+  if (complex) move(-1, part.imaginary, n, 1);
+  at_contacts.real.assign(moved.begin(), moved.end());
+  if (complex) {
+    move(1, part.imaginary, 0, 0), move(1, part.motions, n, 1);
+    at_contacts.imaginary.assign(moved.begin(), moved.end());
+  }
+  const auto products = [&](const std::vector<double> *diagonal, Products &of) {
+    of.real.assign(c * c, 0), of.imaginary.assign(complex ? c * c : 0, 0);
+    for (std::size_t i = 0; i < c; ++i)
+      for (std::size_t k = 0; k < c; ++k)
+        for (std::size_t j = 0; j < n; ++j) {
+          const double factor = diagonal ? (*diagonal)[j] : 1, a = part.motions[i * n + j], b = part.motions[k * n + j];
+          of.real[i * c + k] += factor * (a * b);
+          if (!complex) continue;
+          const double a_i = part.imaginary[i * n + j], b_i = part.imaginary[k * n + j];
+          of.real[i * c + k] += factor * (a_i * b_i), of.imaginary[i * c + k] += factor * (a * b_i - a_i * b);
+        }
+  };
+  products(&basis.lambda, part.stiff), products(nullptr, part.heavy), products(&basis.damped, part.damped);
+  products(&basis.rates, part.rates), products(&basis.losses, part.losses);
+}
+
+// As SectorAssembled, of an entry of the motions' matrices.
+CoarseSpace::Blocks CoarseSpace::blocks(const DynamicStiffness &structure, const Part &of, const Products &damped,
+                                        int k, std::size_t at) const {
+  const double damper = structure.turn(k) * of.rates.real[at] + structure.hysteresis(k) * of.losses.real[at];
+  Blocks made{structure.in_phase(k, of.stiff.real[at], of.heavy.real[at]),
+              structure.quadrature(k, damped.real[at], of.heavy.real[at]) + damper};
+  if (of.stiff.imaginary.empty()) return made;
+  const double sign = wave_.index(k) < 0 ? -1 : 1;
+  made.A -= sign * structure.quadrature(k, damped.imaginary[at], of.heavy.imaginary[at]);
+  made.B += sign * structure.in_phase(k, of.stiff.imaginary[at], of.heavy.imaginary[at]);
+  return made;
+}
+
+template <class Work> void CoarseSpace::each_harmonic(Work &&work) const {
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const ModalOperator::Motions &of = at_contacts_[p];
+    for (int c = 0; c < of.of.columns(); c += of.of.coefficients[c] == 0 ? 1 : 2)
+      work(p, (of.of.coefficients[c] + 1) / 2, parts_[p].first + static_cast<std::size_t>(c) * of.count);
+  }
 }
 
 void CoarseSpace::factor(const ModalOperator &contacts, const DynamicStiffness &structure) {
   const Timed timed(Work::factors);
   choose(structure.omega());
-  const std::size_t c = count_, w = layout_.width, size = c * w, block = w * w;
-  std::vector<float> blocks = contacts.among(at_contacts_, count_), matrix(size * size);
-  MPI_Allreduce(MPI_IN_PLACE, blocks.data(), static_cast<int>(blocks.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
-  for (std::size_t i = 0; i < c; ++i)
-    for (std::size_t k = 0; k < c; ++k) {
-      float *const at = &matrix[k * w * size + i * w];
-      for (std::size_t b = 0; b < w; ++b) std::copy_n(&blocks[(i * c + k) * block + b * w], w, at + b * size);
-      at[0] += static_cast<float>(stiff_[i * c + k]);
-      for (int h = 1; h <= layout_.width / 2; ++h) {
-        const double stiff = stiff_[i * c + k], heavy = heavy_[i * c + k];
-        const auto own = static_cast<float>(structure.in_phase(h, stiff, heavy)),
-                   other = static_cast<float>(structure.quadrature(h, stiff, heavy) + damper(structure, h, i * c + k));
-        at[cosine(h) * size + cosine(h)] += own, at[sine(h) * size + sine(h)] += own;
-        at[sine(h) * size + cosine(h)] += other, at[cosine(h) * size + sine(h)] -= other;
+  const std::size_t size = size_;
+  std::vector<float> matrix = contacts.among(at_contacts_);
+  MPI_Allreduce(MPI_IN_PLACE, matrix.data(), static_cast<int>(matrix.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
+  each_harmonic([&](std::size_t p, int k, std::size_t first) {
+    const std::size_t c = at_contacts_[p].count;
+    for (std::size_t i = 0; i < c; ++i)
+      for (std::size_t j = 0; j < c; ++j) {
+        const auto [A, B] = blocks(structure, parts_[p], parts_[p].stiff, k, i * c + j);
+        float *const at = &matrix[(first + j) * size + first + i], *const sine = at + c * size;
+        at[0] += static_cast<float>(A);
+        if (k == 0) continue;
+        sine[c] += static_cast<float>(A), sine[0] += static_cast<float>(B), at[c] -= static_cast<float>(B);
       }
-    }
+  });
   jacobian_.factor(std::move(matrix));
   factor_diagonal(structure);
 }
 
 // Its determinant is not negative: that of the mean is of a stiffness, those of harmonics are of complex matrices.
 void CoarseSpace::factor_diagonal(const DynamicStiffness &structure) {
-  const std::size_t c = count_;
   diagonal_.resize(layout_.width / 2 + 1);
   bool regular = true;
-  for (int h = 0; h <= layout_.width / 2; ++h) {
-    const std::size_t size = h == 0 ? c : 2 * c;
+  each_harmonic([&](std::size_t p, int k, std::size_t) {
+    const std::size_t c = at_contacts_[p].count, size = k == 0 ? c : 2 * c;
     std::vector<float> matrix(size * size);
     for (std::size_t i = 0; i < c; ++i)
-      for (std::size_t k = 0; k < c; ++k) {
-        const double heavy = heavy_[i * c + k];
-        const auto own = static_cast<float>(structure.in_phase(h, stiff_[i * c + k], heavy)),
-                   other = static_cast<float>(structure.quadrature(h, damped_[i * c + k], heavy) +
-                                              damper(structure, h, i * c + k));
-        matrix[k * size + i] = own;
-        if (h == 0) continue;
-        matrix[(c + k) * size + c + i] = own, matrix[(c + k) * size + i] = other, matrix[k * size + c + i] = -other;
+      for (std::size_t j = 0; j < c; ++j) {
+        const auto [A, B] = blocks(structure, parts_[p], parts_[p].damped, k, i * c + j);
+        matrix[j * size + i] = static_cast<float>(A);
+        if (k == 0) continue;
+        matrix[(c + j) * size + c + i] = static_cast<float>(A), matrix[(c + j) * size + i] = static_cast<float>(B);
+        matrix[j * size + c + i] = -static_cast<float>(B);
       }
-    regular = diagonal_[h].factor(std::move(matrix)) && regular;
-  }
+    regular = diagonal_[k].factor(std::move(matrix)) && regular;
+  });
   sign_ = regular ? jacobian_.sign() : 0;
 }
 
 void CoarseSpace::to_motions(const double *v, double *g) const {
-  PetscBLASInt w = layout_.width, count = static_cast<PetscBLASInt>(count_), own = own_.size(),
-               n = static_cast<PetscBLASInt>(layout_.dofs());
-  const double one = 1, zero = 0;
-  std::fill_n(g, size(), 0.0);
-  if (own > 0) BLASgemm_("N", "N", &w, &count, &own, &one, v, &w, motions_.data() + own_.begin, &n, &zero, g, &w);
+  const std::size_t w = layout_.width, n = layout_.dofs(), own = own_.size();
+  if (size() == 0) return;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const IndexGroup &of = at_contacts_[p].of;
+    const std::size_t columns = of.columns(), c = at_contacts_[p].count;
+    std::vector<double> parted(own * columns), product(c * columns);
+    for (std::size_t j = 0; j < own; ++j)
+      for (std::size_t q = 0; q < columns; ++q) parted[j * columns + q] = v[j * w + of.coefficients[q]];
+    const auto times = [&](const std::vector<double> &motions, double *to) {
+      std::fill_n(to, c * columns, 0.0);
+      if (own > 0) gemm("T", "T", c, columns, own, motions.data() + own_.begin, n, parted.data(), columns, 0, to, c);
+    };
+    double *const to = g + parts_[p].first;
+    times(parts_[p].motions, to);
+    if (!of.complex) continue;
+    times(parts_[p].imaginary, product.data());
+    for (std::size_t q = 0; q < columns; ++q)
+      for (std::size_t m = 0; m < c; ++m) {
+        double &value = to[q * c + m];
+        value = of.joined(static_cast<int>(q), value, product[of.partners[q] * c + m]);
+      }
+  }
 }
 
 void CoarseSpace::add(const double *g, double *v) const {
-  PetscBLASInt w = layout_.width, count = static_cast<PetscBLASInt>(count_), own = own_.size(),
-               n = static_cast<PetscBLASInt>(layout_.dofs());
-  const double one = 1;
-  if (own > 0) BLASgemm_("N", "T", &w, &own, &count, &one, g, &w, motions_.data() + own_.begin, &n, &one, v, &w);
+  const std::size_t w = layout_.width, n = layout_.dofs(), own = own_.size();
+  if (own == 0) return;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const IndexGroup &of = at_contacts_[p].of;
+    const std::size_t columns = of.columns(), c = at_contacts_[p].count;
+    const double *const from = g + parts_[p].first;
+    std::vector<double> moved(own * columns), turned(of.complex ? c * columns : 0);
+    gemm("T", "T", columns, own, c, from, c, parts_[p].motions.data() + own_.begin, n, 0, moved.data(), columns);
+    for (std::size_t i = 0; i < turned.size(); ++i) turned[i] = of.turns[i / c] * from[of.partners[i / c] * c + i % c];
+    if (of.complex)
+      gemm("T", "T", columns, own, c, turned.data(), c, parts_[p].imaginary.data() + own_.begin, n, 1, moved.data(),
+           columns);
+    for (std::size_t j = 0; j < own; ++j)
+      for (std::size_t q = 0; q < columns; ++q) v[j * w + of.coefficients[q]] += moved[j * columns + q];
+  }
 }
 
 void CoarseSpace::solve(double *g, bool transposed) {
-  const std::size_t c = count_, w = layout_.width;
-  rough_.assign(g, g + c * w);
+  rough_.assign(g, g + size_);
   jacobian_.solve(rough_.data(), transposed);
-  for (std::size_t h = 0; h < diagonal_.size(); ++h) {
-    part_.resize(diagonal_[h].size());
-    const auto each = [&](auto &&work) {
-      for (std::size_t i = 0; i < part_.size(); ++i)
-        work(part_[i], (i % c) * w + (h == 0 ? 0 : i < c ? cosine(static_cast<int>(h)) : sine(static_cast<int>(h))));
-    };
-    each([&](float &value, std::size_t at) { value = static_cast<float>(g[at]); });
-    diagonal_[h].solve(part_.data(), transposed);
-    each([&](float value, std::size_t at) { rough_[at] -= value; });
-  }
+  each_harmonic([&](std::size_t, int k, std::size_t first) {
+    part_.assign(g + first, g + first + diagonal_[k].size());
+    diagonal_[k].solve(part_.data(), transposed);
+    for (std::size_t i = 0; i < part_.size(); ++i) rough_[first + i] -= part_[i];
+  });
   std::copy(rough_.begin(), rough_.end(), g);
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 // What the diagonal D, the preconditioner of GMRES in the modes of the stuck structure, does not know of the contacts
 // (docs/theory/stuck-modes.md): the Jacobian J among few motions B of the whole structure, in single precision,
-//     P^-1 = D^-1 + B { (B^T J B)^-1 - (B^T D B)^-1 } B^T.
+//     P^-1 = D^-1 + B { (B^H J B)^-1 - (B^H D B)^-1 } B^H.
 // B are the lowest modes, to which a harmonic of the excitation comes near, and the shapes of the joint without their
-// part in these (joint_shapes.hpp), all with all harmonics. Every rank factors and solves the same.
+// part in these (joint_shapes.hpp), of each basis with all its harmonics. Every rank factors and solves the same.
 #include "harmonic/modal_operator.hpp"
 #include "harmonic/rough_factors.hpp"
 
@@ -11,41 +11,54 @@ namespace dovetail {
 
 class CoarseSpace {
 public:
-  /// `basis` must outlive this.
-  CoarseSpace(const StuckBasis &basis, const Layout &layout);
+  /// `bases` must outlive this.
+  CoarseSpace(const StuckBases &bases, const Layout &layout);
 
   bool used() const { return most_ > 0; }
   /// Of the Jacobian that `contacts` has taken. Collective.
   void factor(const ModalOperator &contacts, const DynamicStiffness &structure);
   void forget() { sign_ = 0; }
-  PetscInt size() const { return sign_ == 0 ? 0 : count_ * layout_.width; } ///< unknowns; 0: nothing is factored
-  /// g (size) = this rank's part of B^T times v (own modal unknowns).
+  PetscInt size() const {
+    return sign_ == 0 ? 0 : size_;
+  } ///< unknowns, as ModalOperator::among; 0: nothing is factored
+  /// g (size) = this rank's part of B^H times v (own modal unknowns).
   void to_motions(const double *v, double *g) const;
-  /// g = { (B^T J B)^-1 - (B^T D B)^-1 } g.
+  /// g = { (B^H J B)^-1 - (B^H D B)^-1 } g.
   void solve(double *g, bool transposed);
   /// v += B g.
   void add(const double *g, double *v) const;
   int sign() const { return sign_ == 0 ? 1 : sign_; } ///< of the determinant of P, but for that of D
 
 private:
+  struct Products { // (count, count) of motions, in B^H diag B
+    std::vector<double> real, imaginary;
+  };
+  struct Part { // harmonics that share a basis
+    const StuckBasis &basis;
+    PetscInt lowest = -1;                         // modes among the motions
+    std::size_t first = 0;                        // unknown
+    std::vector<double> motions, imaginary;       // (n, count) by columns
+    Products stiff, heavy, damped, rates, losses; // of Lambda, 1, diag(Phi^H K Phi), the dampers' diagonal
+  };
   void choose(double omega);
-  double damper(const DynamicStiffness &structure, int h, std::size_t at) const {
-    return structure.turn(h) * rates_[at] + structure.hysteresis(h) * losses_[at];
-  }
+  void choose(PetscInt lowest, PetscInt shapes, std::size_t number);
+  struct Blocks { // [A B; -B A] on cosine and sine
+    double A, B;
+  };
+  Blocks blocks(const DynamicStiffness &structure, const Part &of, const Products &damped, int k, std::size_t at) const;
   void factor_diagonal(const DynamicStiffness &structure);
+  template <class Work> void each_harmonic(Work &&work) const; // (part, harmonic, its first unknown)
 
-  const StuckBasis &basis_;
+  TravellingWave wave_;
   Layout layout_;
-  Range own_;                                  // modal unknowns
-  PetscInt most_;                              // motions at most; 0: the space is not used
-  bool given_ = false;                         // that number of modes, by an option
-  PetscInt lowest_ = -1, count_ = 0;           // modes among the motions; motions
-  std::vector<double> motions_;                // (n, count) by columns
-  std::vector<float> at_contacts_;             // (own contact dofs, count) Phi_c B
-  std::vector<double> stiff_, heavy_, damped_; // (count, count) B^T Lambda B, B^T B, B^T diag(Phi^T K Phi) B
-  std::vector<double> rates_, losses_;         // likewise, of the dampers' diagonal
-  RoughFactors jacobian_;                      // unknowns motion by motion
-  std::vector<RoughFactors> diagonal_;         // by harmonic: cosines of all motions, then sines
+  Range own_;          // modal unknowns
+  PetscInt most_;      // motions of a basis at most; 0: the space is not used
+  bool given_ = false; // that number of modes, by an option
+  std::vector<Part> parts_;
+  std::vector<ModalOperator::Motions> at_contacts_; // of each part
+  PetscInt size_ = 0;
+  RoughFactors jacobian_;
+  std::vector<RoughFactors> diagonal_; // by harmonic: cosines of all motions, then sines
   std::vector<float> rough_, part_;
   int sign_ = 0;
 };

@@ -23,7 +23,7 @@ void ContactFactors::look_at(const ContactForces &contact, bool all) {
 // LAPACK reaches more than half of what a core can do, the products of gather and fill less.
 double ContactFactors::work() const {
   const double rows = static_cast<double>(all_moving_.size()), size = rows * layout_.width;
-  return size * size * size + 100 * size * size + 6.0 * layout_.width * rows * rows * n_ + 4e5;
+  return size * size * size + 100 * size * size + 6.0 * layout_.width * rows * rows * length() + 4e5;
 }
 
 double ContactFactors::work_to_solve() const {

@@ -12,8 +12,8 @@ namespace dovetail {
 
 class ContactFactors : public ModalFactors {
 public:
-  /// `basis` must outlive this.
-  ContactFactors(const StuckBasis &basis, const Layout &layout) : ModalFactors(basis, layout) {}
+  /// `bases` must outlive this.
+  ContactFactors(const StuckBases &bases, const Layout &layout) : ModalFactors(bases, layout) {}
 
   /// Looks at which points move at the Jacobian to come, or takes all of them to. Before factor(). Collective.
   void look_at(const ContactForces &contact, bool all);

@@ -29,13 +29,22 @@ std::unique_ptr<AssembledForm> assembled_part(const ReducedModel &model, const T
       layout, damps_mass);
 }
 
+// All of a sector's indices but the loads.
+std::vector<SectorIndex> taken_matrices(ReducedModel &model) {
+  std::vector<SectorIndex> taken;
+  for (SectorIndex &index : model.indices) {
+    taken.push_back({std::move(index.kaa), std::move(index.mxa), std::move(index.mxx), std::move(index.kxx), {}});
+  }
+  return taken;
+}
+
 std::unique_ptr<LinearPart> linear_part(PreloadedModel &preloaded, const TravellingWave &wave, const Damping &damping,
                                         const Layout &layout, LinearForm form) {
   ReducedModel &model = preloaded.reduced;
   const std::vector<ContactPoint> &contact = preloaded.contact;
   std::unique_ptr<LinearPart> part;
   if (form == LinearForm::modal)
-    part = std::make_unique<Modal>(model, contact, preloaded.standstill, damping, layout);
+    part = std::make_unique<Modal>(model, taken_matrices(model), wave, contact, preloaded.standstill, damping, layout);
   else {
     auto assembled = assembled_part(model, wave, layout, DynamicStiffness(damping).damps_mass());
     if (damping.has_dampers()) {
@@ -108,8 +117,9 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
     rows.mxx.insert(rows.mxx.end(), m + modes, m + n);
     rows.kxx.insert(rows.kxx.end(), k + modes, k + n);
   }
-  system->linear_ = std::make_unique<Modal>(rows, like.scaled_.model.contact, like.scaled_.model.standstill,
-                                            like.scaled_.damping, system->layout_);
+  system->linear_ =
+      std::make_unique<Modal>(rows, std::vector<SectorIndex>(), TravellingWave(), like.scaled_.model.contact,
+                              like.scaled_.model.standstill, like.scaled_.damping, system->layout_);
   system->form_ = LinearForm::modal;
   return system;
 }
@@ -117,7 +127,14 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
 std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &like, int samples) {
   auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, samples);
   if (like.form_ == LinearForm::assembled) return system;
-  auto part = std::make_unique<Assembled>(like.couplings(), system->layout_, like.structure(1).damps_mass());
+  const bool damps_mass = like.structure(1).damps_mass();
+  std::unique_ptr<AssembledForm> part;
+  if (like.is_cyclic())
+    part = std::make_unique<SectorAssembled>(
+        std::make_shared<SectorAssembled::Couplings>(like.linear_->couplings_by_index()), like.wave(), system->layout_,
+        damps_mass);
+  else
+    part = std::make_unique<Assembled>(like.couplings(), system->layout_, damps_mass);
   if (auto dampers = like.linear_->shared_dampers()) part->take(std::move(dampers));
   system->linear_ = std::move(part);
   system->form_ = LinearForm::assembled;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "support/hermitian.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -19,6 +21,12 @@ void orthonormalise(std::vector<double> &X, PetscBLASInt n, PetscBLASInt count) 
   std::vector<double> tau(count), work(room);
   LAPACKgeqrf_(&n, &count, X.data(), &n, tau.data(), work.data(), &room, &info);
   LAPACKorgqr_(&n, &count, &count, X.data(), &n, tau.data(), work.data(), &room, &info);
+}
+
+ComplexDense identity(int n) {
+  ComplexDense one(n, n);
+  for (int j = 0; j < n; ++j) one(j, j) = 1;
+  return one;
 }
 
 } // namespace
@@ -64,6 +72,36 @@ std::vector<double> joint_shapes(const StuckBasis &basis, const Layout &layout) 
       for (PetscBLASInt j = 0; j < n; ++j)
         shapes[static_cast<std::size_t>(k) * n + j] +=
             among[(count - 1 - k) * count + i] * X[static_cast<std::size_t>(i) * n + j] * scale[j];
+  return shapes;
+}
+
+// The same in complex numbers.
+std::vector<double> complex_joint_shapes(const StuckBasis &basis, const Layout &layout) {
+  const std::size_t own_modes = layout.own_modes.size(), rows = basis.springs.size();
+  const int n = static_cast<int>(layout.dofs()), count = std::min(static_cast<int>(most), n);
+  ComplexDense A(static_cast<int>(rows), n), X(n, count), Y; // A = K_t^1/2 Phi_c Lambda^-1/2
+  std::vector<double> scale(n);
+  for (int j = 0; j < n; ++j) scale[j] = 1 / std::sqrt(std::max(basis.lambda[j], 1e-12 * basis.lambda[n - 1]));
+  for (std::size_t i = 0; i < rows; ++i)
+    for (int j = 0; j < n; ++j) {
+      const double *of = basis.exact.row(own_modes + i);
+      A(static_cast<int>(i), j) = std::sqrt(basis.springs[i]) * scale[j] * std::complex<double>(of[j], of[n + j]);
+    }
+  std::mt19937 chance; // the same on every rank
+  for (auto &x : X.values) x = {chance() / 4294967296.0 - 0.5, chance() / 4294967296.0 - 0.5};
+  for (int turn = 0; turn <= iterations; ++turn) {
+    X = orthonormal(std::move(X));
+    Y = adjoint_product(A, product(A, X));
+    MPI_Allreduce(MPI_IN_PLACE, Y.values.data(), static_cast<int>(Y.values.size()), MPI_C_DOUBLE_COMPLEX, MPI_SUM,
+                  layout.comm);
+    if (turn < iterations) std::swap(X, Y);
+  }
+  const HermitianModes among = all_modes(adjoint_product(X, Y), identity(count));
+  const ComplexDense best = product(X, among.shapes);
+  std::vector<double> shapes;
+  for (int k = count - 1; k >= 0 && among.squares[k] > least_energy; --k)
+    for (const bool real : {true, false})
+      for (int j = 0; j < n; ++j) shapes.push_back(scale[j] * (real ? best(j, k).real() : best(j, k).imag()));
   return shapes;
 }
 

@@ -46,6 +46,10 @@ struct JacobianParts {
 
 class Dampers;
 
+/// Where couplings() are wanted of a sector.
+constexpr const char *other_in_every_harmonic =
+    "a cyclic sector has other matrices in every harmonic, and this wants the same in all";
+
 class LinearPart {
 public:
   virtual ~LinearPart() = default;
@@ -58,6 +62,8 @@ public:
   std::shared_ptr<const Dampers> shared_dampers() const { return dampers_; }
   /// This rank's share of K and M.
   virtual std::vector<Coupling> couplings() const = 0;
+  /// The same of a sector, by |h|, of those that harmonics have had; of other models none.
+  virtual std::vector<std::vector<ComplexCoupling>> couplings_by_index() const { return {}; }
 
   /// From here on Jacobians have room for M in Q, also where the damping of the case has not.
   virtual void damp_mass() {}

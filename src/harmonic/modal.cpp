@@ -11,8 +11,9 @@ namespace {
 constexpr PetscInt most_open = 300; // dofs of a model whose modes without contacts are wanted
 constexpr double least_held = 1e-6; // lowest of these, squared, by that of the stuck structure; less is a loose body
 
-void unpad(const double *from, int padded, int width, PetscInt rows, double *to) {
-  for (PetscInt i = 0; i < rows; ++i) std::copy_n(from + i * padded, width, to + i * width);
+// (columns) of them, as two blocks of real numbers side by side.
+void split(const std::complex<double> *from, std::size_t columns, double *to) {
+  for (std::size_t j = 0; j < columns; ++j) to[j] = from[j].real(), to[columns + j] = from[j].imag();
 }
 
 ModalSolver &solver_of(Mat J) {
@@ -23,48 +24,99 @@ ModalSolver &solver_of(Mat J) {
 
 } // namespace
 
-Modal::Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact,
-             const std::vector<Standstill> &standstill, const Damping &damping, const Layout &layout)
+Modal::Matrices Modal::matrices_of(const ReducedModel &model, const Layout &layout) {
+  const std::size_t na = model.modes, nc = model.contact_dofs(), own = model.own_contact_dofs();
+  Matrices made{model.kaa, rows_of_modes(model.mxa, layout), Slab<double>(own, na + nc), Slab<double>(own, nc)};
+  for (std::size_t i = 0; i < own; ++i) {
+    std::copy_n(&model.mxa[i * na], na, made.mass.row(i));
+    std::copy_n(&model.mxx[i * nc], nc, made.mass.row(i) + na);
+    std::copy_n(&model.kxx[i * nc], nc, made.stiffness.row(i));
+  }
+  return made;
+}
+
+Modal::Matrices Modal::matrices_of(const SectorIndex &index, const Layout &layout) {
+  const std::size_t na = layout.modes, nc = 3 * layout.points, own = 3 * layout.own_points.size();
+  std::vector<double> real, imaginary; // M_ax is their adjoint
+  for (const std::complex<double> value : index.mxa) real.push_back(value.real()), imaginary.push_back(-value.imag());
+  const Slab<double> real_rows = rows_of_modes(real, layout), imaginary_rows = rows_of_modes(imaginary, layout);
+  Matrices made{index.kaa, Slab<double>(real_rows.rows(), 2 * nc), Slab<double>(own, 2 * (na + nc)),
+                Slab<double>(own, 2 * nc)};
+  for (std::size_t i = 0; i < real_rows.rows(); ++i) {
+    std::copy_n(real_rows.row(i), nc, made.max.row(i));
+    std::copy_n(imaginary_rows.row(i), nc, made.max.row(i) + nc);
+  }
+  for (std::size_t i = 0; i < own; ++i) {
+    split(&index.mxa[i * na], na, made.mass.row(i));
+    split(&index.mxx[i * nc], nc, made.mass.row(i) + 2 * na);
+    split(&index.kxx[i * nc], nc, made.stiffness.row(i));
+  }
+  return made;
+}
+
+Modal::Modal(const ReducedModel &model, std::vector<SectorIndex> indices, const TravellingWave &wave,
+             const std::vector<ContactPoint> &contact, const std::vector<Standstill> &standstill,
+             const Damping &damping, const Layout &layout)
     : Modal(
           [&] {
             auto made = std::make_shared<Model>();
-            const std::size_t na = model.modes, nc = model.contact_dofs(), own = model.own_contact_dofs();
-            made->kaa = model.kaa;
-            made->max = rows_of_modes(model.mxa, layout);
-            made->mass = Slab<double>(own, na + nc), made->stiffness = Slab<double>(own, nc);
-            for (std::size_t i = 0; i < own; ++i) {
-              std::copy_n(&model.mxa[i * na], na, made->mass.row(i));
-              std::copy_n(&model.mxx[i * nc], nc, made->mass.row(i) + na);
-              std::copy_n(&model.kxx[i * nc], nc, made->stiffness.row(i));
-            }
+            made->wave = made->bases.wave = wave, made->indices = std::move(indices);
+            made->whole.comm = model.comm, made->whole.file = model.file;
+            made->whole.modes = model.modes, made->whole.points = model.points;
+            made->whole.own_modes = model.own_modes, made->whole.own_points = model.own_points;
+            made->matrices.resize(made->indices.size() + 1), made->bases.of_index.resize(made->matrices.size());
+            made->matrices[0] = matrices_of(model, layout);
             std::vector<double> springs = stuck_springs(contact);
-            if (layout.dofs() <= most_open && !damping.has_dampers()) // in its modes these are not diagonal
-              made->open = stuck_basis(model, std::vector<double>(springs.size()), layout);
-            made->basis = stuck_basis(model, std::move(springs), layout);
+            // in the modes of `open` dampers and sectors are not diagonal
+            if (layout.dofs() <= most_open && !damping.has_dampers() && wave.sectors == 0)
+              made->open.of_index = {
+                  std::make_shared<StuckBasis>(stuck_basis(model, std::vector<double>(springs.size()), layout))};
+            auto basis = std::make_shared<StuckBasis>(stuck_basis(model, std::move(springs), layout));
             for (const ModeRatio &ratio : damping.has_stuck_ratios() ? damping.ratios : std::vector<ModeRatio>())
-              made->basis.rates[ratio.mode - 1] = rate_of(made->basis, ratio);
+              basis->rates[ratio.mode - 1] = rate_of(*basis, ratio);
             if (damping.has_dampers()) {
               made->dampers = std::make_shared<Dampers>(model, contact, standstill, damping, layout);
-              made->dampers->project(made->basis);
+              made->dampers->project(*basis);
             }
-            if (!made->open.lambda.empty() && made->open.lambda.front() < least_held * made->basis.lambda.front())
+            if (!made->open.of_index.empty() && made->open.mean().lambda.front() < least_held * basis->lambda.front())
               made->open = {};
+            made->bases.of_index[0] = std::move(basis);
             return made;
           }(),
           layout) {
-  if (damping.has_stuck_ratios()) model_->dampers->take_ratios(*this, model_->basis, damping.ratios);
+  if (damping.has_stuck_ratios()) model_->dampers->take_ratios(*this, model_->bases.mean(), damping.ratios);
   dampers_ = model_->dampers;
 }
 
-Modal::Modal(std::shared_ptr<const Model> model, const Layout &layout)
-    : model_(std::move(model)), layout_(layout), padded_(padded<double>(layout.width)), counts_(layout.size),
-      starts_(layout.size), received_(static_cast<std::size_t>(layout.dofs()) * layout.width),
-      all_(static_cast<std::size_t>(layout.dofs()) * padded_),
-      product_(static_cast<std::size_t>(layout.own_dofs()) * padded_) {
+Modal::Modal(std::shared_ptr<Model> model, const Layout &layout)
+    : model_(std::move(model)), layout_(layout), counts_(layout.size), starts_(layout.size),
+      received_(static_cast<std::size_t>(layout.dofs()) * layout.width) {
+  const std::vector<IndexGroup> groups = groups_of(model_->wave, layout.width);
+  model_->make(groups, layout);
+  for (const IndexGroup &group : groups) {
+    const Matrices &of = model_->matrices[group.index];
+    Bundle<double> all(of.mass, group.columns(), group.whole), contact(of.stiffness, group.columns(), group.whole);
+    const std::size_t product = static_cast<std::size_t>(layout.own_dofs()) * all.room();
+    sheaves_.push_back({group, std::move(all), std::move(contact), Aligned<double>(product)});
+  }
   for (int r = 0; r < layout.size; ++r) {
     const Range modes = share_of(layout.modes, r, layout.size), points = share_of(layout.points, r, layout.size);
     counts_[r] = (modes.size() + 3 * points.size()) * layout.width;
     starts_[r] = (modes.begin + 3 * points.begin) * layout.width;
+  }
+}
+
+// Matrices and modes of the indices that are new.
+void Modal::Model::make(const std::vector<IndexGroup> &groups, const Layout &layout) {
+  std::vector<const SectorIndex *> wanted;
+  std::vector<int> which;
+  for (const IndexGroup &group : groups)
+    if (!bases.of_index[group.index]) wanted.push_back(&indices[group.index - 1]), which.push_back(group.index);
+  std::vector<StuckBasis> made = stuck_bases(whole, wanted, bases.mean().springs, layout);
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    bases.of_index[which[i]] = std::make_shared<StuckBasis>(std::move(made[i]));
+    matrices[which[i]] = matrices_of(indices[which[i] - 1], layout);
+    indices[which[i] - 1] = {};
   }
 }
 
@@ -74,7 +126,7 @@ std::unique_ptr<LinearPart> Modal::like(const Layout &layout) const {
   return other;
 }
 
-// all_ = coefficients of all dofs.
+// Coefficients of all dofs. What complex matrices are applied to has two parts: of modes both, then of contact dofs.
 void Modal::gather(const double *q) {
   const double *from = q;
   if (layout_.size > 1) {
@@ -82,45 +134,82 @@ void Modal::gather(const double *q) {
                    layout_.comm);
     from = received_.data();
   }
-  const int w = layout_.width;
-  for (int r = 0; r < layout_.size; ++r) {
-    const Range modes = share_of(layout_.modes, r, layout_.size), points = share_of(layout_.points, r, layout_.size);
-    for (const auto &[begin, end] : {std::pair(modes.begin, modes.end),
-                                     std::pair(layout_.modes + 3 * points.begin, layout_.modes + 3 * points.end)})
-      for (PetscInt dof = begin; dof < end; ++dof, from += w)
-        std::copy_n(from, w, &all_[static_cast<std::size_t>(dof) * padded_]);
-  }
+  const PetscInt na = layout_.modes, nc = 3 * layout_.points;
+  for (int r = 0; r < layout_.size; ++r)
+    for (const PetscInt number : numbers_of(layout_, r)) {
+      for (Sheaf &sheaf : sheaves_) {
+        const bool mode = number < na, complex = sheaf.of.complex;
+        const PetscInt row = mode || !complex ? number : na + number, block = mode ? na : nc;
+        for (int c = 0; c < sheaf.of.columns(); ++c) {
+          const double real = sheaf.of.real(c, from), imaginary = complex ? sheaf.of.imaginary(c, from) : 0;
+          sheaf.all.at(row, c) = real;
+          if (complex) sheaf.all.at(row + block, c) = imaginary;
+          if (mode) continue;
+          sheaf.contact.at(number - na, c) = real;
+          if (complex) sheaf.contact.at(number - na + nc, c) = imaginary;
+        }
+      }
+      from += layout_.width;
+    }
 }
 
 void Modal::multiply(const double *q, double *stiffness_force, double *inertia_force) {
   const int w = layout_.width;
   const PetscInt own_modes = layout_.own_modes.size(), own = 3 * layout_.own_points.size();
   gather(q);
-  const double *contact = &all_[static_cast<std::size_t>(layout_.modes) * padded_];
-  dovetail::multiply(model_->max, 0, own_modes, contact, padded_, product_.data());
-  unpad(product_.data(), padded_, w, own_modes, inertia_force);
-  for (PetscInt j = 0; j < own_modes; ++j)
-    for (int i = 0; i < w; ++i) {
-      inertia_force[j * w + i] += q[j * w + i];
-      stiffness_force[j * w + i] = model_->kaa[layout_.own_modes.begin + j] * q[j * w + i];
-    }
-  dovetail::multiply(model_->mass, 0, own, all_.data(), padded_, product_.data());
-  unpad(product_.data(), padded_, w, own, inertia_force + own_modes * w);
-  dovetail::multiply(model_->stiffness, 0, own, contact, padded_, product_.data());
-  unpad(product_.data(), padded_, w, own, stiffness_force + own_modes * w);
+  for (Sheaf &sheaf : sheaves_) {
+    const Matrices &of = model_->matrices[sheaf.of.index];
+    const auto put = [&](const Bundle<double> &columns, const Slab<double> &matrix, PetscInt rows, double *to) {
+      columns.multiplied(matrix, 0, rows, sheaf.product.data());
+      for (PetscInt i = 0; i < rows; ++i)
+        for (int c = 0; c < sheaf.of.columns(); ++c)
+          to[i * w + sheaf.of.coefficients[c]] = sheaf.product[i * columns.room() + c];
+    };
+    put(sheaf.contact, of.max, own_modes, inertia_force);
+    for (PetscInt j = 0; j < own_modes; ++j)
+      for (const int i : sheaf.of.coefficients) {
+        inertia_force[j * w + i] += q[j * w + i];
+        stiffness_force[j * w + i] = of.kaa[layout_.own_modes.begin + j] * q[j * w + i];
+      }
+    put(sheaf.all, of.mass, own, inertia_force + own_modes * w);
+    put(sheaf.contact, of.stiffness, own, stiffness_force + own_modes * w);
+  }
 }
 
 std::vector<Coupling> Modal::couplings() const {
-  return list_couplings<double>(layout_, model_->kaa, [&](PetscInt i) {
-    return ContactRow<double>{model_->mass.row(i), model_->mass.row(i) + layout_.modes, model_->stiffness.row(i)};
+  if (model_->wave.sectors > 0) throw ComputeError(other_in_every_harmonic);
+  const Matrices &of = model_->matrices[0];
+  return list_couplings<double>(layout_, of.kaa, [&](PetscInt i) {
+    return ContactRow<double>{of.mass.row(i), of.mass.row(i) + layout_.modes, of.stiffness.row(i)};
   });
+}
+
+std::vector<std::vector<ComplexCoupling>> Modal::couplings_by_index() const {
+  using Complex = std::complex<double>;
+  const PetscInt na = layout_.modes, nc = 3 * layout_.points;
+  std::vector<Complex> mxa(na), mxx(nc), kxx(nc);
+  std::vector<std::vector<ComplexCoupling>> all(model_->matrices.size());
+  for (std::size_t h = 0; h < all.size(); ++h) {
+    if (!model_->bases.of_index[h]) continue;
+    const Matrices &of = model_->matrices[h];
+    all[h] = list_couplings<Complex>(layout_, of.kaa, [&](PetscInt i) {
+      const auto copy = [&](const double *from, std::vector<Complex> &to) { // real parts, then imaginary ones
+        const std::size_t n = to.size();
+        for (std::size_t j = 0; j < n; ++j) to[j] = {from[j], h == 0 ? 0 : from[n + j]};
+        return from + (h == 0 ? n : 2 * n);
+      };
+      copy(copy(of.mass.row(i), mxa), mxx), copy(of.stiffness.row(i), kxx);
+      return ContactRow<Complex>{mxa.data(), mxx.data(), kxx.data()};
+    });
+  }
+  return all;
 }
 
 UniqueMat Modal::matrix(const ContactForces &) const {
   UniqueMat J;
   auto solver = std::make_unique<ModalSolver>(
-      std::shared_ptr<const StuckBasis>(model_, &model_->basis),
-      model_->open.lambda.empty() ? nullptr : std::shared_ptr<const StuckBasis>(model_, &model_->open), layout_);
+      std::shared_ptr<const StuckBases>(model_, &model_->bases),
+      model_->open.of_index.empty() ? nullptr : std::shared_ptr<const StuckBases>(model_, &model_->open), layout_);
   check(MatCreateShell(layout_.comm, layout_.own_unknowns(), layout_.own_unknowns(), layout_.unknowns(),
                        layout_.unknowns(), solver.release(), J.out()),
         "laying out the Jacobian");

@@ -1,21 +1,26 @@
 #pragma once
 // The harmonic system without any large sparse matrix: K and M as the dense rows they are, and the Jacobian solved with
-// in the modes of the stuck structure (modal_solver.hpp). The unknowns are the same as in the assembled form.
+// in the modes of the stuck structure (modal_solver.hpp). The unknowns are the same as in the assembled form. On a
+// sector each |h| that harmonics have has K, M and modes of its own, made when the first harmonic wants them.
 #include "contact/law.hpp"
+#include "harmonic/index_groups.hpp"
 #include "harmonic/linear_part.hpp"
+#include "harmonic/strands.hpp"
 #include "harmonic/stuck_basis.hpp"
 
 namespace dovetail {
 
 class Modal : public LinearPart {
 public:
-  /// Collective.
-  Modal(const ReducedModel &model, const std::vector<ContactPoint> &contact, const std::vector<Standstill> &standstill,
-        const Damping &damping, const Layout &layout);
+  /// `indices`: of a sector's model, for the wave. Collective.
+  Modal(const ReducedModel &model, std::vector<SectorIndex> indices, const TravellingWave &wave,
+        const std::vector<ContactPoint> &contact, const std::vector<Standstill> &standstill, const Damping &damping,
+        const Layout &layout);
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
   std::vector<Coupling> couplings() const override;
+  std::vector<std::vector<ComplexCoupling>> couplings_by_index() const override;
   UniqueMat matrix(const ContactForces &contact) const override;
   void fill(Mat J, const JacobianParts &parts) override;
   void set_up(KSP ksp, Mat J) const override;
@@ -27,24 +32,37 @@ public:
   LinearEffort take_effort(Mat J, int solves) const override;
 
 private:
-  struct Model { // for any harmonics
+  struct Matrices { // of one |h|; of complex ones the real part of each column block, then the imaginary one
     std::vector<double> kaa;
-    Slab<double> max;                 // (own modes, 3 N_x)
-    Slab<double> mass;                // (own contact dofs, N_a + 3 N_x): M_xa, M_xx
-    Slab<double> stiffness;           // (own contact dofs, 3 N_x): K_xx
-    StuckBasis basis, open;           // with contacts stuck, and without any: the latter of models that are not large
-    std::shared_ptr<Dampers> dampers; // or none
+    Slab<double> max;       // (own modes, 3 N_x)
+    Slab<double> mass;      // (own contact dofs, N_a + 3 N_x): M_xa, M_xx
+    Slab<double> stiffness; // (own contact dofs, 3 N_x): K_xx
   };
-  Modal(std::shared_ptr<const Model> model, const Layout &layout);
+  static Matrices matrices_of(const ReducedModel &model, const Layout &layout);
+  static Matrices matrices_of(const SectorIndex &index, const Layout &layout);
+  struct Model { // for any harmonics
+    TravellingWave wave;
+    ReducedModel whole;               // without matrices
+    std::vector<SectorIndex> indices; // (N / 2) of which no harmonic has had any yet
+    std::vector<Matrices> matrices;   // by |h|
+    StuckBases bases, open;           // with contacts stuck, and without any: the latter of models that are not large
+    std::shared_ptr<Dampers> dampers; // or none
+    void make(const std::vector<IndexGroup> &groups, const Layout &layout);
+  };
+  struct Sheaf { // the coefficients of harmonics that share matrices
+    IndexGroup of;
+    Bundle<double> all;      // (N_a + 3 N_x, columns); of complex matrices each of the two blocks twice
+    Bundle<double> contact;  // its last block
+    Aligned<double> product; // (own dofs, columns)
+  };
+  Modal(std::shared_ptr<Model> model, const Layout &layout);
   void gather(const double *q);
 
-  std::shared_ptr<const Model> model_;
+  std::shared_ptr<Model> model_;
   Layout layout_;
-  int padded_;
+  std::vector<Sheaf> sheaves_;
   std::vector<int> counts_, starts_; // of the ranks' coefficients
   std::vector<double> received_;     // (dofs * width) those of all ranks
-  Aligned<double> all_;              // (dofs, padded) in the order of the results
-  Aligned<double> product_;          // (own dofs, padded)
 };
 
 } // namespace dovetail

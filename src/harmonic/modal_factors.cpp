@@ -36,8 +36,47 @@ void solve_in_place(const std::vector<double> &factors, const std::vector<PetscB
                  &n, &info);
 }
 
-ModalFactors::ModalFactors(const StuckBasis &basis, const Layout &layout)
-    : basis_(basis), layout_(layout), n_(layout.dofs()) {}
+ModalFactors::ModalFactors(const StuckBases &bases, const Layout &layout)
+    : bases_(bases), basis_(bases.mean()), layout_(layout), n_(layout.dofs()) {
+  for (IndexGroup &group : groups_of(bases.wave, layout.width)) {
+    const StuckBasis &basis = *bases.of_index[group.index];
+    const std::size_t length = group.complex ? 2 * n_ : n_;
+    sheaves_.push_back({std::move(group), basis, length, {}});
+  }
+}
+
+// q (rows, 2H+1) = rows of Phi, `stride` numbers apart, times y (n, 2H+1): the coefficients of these harmonics.
+void ModalFactors::move(const Sheaf &of, std::size_t rows, const double *phi, std::size_t stride, const double *y,
+                        double *q) const {
+  const std::size_t w = layout_.width, columns = of.of.columns();
+  if (of.of.whole) return gemm("N", "N", w, rows, n_, y, w, phi, stride, 0, q, w);
+  std::vector<double> parted(of.length * columns), moved(rows * columns);
+  for (std::size_t j = 0; j < n_; ++j)
+    for (std::size_t c = 0; c < columns; ++c) {
+      parted[j * columns + c] = of.of.real(static_cast<int>(c), y + j * w);
+      if (of.of.complex) parted[(n_ + j) * columns + c] = of.of.imaginary(static_cast<int>(c), y + j * w);
+    }
+
+  gemm("N", "N", columns, rows, of.length, parted.data(), columns, phi, stride, 0, moved.data(), columns);
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t c = 0; c < columns; ++c) q[i * w + of.of.coefficients[c]] = moved[i * columns + c];
+}
+
+// y += Phi^H f, likewise.
+void ModalFactors::press(const Sheaf &of, std::size_t rows, const double *phi, std::size_t stride, const double *f,
+                         double *y) const {
+  const std::size_t w = layout_.width, columns = of.of.columns();
+  if (of.of.whole) return gemm("N", "T", w, n_, rows, f, w, phi, stride, 1, y, w);
+  std::vector<double> parted(of.length * columns), forces(rows * columns);
+
+  for (std::size_t i = 0; i < rows; ++i)
+    for (std::size_t c = 0; c < columns; ++c) forces[i * columns + c] = f[i * w + of.of.coefficients[c]];
+  gemm("N", "T", columns, of.length, rows, forces.data(), columns, phi, stride, 0, parted.data(), columns);
+  for (std::size_t j = 0; j < n_; ++j)
+    for (int c = 0; c < of.of.columns(); ++c)
+      y[j * w + of.of.coefficients[c]] += of.of.joined(
+          c, parted[j * columns + c], of.of.complex ? parted[(n_ + j) * columns + of.of.partners[c]] : 0.0);
+}
 
 void ModalFactors::share_moving() {
   std::vector<PetscInt> numbers;
@@ -48,47 +87,70 @@ void ModalFactors::share_moving() {
 void ModalFactors::gather_rows() {
   if (factored_ == all_moving_) return;
   factored_ = all_moving_;
-  std::vector<double> own;
-  for (const int dof : moving_) {
-    const double *row = basis_.exact.row(layout_.own_modes.size() + dof);
-    own.insert(own.end(), row, row + n_);
+  for (Sheaf &sheaf : sheaves_) {
+    std::vector<double> own;
+    for (const int dof : moving_) {
+      const double *row = sheaf.basis.exact.row(layout_.own_modes.size() + dof);
+      own.insert(own.end(), row, row + sheaf.length);
+    }
+    gather(layout_, std::move(own), sheaf.rows, MPI_DOUBLE);
   }
-  gather(layout_, std::move(own), rows_, MPI_DOUBLE);
 }
 
 // D^-1. The damping of the other points' springs, which the structure does not have, leaves the diagonal.
 void ModalFactors::weigh() {
-  std::vector<double> damped(n_);
-  std::size_t next = 0;
-  for (PetscInt dof = 0; dof < 3 * layout_.own_points.size(); ++dof) {
-    if (next < moving_.size() && moving_[next] == dof) {
-      ++next;
-      continue;
-    }
-    const double *row = basis_.exact.row(layout_.own_modes.size() + dof), spring = basis_.springs[dof];
-    for (std::size_t j = 0; j < n_; ++j) damped[j] -= spring * row[j] * row[j];
-  }
-  MPI_Allreduce(MPI_IN_PLACE, damped.data(), static_cast<int>(n_), MPI_DOUBLE, MPI_SUM, layout_.comm);
   const int harmonics = layout_.width / 2;
   own_.resize(n_ * (harmonics + 1)), other_.resize(own_.size());
-  for (std::size_t j = 0, at = 0; j < n_; ++j)
-    for (int k = 0; k <= harmonics; ++k, ++at) {
-      const double lambda = basis_.lambda[j], a = structure_.in_phase(k, lambda, 1),
-                   b = structure_.quadrature(k, std::max(0.0, lambda + damped[j]), 1) + basis_.damper(structure_, k, j),
-                   square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
-      own_[at] = a / square, other_[at] = b / square;
+  for (const Sheaf &sheaf : sheaves_) {
+    const StuckBasis &basis = sheaf.basis;
+    std::vector<double> damped(n_);
+    std::size_t next = 0;
+    for (PetscInt dof = 0; dof < 3 * layout_.own_points.size(); ++dof) {
+      if (next < moving_.size() && moving_[next] == dof) {
+        ++next;
+        continue;
+      }
+      const double *row = basis.exact.row(layout_.own_modes.size() + dof), spring = basis.springs[dof];
+      for (std::size_t j = 0; j < sheaf.length; ++j) damped[j % n_] -= spring * row[j] * row[j];
     }
+    MPI_Allreduce(MPI_IN_PLACE, damped.data(), static_cast<int>(n_), MPI_DOUBLE, MPI_SUM, layout_.comm);
+    for (int k = 0; k <= harmonics; ++k) {
+      if (&bases_.of(k) != &basis) continue;
+      for (std::size_t j = 0, at = k; j < n_; ++j, at += harmonics + 1) {
+        const double lambda = basis.lambda[j], a = structure_.in_phase(k, lambda, 1),
+                     b = structure_.quadrature(k, std::max(0.0, lambda + damped[j]), 1) +
+                         basis.damper(structure_, k, j),
+                     square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
+        own_[at] = a / square, other_[at] = b / square;
+      }
+    }
+  }
 }
 
+// With Phi_c = R + i I and D^-1 = o - i t it is [R o + I t, I o - R t] [R I]^T - i [R t - I o, I t + R o] [R I]^T.
 void ModalFactors::flexibility(int k, double *in_phase, double *out_of_phase) {
-  const std::size_t rows = factored_.size(), stride = layout_.width / 2 + 1;
-  scaled_.resize(rows_.size());
+  const Sheaf &of = *std::find_if(sheaves_.begin(), sheaves_.end(),
+                                  [&](const Sheaf &sheaf) { return &sheaf.basis == &bases_.of(k); });
+  const std::size_t rows = factored_.size(), stride = layout_.width / 2 + 1, length = of.length;
+  const double *own = own_.data() + k, *other = other_.data() + k;
+  const double sign = bases_.wave.index(k) < 0 ? -1 : 1;
+  scaled_.resize(rows * length);
   for (const bool phase : {true, false}) {
     if (k == 0 && !phase) break;
-    const double *weight = (phase ? own_ : other_).data() + k;
-    for (std::size_t i = 0; i < rows; ++i)
-      for (std::size_t j = 0; j < n_; ++j) scaled_[i * n_ + j] = weight[j * stride] * rows_[i * n_ + j];
-    gemm("T", "N", rows, rows, n_, rows_.data(), n_, scaled_.data(), n_, 0, phase ? in_phase : out_of_phase, rows);
+    const double *same = phase ? own : other, *across = phase ? other : own;
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double *R = &of.rows[i * length], *I = R + n_;
+      double *to = &scaled_[i * length];
+      for (std::size_t j = 0; j < n_; ++j) to[j] = same[j * stride] * R[j];
+      if (!of.of.complex) continue;
+      const double turn = phase ? sign : -sign;
+      for (std::size_t j = 0; j < n_; ++j) {
+        to[j] += turn * across[j * stride] * I[j];
+        to[n_ + j] = same[j * stride] * I[j] - turn * across[j * stride] * R[j];
+      }
+    }
+    gemm("T", "N", rows, rows, length, of.rows.data(), length, scaled_.data(), length, 0,
+         phase ? in_phase : out_of_phase, rows);
   }
 }
 
@@ -113,7 +175,8 @@ bool ModalFactors::factor(const JacobianParts &parts, bool precisely) {
 void ModalFactors::to_modes(const double *own, std::vector<double> &y) const {
   const std::size_t w = layout_.width;
   y.assign(n_ * w, 0);
-  gemm("N", "T", w, n_, layout_.own_dofs(), own, w, basis_.exact.row(0), basis_.exact.stride(), 0, y.data(), w);
+  for (const Sheaf &sheaf : sheaves_)
+    press(sheaf, layout_.own_dofs(), sheaf.basis.exact.row(0), sheaf.basis.exact.stride(), own, y.data());
   MPI_Allreduce(MPI_IN_PLACE, y.data(), static_cast<int>(y.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
 }
 
@@ -136,10 +199,10 @@ void ModalFactors::solve_in_modes(std::vector<double> &y) {
   y_ = y;
   divide();
   motion_.resize(rows * w), force_.assign(rows * w, 0);
-  gemm("N", "N", w, rows, n_, y.data(), w, rows_.data(), n_, 0, motion_.data(), w);
+  for (const Sheaf &of : sheaves_) move(of, rows, of.rows.data(), of.length, y.data(), motion_.data());
   react();
   y.swap(y_);
-  gemm("N", "T", w, n_, rows, force_.data(), w, rows_.data(), n_, 1, y.data(), w);
+  for (const Sheaf &of : sheaves_) press(of, rows, of.rows.data(), of.length, force_.data(), y.data());
   divide();
 }
 
@@ -152,8 +215,8 @@ void ModalFactors::solve(const double *r, double *x) {
   MPI_Bcast(&last, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
   last = (last - std::inner_product(c_.begin(), c_.end(), y.begin(), 0.0)) / schur_;
   for (std::size_t i = 0; i < y.size(); ++i) y[i] -= last * b_[i];
-  gemm("N", "N", layout_.width, layout_.own_dofs(), n_, y.data(), layout_.width, basis_.exact.row(0),
-       basis_.exact.stride(), 0, x, layout_.width);
+  for (const Sheaf &of : sheaves_)
+    move(of, layout_.own_dofs(), of.basis.exact.row(0), of.basis.exact.stride(), y.data(), x);
   if (layout_.owns_omega()) x[layout_.own_coefficients()] = last;
 }
 

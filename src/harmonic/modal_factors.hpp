@@ -1,13 +1,14 @@
 #pragma once
 // The bordered Jacobian factored in modes of the structure (docs/theory/stuck-modes.md). There it is diagonal, D, but
 // for the contacts, whose part Delta has few rows or can be written with few:
-//     (D + Phi_c^T Delta Phi_c)^-1 = D^-1 - D^-1 Phi_c^T Delta (I + F Delta)^-1 Phi_c D^-1,   F = Phi_c D^-1 Phi_c^T.
+//     (D + Phi_c^H Delta Phi_c)^-1 = D^-1 - D^-1 Phi_c^H Delta (I + F Delta)^-1 Phi_c D^-1,   F = Phi_c D^-1 Phi_c^H.
 // What I + F Delta is like depends on the basis: contact_factors.hpp, window_factors.hpp. Every rank factors and solves
 // the same.
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "harmonic/index_groups.hpp"
 #include "harmonic/linear_part.hpp"
 #include "harmonic/stuck_basis.hpp"
 
@@ -54,20 +55,24 @@ public:
   int determinant_sign() const { return sign_; } ///< of what was factored
 
 protected:
-  /// `basis` must outlive this.
-  ModalFactors(const StuckBasis &basis, const Layout &layout);
+  /// `bases` must outlive this.
+  ModalFactors(const StuckBases &bases, const Layout &layout);
 
   /// I + F Delta, factored; the sign of its determinant. `rows_`, `own_` and `other_` are there. Collective.
   virtual int decompose(const JacobianParts &parts, bool precisely) = 0;
   /// force_ = -Delta (I + F Delta)^-1 motion_.
   virtual void react() = 0;
 
-  void share_moving();                                             // all_moving_, from moving_
-  void flexibility(int k, double *in_phase, double *out_of_phase); // F of a harmonic, (rows, rows) each; k = 0: one
+  void share_moving(); // all_moving_, from moving_
+  /// F of a harmonic, (rows, rows) each, by rows; k = 0: one.
+  void flexibility(int k, double *in_phase, double *out_of_phase);
 
-  const StuckBasis &basis_;
+  double length() const { return static_cast<double>(sheaves_.back().length); } // of a row of Phi_c, the longest
+
+  const StuckBases &bases_;
+  const StuckBasis &basis_; // of the mean
   Layout layout_;
-  std::size_t n_;                    // modes of the basis
+  std::size_t n_;                    // modes of a basis
   std::vector<int> moving_;          // own contact dofs that Delta has rows of
   std::vector<PetscInt> all_moving_; // those of all ranks, by number
   std::vector<PetscInt> factored_;   // those that were factored, from here on `rows`
@@ -80,9 +85,19 @@ private:
   void to_modes(const double *own, std::vector<double> &y) const;
   void solve_in_modes(std::vector<double> &y);
 
-  std::vector<double> rows_;        // (rows, n) Phi_c of those
+  struct Sheaf { // harmonics that share a basis
+    IndexGroup of;
+    const StuckBasis &basis;
+    std::size_t length;       // of a row of Phi: n, or twice that if complex
+    std::vector<double> rows; // (rows, length) Phi_c of those that were factored
+  };
+  void move(const Sheaf &of, std::size_t rows, const double *phi, std::size_t stride, const double *y, double *q) const;
+  void press(const Sheaf &of, std::size_t rows, const double *phi, std::size_t stride, const double *f,
+             double *y) const;
+
+  std::vector<Sheaf> sheaves_;
   std::vector<double> own_, other_; // (n, H+1) D^-1 = [own, -other; other, own] of a mode and harmonic
-  std::vector<double> scaled_;      // (rows, n)
+  std::vector<double> scaled_;      // (rows, length)
   std::vector<double> b_, c_;       // (n, 2H+1) the inverse times the border's column; its row
   std::vector<double> y_;
   double schur_ = 1;

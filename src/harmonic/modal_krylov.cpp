@@ -17,9 +17,9 @@ constexpr PetscInt large = 1000; // dofs: with fewer, one Jacobian's coarse spac
 
 } // namespace
 
-ModalKrylov::ModalKrylov(const StuckBasis &basis, const Layout &layout)
-    : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
-      own_modal_(own_.size() * layout.width), operator_(basis_, layout), coarse_(basis_, layout) {
+ModalKrylov::ModalKrylov(const StuckBases &bases, const Layout &layout)
+    : bases_(bases), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+      own_modal_(own_.size() * layout.width), operator_(bases, layout), coarse_(bases, layout) {
   const PetscInt own = own_modal_ + (layout_.owns_omega() ? 1 : 0);
   matrix_ = shell_matrix<&ModalKrylov::apply>(layout_.comm, own, layout_.unknowns(), this, doing);
   check(MatCreateVecs(matrix_, right_.out(), answer_.out()), doing);
@@ -56,8 +56,7 @@ void ModalKrylov::take(const JacobianParts &parts) {
 
 // Products with Phi_c and its transpose, and the vectors that GMRES keeps.
 double ModalKrylov::work() const {
-  const double n = static_cast<double>(layout_.dofs()), c = 3.0 * layout_.points;
-  return (4 * c * padded<float>(layout_.width) + 60 * layout_.width) * n + 3e5;
+  return operator_.work() + 60.0 * layout_.width * static_cast<double>(layout_.dofs()) + 3e5;
 }
 
 bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
@@ -120,10 +119,11 @@ int sign_of_met(KSP ksp) {
 // Diagonal blocks [a b; -b a] of each cosine-sine pair.
 template <class Work> void ModalKrylov::pairs(Work &&work) {
   for (PetscInt i = 0; i < own_.size(); ++i) {
-    const double lambda = basis_.lambda[own_.begin + i], damped = basis_.damped[own_.begin + i];
     for (int k = 0; k <= layout_.width / 2; ++k) {
-      const double a = structure_.in_phase(k, lambda, 1),
-                   b = structure_.quadrature(k, damped, 1) + basis_.damper(structure_, k, own_.begin + i);
+      const StuckBasis &basis = bases_.of(k);
+      const double lambda = basis.lambda[own_.begin + i], a = structure_.in_phase(k, lambda, 1),
+                   b = structure_.quadrature(k, basis.damped[own_.begin + i], 1) +
+                       basis.damper(structure_, k, own_.begin + i);
       const double square = std::max(a * a + b * b, 1e-20 * lambda * lambda); // no mode is undamped so exactly
       work(i * layout_.width + (k == 0 ? 0 : cosine(k)), k, a / square, b / square);
     }
@@ -151,7 +151,7 @@ void ModalKrylov::prepare_weights() {
   for (PetscInt i = 0; i < own_.size(); ++i)
     for (int j = 0; j < layout_.width; ++j) {
       const int k = (j + 1) / 2;
-      roots_[i * layout_.width + j] = std::sqrt(basis_.lambda[own_.begin + i] + structure_.inertia(k));
+      roots_[i * layout_.width + j] = std::sqrt(bases_.of(k).lambda[own_.begin + i] + structure_.inertia(k));
       weights_[i * layout_.width + j] = 1 / roots_[i * layout_.width + j];
     }
 }
@@ -198,13 +198,13 @@ void ModalKrylov::apply(Vec y, Vec out) {
          along = std::inner_product(c_.begin(), c_.end(), static_cast<const double *>(in), 0.0);
   operator_.apply(in, to, last, along);
   for (PetscInt i = 0; i < own_.size(); ++i) {
-    const double lambda = basis_.lambda[own_.begin + i];
     const double *row = in + i * layout_.width;
     double *result = to + i * layout_.width;
-    result[0] += lambda * row[0];
+    result[0] += bases_.mean().lambda[own_.begin + i] * row[0];
     for (int k = 1; k <= layout_.width / 2; ++k) {
-      const double a = structure_.in_phase(k, lambda, 1),
-                   b = structure_.quadrature(k, lambda, 1) + basis_.damper(structure_, k, own_.begin + i);
+      const StuckBasis &basis = bases_.of(k);
+      const double lambda = basis.lambda[own_.begin + i], a = structure_.in_phase(k, lambda, 1),
+                   b = structure_.quadrature(k, lambda, 1) + basis.damper(structure_, k, own_.begin + i);
       result[cosine(k)] += a * row[cosine(k)] + b * row[sine(k)];
       result[sine(k)] += a * row[sine(k)] - b * row[cosine(k)];
     }

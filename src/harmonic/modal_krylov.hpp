@@ -19,8 +19,8 @@ int sign_of_met(KSP ksp);
 
 class ModalKrylov {
 public:
-  /// `basis` must outlive this.
-  ModalKrylov(const StuckBasis &basis, const Layout &layout);
+  /// `bases` must outlive this.
+  ModalKrylov(const StuckBases &bases, const Layout &layout);
   ModalKrylov(const ModalKrylov &) = delete; // PETSc knows where it is
 
   void begin(bool for_one);              ///< of another Newton solve, or of one Jacobian, of which nothing is factored
@@ -52,7 +52,7 @@ private:
   void weigh(double *r) const;                   // from forces to their norm of energy
   void bound_left();
 
-  const StuckBasis &basis_;
+  const StuckBases &bases_;
   Layout layout_;
   Range own_;          // modal unknowns
   PetscInt own_modal_; // their coefficients

@@ -20,15 +20,12 @@ DOVETAIL_WIDE void add_to(const float *__restrict block, int width, int padded, 
   }
 }
 
-DOVETAIL_WIDE void add_scaled(float factor, const std::vector<float> &from, float *__restrict to) {
-  for (std::size_t i = 0; i < from.size(); ++i) to[i] += factor * from[i];
-}
-
 } // namespace
 
-ModalOperator::ModalOperator(const StuckBasis &basis, const Layout &layout)
-    : basis_(basis), layout_(layout), own_(own_share(layout.comm, layout.dofs())), padded_(padded<Real>(layout.width)),
-      counts_(layout.size), starts_(layout.size), points_(layout.own_points.size()), cross_(padded_),
+ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
+    : basis_(bases.mean()), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+      padded_(padded<Real>(layout.width)), counts_(layout.size), starts_(layout.size),
+      points_(layout.own_points.size()), cross_(padded_),
       written_(9 * static_cast<std::size_t>(layout.width) * layout.width) {
   for (int r = 0; r < layout.size; ++r) {
     const Range share = share_of(layout.dofs(), r, layout.size);
@@ -36,6 +33,12 @@ ModalOperator::ModalOperator(const StuckBasis &basis, const Layout &layout)
   }
   const std::size_t all = static_cast<std::size_t>(layout.dofs()) * padded_ + 1;
   all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
+  for (const IndexGroup &group : groups_of(bases.wave, layout.width)) {
+    const StuckBasis &basis = *bases.of_index[group.index];
+    const auto bundle = [&] { return Bundle<Real>(basis.phi, group.columns(), group.whole); };
+    const int room = bundle().room();
+    sheaves_.push_back({group, basis, bundle(), bundle(), Aligned<Real>(3 * points_at_once * room)});
+  }
   const std::size_t rows = std::max<std::size_t>(layout.own_dofs(), 3 * points_at_once);
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
 }
@@ -79,7 +82,7 @@ void ModalOperator::take(const ContactForces &contact, const double *held, const
   }
 }
 
-// all_ = the modal unknowns of all ranks.
+// all_ = the modal unknowns of all ranks, and of each basis those of its harmonics.
 void ModalOperator::spread(const double *y, double last) {
   Real *own = &all_[starts_[layout_.rank]];
   const PetscInt rows = own_.size();
@@ -90,10 +93,50 @@ void ModalOperator::spread(const double *y, double last) {
   if (layout_.size > 1)
     MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), MPI_FLOAT,
                    layout_.comm);
+  const std::size_t n = layout_.dofs();
+  for (Sheaf &sheaf : sheaves_)
+    for (std::size_t j = 0; j < n; ++j)
+      for (int c = 0; c < sheaf.of.columns(); ++c) {
+        sheaf.all.at(j, c) = sheaf.of.real(c, &all_[j * padded_]);
+        if (sheaf.of.complex) sheaf.all.at(n + j, c) = sheaf.of.imaginary(c, &all_[j * padded_]);
+      }
 }
 
-// out = own part of the sum of sum_ over all ranks.
+// motion (count, padded) = rows of Phi times what was spread, from `row` on, few at a time.
+void ModalOperator::move(PetscInt row, PetscInt count, Real *motion) {
+  for (Sheaf &sheaf : sheaves_) {
+    const int room = sheaf.all.room();
+    sheaf.all.multiplied(sheaf.basis.phi, row, count, sheaf.few.data());
+    for (PetscInt i = 0; i < count; ++i)
+      for (int c = 0; c < sheaf.of.columns(); ++c)
+        motion[i * padded_ + sheaf.of.coefficients[c]] = sheaf.few[i * room + c];
+  }
+}
+
+// Adds those rows' transpose, times the force, to the sums.
+void ModalOperator::press(PetscInt row, PetscInt count, const Real *force) {
+  for (Sheaf &sheaf : sheaves_) {
+    const int room = sheaf.sum.room();
+    for (PetscInt i = 0; i < count; ++i)
+      for (int c = 0; c < sheaf.of.columns(); ++c)
+        sheaf.few[i * room + c] = force[i * padded_ + sheaf.of.coefficients[c]];
+    sheaf.sum.add_transposed_of(sheaf.basis.phi, row, count, sheaf.few.data());
+  }
+}
+
+void ModalOperator::clear_sum() {
+  for (Sheaf &sheaf : sheaves_) sheaf.sum.clear();
+}
+
+// out = own part of the sums over all ranks.
 void ModalOperator::collect(double *out, double *sum) {
+  const std::size_t n = layout_.dofs();
+  for (const Sheaf &sheaf : sheaves_)
+    for (std::size_t j = 0; j < n; ++j)
+      for (int c = 0; c < sheaf.of.columns(); ++c)
+        sum_[j * padded_ + sheaf.of.coefficients[c]] = sheaf.of.joined(
+            c, sheaf.sum.at(j, c), sheaf.of.complex ? sheaf.sum.at(n + j, sheaf.of.partners[c]) : Real{});
+
   const Timed timed(Work::exchange);
   const Real *share = sum_.data();
   if (layout_.size > 1) {
@@ -108,12 +151,11 @@ void ModalOperator::collect(double *out, double *sum) {
 void ModalOperator::to_modes(const double *r, double *out) {
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
-  sum_.clear();
+  clear_sum();
   {
     const Timed timed(Work::modes);
     for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
-      add_transposed(basis_.phi, d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_],
-                     padded_, sum_.data());
+      press(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
   }
   collect(out, nullptr);
 }
@@ -121,7 +163,8 @@ void ModalOperator::to_modes(const double *r, double *out) {
 void ModalOperator::from_modes(const double *y, double *q) {
   spread(y, 0);
   const Timed timed(Work::modes);
-  multiply(basis_.phi, 0, layout_.own_dofs(), all_.data(), padded_, motion_.data());
+  for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
+    move(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) q[d * layout_.width + j] = motion_[d * padded_ + j];
 }
@@ -143,35 +186,81 @@ void ModalOperator::contact_forces(PetscInt first, PetscInt count) {
   }
 }
 
-// First what the points answer to each motion, (3 points, r blocks), then its sum over them.
-std::vector<float> ModalOperator::among(const std::vector<float> &shapes, PetscInt r) const {
+// First what the points answer to each motion, (3 points, 2H+1, unknowns), then its sum over them.
+std::vector<float> ModalOperator::among(const std::vector<Motions> &motions) const {
   constexpr PetscInt at_once = 32;
   const int w = layout_.width;
-  const std::size_t block = static_cast<std::size_t>(w) * w, row = r * block;
-  std::vector<Real> sum(r * row, 0), answers(3 * at_once * row), tight(block);
+  struct Place { // of a coefficient
+    const Motions *motions;
+    int column;
+    std::size_t first; // unknown
+  };
+  std::vector<Place> places(w);
+  std::size_t size = 0;
+  for (const Motions &group : motions)
+    for (int c = 0; c < group.of.columns(); ++c, size += group.count)
+      places[group.of.coefficients[c]] = {&group, c, size};
+  const std::size_t row = w * size;
+  std::vector<Real> sum(size * size), answers(3 * at_once * row);
+  std::vector<std::vector<Real>> of_real(w), of_imaginary(w); // (size, count) by coefficient of the force
+  for (int i = 0; i < w; ++i) {
+    of_real[i].resize(size * places[i].motions->count);
+    of_imaginary[i].resize(places[i].motions->of.complex ? of_real[i].size() : 0);
+  }
   for (PetscInt first = 0; first < layout_.own_points.size(); first += at_once) {
     const PetscInt count = std::min(at_once, layout_.own_points.size() - first);
     std::fill_n(answers.begin(), 3 * count * row, Real{});
     for (PetscInt p = 0; p < count; ++p) {
       const Point &point = points_[first + p];
-      for (const Block &of_point : point.blocks) {
-        for (int j = 0; j < w; ++j) std::copy_n(&blocks_[of_point.at + j * padded_], w, &tight[j * w]);
-        for (PetscInt k = 0; k < r; ++k)
-          add_scaled(shapes[(3 * (first + p) + of_point.column) * r + k], tight,
-                     &answers[(3 * p + of_point.row) * row + k * block]);
-      }
-      for (int d = 0; d < 3 && point.stuck; ++d) {
-        const Real spring = static_cast<Real>(basis_.springs[3 * (first + p) + d]);
-        for (PetscInt k = 0; k < r; ++k)
-          for (int i = 1; i < w; ++i)
-            answers[(3 * p + d) * row + k * block + (i % 2 ? i + 1 : i - 1) * w + i] =
-                -spring * cross_[i] * shapes[(3 * (first + p) + d) * r + k];
-      }
+      // a coefficient of the force in direction `to` by one of the motion in direction `from`
+      const auto add = [&](int to, int i, int from, int j, Real factor) {
+        Real *const answer = &answers[(3 * p + to) * row + i * size];
+        const auto &[group, column, unknown] = places[j];
+        const std::size_t shape = (3 * (first + p) + from) * group->count;
+        for (PetscInt m = 0; m < group->count; ++m) answer[unknown + m] += factor * group->real[shape + m];
+        if (!group->of.complex) return;
+        const std::size_t other = places[group->of.coefficients[group->of.partners[column]]].first;
+        const Real turned = factor * static_cast<Real>(group->of.turns[column]);
+        for (PetscInt m = 0; m < group->count; ++m) answer[other + m] += turned * group->imaginary[shape + m];
+      };
+      for (const Block &block : point.blocks)
+        for (int j = 0; j < w; ++j)
+          for (int i = 0; i < w; ++i) add(block.row, i, block.column, j, blocks_[block.at + j * padded_ + i]);
+      for (int d = 0; d < 3 && point.stuck; ++d)
+        for (int i = 1; i < w; ++i)
+          add(d, i, d, i % 2 ? i + 1 : i - 1, -static_cast<Real>(basis_.springs[3 * (first + p) + d]) * cross_[i]);
     }
-    const int rows = static_cast<int>(row), columns = static_cast<int>(r), inner = static_cast<int>(3 * count);
+    const int rows = static_cast<int>(size), stride = static_cast<int>(row), inner = static_cast<int>(3 * count);
     const Real one = 1;
-    sgemm_("N", "T", &rows, &columns, &inner, &one, answers.data(), &rows, &shapes[3 * first * r], &columns, &one,
-           sum.data(), &rows);
+    for (int i = 0; i < w; ++i) {
+      const Motions &group = *places[i].motions;
+      const int columns = static_cast<int>(group.count);
+      const auto sum_up = [&](const std::vector<Real> &shapes, std::vector<Real> &to) {
+        sgemm_("N", "T", &rows, &columns, &inner, &one, &answers[i * size], &stride, &shapes[3 * first * group.count],
+               &columns, &one, to.data(), &rows);
+      };
+      sum_up(group.real, of_real[i]);
+      if (group.of.complex) sum_up(group.imaginary, of_imaginary[i]);
+    }
+  }
+  for (int i = 0; i < w; ++i) {
+    const auto &[group, column, unknown] = places[i];
+    const int other = group->of.coefficients[group->of.partners[column]];
+    for (PetscInt m = 0; m < group->count; ++m)
+      for (std::size_t u = 0; u < size; ++u)
+        sum[u * size + unknown + m] = group->of.joined(column, of_real[i][m * size + u],
+                                                       group->of.complex ? of_imaginary[other][m * size + u] : Real{});
+  }
+  return sum;
+}
+
+// Of strands every number of a slab comes from memory, which takes as long as some operations with it.
+double ModalOperator::work() const {
+  constexpr double from_memory = 12;
+  double sum = 0;
+  for (const Sheaf &sheaf : sheaves_) {
+    const double entries = 3.0 * layout_.points * static_cast<double>(sheaf.basis.phi.columns());
+    sum += entries * (4 * sheaf.all.room() + (sheaf.of.whole ? 0 : from_memory));
   }
   return sum;
 }
@@ -179,15 +268,15 @@ std::vector<float> ModalOperator::among(const std::vector<float> &shapes, PetscI
 void ModalOperator::apply(const double *y, double *out, double &last, double &sum) {
   spread(y, last);
   last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
-  sum_.clear();
+  clear_sum();
   {
     const Timed timed(Work::modes);
     const PetscInt points = layout_.own_points.size();
     for (PetscInt p = 0; p < points; p += points_at_once) {
       const PetscInt count = std::min(points_at_once, points - p), row = layout_.own_modes.size() + 3 * p;
-      multiply(basis_.phi, row, 3 * count, all_.data(), padded_, motion_.data());
+      move(row, 3 * count, motion_.data());
       contact_forces(p, count);
-      add_transposed(basis_.phi, row, 3 * count, force_.data(), padded_, sum_.data());
+      press(row, 3 * count, force_.data());
     }
   }
   sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);

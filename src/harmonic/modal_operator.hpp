@@ -1,12 +1,15 @@
 #pragma once
 // The derivative of the residual in the modes of the stuck structure (docs/theory/stuck-modes.md),
-//     J_k y = [kappa_k lambda - mu_k] y + Phi_c^T { dG - kappa_k K_t } Phi_c y:
-// its second part. In single precision: what is solved with it is a correction. Modal unknowns are dealt out to the
-// ranks in order. Rows of Phi_c whose points stick all through the period could be left out if damping were taken to be
-// diagonal in the modes; Newton's method then converges linearly: inputs/two_solids took eight times as many points.
+//     J_k y = [kappa_k lambda - mu_k] y + Phi_c^H { dG - kappa_k K_t } Phi_c y:
+// its second part, Phi that of harmonic k. In single precision: what is solved with it is a correction. Modal unknowns
+// are dealt out to the ranks in order. Rows of Phi_c whose points stick all through the period could be left out if
+// damping were taken to be diagonal in the modes; Newton's method then converges linearly: inputs/two_solids took eight
+// times as many points.
 #include <vector>
 
 #include "contact/contact_forces.hpp"
+#include "harmonic/index_groups.hpp"
+#include "harmonic/strands.hpp"
 #include "harmonic/stuck_basis.hpp"
 #include "scaling/dynamic_stiffness.hpp"
 
@@ -16,23 +19,30 @@ class ModalOperator {
 public:
   using Real = float;
 
-  /// `basis` must outlive this.
-  ModalOperator(const StuckBasis &basis, const Layout &layout);
+  /// `bases` must outlive this.
+  ModalOperator(const StuckBases &bases, const Layout &layout);
 
   /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts.
   void take(const ContactForces &contact, const double *held, const DynamicStiffness &structure);
 
-  /// out (own modal unknowns) = Phi^T r, of r (own coefficients). Collective.
+  /// out (own modal unknowns) = Phi^H r, of r (own coefficients). Collective.
   void to_modes(const double *r, double *out);
   /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
   void from_modes(const double *y, double *q);
-  /// out (own modal unknowns) = Phi_c^T { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers; y's last,
+  /// out (own modal unknowns) = Phi_c^H { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers; y's last,
   /// which the last rank holds, made known to all, and `sum` made the sum over all ranks, on the last. Collective.
   void apply(const double *y, double *out, double &last, double &sum);
 
-  /// The part of own points in Phi_c^T { ... } Phi_c among r motions, which move the own contact dofs by `shapes`,
-  /// (own contact dofs, r): (r, r, 2H+1, 2H+1), for each two of them the block d (first) / d (second), by columns.
-  std::vector<Real> among(const std::vector<Real> &shapes, PetscInt r) const;
+  /// Of apply() but for the contacts' blocks, as ContactFactors::work.
+  double work() const;
+  struct Motions { ///< of harmonics that share a basis
+    IndexGroup of;
+    PetscInt count = 0;
+    std::vector<Real> real, imaginary; ///< (own contact dofs, count) Phi_c B; imaginary of complex bases
+  };
+  /// The part of own points in Phi_c^H { ... } Phi_c among motions, every one with all of its group's coefficients: by
+  /// columns; its unknowns group by group, in these coefficient by coefficient, for each of these the motions.
+  std::vector<Real> among(const std::vector<Motions> &motions) const;
 
 private:
   struct Block {
@@ -43,15 +53,25 @@ private:
     bool stuck = false; // as the basis: only the damping differs
     std::vector<Block> blocks;
   };
+  struct Sheaf { // the coefficients of harmonics that share a basis
+    IndexGroup of;
+    const StuckBasis &basis;
+    Bundle<Real> all, sum; // (n, or twice that if complex; columns)
+    Aligned<Real> few;     // (a few rows, columns)
+  };
   void spread(const double *y, double last);
+  void move(PetscInt row, PetscInt count, Real *motion);
+  void press(PetscInt row, PetscInt count, const Real *force);
+  void clear_sum();
   void collect(double *out, double *sum);
   void contact_forces(PetscInt first, PetscInt count);
   void add_dampers(const Slab<float> &rows, double (DynamicStiffness::*factor)(int) const, double *out);
 
-  const StuckBasis &basis_;
+  const StuckBasis &basis_; // of the mean
   Layout layout_;
   Range own_;
   int padded_;
+  std::vector<Sheaf> sheaves_;
   std::vector<int> counts_, starts_; // of the ranks' modal unknowns, padded; the last one has one more
   std::vector<Point> points_;
   std::vector<Real> cross_;         // Im kappa_k per coefficient, with the sign that the other of its pair enters with

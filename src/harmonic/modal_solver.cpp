@@ -31,10 +31,10 @@ constexpr double fading = 0.95;            // of what is expected in the modes, 
 
 } // namespace
 
-ModalSolver::ModalSolver(std::shared_ptr<const StuckBasis> basis, std::shared_ptr<const StuckBasis> open,
+ModalSolver::ModalSolver(std::shared_ptr<const StuckBases> bases, std::shared_ptr<const StuckBases> open,
                          const Layout &layout)
-    : basis_(std::move(basis)), open_(std::move(open)), layout_(layout), in_modes_(*basis_, layout),
-      factors_(*basis_, layout) {
+    : bases_(std::move(bases)), open_(std::move(open)), layout_(layout), in_modes_(*bases_, layout),
+      factors_(*bases_, layout) {
   if (open_) windows_.emplace(*open_, layout);
   for (UniqueVec *v : {&remainder_, &correction_})
     check(VecCreateMPI(layout_.comm, layout_.own_unknowns(), layout_.unknowns(), v->out()), doing);
@@ -230,7 +230,7 @@ bool ModalSolver::refine(Vec r, Vec x, double asked, const Round &round, const S
 }
 
 int ModalSolver::factors_sign() {
-  return chosen_->determinant_sign() * (fresh_ && basis_->dampers_are_diagonal() ? 1 : sign_of_met(ksp_));
+  return chosen_->determinant_sign() * (fresh_ && bases_->mean().dampers_are_diagonal() ? 1 : sign_of_met(ksp_));
 }
 
 bool ModalSolver::solve_with_factors(Vec r, Vec x, double asked) {
@@ -240,8 +240,8 @@ bool ModalSolver::solve_with_factors(Vec r, Vec x, double asked) {
     apply_factors(r, x);
     return true;
   }
-  const double worth = !basis_->dampers_are_diagonal() ? most_with_dampers
-                       : fresh_                        ? most_refinements
+  const double worth = !bases_->mean().dampers_are_diagonal() ? most_with_dampers
+                       : fresh_                               ? most_refinements
                                 : std::clamp(worth_again * chosen_->work() / work_to_solve(), 2.0, most_again);
   const auto round = [&](Vec from, Vec to, double accuracy) {
     PetscInt count;
@@ -274,7 +274,7 @@ bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
 int ModalSolver::determinant_sign() {
   if (!may_factor()) return 0;
   int sign = first_sign_ ? *first_sign_ : !by_factors_ ? in_modes_.sign() : factors_sign();
-  const bool confirmed = (fresh_ && chosen_->tells_sign()) || (sign != 0 && !basis_->dampers_are_diagonal());
+  const bool confirmed = (fresh_ && chosen_->tells_sign()) || (sign != 0 && !bases_->mean().dampers_are_diagonal());
   if (!confirmed && (sign == 0 || (sign_ != 0 && sign != sign_))) {
     fresh_ = chosen_->factor(parts(), true); // not counted as work: a run that is restarted does not know sign_
     sign = fresh_ ? chosen_->determinant_sign() : 0;

@@ -16,7 +16,7 @@ namespace dovetail {
 class ModalSolver {
 public:
   /// `open`: modes of the structure without contacts, or none.
-  ModalSolver(std::shared_ptr<const StuckBasis> basis, std::shared_ptr<const StuckBasis> open, const Layout &layout);
+  ModalSolver(std::shared_ptr<const StuckBases> bases, std::shared_ptr<const StuckBases> open, const Layout &layout);
   ModalSolver(const ModalSolver &) = delete; // PETSc knows where it is
 
   /// `parts.contact` and `linear` must outlive the solves.
@@ -53,7 +53,7 @@ private:
   bool solve_in_modes(Vec r, Vec x, double asked);     // likewise
   JacobianParts parts() const;
 
-  std::shared_ptr<const StuckBasis> basis_, open_;
+  std::shared_ptr<const StuckBases> bases_, open_;
   Layout layout_;
   ModalKrylov in_modes_;
   ContactFactors factors_;

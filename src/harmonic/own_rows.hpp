@@ -24,7 +24,9 @@ Slab<double> rows_of_modes(const std::vector<double> &xa, const Layout &layout);
 /// Whole rows as messages: their numbers alone would soon be more than an int counts.
 class RowMessages {
 public:
-  explicit RowMessages(const Layout &layout) : layout_(layout), n_(layout.dofs()) {
+  /// `length` of a row, unless it has a number for each dof.
+  explicit RowMessages(const Layout &layout, std::size_t length = 0)
+      : layout_(layout), n_(length > 0 ? length : layout.dofs()) {
     MPI_Type_contiguous(static_cast<int>(n_), MPI_DOUBLE, &row_);
     MPI_Type_commit(&row_);
   }

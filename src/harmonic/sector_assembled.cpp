@@ -53,9 +53,7 @@ std::unique_ptr<LinearPart> SectorAssembled::like(const Layout &layout) const {
   return other;
 }
 
-std::vector<Coupling> SectorAssembled::couplings() const {
-  throw ComputeError("a cyclic sector has other matrices in every harmonic, and this wants the same in all");
-}
+std::vector<Coupling> SectorAssembled::couplings() const { throw ComputeError(other_in_every_harmonic); }
 
 // Of its factors: the modes one by one, then the contact points, which all meet. In operations in single precision.
 void SectorAssembled::fill(Mat J, const JacobianParts &parts) {

@@ -11,13 +11,19 @@ namespace dovetail {
 
 class SectorAssembled : public AssembledForm {
 public:
+  using Couplings = std::vector<std::vector<ComplexCoupling>>; // by |h|; this rank's
+
   /// Scaled, with the matrices of all indices. Collective.
   SectorAssembled(const ReducedModel &model, const TravellingWave &wave, const Layout &layout, bool damps_mass);
+  /// Of matrices that are there: those of all harmonics at hand. Collective.
+  SectorAssembled(std::shared_ptr<const Couplings> couplings, const TravellingWave &wave, const Layout &layout,
+                  bool damps_mass);
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
   /// ComputeError: no one K and M is that of all harmonics.
   std::vector<Coupling> couplings() const override;
+  Couplings couplings_by_index() const override { return *couplings_; }
   void fill(Mat J, const JacobianParts &parts) override;
   double take_work(Mat J) const override;
 
@@ -26,10 +32,6 @@ protected:
   void write_structure(const DynamicStiffness &structure, std::vector<double> &values) const override;
 
 private:
-  using Couplings = std::vector<std::vector<ComplexCoupling>>; // by |h|; this rank's
-
-  SectorAssembled(std::shared_ptr<const Couplings> couplings, const TravellingWave &wave, const Layout &layout,
-                  bool damps_mass);
   void build_products();
   /// visit(k, coupling, K_i and M_i have that sign, cosine and sine are coupled), harmonic by harmonic.
   template <class Visit> void for_each(Visit &&visit) const;

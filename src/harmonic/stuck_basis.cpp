@@ -5,12 +5,53 @@
 #include "harmonic/dense_modes.hpp"
 #include "harmonic/joint_shapes.hpp"
 #include "harmonic/kept_modes.hpp"
+#include "harmonic/own_rows.hpp"
+#include "harmonic/sector_pencil.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr PetscInt large = 1000; // dofs; the modes of fewer are found within a second
+
+// From lambda, springs and the own rows of the modes, (own dofs, n), or twice as many numbers if complex.
+void take_modes(const std::vector<double> &phi, std::size_t columns, const Layout &layout, StuckBasis &basis) {
+  const std::size_t n = layout.dofs(), own = layout.own_dofs(), own_modes = layout.own_modes.size();
+  basis.exact = Slab<double>(own, columns), basis.phi = Slab<float>(own, columns);
+  basis.damped.assign(n, 0.0);
+  for (std::size_t i = 0; i < own; ++i) {
+    const double *of_dof = &phi[i * columns], spring = i < own_modes ? 0 : basis.springs[i - own_modes];
+    std::copy_n(of_dof, columns, basis.exact.row(i)), std::copy_n(of_dof, columns, basis.phi.row(i));
+    for (std::size_t j = 0; j < columns; ++j) basis.damped[j % n] -= spring * of_dof[j] * of_dof[j];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);
+  for (std::size_t j = 0; j < n; ++j) basis.damped[j] = std::max(0.0, basis.lambda[j] + basis.damped[j]);
+  basis.rates.assign(n, 0.0), basis.losses.assign(n, 0.0);
+}
+
+// The own rows of modes that rank `root` holds, real parts and then imaginary ones.
+std::vector<double> dealt_out(const ComplexDense &modes, int root, const Layout &layout) {
+  const std::size_t n = layout.dofs();
+  const RowMessages messages(layout, 2 * n);
+  std::vector<double> rows;
+  const auto pick = [&](int rank) {
+    rows.clear();
+    for (const PetscInt number : numbers_of(layout, rank))
+      for (const bool real : {true, false})
+        for (std::size_t j = 0; j < n; ++j) {
+          const auto value = modes(static_cast<int>(number), static_cast<int>(j));
+          rows.push_back(real ? value.real() : value.imag());
+        }
+  };
+  if (layout.rank != root) {
+    messages.receive(rows, layout.rank, root);
+    return rows;
+  }
+  for (int rank = 0; rank < layout.size; ++rank)
+    if (rank != root) pick(rank), messages.send(rows, rank);
+  pick(root);
+  return rows;
+}
 
 } // namespace
 
@@ -34,7 +75,6 @@ Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs,
 }
 
 StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout) {
-  const std::size_t n = layout.dofs(), own = layout.own_dofs(), own_modes = layout.own_modes.size();
   StuckBasis basis;
   basis.springs = std::move(springs);
   auto [phi, M] = own_pencil(model, basis.springs, layout); // K_s, until its modes take the place
@@ -46,18 +86,38 @@ StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, c
     if (basis.lambda.empty()) throw InputError(mass_not_positive(model.file));
     if (kept) keep_modes(layout, model.stuck_file, of, basis.lambda, phi);
   }
-  basis.exact = Slab<double>(own, n), basis.phi = Slab<float>(own, n);
-  basis.damped.assign(n, 0.0);
-  for (std::size_t i = 0; i < own; ++i) {
-    const double *of_dof = &phi[i * n], spring = i < own_modes ? 0 : basis.springs[i - own_modes];
-    std::copy_n(of_dof, n, basis.exact.row(i)), std::copy_n(of_dof, n, basis.phi.row(i));
-    for (std::size_t j = 0; j < n; ++j) basis.damped[j] -= spring * of_dof[j] * of_dof[j];
-  }
-  MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);
-  for (std::size_t j = 0; j < n; ++j) basis.damped[j] = std::max(0.0, basis.lambda[j] + basis.damped[j]);
-  basis.rates.assign(n, 0.0), basis.losses.assign(n, 0.0);
+  take_modes(phi, layout.dofs(), layout, basis);
   basis.shapes = joint_shapes(basis, layout);
   return basis;
+}
+
+std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector<const SectorIndex *> &indices,
+                                    const std::vector<double> &springs, const Layout &layout) {
+  std::vector<StuckBasis> bases;
+  const std::size_t n = layout.dofs(), size = layout.size;
+  for (std::size_t begin = 0; begin < indices.size(); begin += size) {
+    const std::size_t count = std::min(size, indices.size() - begin);
+    HermitianPencil mine;
+    for (std::size_t root = 0; root < count; ++root) {
+      HermitianPencil made = pencil(model, *indices[begin + root], springs, static_cast<int>(root));
+      if (static_cast<std::size_t>(layout.rank) == root) mine = std::move(made);
+    }
+    HermitianModes modes;
+    on_all_ranks(layout.comm, [&] {
+      if (static_cast<std::size_t>(layout.rank) >= count) return;
+      modes = all_modes(std::move(mine.K), std::move(mine.M));
+      if (modes.fault != HermitianModes::Fault::none) throw InputError(mass_not_positive(model.file));
+    });
+    for (std::size_t root = 0; root < count; ++root) {
+      StuckBasis &basis = bases.emplace_back();
+      basis.springs = springs, basis.lambda = modes.squares;
+      basis.lambda.resize(n);
+      MPI_Bcast(basis.lambda.data(), static_cast<int>(n), MPI_DOUBLE, static_cast<int>(root), layout.comm);
+      take_modes(dealt_out(modes.shapes, static_cast<int>(root), layout), 2 * n, layout, basis);
+      basis.shapes = complex_joint_shapes(basis, layout);
+    }
+  }
+  return bases;
 }
 
 std::vector<double> stuck_springs(const std::vector<ContactPoint> &contact) {

@@ -2,8 +2,12 @@
 // The modes of the structure with all contact points stuck (docs/theory/stuck-modes.md): K_s Phi = M Phi diag(lambda)
 // with K_s = K + K_t, K_t the springs of closed and stuck contacts, and Phi^T M Phi = 1. One basis for every frequency
 // and every harmonic, because K = K_s - K_t differs from K_s on the contact dofs' diagonal only. With no springs they
-// are those of the structure without contacts.
+// are those of the structure without contacts. On a sector one basis for each |h|, complex, but for h = 0.
+#include <cstdlib>
+#include <memory>
+
 #include "case/damping.hpp"
+#include "case/travelling_wave.hpp"
 #include "contact/contact_point.hpp"
 #include "harmonic/layout.hpp"
 #include "harmonic/slab.hpp"
@@ -14,12 +18,13 @@ namespace dovetail {
 
 struct StuckBasis {
   std::vector<double> lambda;  ///< (n), n = N_a + 3 N_x, ascending; on every rank
-  std::vector<double> damped;  ///< (n) diagonal of Phi^T K Phi; on every rank
+  std::vector<double> damped;  ///< (n) diagonal of Phi^H K Phi; on every rank
   std::vector<double> rates;   ///< (n) diagonal of Phi^T C Phi of the dampers; on every rank
   std::vector<double> losses;  ///< (n) diagonal of Phi^T S Phi, likewise
   std::vector<double> springs; ///< (own contact dofs) K_t
   std::vector<double> shapes;  ///< (n, shapes) by columns, see joint_shapes.hpp; on every rank
-  Slab<double> exact;          ///< (own dofs, n) Phi: rows of the own modes, then of the own contact dofs
+  Slab<double> exact;          ///< (own dofs, n) Phi: rows of the own modes, then of the own contact dofs; complex
+                               ///< (own dofs, 2n): real parts, then imaginary ones
   Slab<float> phi;             ///< the same
   Slab<float> viscous;         ///< (own modal unknowns, n) Phi^T C Phi without its diagonal; none if there is but that
   Slab<float> hysteretic;      ///< Phi^T S Phi likewise
@@ -29,6 +34,15 @@ struct StuckBasis {
   double damper(const DynamicStiffness &structure, int k, std::size_t j) const {
     return structure.turn(k) * rates[j] + structure.hysteresis(k) * losses[j];
   }
+};
+
+/// The bases of all harmonics.
+struct StuckBases {
+  TravellingWave wave;
+  std::vector<std::shared_ptr<const StuckBasis>> of_index; ///< (N/2 + 1) by |h|, those that harmonics have
+
+  const StuckBasis &of(int harmonic) const { return *of_index[std::abs(wave.index(harmonic))]; }
+  const StuckBasis &mean() const { return *of_index[0]; }
 };
 
 /// K plus springs on the contact dofs, and M: the own rows (own dofs, n). Those of modes have diagonals only, so M's
@@ -42,6 +56,10 @@ Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs,
 /// if `model` names a file that holds it. Collective.
 /// InputError: M is not positive definite.
 StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout);
+/// Of some of a sector's indices, an index to a rank. `indices` are not empty; the same on all ranks. Collective.
+/// InputError likewise.
+std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector<const SectorIndex *> &indices,
+                                    const std::vector<double> &springs, const Layout &layout);
 
 /// Those of all contacts closed and stuck.
 std::vector<double> stuck_springs(const std::vector<ContactPoint> &contact);

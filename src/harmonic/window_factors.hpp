@@ -13,7 +13,7 @@ namespace dovetail {
 class WindowFactors : public ModalFactors {
 public:
   /// `open`: modes of the structure without contacts, stuck_basis with no springs; must outlive this.
-  WindowFactors(const StuckBasis &open, const Layout &layout) : ModalFactors(open, layout) {}
+  WindowFactors(const StuckBases &open, const Layout &layout) : ModalFactors(open, layout) {}
 
   /// Looks at the windows of the Jacobian to come; factors of another are gone. False: a law has none, or the work
   /// would be more than it is worth. Collective.

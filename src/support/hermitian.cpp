@@ -9,11 +9,15 @@ extern "C" {
 using Z = std::complex<double>;
 void zgemm_(const char *, const char *, const int *, const int *, const int *, const Z *, const Z *, const int *,
             const Z *, const int *, const Z *, Z *, const int *);
+void zgeqrf_(const int *, const int *, Z *, const int *, Z *, Z *, const int *, int *);
+void zungqr_(const int *, const int *, const int *, Z *, const int *, const Z *, Z *, const int *, int *);
 void zpotrf_(const char *, const int *, Z *, const int *, int *);
 void zpotrs_(const char *, const int *, const int *, const Z *, const int *, Z *, const int *, int *);
 void zhegvx_(const int *, const char *, const char *, const char *, const int *, Z *, const int *, Z *, const int *,
              const double *, const double *, const int *, const int *, const double *, int *, double *, Z *,
              const int *, Z *, const int *, double *, int *, int *, int *);
+void zhegvd_(const int *, const char *, const char *, const int *, Z *, const int *, Z *, const int *, double *, Z *,
+             const int *, double *, const int *, int *, const int *, int *);
 }
 
 namespace dovetail {
@@ -68,6 +72,15 @@ ComplexDense adjoint(const ComplexDense &A) {
   return out;
 }
 
+ComplexDense orthonormal(ComplexDense A) {
+  int info;
+  const int room = 64 * std::max(1, A.columns);
+  std::vector<Z> tau(A.columns), work(room);
+  zgeqrf_(&A.rows, &A.columns, A.values.data(), &A.rows, tau.data(), work.data(), &room, &info);
+  zungqr_(&A.rows, &A.columns, &A.columns, A.values.data(), &A.rows, tau.data(), work.data(), &room, &info);
+  return A;
+}
+
 ComplexDense solve_positive(ComplexDense A, ComplexDense B) {
   if (A.rows == 0) return B;
   int info = 0;
@@ -107,6 +120,27 @@ HermitianModes lowest_modes(ComplexDense K, ComplexDense M, int count) {
     modes.squares.push_back(1 / inverse);
     std::for_each(modes.shapes.column(j), modes.shapes.column(j) + n, [&](Z &value) { value /= std::sqrt(inverse); });
   }
+  return modes;
+}
+
+HermitianModes all_modes(ComplexDense K, ComplexDense M) {
+  HermitianModes modes;
+  const int n = K.rows, kind = 1;
+  int room = -1, real_room = -1, int_room = -1, info = 0;
+  std::vector<Z> work(1);
+  std::vector<double> real_work(1);
+  std::vector<int> int_work(1);
+  modes.squares.resize(n);
+  for (const bool ask : {true, false}) {
+    zhegvd_(&kind, "V", "L", &n, K.values.data(), &n, M.values.data(), &n, modes.squares.data(), work.data(), &room,
+            real_work.data(), &real_room, int_work.data(), &int_room, &info);
+    if (!ask) break;
+    room = static_cast<int>(work[0].real()), real_room = static_cast<int>(real_work[0]), int_room = int_work[0];
+    work.resize(room), real_work.resize(real_room), int_work.resize(int_room);
+  }
+  if (info > n) modes.fault = HermitianModes::Fault::mass;
+  if (info < 0 || (info > 0 && info <= n)) throw ComputeError("LAPACK's zhegvd failed (" + std::to_string(info) + ")");
+  modes.shapes = std::move(K);
   return modes;
 }
 

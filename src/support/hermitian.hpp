@@ -27,6 +27,9 @@ ComplexDense product(const ComplexDense &A, const ComplexDense &B);         ///<
 ComplexDense adjoint_product(const ComplexDense &A, const ComplexDense &B); ///< A^H B
 ComplexDense adjoint(const ComplexDense &A);                                ///< A^H
 
+/// Orthonormal columns that span those of A, and more where these span less: its Q.
+ComplexDense orthonormal(ComplexDense A);
+
 /// X of A X = B for Hermitian positive definite A; empty (no rows) if A is not.
 ComplexDense solve_positive(ComplexDense A, ComplexDense B);
 
@@ -43,5 +46,7 @@ bool is_rigid(double square, const ComplexDense::Value *v, const std::vector<dou
 /// The `count` lowest modes of K v = w^2 M v, both Hermitian, K positive definite, to full accuracy relative to each
 /// w^2. ComputeError if LAPACK does not find them.
 HermitianModes lowest_modes(ComplexDense K, ComplexDense M, int count);
+/// All of them, with an error relative to the largest; M alone has to be positive definite.
+HermitianModes all_modes(ComplexDense K, ComplexDense M);
 
 } // namespace dovetail

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "harmonic/slab.hpp"
+#include "harmonic/strands.hpp"
 
 using namespace dovetail;
 
@@ -76,4 +76,43 @@ TEST(Slab, rows_do_not_fall_into_the_same_places_of_the_cache) {
     EXPECT_GE(slab.stride(), columns);
     EXPECT_EQ(slab.stride() * sizeof(double) / 64 % 2, 1u);
   }
+}
+
+// Slab times strands, and its transpose; largest error of both.
+template <class Real> double error_of_strands(std::size_t count, std::size_t columns, int width) {
+  constexpr std::size_t first = 2;
+  const auto slab = waves<Real>(first + count, columns);
+  Bundle<Real> b(slab, width, false);
+  for (int k = 0; k < width; ++k)
+    for (std::size_t j = 0; j < columns; ++j) b.at(j, k) = static_cast<Real>(std::cos(0.3 * j - 1.9 * k));
+  std::vector<Real> out(count * width);
+  b.multiplied(slab, first, count, out.data());
+  double error = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    for (int k = 0; k < width; ++k) {
+      double sum = 0;
+      for (std::size_t j = 0; j < columns; ++j) sum += double(slab.row(first + i)[j]) * b.at(j, k);
+      error = std::max(error, std::abs(sum - out[i * width + k]));
+    }
+  if constexpr (std::is_same_v<Real, float>) {
+    Bundle<Real> turned(slab, width, false);
+    turned.add_transposed_of(slab, first, count, out.data());
+    for (std::size_t j = 0; j < columns; ++j)
+      for (int k = 0; k < width; ++k) {
+        double sum = 0;
+        for (std::size_t i = 0; i < count; ++i) sum += double(slab.row(first + i)[j]) * out[i * width + k];
+        error = std::max(error, std::abs(sum - turned.at(j, k)) / columns);
+      }
+  }
+  return error;
+}
+
+TEST(Strands, are_products_of_a_slab) {
+  for (const std::size_t count : {1u, 5u, 24u, 31u})
+    for (const std::size_t columns : {1u, 17u, 130u})
+      for (int width = 1; width <= 11; ++width) {
+        EXPECT_LT(error_of_strands<double>(count, columns, width), 1e-13 * columns);
+        EXPECT_LT(error_of_strands<float>(count, columns, width), 2e-7 * (columns + count))
+            << count << " rows, " << columns << " columns, width " << width;
+      }
 }

@@ -179,7 +179,6 @@ def test_estimated_errors_are_those_of_more_harmonics(tmp_path):
 REFUSED = {
     "engine order missing": ("excitation.engine_order = 1\n", "", "one of 6 equal sectors; write engine_order"),
     "not whole": ("engine_order = 1", "engine_order = 1.5", "must be a whole number"),
-    "modal form": ("{ harmonics", '{ solver = "modal", harmonics', "the modal form is not there yet"),
     "stability": ("continuation.omega", "stability.enabled = true\ncontinuation.omega", "stability is not judged"),
     "integration": ("continuation.omega", 'recovery.strategies = ["jump", "integration"]\ncontinuation.omega',
                     "nothing is integrated in time"),
