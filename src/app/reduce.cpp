@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "case/travelling_wave.hpp"
 #include "reduction/craig_bampton.hpp"
 #include "reduction/sector_coordinates.hpp"
 #include "reduction/sector_levels.hpp"
@@ -64,6 +65,11 @@ PetscInt points_of(const FullModel &model) {
   return static_cast<PetscInt>(is_sector(model) ? model.cyclic.contacts.size() : model.contact_dofs.size());
 }
 
+// That of harmonic 1: four real solves for every mode of a nodal diameter are dear, and this one is looked at.
+int judged_index(const Case &study, int sectors) {
+  return std::abs(TravellingWave{sectors, study.engine_order.value_or(1)}.index(1));
+}
+
 // Dofs that the real modes hold, and those that they move.
 PetscInt held_by_modes(const FullModel &model) {
   return static_cast<PetscInt>(
@@ -85,7 +91,7 @@ Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
   if (is_sector(model)) {
     model.contact_dofs = held_dofs(model.cyclic, model.dofs);
     model.C = UniqueMat(), model.K_structural = UniqueMat();
-    second.exact = study.exact_modes;
+    second.exact = study.exact_modes, second.judged = judged_index(study, model.cyclic.sectors);
     second.modes = study.modes, second.model_file = study.model;
     for (const auto &point : model.contact_dofs)
       for (const PetscInt dof : point) {
@@ -173,13 +179,16 @@ void keep_for_results(MPI_Comm comm, const std::filesystem::path &file) {
   });
 }
 
-std::string cost_in_words(const SectorModel &made, PetscInt interior_modes) {
+std::string cost_in_words(const SectorModel &made, const Case &study, PetscInt interior_modes) {
   if (made.left_out < 0) return "";
   char text[160];
-  std::snprintf(text, sizeof text,
-                "  the %ld interior modes leave up to %.1e of a frequency, contact points held (nodal diameter %d)",
-                static_cast<long>(interior_modes), made.left_out, made.index);
-  return text + (made.steps > 1 ? "; taken away by " + std::to_string(made.steps) + " steps to the exact modes" : "");
+  std::snprintf(text, sizeof text, "  the %ld interior modes leave up to %.1e of a frequency, contact points held",
+                static_cast<long>(interior_modes), made.left_out);
+  const std::string where = study.exact_modes ? std::string()
+                                              : " (nodal diameter " +
+                                                    std::to_string(judged_index(study, made.reduction.model.sectors)) +
+                                                    ")";
+  return text + where + (made.steps > 1 ? "; taken away by " + std::to_string(made.steps) + " steps to the exact modes" : "");
 }
 
 // `largest` force of each pattern of a file, under the same number as its name.
@@ -283,7 +292,7 @@ ReducedModel reduced_from(MPI_Comm comm, const Case &study, const std::filesyste
         return sector_model(prepared.parts, shapes, std::move(reduction), prepared.second);
       });
       reduction = std::move(made.reduction);
-      voice.say(cost_in_words(made, source.interior_modes));
+      voice.say(cost_in_words(made, study, source.interior_modes));
     }
     prepared.parts = ClampedStructure(), shapes = Tall();
     reduction.model.fingerprint = fingerprint_of(reduction.model);

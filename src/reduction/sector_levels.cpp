@@ -273,15 +273,13 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
   const bool judged = first.modes < parts.elastic && parts.solver && model.modes > 0;
   const PetscInt wanted = model.modes + (judged ? guards : 0);
   const auto improve = [&](Index &index, int h) { // returns own rows of the motion by modes
-    if (judged) {
+    if (judged && (settings.exact || h == settings.judged)) {
       const SectorCoordinates E(sector, first.held, h);
       const FirstGuess guess{interior, index.squares, index.shapes_of_modes, index.modes_b};
       const ExactModes found = exact_modes(parts, E, index.stiffness, guess, model.modes,
                                            settings.exact ? most_steps : 1, settings.exact ? steady : 0);
-      if (const double change = std::sqrt(1 + found.first_change) - 1; change > made.left_out)
-        made.left_out = change, made.index = h;
+      made.left_out = std::max(made.left_out, std::sqrt(1 + found.first_change) - 1);
       made.steps = std::max(made.steps, found.steps);
-      index.squares.resize(columns);
       if (settings.exact) {
         index.squares = found.squares, index.fa = found.fa;
         index.max = adjoint_product(found.carried, index.contact_b);
@@ -294,6 +292,7 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
         return rows;
       }
     }
+    index.squares.resize(columns);
     const ComplexDense by_modes = index.shapes_of_modes.block(0, 0, first.modes, columns);
     return motion(index.modes_b.block(0, 0, first.held, columns), &by_modes);
   };

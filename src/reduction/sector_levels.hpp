@@ -11,14 +11,14 @@ struct SecondLevel {
   std::vector<PetscInt> held;       ///< (n_b) the dofs b
   std::vector<char> wanted;         ///< (n_b) 1 where the motion is wanted later
   std::filesystem::path model_file; ///< for messages
-  bool exact = false;               ///< modes are iterated until no interior mode is missed; else judged by a step
+  bool exact = false;               ///< modes are iterated until no interior mode is missed
+  int judged = 0;                   ///< else: the index whose modes are judged by a step
   std::vector<PetscInt> kept;       ///< own elastic rows whose motion is wanted, in the order of the recovery
 };
 
 struct SectorModel {
   Reduction reduction;
   double left_out = -1; ///< change of a frequency by one step towards the exact modes, the largest, relative; or -1
-  int index = 0;        ///< where that is
   int steps = 0;        ///< of the exact modes, the most of any index
 };
 
