@@ -184,11 +184,11 @@ std::string cost_in_words(const SectorModel &made, const Case &study, PetscInt i
   char text[160];
   std::snprintf(text, sizeof text, "  the %ld interior modes leave up to %.1e of a frequency, contact points held",
                 static_cast<long>(interior_modes), made.left_out);
-  const std::string where = study.exact_modes ? std::string()
-                                              : " (nodal diameter " +
-                                                    std::to_string(judged_index(study, made.reduction.model.sectors)) +
-                                                    ")";
-  return text + where + (made.steps > 1 ? "; taken away by " + std::to_string(made.steps) + " steps to the exact modes" : "");
+  const std::string where =
+      study.exact_modes ? std::string()
+                        : " (nodal diameter " + std::to_string(judged_index(study, made.reduction.model.sectors)) + ")";
+  return text + where +
+         (made.steps > 1 ? "; taken away by " + std::to_string(made.steps) + " steps to the exact modes" : "");
 }
 
 // `largest` force of each pattern of a file, under the same number as its name.

@@ -282,18 +282,18 @@ TEST(SectorAssembled, derivatives_of_a_followed_peak) {       // by motion, freq
 }
 
 TEST(WatchedRow, of_a_sector_has_another_factor_in_every_harmonic) {
-  const TravellingWave wave{6, 2}; // indices 0, 2, -2, 0, 2
+  const TravellingWave travelling{6, 2}; // indices 0, 2, -2, 0, 2
   std::vector<std::vector<Complex>> factors(4, std::vector<Complex>(2));
   for (int h = 0; h < 4; ++h)
     for (int d = 0; d < 2; ++d) factors[h][d] = {0.3 + h - d, h == 0 ? 0 : 0.7 * h + d};
-  WatchedRow row(factors, wave);
+  WatchedRow row(factors, travelling);
   row.scale(1, 3);
   std::vector<double> c, sum(9, 0.0), back(9, 0.0), other;
-  for (int i = 0; i < 9; ++i) c.push_back(testing::wave(i, 1)), other.push_back(testing::wave(i, 2));
+  for (int i = 0; i < 9; ++i) c.push_back(wave(i, 1)), other.push_back(wave(i, 2));
   row.add(1, c.data(), 9, sum.data());
   EXPECT_NEAR(sum[0], 3 * factors[0][1].real() * c[0], 1e-15);
   for (int k = 1; k <= 4; ++k) {
-    const int h = wave.index(k);
+    const int h = travelling.index(k);
     const Complex f = h < 0 ? std::conj(factors[-h][1]) : factors[h][1], moved = f * Complex(c[cosine(k)], -c[sine(k)]);
     EXPECT_NEAR(sum[cosine(k)], 3 * moved.real(), 1e-14);
     EXPECT_NEAR(sum[sine(k)], -3 * moved.imag(), 1e-14);
