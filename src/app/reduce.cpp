@@ -331,7 +331,10 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
   if (!study.watch.node.empty())
     on_all_ranks(comm, [&] {
       const NodeMotion motion = node_motion(study.model, study.watch);
-      model.watched = recovered_row(file, motion.dofs, motion.factors);
+      if (model.sectors > 0)
+        model.watched_by_index = recovered_rows(file, model.sectors, motion.dofs, motion.factors);
+      else
+        model.watched = recovered_row(file, motion.dofs, motion.factors);
     });
   return model;
 }

@@ -16,7 +16,12 @@ double size_of(const double *c, int harmonics) {
 
 Watching::Watching(const Case &study, const HarmonicSystem &system)
     : study_(study), system_(system), units_(units_of(system.scaled().model.reduced.units)),
-      dof_(watched_dof(study, static_cast<int>(system.layout().modes), static_cast<int>(system.layout().points))) {}
+      dof_(watched_dof(study, static_cast<int>(system.layout().modes), static_cast<int>(system.layout().points))) {
+  const ReducedModel &reduced = system.scaled().model.reduced;
+  if (!study.watch.node.empty())
+    row_ = reduced.watched_by_index.empty() ? WatchedRow(reduced.watched)
+                                            : WatchedRow(reduced.watched_by_index, system.wave());
+}
 
 double Watching::unit() const {
   const bool modal = shown() >= 0 && shown() < system_.layout().modes;
@@ -29,10 +34,10 @@ int Watching::shown() const {
 }
 
 Watched Watching::scaled() const {
-  if (study_.watch.node.empty()) return {dof_, {}};
-  std::vector<double> row = system_.scaled().model.reduced.watched;
+  if (!row_) return {dof_, {}};
+  WatchedRow row = *row_;
   const Scales &scales = system_.scales();
-  for (PetscInt i = 0; i < system_.layout().modes; ++i) row[i] *= scales.modal / scales.contact;
+  for (PetscInt i = 0; i < system_.layout().modes; ++i) row.scale(i, scales.modal / scales.contact);
   return {-1, std::move(row)};
 }
 
@@ -40,11 +45,9 @@ void Watching::measure(PointRecord &point) {
   const int width = coefficient_count(point.harmonics);
   const auto dofs = static_cast<PetscInt>(point.coefficients.size()) / width, modes = system_.layout().modes;
   if (!swing_ || harmonics_ != point.harmonics) swing_.emplace(harmonics_ = point.harmonics);
-  if (!study_.watch.node.empty()) {
-    const std::vector<double> &row = system_.scaled().model.reduced.watched;
+  if (row_) {
     std::vector<double> sum(width, 0.0);
-    for (PetscInt d = 0; d < dofs; ++d)
-      for (int i = 0; i < width; ++i) sum[i] += row[d] * point.coefficients[d * width + i];
+    for (PetscInt d = 0; d < dofs; ++d) row_->add(d, &point.coefficients[d * width], width, sum.data());
     point.amplitude = swing_->amplitude(sum.data()), point.tracked = size_of(sum.data(), point.harmonics);
     point.unknown = -1;
     return;

@@ -28,8 +28,9 @@ private:
   const Case &study_;
   const HarmonicSystem &system_;
   Units units_;
-  PetscInt dof_;               // of the case; -1: a node, or what moves most
-  std::optional<Swing> swing_; // for so many harmonics:
+  PetscInt dof_;                  // of the case; -1: a node, or what moves most
+  std::optional<WatchedRow> row_; // of a node, in user units
+  std::optional<Swing> swing_;    // for so many harmonics:
   int harmonics_ = 0;
 };
 

@@ -45,9 +45,6 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
   if (study.modes_by_tolerance)
     refuse(study, "accuracy.tolerance",
            sector + "it chooses harmonics, but not the modes; write reduction.modes as well");
-  if (!study.watch.node.empty())
-    refuse(study, "continuation.watch",
-           sector + "a node's motion is not followed yet; name an unknown such as \"x1.t1\"");
   refuse(study, "damping.ratios",
          sector + "modes differ with the nodal diameter, and ratios are not given by it; write damping.stiffness");
   if (study.damping.matrix)

@@ -85,8 +85,8 @@ Amplitude AmplitudeMeter::of_row(const double *y, const double *t) {
   const int width = layout_.width;
   std::vector<double> sums(2 * width, 0.0);
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
-    const double factor = (*watched_.row)[layout_.number(d)];
-    for (int i = 0; i < width; ++i) sums[i] += factor * y[d * width + i], sums[width + i] += factor * t[d * width + i];
+    watched_.row->add(layout_.number(d), y + d * width, width, sums.data());
+    watched_.row->add(layout_.number(d), t + d * width, width, sums.data() + width);
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2 * width, MPI_DOUBLE, MPI_SUM, layout_.comm);
   return of_one(sums.data(), sums.data() + width);

@@ -7,15 +7,15 @@
 #include "contact/wave_transform.hpp"
 #include "continuation/between.hpp"
 #include "harmonic/layout.hpp"
+#include "problems/watched_row.hpp"
 #include "support/handle.hpp"
 
 namespace dovetail {
 
 /// What is watched. Neither of the two: the contact dof that moves most (the mode, without contact).
 struct Watched {
-  PetscInt dof = -1; ///< a reduced dof, modes first
-  /// Or a sum of reduced dofs, such as the motion of a node: (N_a + 3 N_x) factors of the scaled ones, on every rank.
-  std::optional<std::vector<double>> row;
+  PetscInt dof = -1;                  ///< a reduced dof, modes first
+  std::optional<WatchedRow> row = {}; ///< or a sum of reduced dofs, scaled, on every rank
 };
 
 /// The extremes of one trigonometric polynomial, not of samples of it.

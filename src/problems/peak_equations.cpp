@@ -23,15 +23,18 @@ double dot(Vec a, Vec b) {
   return value;
 }
 
+WatchedRow row_of(PetscInt dof, const Layout &layout) {
+  std::vector<double> factors(layout.dofs(), 0.0);
+  if (dof >= 0) factors[dof] = 1;
+  return factors;
+}
+
 } // namespace
 
 PeakEquations::PeakEquations(const HarmonicSystem &like, const Watched &watched)
-    : system_(HarmonicSystem::assembled(like, exactly)), fixed_(system_->unknowns()), jacobian_(system_->matrix()) {
+    : system_(HarmonicSystem::assembled(like, exactly)), fixed_(system_->unknowns()), jacobian_(system_->matrix()),
+      row_(watched.row ? *watched.row : row_of(watched.dof, system_->layout())) {
   const Layout &layout = system_->layout();
-  for (PetscInt d = 0; d < layout.own_dofs(); ++d) {
-    const PetscInt number = layout.number(d);
-    row_.push_back(watched.row ? (*watched.row)[number] : number == watched.dof);
-  }
   for (UniqueVec *v : {&y_, &f_, &along_, &gradient_, &adjoint_, &turned_, &at_}) *v = system_->unknowns();
   set_last(fixed_, 1);
   check(KSPCreate(layout.comm, ksp_.out()), doing);
@@ -164,11 +167,10 @@ void PeakEquations::watch(Vec v, Vec out) const {
   std::vector<double> motion(n, 0.0); // of what is watched, without its mean
   check(VecGetArrayRead(v, &from), doing);
   check(VecGetArray(out, &to), doing);
-  for (std::size_t d = 0; d < row_.size(); ++d)
-    for (int i = 1; i < n; ++i) motion[i] += row_[d] * from[d * n + i];
+  for (PetscInt d = 0; d < layout.own_dofs(); ++d) row_.add(layout.number(d), from + d * n, n, motion.data());
+  motion[0] = 0;
   MPI_Allreduce(MPI_IN_PLACE, motion.data(), n, MPI_DOUBLE, MPI_SUM, layout.comm);
-  for (std::size_t d = 0; d < row_.size(); ++d)
-    for (int i = 1; i < n; ++i) to[d * n + i] += row_[d] * motion[i];
+  for (PetscInt d = 0; d < layout.own_dofs(); ++d) row_.add_transposed(layout.number(d), motion.data(), n, to + d * n);
   check(VecRestoreArray(out, &to), doing);
   check(VecRestoreArrayRead(v, &from), doing);
 }

@@ -57,7 +57,7 @@ private:
 
   UniqueMat jacobian_;
   UniqueKSP ksp_;
-  std::vector<double> row_; // (own dofs): what is watched is this times q
+  WatchedRow row_; // what is watched, by q
   UniqueVec f_;
   double c_ = 0;
   std::optional<double> value_; // of the parameter, see set()

@@ -78,6 +78,8 @@ struct ReducedModel {
   std::vector<SectorIndex> indices; ///< (N / 2) of h = 1 .. N / 2
 
   std::vector<double> watched; ///< (N_a + 3 N_x) the motion of the node watched, on every rank; empty: none is
+  /// Of a cyclic sector in its place, by index h = 0 .. N / 2.
+  std::vector<std::vector<std::complex<double>>> watched_by_index;
   LeftOut left_out;
   std::filesystem::path stuck_file; ///< where the modes of the stuck structure may be kept; empty: nowhere
 
@@ -155,6 +157,10 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &file);
 /// file that keeps their motion. Each rank on its own. InputError.
 std::vector<double> recovered_row(const std::filesystem::path &file, const std::vector<PetscInt> &dofs,
                                   const std::vector<double> &factors);
+/// The same of a sector of so many, in each index h = 0 .. N / 2.
+std::vector<std::vector<std::complex<double>>> recovered_rows(const std::filesystem::path &file, int sectors,
+                                                              const std::vector<PetscInt> &dofs,
+                                                              const std::vector<double> &factors);
 
 /// What a reduced file holds of modes, contact points and load patterns. Each rank on its own. InputError.
 struct ReducedHeader {

@@ -167,6 +167,25 @@ TEST(SectorAssembled, residual_is_the_same_in_other_units) {
   check(VecRestoreArrayRead(g, &b), "");
 }
 
+TEST(SectorAssembled, from_the_modal_form) { // as peaks take it
+  for (const int engine_order : {1, -2, 6}) {
+    HarmonicSystem plain = sector_system(engine_order),
+                   modal = sector_system(engine_order, exactly, {}, 0.05, {}, true, LinearForm::modal);
+    const auto made = HarmonicSystem::assembled(modal, exactly);
+    EXPECT_EQ(made->form(), LinearForm::assembled);
+    const UniqueVec y = vector_of(plain, 0.3, 5, 1.3), v = vector_of(plain, 1, 9, 0.4),
+                    last = vector_of(plain, 1, 2, 1);
+    UniqueVec f = plain.unknowns(), g = plain.unknowns();
+    plain.residual(y, f), made->residual(y, g);
+    EXPECT_LT(relative_difference(g, f), 1e-14);
+    const UniqueMat A = plain.matrix(), B = made->matrix();
+    plain.jacobian(y, last, A), made->jacobian(y, last, B);
+    check(MatMult(A, v, f), "");
+    check(MatMult(B, v, g), "");
+    EXPECT_LT(relative_difference(g, f), 1e-14);
+  }
+}
+
 TEST(TravellingWave, index_is_the_nodal_diameter_with_its_sense) {
   const auto indices = [](int n, int engine_order) {
     std::vector<int> out;
@@ -211,8 +230,12 @@ TEST(SectorAssembled, derivatives_of_a_peak_by_load_and_damping) { // against pe
   }
 }
 
-TEST(SectorAssembled, derivatives_of_a_followed_peak) { // by motion, frequency and every parameter
-  for (const bool phase : {false, true})
+TEST(SectorAssembled, derivatives_of_a_followed_peak) {       // by motion, frequency and every parameter
+  std::vector<std::vector<Complex>> factors(sectors / 2 + 1); // of a node, by index; the one dof is the first mode
+  for (int h = 0; h <= sectors / 2; ++h)
+    for (int d = 0; d < 11; ++d) factors[h].emplace_back(wave(d, 50 + h), h == 0 ? 0 : wave(d, 70 + h));
+  const Watched dof{0, {}}, node{-1, WatchedRow(factors, {sectors, 1})};
+  for (const auto &[watched, phase] : {std::pair(&dof, false), {&node, false}, {&dof, true}})
     for (const PathParameter &parameter : all_parameters) {
       if (&parameter == &frequency_parameter()) continue;
       ReducedModel model = small_sector();
@@ -224,7 +247,7 @@ TEST(SectorAssembled, derivatives_of_a_followed_peak) { // by motion, frequency 
       ScaledModel made = scaled(std::move(preloaded), 0.05, {});
       made.engine_order = 1;
       HarmonicSystem system(std::move(made), harmonics, exactly, course(fourier));
-      PeakEquations peak(system, {0, {}});
+      PeakEquations peak(system, *watched);
       std::unique_ptr<TrackCondition> condition;
       if (phase)
         condition = std::make_unique<PhaseResonance>(peak);
@@ -256,4 +279,27 @@ TEST(SectorAssembled, derivatives_of_a_followed_peak) { // by motion, frequency 
             << parameter.name << ", motion " << size << ", phase " << phase;
       }
     }
+}
+
+TEST(WatchedRow, of_a_sector_has_another_factor_in_every_harmonic) {
+  const TravellingWave travelling{6, 2}; // indices 0, 2, -2, 0, 2
+  std::vector<std::vector<Complex>> factors(4, std::vector<Complex>(2));
+  for (int h = 0; h < 4; ++h)
+    for (int d = 0; d < 2; ++d) factors[h][d] = {0.3 + h - d, h == 0 ? 0 : 0.7 * h + d};
+  WatchedRow row(factors, travelling);
+  row.scale(1, 3);
+  std::vector<double> c, sum(9, 0.0), back(9, 0.0), other;
+  for (int i = 0; i < 9; ++i) c.push_back(wave(i, 1)), other.push_back(wave(i, 2));
+  row.add(1, c.data(), 9, sum.data());
+  EXPECT_NEAR(sum[0], 3 * factors[0][1].real() * c[0], 1e-15);
+  for (int k = 1; k <= 4; ++k) {
+    const int h = travelling.index(k);
+    const Complex f = h < 0 ? std::conj(factors[-h][1]) : factors[h][1], moved = f * Complex(c[cosine(k)], -c[sine(k)]);
+    EXPECT_NEAR(sum[cosine(k)], 3 * moved.real(), 1e-14);
+    EXPECT_NEAR(sum[sine(k)], -3 * moved.imag(), 1e-14);
+  }
+  row.add_transposed(1, other.data(), 9, back.data());
+  double there = 0, here = 0;
+  for (int i = 0; i < 9; ++i) there += sum[i] * other[i], here += back[i] * c[i];
+  EXPECT_NEAR(there, here, 1e-14);
 }

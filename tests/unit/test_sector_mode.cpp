@@ -82,6 +82,35 @@ TEST(SectorMode, another_instant_to_count_from_changes_the_phase_alone) {
   EXPECT_LT(relative_difference(g, h), 1e-12);
 }
 
+// By products and FGMRES in the modes of the stuck structure, or by factors: the same matrix, and the same solution.
+TEST(SectorMode, both_forms_have_one_jacobian) {
+  for (const int engine_order : {1, -2})
+    for (const double alpha : {0.004, 0.06, 0.6}) {
+      HarmonicSystem assembled = sector_system(engine_order, exactly, {}, proportional()),
+                     modal = sector_system(engine_order, exactly, {}, proportional(), {}, true, LinearForm::modal);
+      NonlinearMode one(assembled), other(modal);
+      const UniqueVec y = point_of(one, alpha, 3, 0.03), r = mode_vector(one, 1, 1, 5, {0.4, -0.3, 0.2}),
+                      plane = mode_vector(one, 0.2, 0.3, 11, {0.1, -0.2, 0.3});
+      UniqueVec f = one.unknowns(), g = one.unknowns(), x = one.unknowns(), z = one.unknowns();
+      const auto solved = [&](NonlinearMode &mode, Vec product, Vec answer) {
+        mode.refer_to(y);
+        const auto J = mode.jacobian();
+        UniqueKSP ksp;
+        check(KSPCreate(PETSC_COMM_WORLD, ksp.out()), "");
+        J->set_up(ksp);
+        check(KSPSetTolerances(ksp, 1e-11, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
+        J->begin(J->memory());
+        J->assemble(y, plane);
+        check(MatMult(J->matrix(), r, product), "");
+        check(KSPSolve(ksp, r, answer), "");
+        EXPECT_EQ(J->take_effort(0).inexact, 0);
+      };
+      solved(one, f, x), solved(other, g, z);
+      EXPECT_LT(relative_difference(g, f), 1e-12) << alpha;
+      EXPECT_LT(relative_difference(z, x), 1e-8) << alpha;
+    }
+}
+
 TEST(SectorMode, energies_are_the_work_of_the_residual) {
   for (const int engine_order : {1, -2})
     for (const double alpha : {0.004, 0.06, 0.6}) {

@@ -26,7 +26,7 @@ AMPLITUDE = (1e-6, 2e-4)
 
 def mode(folder, order, wish="number = 1", amplitude=AMPLITUDE, ranks=None, status=0, **keys):
     more = f"mode = {{ {wish}, amplitude = {list(amplitude)} }}\n"
-    return launch.run(scene(folder, order, omega="", more=more, friction=SHROUD, **keys), ranks=ranks, status=status)
+    return launch.run(scene(folder, order, omega="", more=more, **{"friction": SHROUD, **keys}), ranks=ranks, status=status)
 
 
 def balanced(points):
@@ -226,3 +226,30 @@ def test_forced_motions_from_the_mode(tmp_path):
     np.testing.assert_allclose(refined.coefficients[:, 1:], solved[:, 1:], rtol=0, atol=1e-5 * np.abs(solved).max())
     with pytest.raises(ValueError, match="harmonic 2 of the load has index 2, the mode of a sector 1"):
         backbone.peaks(harmonic=2)
+
+
+@pytest.mark.parametrize("law", ["coulomb", "cone"])
+def test_what_gives_way_first(tmp_path, law):
+    """Instant by instant over half a period, both senses: friction reaches its bound, or the normal force is gone."""
+    friction = SHROUD if law == "coulomb" else np.full((8, 2), 0.7)
+    done = mode(tmp_path, 1, amplitude=(1e-9, 1e-8), harmonics=1, friction=friction,
+                edit=lambda text: f'contact.law = "{law}"\n{text}')
+    results = Results(done.folder / "results.h5")
+    with h5py.File(done.folder / "results.h5") as file:
+        phi, onset = (file["mode/shape"][()] @ [1, 1j])[12:].reshape(8, 3), file["mode/onset"][0]
+    g, theta, least = results.g.reshape(-1, 3), np.linspace(0, np.pi, 20001), np.inf
+    for p in range(8):
+        x = (phi[p][:, None] * np.exp(1j * theta)).real
+        t, n = GIVEN["kt"][p][:, None] * x[:2], GIVEN["kn"][p] * x[2]
+        least = min(least, g[p, 2] / np.abs(n).max())
+        for d in range(2) if law == "coulomb" else ():
+            for sense in (1, -1):
+                rate = np.abs(t[d] - sense * friction[p, d] * n).max()
+                least = min(least, (friction[p, d] * g[p, 2] - sense * g[p, d]) / rate)
+        if law == "cone":  # |T + a t|^2 = mu^2 (N + a n)^2
+            A, B, C = (np.sum(u * v, axis=0) - friction[p, 0] ** 2 * a * b for u, v, a, b in (
+                (t, t, n, n), (g[p, :2, None], t, g[p, 2], n), (g[p, :2], g[p, :2], g[p, 2], g[p, 2])))
+            root = np.sqrt(np.maximum(B**2 - A * C, 0))
+            places = np.abs(np.concatenate([(-B + root) / A, (-B - root) / A])[np.tile(B**2 - A * C >= 0, 2)])
+            least = min(least, places.min())
+    assert abs(onset / least - 1) < 1e-6
