@@ -1,4 +1,4 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | peaks | study | range | fit."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | info | peaks | study | range | fit."""
 
 import argparse
 import platform
@@ -68,6 +68,7 @@ def _picture_of_results(path, arguments):
     from . import plot as pictures
     from .contact_map import contact_map
     from .results import Results
+    from .shown import chosen_point, in_own_unit
 
     results = Results(path, arguments.model)
     if arguments.kind == "pressure":
@@ -84,15 +85,13 @@ def _picture_of_results(path, arguments):
         from .sensitivity_map import sensitivity_map
 
         return sensitivity_map(results, _peak_near(results, arguments), arguments.model, arguments.hz), "_sensitivity.png"
-    in_hertz = arguments.hz and results.parameter is None and arguments.at is not None
-    at = results.unit.from_hertz(arguments.at) if in_hertz else arguments.at
     if arguments.kind == "mode":
         from .mode_picture import mode_picture
 
         return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], arguments.harmonic, arguments.hz), "_mode.png"
     if arguments.kind == "response":
-        return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
-    point = results.at(at) if at is not None else _top(results, (arguments.dof or pictures.contact_dofs(results))[0])
+        return pictures.response(results, arguments.dof, in_own_unit(results, arguments.at, arguments.hz), arguments.hz), ".png"
+    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
     if arguments.kind == "map":
         return contact_map(results, point, arguments.model, arguments.hz), "_map.png"
     return getattr(pictures, arguments.kind)(results, point, arguments.dof, arguments.hz), f"_{arguments.kind}.png"
@@ -106,9 +105,11 @@ def _peak_near(results, arguments):
     return int(abs(results.sensitivity.omega - at).argmin())
 
 
-def _top(results, dof):
-    """The point at the peak, or the largest where the curve has none."""
-    return results.peak_point(dof) if results.peaks(dof) else results.largest_point(dof)
+def export(arguments):
+    """Write files for ParaView, and the curve as a table."""
+    from .export import export as command
+
+    command(arguments)
 
 
 def info(arguments):
@@ -212,6 +213,8 @@ def parser():
     command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")
     command.set_defaults(run=plot)
 
+    _export_options(commands)
+
     command = commands.add_parser("info", help="what is in a file", description="Sizes, units, range and peaks of model, reduced and "
                                   "results files.")
     command.add_argument("files", metavar="FILE.h5", nargs="+")
@@ -249,6 +252,29 @@ def parser():
     _range_options(commands)
     _fit_options(commands)
     return top
+
+
+def _export_options(commands):
+    command = commands.add_parser("export", help="files for ParaView, and tables", description="Write a folder that ParaView opens: the "
+                                  "mesh in motion over one period (motion.pvd), the contact points with their states and forces "
+                                  "(contact.pvd), and the curve as a table (curve.csv).")
+    command.add_argument("file", metavar="RESULTS.h5")
+    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
+                         "of the parameter that is varied; default: the peak of the first dof")
+    command.add_argument("--point", metavar="I", type=int, help="the point of the curve, counted from 0, or from its end if negative")
+    command.add_argument("--hz", action="store_true", help="--at is in Hz")
+    command.add_argument("--frames", metavar="N", type=int, default=24, help="instants of the period; default: %(default)s")
+    command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, in its place; default: 0")
+    command.add_argument("--wheel", action="store_true", help="all sectors of a cyclic structure, their outer faces")
+    cells = command.add_mutually_exclusive_group()
+    cells.add_argument("--surface", action="store_true", help="outer faces in place of the cells, also of one sector")
+    cells.add_argument("--solid", action="store_true", help="the cells in place of outer faces, also of a wheel")
+    command.add_argument("--dof", metavar="NAME", nargs="+", help="columns of the table, as in plot")
+    command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")
+    command.add_argument("--replace", action="store_true", help="also files that no export has written")
+    command.add_argument("-o", "--output", metavar="DIR", help="folder to write; default: RESULTS_paraview beside the results; of a name "
+                         "that ends with .csv: the table alone")
+    command.set_defaults(run=export)
 
 
 def _range_options(commands):
