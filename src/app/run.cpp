@@ -240,6 +240,10 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   });
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
+  for (const Warning &warning : warnings_of_wave(study, preloaded.reduced.sectors)) {
+    voice.say("warning: " + warning.text);
+    warnings.push_back(warning);
+  }
   if (study.follows_peaks())
     check_memory(comm, checked.sizes, "following a peak factors two matrices",
                  "fewer harmonics, or fewer modes, take less");
