@@ -68,9 +68,12 @@ def _picture_of_results(path, arguments):
     from . import plot as pictures
     from .contact_map import contact_map
     from .results import Results
-    from .shown import chosen_point, in_own_unit
+    from .shown import chosen_point, chosen_sectors, in_own_unit
 
     results = Results(path, arguments.model)
+    if arguments.sector is not None and arguments.kind not in ("motion", "history"):
+        raise ValueError(f"--sector: is for motion and history; in a picture of kind {arguments.kind} all sectors are alike")
+    chosen_sectors(results, arguments.sector)
     if arguments.kind == "pressure":
         from .pressure_map import pressure_map
 
@@ -81,6 +84,10 @@ def _picture_of_results(path, arguments):
         from .diameters_picture import diameters
 
         return diameters(results, arguments.hz), "_diameters.png"
+    if arguments.kind == "campbell":
+        from .campbell_picture import campbell
+
+        return campbell(results, arguments.hz), "_campbell.png"
     if arguments.kind == "sensitivity":
         from .sensitivity_map import sensitivity_map
 
@@ -92,9 +99,15 @@ def _picture_of_results(path, arguments):
     if arguments.kind == "response":
         return pictures.response(results, arguments.dof, in_own_unit(results, arguments.at, arguments.hz), arguments.hz), ".png"
     point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
+    if arguments.kind == "motion":
+        from .motion_picture import motion_picture
+
+        return motion_picture(results, point, arguments.sector, arguments.up, arguments.hz), "_motion.png"
+    if arguments.kind == "history":
+        return pictures.history(results, point, arguments.dof, arguments.hz, arguments.sector), "_history.png"
     if arguments.kind == "map":
         return contact_map(results, point, arguments.model, arguments.hz), "_map.png"
-    return getattr(pictures, arguments.kind)(results, point, arguments.dof, arguments.hz), f"_{arguments.kind}.png"
+    return pictures.hysteresis(results, point, arguments.dof, arguments.hz), "_hysteresis.png"
 
 
 def _peak_near(results, arguments):
@@ -197,18 +210,20 @@ def parser():
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
     command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity", "mode",
-                                              "diameters"], default="response",
+                                              "diameters", "campbell", "motion"], default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
                               "pressure: the joints under their preload; sensitivity: which contact points a peak depends on; mode: "
                               "frequency and damping over the amplitude, peaks over the force, of a run with [mode]; diameters: frequency "
-                              "over the nodal diameter of a cyclic sector, with the engine orders of the sweep")
+                              "over the nodal diameter of a cyclic sector, with the engine orders of the sweep; campbell: over its rotor "
+                              "speed; motion: the mesh as it moves, enlarged, a whole wheel of a cyclic sector")
     command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for maps, pressures and nodes, if it is not where it "
                          "was when the run started")
     command.add_argument("--harmonic", metavar="K", type=int, help="mode: that of the load which excites the mode; default: its lowest")
-    command.add_argument("--up", choices="xyz", default="z", help="mesh: the axis that points upwards; default: %(default)s")
+    command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, for motion (default: all) and history (0)")
+    command.add_argument("--up", choices="xyz", default="z", help="mesh, motion: the axis that points upwards; default: %(default)s")
     command.add_argument("--hz", action="store_true", help="frequencies in Hz")
     command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")
     command.set_defaults(run=plot)

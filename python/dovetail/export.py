@@ -12,7 +12,7 @@ from .hdf5_read import patiently
 from .motion import find_joint
 from .moving_mesh import moving_mesh
 from .results import Results
-from .shown import chosen_point, default_dofs
+from .shown import chosen_point, chosen_sectors, default_dofs
 from .units import bracket
 
 MOST_FRAMES = 999
@@ -61,18 +61,6 @@ def number(results, arguments, dof):
             raise ValueError("--point and --at both say which point is meant; give one of them")
         return results.number(arguments.point)
     return chosen_point(results, arguments.at, arguments.hz, [dof])
-
-
-def chosen_sectors(results, sector=None, wheel=False):
-    """Numbers of the sectors that are meant; [0] of a structure that is none."""
-    if results.wave is None and (wheel or sector is not None):
-        raise ValueError(f"{results.path}: is not of a sector of a cyclic structure, so there is no "
-                         + ("wheel" if wheel else f"sector {sector}"))
-    if wheel and sector is not None:
-        raise ValueError("--wheel is all sectors, --sector one of them; give one of the two")
-    if wheel:
-        return list(range(results.wave.sectors))
-    return [0 if sector is None else results.wave.checked(sector)]
 
 
 def _parts(results, point, sectors, frames, surface):

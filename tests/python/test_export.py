@@ -7,43 +7,18 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 import synthetic_results
-from ring import N, sector
+from ring import N
+from ring_results import computed
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-from dovetail import Joint, Results
+from dovetail import Results
 from dovetail.__main__ import main
 from dovetail.contact_period import OPEN, SLIPS, contact_period, samples_of
-from dovetail.export import chosen_sectors
-from dovetail.shown import chosen_point, default_dofs
-from launch import BINARY, words_of
+from dovetail.shown import chosen_point, chosen_sectors, default_dofs
 
-CASE = """model = "model.h5"
-reduction.modes = 8
-damping.stiffness = 5e-3
-excitation = {{ fourier = [0, 1]{order} }}
-harmonic_balance.harmonics = 3
-continuation.omega = [1.0, 1.6]
-stability.enabled = false
-output.motion = {motion}
-"""
-STIFF = {"normal_stiffness": 1e3, "tangential_stiffness": 5e2, "friction": 0.3}
-ORDER, FRAMES = 2, 4
-
-
-def computed(folder, cyclic=True, motion='"all"'):
-    """Results of the ring's sector, in contact with the next one or with the ground."""
-    structure = sector().with_springs("bore", [50, 50, 50]).with_force("over_right", [0.4, 1.0, 0.6]).with_preload("over_right", [0, 0, 1])
-    if cyclic:
-        structure = structure.cyclic(N, "left", "right", (0, 0, 1)).with_preload("over_left", [0, 0, -1])
-        joint = Joint.between(structure.surface("over_right"), structure.surface("over_left"), next_sector=True, gap=-1e-3, **STIFF)
-    else:
-        joint = Joint.ground(structure.surface("over_right"), gap=-1e-3, **STIFF)
-    structure.join(joint).write(folder / "model.h5")
-    (folder / "case.toml").write_text(CASE.format(order=f", engine_order = {ORDER}" if cyclic else "", motion=motion))
-    words_of([BINARY, "run", folder / "case.toml", "--out", folder, "-modes_eps_type", "lapack"])
-    return Results(folder / "results.h5")
+FRAMES = 4
 
 
 @pytest.fixture(scope="module")
