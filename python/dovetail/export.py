@@ -8,7 +8,7 @@ import numpy as np
 
 from .contact_period import contact_period, samples_of
 from .export_frames import ContactFrames, MeshFrames, needed, write_collection
-from .hdf5_read import patiently
+from .friction_energy import per_period
 from .motion import find_joint
 from .moving_mesh import moving_mesh
 from .results import Results
@@ -122,7 +122,7 @@ def _refuse_other(path, replace):
 
 def write_curve(results, path, dofs):
     """The curve as a table: a row for every point of the branch."""
-    unit, n = results.unit, len(results)
+    unit = results.unit
     table = {"frequency [Hz]": results.frequency, "omega" + bracket(unit.omega): results.omega}
     if results.parameter is not None:
         table[results.parameter_name + bracket(results.along_unit)] = results.parameter
@@ -130,9 +130,8 @@ def write_curve(results, path, dofs):
         table["amplitude of " + curve.name + bracket(curve.unit)] = curve.amplitude
     table |= {f"{state} points": results.points(state) for state in STATES}
     if results.has_activity:
-        lost = patiently(results.path, lambda file: file["points/contact/dissipation"][:n] if n else np.zeros((0, 1)))
         per = " per period and sector" if results.wave else " per period"
-        table["friction energy" + per + bracket(unit.energy)] = lost.sum(axis=1)
+        table["friction energy" + per + bracket(unit.energy)] = per_period(results)
     if results.damping_ratio is not None:
         table["damping ratio"] = results.damping_ratio
     if results.stable is not None:
