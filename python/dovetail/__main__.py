@@ -44,10 +44,35 @@ def plot(arguments):
     if format_of(path) == "dovetail-model":
         figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
     else:
+        if _is_film(arguments):
+            return _film(path, arguments)
         figure, suffix = _picture_of_results(path, arguments)
     output = Path(arguments.output) if arguments.output else path.with_name(path.stem + suffix)
     figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
     print(output)
+
+
+def _is_film(arguments):
+    if not arguments.output or Path(arguments.output).suffix.lower() != ".gif":
+        return False
+    if arguments.kind != "motion":
+        raise ValueError(f"{arguments.output}: a film is of --kind motion; name another kind of picture FILE.png")
+    return True
+
+
+def _film(path, arguments):
+    """Writes the motion over a period as a GIF."""
+    from .motion_picture import motion_film
+    from .results import Results
+    from .shown import chosen_point, chosen_sectors
+
+    results = Results(path, arguments.model)
+    if len(results) == 0:
+        raise ValueError(f"{path}: no point has been computed yet")
+    chosen_sectors(results, arguments.sector)
+    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
+    motion_film(results, point, arguments.output, arguments.sector, arguments.up, arguments.hz)
+    print(arguments.output)
 
 
 def _picture_of_model(path, up):
@@ -225,7 +250,8 @@ def parser():
     command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, for motion (default: all) and history (0)")
     command.add_argument("--up", choices="xyz", default="z", help="mesh, motion: the axis that points upwards; default: %(default)s")
     command.add_argument("--hz", action="store_true", help="frequencies in Hz")
-    command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")
+    command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results; of motion also "
+                         "FILE.gif, a film of one period")
     command.set_defaults(run=plot)
 
     _export_options(commands)

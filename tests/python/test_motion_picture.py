@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from matplotlib import pyplot as plt
 from matplotlib.collections import PolyCollection
+from PIL import Image
 from ring import N
 from ring_results import ORDER, computed
 
 from dovetail.__main__ import main
-from dovetail.motion_picture import enlargement, largest_at, motion_picture, view
+from dovetail.motion_picture import FRAMES, enlargement, largest_at, motion_picture, view
 from dovetail.moving_mesh import moving_mesh
 
 
@@ -77,6 +78,22 @@ def test_the_command(wave, tmp_path, capsys):
     for options, words in ((["--kind", "map", "--sector", "1"], "--sector: is for motion and history"),
                            (["--kind", "motion", "--sector", "9"], "sector must be a whole number from 0 to 4, found 9")):
         assert main(["plot", str(wave.path), *options]) == 2
+        assert words in capsys.readouterr().err
+
+
+def test_a_film_is_one_period(wave, tmp_path, capsys):
+    path = tmp_path / "wheel.gif"
+    assert main(["plot", str(wave.path), "--kind", "motion", "-o", str(path)]) == 0
+    with Image.open(path) as film:
+        pictures = []
+        for i in range(film.n_frames):
+            film.seek(i)
+            pictures.append(np.asarray(film.convert("L"), dtype=float))
+    assert len(pictures) == FRAMES
+    steps = [np.abs(a - b).mean() for a, b in zip(pictures, pictures[1:] + pictures[:1])]
+    assert min(steps) > 0 and steps[-1] < 2 * max(steps[:-1])  # it moves, and the end leads to the beginning
+    for options, words in ((["--kind", "map"], "a film is of --kind motion"), ([], "a film is of --kind motion")):
+        assert main(["plot", str(wave.path), *options, "-o", str(path)]) == 2
         assert words in capsys.readouterr().err
 
 
