@@ -18,6 +18,7 @@ from .units import bracket
 MOST_FRAMES = 999
 LIST = "export.json"  # what an export has written into its folder
 CURVE = "curve.csv"
+FIRST = "frequency [Hz]"  # column of the table
 STATES = ("stick", "slip", "open")
 
 
@@ -29,7 +30,8 @@ def export(arguments):
     dofs = arguments.dof or default_dofs(results)
     if arguments.output and Path(arguments.output).suffix == ".csv":
         path = Path(arguments.output)
-        _refuse_other(path, arguments.replace)
+        if not _is_table(path):
+            _refuse_other(path, arguments.replace)
         write_curve(results, path, dofs)
         print(path)
         return
@@ -115,6 +117,14 @@ def begin(folder, planned, replace=False):
         (folder / name).unlink(missing_ok=True)
 
 
+def _is_table(path):
+    """Whether a file is a table that an export has written."""
+    if not path.is_file():
+        return False
+    with open(path, "rb") as file:
+        return file.read(len(FIRST) + 1) == f"{FIRST},".encode()
+
+
 def _refuse_other(path, replace):
     if path.exists() and not (replace and path.is_file()):
         raise ValueError(f"{path}: is there already; name another with -o, or say --replace")
@@ -123,7 +133,7 @@ def _refuse_other(path, replace):
 def write_curve(results, path, dofs):
     """The curve as a table: a row for every point of the branch."""
     unit = results.unit
-    table = {"frequency [Hz]": results.frequency, "omega" + bracket(unit.omega): results.omega}
+    table = {FIRST: results.frequency, "omega" + bracket(unit.omega): results.omega}
     if results.parameter is not None:
         table[results.parameter_name + bracket(results.along_unit)] = results.parameter
     for curve in results.response(list(dofs)):

@@ -171,6 +171,10 @@ def test_the_table(wave, tmp_path):
     assert main(["export", str(wave.path), "--dof", "x1.t1", "a1", "-o", str(path)]) == 0
     with open(path) as file:
         rows = list(csv.DictReader(file))
+    path.write_text("mine\n")
+    assert main(["export", str(wave.path), "-o", str(path)]) == 2 and path.read_text() == "mine\n"
+    for options in (["--replace"], []):  # then it is its own
+        assert main(["export", str(wave.path), "-o", str(path), *options]) == 0
     assert len(rows) == len(wave) and not (tmp_path / "results_paraview").exists()
     columns = {"omega [rad/s]": wave.omega, "frequency [Hz]": wave.frequency, "amplitude of x1.t1 [m]": wave.amplitude("x1.t1"),
                "slip points": wave.points("slip"), "friction energy per period and sector [J]":
