@@ -6,7 +6,7 @@ import numpy as np
 
 from . import fourier, reference
 
-LEAST = 256  # samples of a period
+LEAST = 1024  # samples of a period: sliders are dragged from one to the next
 STICKS, SLIPS, OPEN = 0, 1, 2
 
 
