@@ -30,13 +30,14 @@ PRESSURE = 1000.0  # amplitude on the pressure side [Pa]
 SPEED = 1500.0  # of the centrifugal load [1/min]
 
 
-def structure(dofs=20_000, flank=(1, 3), shroud=(1, 3), speed=SPEED, comm=MPI.COMM_WORLD):
+def structure(dofs=20_000, flank=(1, 3), shroud=(1, 3), side=(3, 3), speed=SPEED, comm=MPI.COMM_WORLD):
     """A sector under centrifugal load and pressure, clamped at the bore; blade and disk apart from each other. Collective.
 
-    dofs: about as many unknowns; flank, shroud: pairs of triangles down and along their contact faces, shroud None for none; speed [1/min].
+    dofs: about as many unknowns; flank, shroud: pairs of triangles down and along their contact faces, shroud None for none; side: on the
+    sides of the disk; speed [1/min].
     """
     disk = bladed_disk.BladedDisk(shroud=SHROUD if shroud else None)
-    mesh = elastic_solid.on_first_rank(comm, lambda: bladed_disk.mesh_sector(dofs, flank, shroud or (1, 1), disk))
+    mesh = elastic_solid.on_first_rank(comm, lambda: bladed_disk.mesh_sector(dofs, flank, shroud or (1, 1), disk, side))
     mesh.node_sets["surface"] = np.unique(np.concatenate([faces.ravel() for faces in outer_faces(mesh.nodes, {"tetra10": mesh.cells})]))
     free = elastic_solid.structure(mesh, MATERIAL, comm, elastic_solid.centrifugal(MATERIAL, speed))
     loaded = elastic_solid.with_pressure(free, "airfoil", PRESSURE).clamped("bore")
@@ -52,9 +53,9 @@ def joints(solid, interference=INTERFERENCE):
     return made
 
 
-def build(dofs=20_000, flank=(1, 3), shroud=(1, 3), speed=SPEED, interference=INTERFERENCE, comm=MPI.COMM_WORLD):
+def build(dofs=20_000, flank=(1, 3), shroud=(1, 3), side=(3, 3), speed=SPEED, interference=INTERFERENCE, comm=MPI.COMM_WORLD):
     """dovetail.Model of the sector; arguments as above. Collective."""
-    solid = structure(dofs, flank, shroud, speed, comm)
+    solid = structure(dofs, flank, shroud, side, speed, comm)
     return solid.join(joints(solid, interference))
 
 
@@ -67,6 +68,8 @@ def main():
     parser.add_argument("--flank", type=pair, default=(1, 3), metavar="NxM",
                         help="pairs of triangles down a flank and along the axis: (2N+1) x (2M+1) contact points on each; default 1x3")
     parser.add_argument("--shroud", type=pair, default=(1, 3), metavar="NxM", help="likewise across a shroud and along it; default 1x3")
+    parser.add_argument("--side", type=pair, default=(3, 3), metavar="NxM", help="likewise on the sides of the disk, whose nodes cost most "
+                        "in the reduction; default 3x3")
     parser.add_argument("--no-shroud", action="store_true", help="blades that touch the disk alone")
     parser.add_argument("--interference", type=float, default=INTERFERENCE, help="of the shrouds [mm]; default %(default)s")
     parser.add_argument("--speed", type=float, default=SPEED, help="of the centrifugal load [1/min]; default %(default)s")
@@ -75,7 +78,7 @@ def main():
     logging.disable(logging.INFO)  # the form compiler's, on first use
     comm = MPI.COMM_WORLD
     start = time.perf_counter()
-    solid = structure(options.dofs, options.flank, None if options.no_shroud else options.shroud, options.speed, comm)
+    solid = structure(options.dofs, options.flank, None if options.no_shroud else options.shroud, options.side, options.speed, comm)
     made = joints(solid, options.interference)
     if comm.rank == 0:
         print("\n".join([solid.cyclic_sector.report(), *(joint.report() for joint in made)]))
