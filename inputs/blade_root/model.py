@@ -14,12 +14,10 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 from mpi4py import MPI
 
-from dovetail import Joint
 from dovetail.meshes import elastic_solid
-from dovetail.meshes.blade_root import Sector, mesh_sector
+from dovetail.meshes.blade_root import flank_joints, mesh_sector
 
 MATERIAL = elastic_solid.TITANIUM
 NORMAL_STIFFNESS, TANGENTIAL_STIFFNESS = 1e12, 5e11  # per area [N/m^3]
@@ -34,33 +32,13 @@ def structure(dofs=150_000, divisions=(3, 9), speed=SPEED, comm=MPI.COMM_WORLD):
     dofs: about as many unknowns; divisions: pairs of triangles down a flank and along the axis; speed: [1/min].
     """
     sector = elastic_solid.on_first_rank(comm, lambda: mesh_sector(dofs, divisions))
-    free = elastic_solid.structure(sector, MATERIAL, comm, centrifugal(speed))
+    free = elastic_solid.structure(sector, MATERIAL, comm, elastic_solid.centrifugal(MATERIAL, speed))
     return elastic_solid.with_pressure(free, "airfoil", PRESSURE).clamped("clamped")
 
 
-def centrifugal(speed):
-    """Body force rho omega^2 r [N/m^3] as a function of the coordinates; the machine turns about x."""
-    strength = MATERIAL.density * (2 * np.pi * speed / 60) ** 2
-    return lambda x: [0.0, strength * x[1], strength * x[2]]
-
-
 def joints(solid, points=None):
-    """Both flanks. t1 points down the flank, t2 along the axis.
-
-    points: contact points down a flank and along the axis, evenly spread; None for all nodes.
-    """
-    sector = Sector()
-    (y0, z1), (y1, z0) = sector.flank_ends
-    made = []
-    for name, side in (("left", -1), ("right", 1)):
-        at = None
-        if points:
-            down, along = (np.linspace(0, 1, n) if n > 1 else np.array([0.5]) for n in points)
-            at = np.array([(sector.length * (a - 0.5), side * (y0 + d * (y1 - y0)), z1 + d * (z0 - z1)) for a in along for d in down])
-        made.append(Joint.between(
-            solid.surface(f"flank_{name}"), solid.surface(f"slot_{name}"), normal_stiffness=NORMAL_STIFFNESS,
-            tangential_stiffness=TANGENTIAL_STIFFNESS, friction=FRICTION, t1=(0, side * (y1 - y0), z0 - z1), at=at, name=name))
-    return made
+    """Both flanks; see `blade_root.flank_joints`."""
+    return flank_joints(solid, points, normal_stiffness=NORMAL_STIFFNESS, tangential_stiffness=TANGENTIAL_STIFFNESS, friction=FRICTION)
 
 
 def build(dofs=150_000, divisions=(3, 9), points=None, speed=SPEED, comm=MPI.COMM_WORLD):

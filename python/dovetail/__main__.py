@@ -1,4 +1,4 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | info | peaks | study | range | fit."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | info | peaks | study | range | fit."""
 
 import argparse
 import platform
@@ -38,77 +38,16 @@ def import_(arguments):
 
 def plot(arguments):
     """Draw a picture of a results file, or of the mesh of a model file."""
-    from .info import format_of
+    from .plot_command import plot as command
 
-    path = Path(arguments.file)
-    if format_of(path) == "dovetail-model":
-        figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
-    else:
-        figure, suffix = _picture_of_results(path, arguments)
-    output = Path(arguments.output) if arguments.output else path.with_name(path.stem + suffix)
-    figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
-    print(output)
+    command(arguments)
 
 
-def _picture_of_model(path, up):
-    from .hdf5_read import opened, words
-    from .mesh_picture import mesh_picture
-    from .motion import read_model_parts
+def export(arguments):
+    """Write files for ParaView, and the curve as a table."""
+    from .export import export as command
 
-    mesh, joint = read_model_parts(path)
-    if mesh is None:
-        raise ValueError(f"{path}: has no mesh to draw")
-    with opened(path) as file:
-        units = words(file, "units", "SI")
-    return mesh_picture(mesh, joint, up, path.name, units)
-
-
-def _picture_of_results(path, arguments):
-    """The figure, and what its file name ends with."""
-    from . import plot as pictures
-    from .contact_map import contact_map
-    from .results import Results
-
-    results = Results(path, arguments.model)
-    if arguments.kind == "pressure":
-        from .pressure_map import pressure_map
-
-        return pressure_map(results, arguments.model), "_pressure.png"
-    if len(results) == 0:
-        raise ValueError(f"{path}: no point has been computed yet")
-    if arguments.kind == "diameters":
-        from .diameters_picture import diameters
-
-        return diameters(results, arguments.hz), "_diameters.png"
-    if arguments.kind == "sensitivity":
-        from .sensitivity_map import sensitivity_map
-
-        return sensitivity_map(results, _peak_near(results, arguments), arguments.model, arguments.hz), "_sensitivity.png"
-    in_hertz = arguments.hz and results.parameter is None and arguments.at is not None
-    at = results.unit.from_hertz(arguments.at) if in_hertz else arguments.at
-    if arguments.kind == "mode":
-        from .mode_picture import mode_picture
-
-        return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], arguments.harmonic, arguments.hz), "_mode.png"
-    if arguments.kind == "response":
-        return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
-    point = results.at(at) if at is not None else _top(results, (arguments.dof or pictures.contact_dofs(results))[0])
-    if arguments.kind == "map":
-        return contact_map(results, point, arguments.model, arguments.hz), "_map.png"
-    return getattr(pictures, arguments.kind)(results, point, arguments.dof, arguments.hz), f"_{arguments.kind}.png"
-
-
-def _peak_near(results, arguments):
-    """The row of the sensitivities whose peak is nearest to --at, or none."""
-    if arguments.at is None or not results.sensitivity:
-        return None
-    at = results.unit.from_hertz(arguments.at) if arguments.hz else arguments.at
-    return int(abs(results.sensitivity.omega - at).argmin())
-
-
-def _top(results, dof):
-    """The point at the peak, or the largest where the curve has none."""
-    return results.peak_point(dof) if results.peaks(dof) else results.largest_point(dof)
+    command(arguments)
 
 
 def info(arguments):
@@ -196,21 +135,26 @@ def parser():
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
     command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity", "mode",
-                                              "diameters"], default="response",
+                                              "diameters", "campbell", "motion"], default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
                               "pressure: the joints under their preload; sensitivity: which contact points a peak depends on; mode: "
                               "frequency and damping over the amplitude, peaks over the force, of a run with [mode]; diameters: frequency "
-                              "over the nodal diameter of a cyclic sector, with the engine orders of the sweep")
+                              "over the nodal diameter of a cyclic sector, with the engine orders of the sweep; campbell: over its rotor "
+                              "speed; motion: the mesh as it moves, enlarged, a whole wheel of a cyclic sector")
     command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for maps, pressures and nodes, if it is not where it "
                          "was when the run started")
     command.add_argument("--harmonic", metavar="K", type=int, help="mode: that of the load which excites the mode; default: its lowest")
-    command.add_argument("--up", choices="xyz", default="z", help="mesh: the axis that points upwards; default: %(default)s")
+    command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, for motion (default: all) and history (0)")
+    command.add_argument("--up", choices="xyz", default="z", help="mesh, motion: the axis that points upwards; default: %(default)s")
     command.add_argument("--hz", action="store_true", help="frequencies in Hz")
-    command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results")
+    command.add_argument("-o", "--output", metavar="FILE.png", help="picture to write; default: beside the results; of motion also "
+                         "FILE.gif, a film of one period")
     command.set_defaults(run=plot)
+
+    _export_options(commands)
 
     command = commands.add_parser("info", help="what is in a file", description="Sizes, units, range and peaks of model, reduced and "
                                   "results files.")
@@ -249,6 +193,29 @@ def parser():
     _range_options(commands)
     _fit_options(commands)
     return top
+
+
+def _export_options(commands):
+    command = commands.add_parser("export", help="files for ParaView, and tables", description="Write a folder that ParaView opens: the "
+                                  "mesh in motion over one period (motion.pvd), the contact points with their states and forces "
+                                  "(contact.pvd), and the curve as a table (curve.csv).")
+    command.add_argument("file", metavar="RESULTS.h5")
+    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
+                         "of the parameter that is varied; default: the peak of the first dof")
+    command.add_argument("--point", metavar="I", type=int, help="the point of the curve, counted from 0, or from its end if negative")
+    command.add_argument("--hz", action="store_true", help="--at is in Hz")
+    command.add_argument("--frames", metavar="N", type=int, default=24, help="instants of the period; default: %(default)s")
+    command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, in its place; default: 0")
+    command.add_argument("--wheel", action="store_true", help="all sectors of a cyclic structure, their outer faces")
+    cells = command.add_mutually_exclusive_group()
+    cells.add_argument("--surface", action="store_true", help="outer faces in place of the cells, also of one sector")
+    cells.add_argument("--solid", action="store_true", help="the cells in place of outer faces, also of a wheel")
+    command.add_argument("--dof", metavar="NAME", nargs="+", help="columns of the table, as in plot")
+    command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")
+    command.add_argument("--replace", action="store_true", help="also files that no export has written")
+    command.add_argument("-o", "--output", metavar="DIR", help="folder to write; default: RESULTS_paraview beside the results; of a name "
+                         "that ends with .csv: the table alone")
+    command.set_defaults(run=export)
 
 
 def _range_options(commands):

@@ -29,17 +29,23 @@ def crossings(wave, lowest, highest):
             for f in wave.frequencies[h] if k * lowest <= f <= k * highest]
 
 
+def of_wheel(results):
+    """The TravellingWave with its frequencies; ValueError where there is none."""
+    wave = results.wave
+    if wave is None:
+        raise ValueError(f"{results.path}: is not of a sector of a cyclic structure, so it has no nodal diameters")
+    if wave.frequencies is None or not wave.frequencies.size:
+        raise ValueError(f"{results.path}: has no /cyclic/frequencies: it was written by an older version; run the case again")
+    return wave
+
+
 def diameters(results, hz=False):
     """Frequency over the nodal diameter, and where the sweep of the run crosses it.
 
     Lines are the engine orders at the lowest and the highest rotor speed of the run, Om / |EO|, bars what each harmonic sweeps
     over, dots the crossings. `hz`: frequencies in Hz.
     """
-    wave = results.wave
-    if wave is None:
-        raise ValueError(f"{results.path}: is not of a sector of a cyclic structure, so it has no nodal diameters")
-    if wave.frequencies is None or not wave.frequencies.size:
-        raise ValueError(f"{results.path}: has no /cyclic/frequencies: it was written by an older version; run the case again")
+    wave = of_wheel(results)
     scale, unit = (results.unit.hertz(1.0), "Hz") if hz else (1.0, results.unit.omega)
     lowest, highest = float(results.omega.min()), float(results.omega.max())
     order, last = abs(wave.engine_order), len(wave.index) - 1

@@ -5,6 +5,7 @@ import os
 import h5py
 import numpy as np
 
+from . import friction_energy
 from .hdf5_read import dataset, members, numbers, opened, patiently, words
 from .model_cyclic import read_cyclic
 from .model_mesh import read_joint, read_mesh
@@ -186,6 +187,8 @@ def _results(results):
         lines += _events(results) + _stability(results)
         lines += [(f"points that {verb}", f"at most {100 * results.points(name).max():.4g} %, in {np.count_nonzero(results.points(name))}"
                    f" of {n} responses") for name, verb in (("slip", "slip"), ("open", "open"))]
+        if results.wave is not None and results.has_activity:
+            lines.append(("friction energy", friction_energy.in_words(results)))
         lines.append(("effort", f"{results.points('newton_iterations').sum():.0f} Newton iterations, "
                                 f"{results.points('seconds').sum():.3g} s"))
     return lines + _preload(results) + [("contact law", _laws(results.contact["law"]))] + _contact_lines(results.contact, results.unit)

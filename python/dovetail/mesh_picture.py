@@ -85,6 +85,11 @@ def joint_picture(joints, units="SI"):
 
 def skin(nodes, cells):
     """Triangles (f, 3, 3) of the outer faces, in corner nodes only, no more than about MOST_TRIANGLES."""
+    return nodes[skin_rows(nodes, cells, MOST_TRIANGLES)]
+
+
+def skin_rows(nodes, cells, most):
+    """Rows of nodes (f, 3) of these triangles, no more than about `most` unless the mesh is tiny."""
     rows = [np.empty((0, 3), dtype=np.int64)]
     for faces in outer_faces(nodes, cells):
         rows.append(faces[:, [0, 1, 2]])
@@ -93,10 +98,10 @@ def skin(nodes, cells):
     triangles = np.concatenate(rows)
     extent = np.ptp(nodes[triangles.ravel()], axis=0).max() if len(triangles) else 0.0
     lattice = 256
-    while len(triangles) > MOST_TRIANGLES and lattice > 8:
+    while len(triangles) > most and lattice > 8:
         triangles = _merged(nodes, triangles, extent / lattice)
         lattice = int(lattice / 1.4)
-    return nodes[triangles]
+    return triangles
 
 
 def _finer(triangles, size):

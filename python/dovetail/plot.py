@@ -163,13 +163,13 @@ def _places(axis, results, curve, frequency, i):
             for places, text in kinds]
 
 
-def history(results, point, dofs=None, hz=False):
-    """One period of motion, measured from the preload state."""
+def history(results, point, dofs=None, hz=False, sector=None):
+    """One period of motion, measured from the preload state; of a cyclic structure in any sector, default 0."""
     dofs = dofs or default_dofs(results)
     with plt.rc_context(STYLE):
         figure, axis = plt.subplots(figsize=(7.5, 3.8), layout="constrained")
         for i, dof in enumerate(dofs):
-            t, q = results.time_history(point, dof, 512)
+            t, q = results.time_history(point, dof, 512, sector)
             period = 2 * np.pi / results.omega[point]
             axis.plot(np.append(t, period), np.append(q, q[0]), **_line(i), label=dof)
         axis.set(xlim=(0, period))
@@ -177,7 +177,7 @@ def history(results, point, dofs=None, hz=False):
         dress(axis.yaxis, "motion from preload", kinds.pop() if len(kinds) == 1 else "")
         dress(axis.xaxis, "time", results.unit.time)
         axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3.2)
-        axis.set_title(point_title(results, point, hz))
+        axis.set_title(point_title(results, point, hz, sector))
     return figure
 
 
@@ -228,6 +228,7 @@ def _line(i):
     return {"color": color, "linestyle": dashes}
 
 
-def point_title(results, point, hz):
+def point_title(results, point, hz, sector=None):
+    """Which curve, and where on it; of a cyclic structure which sector, if one is named."""
     where = f"{results.frequency[point]:.6g} Hz" if hz and results.parameter is None else results.place(results.along[point], 6)
-    return f"{results.title or results.path.name}, at {where}"
+    return f"{results.title or results.path.name}, at {where}" + ("" if sector is None else f", sector {sector}")

@@ -4,7 +4,7 @@ from matplotlib.ticker import EngFormatter
 
 from .units import bracket, with_unit
 
-BASE_UNITS = ("m", "s", "J", "N", "J/m²")  # with a prefix, as in 20 µm
+BASE_UNITS = ("m", "s", "J", "N", "Pa", "J/m²")  # with a prefix, as in 20 µm
 
 
 def formatter(unit):

@@ -11,7 +11,7 @@ from .contact_map import COLOURS, dress, legend_below, marker_area, panel_height
 from .joint_plane import lying  # noqa: E402
 from .motion import find_joint  # noqa: E402
 from .plot import STYLE  # noqa: E402
-from .plot_units import formatter  # noqa: E402
+from .plot_units import formatter, labelled  # noqa: E402
 from .preload_state import joint_states  # noqa: E402
 from .units import with_unit  # noqa: E402
 
@@ -43,7 +43,8 @@ def pressure_map(results, model=None):
             axis = figure.add_subplot(grid[i, 0])
             counts += _panel(axis, flat[i], names[i], state, values[i], largest, results.unit.length)
             scale(axis, plt.cm.ScalarMappable(norm=plt.Normalize(0, largest), cmap=COLOURS), formatter=formatter(unit))
-            axis.set_title(f"{state.name}: {'pressure' if per_area else 'normal force of each point'} under preload\n"
+            what = labelled(f"{'pressure' if per_area else 'normal force of each point'} under preload", unit)
+            axis.set_title(f"{state.name}: {what}\n"
                            f"{np.count_nonzero(state.closed)} of {len(state.closed)} points closed, normal force "
                            f"{with_unit(f'{state.normal.sum():.5g}', results.unit.force)}", loc="left", fontsize=10)
         legend_below(figure, grid, STATES, list(counts))

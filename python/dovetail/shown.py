@@ -35,6 +35,31 @@ def contact_dofs(results):
     return list(dict.fromkeys([*first, *found])) or [f"x{j + 1}.t1"]
 
 
+def chosen_point(results, at=None, hz=False, dofs=None):
+    """The point nearest to `at`, or, without it, where the first of the dofs has its peak, or is largest where it has none."""
+    if at is not None:
+        return results.at(in_own_unit(results, at, hz))
+    dof = (dofs or contact_dofs(results))[0]
+    return results.peak_point(dof) if results.peaks(dof) else results.largest_point(dof)
+
+
+def chosen_sectors(results, sector=None, wheel=False):
+    """Numbers of the sectors that are meant; [0] of a structure that is none."""
+    if results.wave is None and (wheel or sector is not None):
+        raise ValueError(f"{results.path}: is not of a sector of a cyclic structure, so there is no "
+                         + ("wheel" if wheel else f"sector {sector}"))
+    if wheel and sector is not None:
+        raise ValueError("--wheel is all sectors, --sector one of them; give one of the two")
+    if wheel:
+        return list(range(results.wave.sectors))
+    return [0 if sector is None else results.wave.checked(sector)]
+
+
+def in_own_unit(results, at, hz):
+    """A value of `along` from one that the user gives: of a sweep over the frequency in Hz, if `hz`."""
+    return results.unit.from_hertz(at) if hz and at is not None and results.parameter is None else at
+
+
 def loaded_node(results):
     """Name of the node with the largest force in its direction, such as "tip.y": by the set of all loaded nodes, if there is one, else
     by its row. None where the model, its mesh or the motion of that node is not known."""

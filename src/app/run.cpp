@@ -193,7 +193,9 @@ void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   if (preloaded.reduced.sectors > 0) {
     voice.say(in_table("\nclosed points stuck [Hz]", stuck_frequencies(preloaded, listed_frequencies), checked.units));
     voice.say(in_table("\ncontact points held [Hz]", held_frequencies(preloaded.reduced), checked.units));
-    return; // what is warned of would be of nodal diameter 0 alone
+    for (const Warning &warning : warnings_of_wave(study, preloaded.reduced.sectors))
+      voice.say("warning: " + warning.text);
+    return; // what else is warned of would be of nodal diameter 0 alone
   }
   for (const Warning &warning : warnings_of(found, study)) voice.say("warning: " + warning.text);
 }
@@ -240,6 +242,10 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
   });
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
+  for (const Warning &warning : warnings_of_wave(study, preloaded.reduced.sectors)) {
+    voice.say("warning: " + warning.text);
+    warnings.push_back(warning);
+  }
   if (study.follows_peaks())
     check_memory(comm, checked.sizes, "following a peak factors two matrices",
                  "fewer harmonics, or fewer modes, take less");

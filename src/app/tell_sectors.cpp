@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <set>
+
+#include "case/travelling_wave.hpp"
+#include "harmonic/resonances.hpp"
 
 namespace dovetail {
 
@@ -21,6 +25,28 @@ std::string in_table(const std::string &heading, const SectorFrequencies &found,
       out += cell;
     }
   }
+  return out;
+}
+
+std::vector<Warning> warnings_of_wave(const Case &study, int sectors) {
+  std::vector<Warning> out;
+  const std::vector<int> harmonics = driving_harmonics(study.loads);
+  const int order = study.engine_order.value_or(0);
+  if (sectors == 0 || order == 0 || harmonics.empty()) return out;
+  const int k = harmonics.front(), h = TravellingWave{sectors, order}.index(k);
+  const bool alike = h == 0, alternates = 2 * h == sectors;
+  std::set<std::string> patterns;
+  for (const LoadCourse &load : study.loads)
+    if (std::any_of(load.fourier.begin() + std::min<std::size_t>(1, load.fourier.size()), load.fourier.end(),
+                    [](double value) { return value != 0; }))
+      patterns.insert(load.pattern);
+  if ((!alike && !alternates) || patterns.size() != 1) return out;
+  out.push_back({"standing_wave", "harmonic " + std::to_string(k) + " of the load is engine order " +
+                                      std::to_string(k * order) + ", which on " + std::to_string(sectors) +
+                                      " sectors is nodal diameter " + std::to_string(h) + ": a standing wave, " +
+                                      (alike ? "all sectors alike" : "neighbours in opposite phase") +
+                                      "; engine orders " + std::to_string(order) + " and " + std::to_string(-order) +
+                                      " have the same response"});
   return out;
 }
 

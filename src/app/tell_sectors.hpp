@@ -1,7 +1,8 @@
 #pragma once
-// Frequencies over nodal diameters in words.
+// A sector in words: frequencies over nodal diameters, and what to look at.
 #include "case/case.hpp"
 #include "harmonic/sector_frequencies.hpp"
+#include "results/summary.hpp"
 #include "support/units.hpp"
 
 namespace dovetail {
@@ -9,5 +10,8 @@ namespace dovetail {
 /// A row for each nodal diameter with its lowest `shown` frequencies [Hz] under that heading.
 std::string in_table(const std::string &heading, const SectorFrequencies &found, const Units &units,
                      std::size_t shown = 8);
+
+/// A load of an engine order that is a standing wave after all.
+std::vector<Warning> warnings_of_wave(const Case &study, int sectors);
 
 } // namespace dovetail

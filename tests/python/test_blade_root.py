@@ -220,7 +220,7 @@ def measure():
 
     comm = MPI.COMM_WORLD
     sector = pickle.loads(Path(sys.argv[1]).read_bytes())
-    free = elastic_solid.structure(sector, model.MATERIAL, comm, model.centrifugal(1500.0))
+    free = elastic_solid.structure(sector, model.MATERIAL, comm, elastic_solid.centrifugal(model.MATERIAL, 1500.0))
     loaded = elastic_solid.with_pressure(free, "airfoil", model.PRESSURE)
     K, M = free.K, free.M
     motion, image = K.createVecRight(), K.createVecRight()

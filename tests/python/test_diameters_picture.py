@@ -8,6 +8,7 @@ from matplotlib import pyplot as plt
 
 from dovetail import Results
 from dovetail.__main__ import main
+from dovetail.campbell_picture import campbell
 from dovetail.diameters_picture import crossings, diameters, folded, zigzag
 from dovetail.info import describe
 
@@ -87,3 +88,40 @@ def test_refusals(tmp_path):
         del file["cyclic"]
     with pytest.raises(ValueError, match="has no /cyclic/frequencies"):
         diameters(Results(older))
+
+
+def test_campbell(tmp_path):
+    """Harmonic k rises with k EO times the rotor speed, and meets the frequencies of its own nodal diameter alone."""
+    found = results(tmp_path / "r.h5", 2)
+    for hz in (False, True):
+        figure = campbell(found, hz)
+        scale, turning = (1 / (2 * np.pi), 60 / (2 * np.pi)) if hz else (1.0, 1.0)
+        axis = figure.axes[0]
+        rising = sorted((line.get_ydata()[1] / line.get_xdata()[1] for line in axis.lines if len(line.get_xdata()) == 2))
+        np.testing.assert_allclose(rising, scale / turning * np.array([2, 4, 6, 8]))
+        dots = {(round(float(x), 6), round(float(y), 6)): line.get_markerfacecolor() != "white" for line in axis.lines
+                for x, y in line.get_xydata() if len(line.get_xdata()) == 1}
+        wanted = {}  # speed and frequency of each crossing, and whether the rotor is between 2.5 and 3.5 there
+        for order, row in ((2, TABLE[2]), (4, TABLE[2]), (6, TABLE[0]), (8, TABLE[2])):
+            wanted |= {(round(turning * f / order, 6), round(scale * f, 6)): 2.5 <= f / order <= 3.5 for f in row if f / order < 1.2 * 3.5}
+        assert dots == wanted and any(dots.values()) and not all(dots.values())
+        assert axis.get_xlabel() == f"rotor speed [{'1/min' if hz else 'rad/s'}]"
+        plt.close(figure)
+
+
+@pytest.mark.parametrize("order, sectors", [(1, 6), (4, 12), (-5, 6), (7, 6)])
+def test_labels_of_campbell_do_not_lie_on_each_other(tmp_path, order, sectors):
+    table = np.sort(np.random.default_rng(1).uniform(3, 60, (sectors // 2 + 1, 20)))
+    figure = campbell(results(tmp_path / "r.h5", order, sectors, table, omega=(5.0, 12.0), harmonics=8))
+    renderer = figure.canvas.get_renderer()
+    boxes = [text.get_window_extent(renderer) for text in figure.axes[0].texts]
+    assert len(boxes) > 2 and not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    plt.close(figure)
+
+
+def test_campbell_by_the_command_and_without_rotor_speed(tmp_path, capsys):
+    path = results(tmp_path / "r.h5", -5).path
+    assert main(["plot", str(path), "--kind", "campbell", "--hz"]) == 0 and (tmp_path / "r_campbell.png").is_file()
+    still = results(tmp_path / "still.h5", 0).path
+    assert main(["plot", str(still), "--kind", "campbell"]) == 2
+    assert "under engine order 0 the load does not travel" in capsys.readouterr().err

@@ -93,3 +93,10 @@ def test_picture_of_the_pressure(plate, capsys, tmp_path):
     assert main(["plot", str(tmp_path / "results.h5"), "--kind", "pressure"]) == 2
     assert "with --model" in capsys.readouterr().err
     assert main(["plot", str(tmp_path / "results.h5"), "--kind", "pressure", "--model", str(plate / "model.h5")]) == 0
+
+
+def test_pressures_are_shown_with_their_unit():
+    from dovetail.plot_units import formatter, labelled
+
+    assert formatter("Pa")(2.4e7) == "24 MPa" and labelled("pressure", "Pa") == "pressure"
+    assert formatter("psi") is None and labelled("pressure", "psi") == "pressure [psi]"

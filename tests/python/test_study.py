@@ -190,7 +190,8 @@ def test_frequencies_follow_the_sweep(tmp_path):
 
 
 def test_cases_survive_being_written():
-    for path in ["python/dovetail/template/case.toml", *(f"inputs/{name}/case.toml" for name in ("dof5", "two_solids", "blade_root"))]:
+    inputs = ("dof5", "two_solids", "blade_root", "blisk")
+    for path in ["python/dovetail/template/case.toml", *(f"inputs/{name}/case.toml" for name in inputs)]:
         content = tomllib.loads((ROOT / path).read_text())
         assert tomllib.loads(toml(content)) == content
     odd = {"title": 'Träger "A"\\B 🙂', "contact": {"tangential_stiffness": [[1.0, 2e-30]], "law": ["cone"]},

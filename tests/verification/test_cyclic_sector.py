@@ -1,5 +1,6 @@
 """One sector of a bladed disk under a travelling load against the whole rotor, both of an independent program."""
 
+import re
 from pathlib import Path
 
 import h5py
@@ -127,6 +128,23 @@ def test_engine_order_0_is_the_plain_model(tmp_path):
         found[order] = launch.run(cases.Case(path, None, None, {})).points["coefficients"][-1]
     for order in (0, -6):
         np.testing.assert_allclose(found[order], found["plain"], rtol=0, atol=1e-12 * np.abs(found["plain"]).max())
+
+
+@pytest.mark.parametrize("order, second, words", [
+    (1, False, None), (0, False, None), (3, True, None),
+    (3, False, "engine order 3, which on 6 sectors is nodal diameter 3: a standing wave, neighbours in opposite phase; engine orders 3 "
+               "and -3"),
+    (-6, False, "engine order -6, which on 6 sectors is nodal diameter 0: a standing wave, all sectors alike")])
+def test_a_standing_wave_is_warned_of(tmp_path, order, second, words):
+    """Of one pattern, under an engine order that the user may take for a travelling one."""
+    path, _ = cyclic_sector.write(tmp_path, "eo-1_two_loads" if second else "eo1_root", 2000.0, samples=256, modes=20)
+    text = path.read_text()
+    path.write_text(re.sub(r"engine_order = -?\d+", f"engine_order = {order}", text))
+    done = launch.run(cases.Case(path, None, None, {}))
+    found = [warning["text"] for warning in done.summary["warnings"] if warning["kind"] == "standing_wave"]
+    assert len(found) == (words is not None) and (not words or words in found[0])
+    said = "warning: harmonic 1 of the load is engine order"
+    assert done.out.count(said) == len(found) == launch.run(cases.Case(path, None, None, {}), command="modes").out.count(said)
 
 
 @pytest.mark.parametrize("parameter, key, factor",

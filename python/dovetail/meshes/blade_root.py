@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import gmsh
 import numpy as np
 
+from ..joint import Joint
 from .rounded_outline import extrude_outline
 from .tetrahedra import tetrahedra_of_gmsh, unknowns
 
@@ -147,6 +148,31 @@ def mesh_sector(dofs, flank_divisions=(3, 9), sector=Sector()):
         return tetrahedra_of_gmsh(sets).straightened()
     finally:
         gmsh.finalize()
+
+
+def flank_joints(solid, points=None, sector=Sector(), **contact):
+    """Joints of both flanks of the root with the slot. t1 points down the flank, t2 along the axis.
+
+    Parameters
+    ----------
+    solid : dovetail.Structure
+        Of a mesh of this module, or of `bladed_disk`.
+    points : (int, int), optional
+        Contact points down a flank and along the axis, evenly spread; default all nodes.
+    sector : Sector
+    contact
+        Stiffness per area [N/m^3] and friction, as in `Joint.between`.
+    """
+    (y0, z1), (y1, z0) = sector.flank_ends
+    made = []
+    for name, side in (("left", -1), ("right", 1)):
+        at = None
+        if points:
+            down, along = (np.linspace(0, 1, n) if n > 1 else np.array([0.5]) for n in points)
+            at = np.array([(sector.length * (a - 0.5), side * (y0 + d * (y1 - y0)), z1 + d * (z0 - z1)) for a in along for d in down])
+        made.append(Joint.between(solid.surface(f"flank_{name}"), solid.surface(f"slot_{name}"), t1=(0, side * (y1 - y0), z0 - z1), at=at,
+                                  name=name, **contact))
+    return made
 
 
 def bodies(sector, further=()):

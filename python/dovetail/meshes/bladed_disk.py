@@ -55,7 +55,7 @@ class BladedDisk(blade_root.Sector):
         return corners @ turn(AXIS, side * self.pitch / 2).T
 
 
-def mesh_sector(dofs, flank_divisions=(3, 9), shroud_divisions=(1, 6), disk=BladedDisk()):
+def mesh_sector(dofs, flank_divisions=(3, 9), shroud_divisions=(1, 6), disk=BladedDisk(), side_divisions=None):
     """Mesh with about `dofs` unknowns, those of the bore not counted. Serial.
 
     Parameters
@@ -65,6 +65,8 @@ def mesh_sector(dofs, flank_divisions=(3, 9), shroud_divisions=(1, 6), disk=Blad
     flank_divisions, shroud_divisions : (int, int)
         Pairs of triangles along the radius and along the axis.
     disk : BladedDisk
+    side_divisions : (int, int), optional
+        Likewise on both sides of the disk, whose nodes cost most in a reduction; default: elements of the size that follows from `dofs`.
 
     Returns
     -------
@@ -78,8 +80,9 @@ def mesh_sector(dofs, flank_divisions=(3, 9), shroud_divisions=(1, 6), disk=Blad
     ValueError
         When no size of the elements gives that number, or the dimensions do not go together.
     """
-    if dofs < 1 or min(*flank_divisions, *shroud_divisions) < 1:
-        raise ValueError(f"dofs and divisions must be positive, found {dofs}, {tuple(flank_divisions)} and {tuple(shroud_divisions)}")
+    divisions = [tuple(pair) for pair in (flank_divisions, shroud_divisions, side_divisions) if pair]
+    if dofs < 1 or min(map(min, divisions)) < 1:
+        raise ValueError(f"dofs and divisions must be positive, found {dofs}, {' and '.join(map(str, divisions))}")
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -90,6 +93,8 @@ def mesh_sector(dofs, flank_divisions=(3, 9), shroud_divisions=(1, 6), disk=Blad
             blade_root.structured(sets[name][0][1], flank_divisions)
         for name in sorted({"shroud_left", "shroud_right"} & set(sets)):
             blade_root.structured(sets[name][0][1], shroud_divisions)
+        for name in ("left", "right") if side_divisions else ():
+            blade_root.structured(sets[name][0][1], side_divisions)
         matrix = np.eye(4)
         matrix[:3, :3] = turn(AXIS, disk.pitch)
         gmsh.model.mesh.setPeriodic(2, [sets["right"][0][1]], [sets["left"][0][1]], matrix.ravel().tolist())

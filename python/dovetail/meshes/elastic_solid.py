@@ -117,6 +117,12 @@ def without_zeros(matrix):
     return PETSc.Mat().createAIJ(matrix.getSizes(), csr=csr, comm=matrix.getComm())
 
 
+def centrifugal(material, speed):
+    """Body force rho omega^2 r [N/m^3] as a function of the coordinates; the machine turns about x, speed in 1/min."""
+    strength = material.density * (2 * np.pi * speed / 60) ** 2
+    return lambda x: [0.0, strength * x[1], strength * x[2]]
+
+
 def pressure_force(surface, pressure):
     """Nodal forces (m, 3) [N] of a pressure [Pa] that acts on a surface of six-node triangles, against its outward normal.
 

@@ -1,0 +1,154 @@
+"""Results for ParaView and tables: `python3 -m dovetail export RESULTS.h5`."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+
+from .contact_period import contact_period, samples_of
+from .export_frames import ContactFrames, MeshFrames, needed, write_collection
+from .friction_energy import per_period
+from .motion import find_joint
+from .moving_mesh import moving_mesh
+from .results import Results
+from .shown import chosen_point, chosen_sectors, default_dofs
+from .units import bracket
+
+MOST_FRAMES = 999
+LIST = "export.json"  # what an export has written into its folder
+CURVE = "curve.csv"
+FIRST = "frequency [Hz]"  # column of the table
+STATES = ("stick", "slip", "open")
+
+
+def export(arguments):
+    """The command."""
+    results = Results(arguments.file, arguments.model)
+    if len(results) == 0:
+        raise ValueError(f"{results.path}: no point has been computed yet")
+    dofs = arguments.dof or default_dofs(results)
+    if arguments.output and Path(arguments.output).suffix == ".csv":
+        path = Path(arguments.output)
+        if not _is_table(path):
+            _refuse_other(path, arguments.replace)
+        write_curve(results, path, dofs)
+        print(path)
+        return
+    folder = Path(arguments.output) if arguments.output else results.path.with_name(f"{results.path.stem}_paraview")
+    if folder.suffix:
+        raise ValueError(f"{folder}: a table is written as FILE.csv, and all else into a folder, whose name has no ending")
+    sectors = chosen_sectors(results, arguments.sector, arguments.wheel)
+    frames = arguments.frames
+    if not 1 <= frames <= MOST_FRAMES:
+        raise ValueError(f"--frames: 1 to {MOST_FRAMES} are wanted, found {frames}")
+    needed()
+    point = number(results, arguments, dofs[0])
+    notes, parts = _parts(results, point, sectors, frames, arguments.surface or (arguments.wheel and not arguments.solid))
+    planned = [CURVE, *(f"{name}.pvd" for name in parts), *(file for name in parts for file in files_of(name, frames))]
+    begin(folder, planned, arguments.replace)
+    write_curve(results, folder / CURVE, dofs)
+    times = np.arange(frames) / frames * 2 * np.pi / results.omega[point]
+    for name, part in parts.items():
+        write_collection(folder, name, part, times, files_of(name, frames))
+    print("\n".join([f"{results.path}, point {point}: {results.place(results.along[point], 6)}, {results.frequency[point]:.6g} Hz",
+                     *(f"  {folder / name}.pvd: {part.in_words()}; {frames} instants of a period" for name, part in parts.items()),
+                     f"  {folder / CURVE}: the curve of {', '.join(dofs)}", *(f"  note: {note}" for note in notes)]))
+
+
+def number(results, arguments, dof):
+    """The point that is meant by --point or --at, or the peak of an unknown or a node."""
+    if arguments.point is not None:
+        if arguments.at is not None:
+            raise ValueError("--point and --at both say which point is meant; give one of them")
+        return results.number(arguments.point)
+    return chosen_point(results, arguments.at, arguments.hz, [dof])
+
+
+def _parts(results, point, sectors, frames, surface):
+    """What is not there, in words, and what is: a dict of the name of a collection to MeshFrames or ContactFrames."""
+    mesh, notes = _mesh(results, point, surface, sectors != [0] or surface)
+    parts = {} if mesh is None else {"motion": MeshFrames(mesh, sectors)}
+    if results.contact_points:
+        joint = find_joint(results)
+        period = contact_period(results, point, samples_of(frames, results.wave))
+        parts["contact"] = ContactFrames.of(joint, period, mesh, sectors)
+    if not parts:
+        raise ValueError(f"{results.path}: there is nothing to show; {notes[0]}")
+    return notes, parts
+
+
+def _mesh(results, point, surface, needed):
+    """The MovingMesh, of outer faces where no more is known and less is not asked for, and what is to be said of it."""
+    try:
+        return moving_mesh(results, point, surface=surface), []
+    except ValueError as error:
+        why = error
+    if not surface:
+        try:
+            return moving_mesh(results, point, surface=True), ["outer faces alone: the run keeps no motion of all nodes inside"]
+        except ValueError:
+            pass
+    if needed:
+        raise why
+    return None, [f"no motion of the mesh: {why}"]
+
+
+def files_of(name, frames):
+    return [f"{name}_{i:03d}.vtu" for i in range(frames)]
+
+
+def begin(folder, planned, replace=False):
+    """Makes the folder. What an earlier export has written there is taken away; other files of a name that is planned are refused."""
+    old = []
+    if (folder / LIST).is_file():
+        try:
+            old = [name for name in json.loads((folder / LIST).read_text())["files"] if Path(name).name == name]
+        except (ValueError, KeyError, TypeError):
+            raise ValueError(f"{folder / LIST}: is no list of an export; delete it, or name another folder with -o") from None
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder}: is there already and is no folder; name another with -o")
+    for name in planned:
+        if name not in old:
+            _refuse_other(folder / name, replace)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / LIST).write_text(json.dumps({"written by": "python3 -m dovetail export", "files": planned}, indent=1) + "\n")
+    for name in set(old) - set(planned):
+        (folder / name).unlink(missing_ok=True)
+
+
+def _is_table(path):
+    """Whether a file is a table that an export has written."""
+    if not path.is_file():
+        return False
+    with open(path, "rb") as file:
+        return file.read(len(FIRST) + 1) == f"{FIRST},".encode()
+
+
+def _refuse_other(path, replace):
+    if path.exists() and not (replace and path.is_file()):
+        raise ValueError(f"{path}: is there already; name another with -o, or say --replace")
+
+
+def write_curve(results, path, dofs):
+    """The curve as a table: a row for every point of the branch."""
+    unit = results.unit
+    table = {FIRST: results.frequency, "omega" + bracket(unit.omega): results.omega}
+    if results.parameter is not None:
+        table[results.parameter_name + bracket(results.along_unit)] = results.parameter
+    for curve in results.response(list(dofs)):
+        table["amplitude of " + curve.name + bracket(curve.unit)] = curve.amplitude
+    table |= {f"{state} points": results.points(state) for state in STATES}
+    if results.has_activity:
+        per = " per period and sector" if results.wave else " per period"
+        table["friction energy" + per + bracket(unit.energy)] = per_period(results)
+    if results.damping_ratio is not None:
+        table["damping ratio"] = results.damping_ratio
+    if results.stable is not None:
+        table["stable"] = results.stable
+    if results.error is not None:
+        table["estimated error"] = results.error
+    with open(path, "w", newline="") as file:
+        out = csv.writer(file)
+        out.writerow(table)
+        out.writerows([f"{value:.10g}" for value in row] for row in zip(*table.values()))

@@ -1,0 +1,92 @@
+"""The mesh in motion, at any phase of the period, of one sector or of all sectors of a wheel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import fourier
+from .cells import outer_faces
+from .cyclic import about, turn
+from .hdf5_read import opened
+from .model_cyclic import read_cyclic
+from .motion import find_model, nodal_displacement, read_model_parts
+from .travelling_wave import TravellingWave
+
+FACE = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}  # by the number of nodes
+PHASES = 64  # at which the largest motion is looked for
+
+
+@dataclass(frozen=True)
+class MovingMesh:
+    """Nodes, cells and motion of sector 0, or of a structure that is no sector.
+
+    nodes : (k, 3); cells : dict of cell type to (m, width) rows of `nodes`; sets : dict of name to rows of `nodes`
+    rows : (k,) which nodes of the model these are
+    series : (2H+1, k, 3) Fourier coefficients of the total displacement, mean a0/2
+    wave : TravellingWave or None; axis, origin : (3,) of the turn from sector to sector
+    """
+
+    nodes: np.ndarray
+    cells: dict
+    sets: dict
+    rows: np.ndarray
+    series: np.ndarray
+    wave: TravellingWave | None = None
+    axis: np.ndarray | None = None
+    origin: np.ndarray | None = None
+
+    def places(self, sector=0):
+        """(k, 3) nodes of a sector at rest, without load."""
+        return about(self.nodes, self.origin, self.rotation(sector)) if sector else self.nodes
+
+    def displacement(self, theta, sector=0, mean=True):
+        """(k, 3) total displacement at a phase [rad], along the axes of the model; without its mean: how it vibrates."""
+        basis = fourier.basis(len(self.series) // 2, theta - self.lag(sector))
+        basis[0] *= mean
+        u = np.tensordot(basis, self.series, 1)
+        return u @ self.rotation(sector).T if sector else u
+
+    def lag(self, sector):
+        """By how much later [rad] a sector does what sector 0 does."""
+        return 2 * np.pi * (sector * self.wave.engine_order % self.wave.sectors) / self.wave.sectors if sector else 0.0
+
+    def amplitude(self):
+        """(k,) largest distance of each node from its mean place within the period."""
+        largest = np.zeros(len(self.nodes))
+        for theta in fourier.phases(PHASES):
+            largest = np.maximum(largest, np.linalg.norm(self.displacement(theta, mean=False), axis=1))
+        return largest
+
+    def rotation(self, sector):
+        """(3, 3) turn from sector 0 to another."""
+        return turn(self.axis, 2 * np.pi * sector / self.wave.sectors)
+
+
+def moving_mesh(results, point, model=None, surface=False):
+    """The MovingMesh of a point of the branch; with `surface` only of the outer faces. ValueError where its motion is not known."""
+    path = find_model(results, model)
+    mesh, _ = read_model_parts(path)
+    if mesh is None:
+        raise ValueError(f"{path}: has no mesh, so there is no motion to show")
+    cells, rows = mesh["cells"], np.arange(len(mesh["nodes"]))
+    if surface:
+        faces = outer_faces(mesh["nodes"], cells)
+        if not faces:
+            raise ValueError(f"{path}: the mesh has no cells with faces, only {', '.join(sorted(cells)) or 'none'}")
+        rows = np.unique(np.concatenate([face.ravel() for face in faces]))
+        cells = {FACE[face.shape[1]]: np.searchsorted(rows, face) for face in faces}
+    sets = {name: np.searchsorted(rows, np.intersect1d(nodes, rows)) for name, nodes in mesh["sets"].items()}
+    samples = 2 * results.harmonics + 1  # as many as there are coefficients: they follow from them exactly
+    u = nodal_displacement(results, point, rows, samples, model=path)
+    basis = fourier.basis(results.harmonics, fourier.phases(samples))
+    basis[:, 0] = 1.0  # a0 is twice the mean
+    series = 2 / samples * np.tensordot(basis, u, (0, 0))
+    turned = {}
+    if results.wave is not None:
+        with opened(path) as file:
+            cyclic = read_cyclic(file)
+        if cyclic is None or cyclic["sectors"] != results.wave.sectors:
+            found = "no sector of a cyclic structure" if cyclic is None else f"one of {cyclic['sectors']} sectors"
+            raise ValueError(f"{path}: is {found}, the results are of one of {results.wave.sectors}; name the model of this run")
+        turned = {"wave": results.wave, "axis": cyclic["axis"], "origin": cyclic["origin"]}
+    return MovingMesh(mesh["nodes"][rows], cells, sets, rows, series, **turned)

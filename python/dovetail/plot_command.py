@@ -1,0 +1,110 @@
+"""Pictures of results, and of the mesh of a model: `python3 -m dovetail plot FILE.h5`."""
+
+from pathlib import Path
+
+
+def plot(arguments):
+    """Draw a picture of a results file, or of the mesh of a model file."""
+    from .info import format_of
+
+    path = Path(arguments.file)
+    if format_of(path) == "dovetail-model":
+        figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
+    else:
+        if _is_film(arguments):
+            return _film(path, arguments)
+        figure, suffix = _picture_of_results(path, arguments)
+    output = Path(arguments.output) if arguments.output else path.with_name(path.stem + suffix)
+    figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
+    print(output)
+
+
+def _is_film(arguments):
+    if not arguments.output or Path(arguments.output).suffix.lower() != ".gif":
+        return False
+    if arguments.kind != "motion":
+        raise ValueError(f"{arguments.output}: a film is of --kind motion; name another kind of picture FILE.png")
+    return True
+
+
+def _film(path, arguments):
+    """Writes the motion over a period as a GIF."""
+    from .motion_picture import motion_film
+    from .results import Results
+    from .shown import chosen_point, chosen_sectors
+
+    results = Results(path, arguments.model)
+    if len(results) == 0:
+        raise ValueError(f"{path}: no point has been computed yet")
+    chosen_sectors(results, arguments.sector)
+    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
+    motion_film(results, point, arguments.output, arguments.sector, arguments.up, arguments.hz)
+    print(arguments.output)
+
+
+def _picture_of_model(path, up):
+    from .hdf5_read import opened, words
+    from .mesh_picture import mesh_picture
+    from .motion import read_model_parts
+
+    mesh, joint = read_model_parts(path)
+    if mesh is None:
+        raise ValueError(f"{path}: has no mesh to draw")
+    with opened(path) as file:
+        units = words(file, "units", "SI")
+    return mesh_picture(mesh, joint, up, path.name, units)
+
+
+def _picture_of_results(path, arguments):
+    """The figure, and what its file name ends with."""
+    from . import plot as pictures
+    from .contact_map import contact_map
+    from .results import Results
+    from .shown import chosen_point, chosen_sectors, in_own_unit
+
+    results = Results(path, arguments.model)
+    if arguments.sector is not None and arguments.kind not in ("motion", "history"):
+        raise ValueError(f"--sector: is for motion and history; in a picture of kind {arguments.kind} all sectors are alike")
+    chosen_sectors(results, arguments.sector)
+    if arguments.kind == "pressure":
+        from .pressure_map import pressure_map
+
+        return pressure_map(results, arguments.model), "_pressure.png"
+    if len(results) == 0:
+        raise ValueError(f"{path}: no point has been computed yet")
+    if arguments.kind == "diameters":
+        from .diameters_picture import diameters
+
+        return diameters(results, arguments.hz), "_diameters.png"
+    if arguments.kind == "campbell":
+        from .campbell_picture import campbell
+
+        return campbell(results, arguments.hz), "_campbell.png"
+    if arguments.kind == "sensitivity":
+        from .sensitivity_map import sensitivity_map
+
+        return sensitivity_map(results, _peak_near(results, arguments), arguments.model, arguments.hz), "_sensitivity.png"
+    if arguments.kind == "mode":
+        from .mode_picture import mode_picture
+
+        return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], arguments.harmonic, arguments.hz), "_mode.png"
+    if arguments.kind == "response":
+        return pictures.response(results, arguments.dof, in_own_unit(results, arguments.at, arguments.hz), arguments.hz), ".png"
+    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
+    if arguments.kind == "motion":
+        from .motion_picture import motion_picture
+
+        return motion_picture(results, point, arguments.sector, arguments.up, arguments.hz), "_motion.png"
+    if arguments.kind == "history":
+        return pictures.history(results, point, arguments.dof, arguments.hz, arguments.sector), "_history.png"
+    if arguments.kind == "map":
+        return contact_map(results, point, arguments.model, arguments.hz), "_map.png"
+    return pictures.hysteresis(results, point, arguments.dof, arguments.hz), "_hysteresis.png"
+
+
+def _peak_near(results, arguments):
+    """The row of the sensitivities whose peak is nearest to --at, or none."""
+    if arguments.at is None or not results.sensitivity:
+        return None
+    at = results.unit.from_hertz(arguments.at) if arguments.hz else arguments.at
+    return int(abs(results.sensitivity.omega - at).argmin())
