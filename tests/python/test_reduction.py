@@ -158,7 +158,7 @@ def test_modes_are_counted_on_request(make):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ranks", [1, 2, 3])
+@pytest.mark.parametrize("ranks", [1, 3])
 def test_modes_by_other_eigensolvers(make, ranks):
     ours = matrices(run(make("ours"), ranks=ranks, command="reduce"))
     for eigensolver, tolerance in {"krylovschur": 1e-11, "lobpcg": 1e-7}.items():
@@ -230,6 +230,7 @@ def test_other_motion_needs_another_reduction(make):
     assert "reused" not in run(case, command="reduce").out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("motion", "words"), [
     ('["tipp"]', ['there is no node set "tipp"', "output.motion"]),
     ("[99999999]", ["node 99999999 is not in", "output.motion"]),
