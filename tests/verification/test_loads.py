@@ -71,7 +71,7 @@ def test_the_reduced_file_is_a_model_of_its_own(branch, tmp_path):
 
 
 @pytest.mark.parametrize("form, ranks", [("modal", 1), *(pytest.param(*other, marks=pytest.mark.slow) for other in
-                                                         (("modal", 2), ("assembled", 1), ("assembled", 2)))])
+                                                         (("modal", 2), ("assembled", 1)))])
 def test_two_halves_are_one(form, ranks, tmp_path):
     """Two equal patterns with half the course each: the same curve. Scales are chosen from the loads."""
     settings = {"omega": [0.8, 1.2], "solver": form, "kind": "auto", "samples": None}

@@ -70,7 +70,8 @@ def test_given_tracks(tmp_path, scene, parameter, name, nominal):
     assert np.abs(found / data[:, 1:3] - 1).max() < 1e-8
 
 
-@pytest.mark.parametrize("scene, harmonics", [("dof5", 9), pytest.param("chain", 5, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("scene, harmonics", [("dof5", 9), ("chain", 5)])
 def test_given_force_levels(tmp_path, scene, harmonics):
     data = np.load(DATA / f"{scene}.npz")
     edits = [("harmonics = 5", f"harmonics = {harmonics}")]
