@@ -1,7 +1,8 @@
 """Contact points of one side of a joint: which nodes, their areas, axes and parameters."""
 
 import numpy as np
-from scipy.spatial import cKDTree
+
+from .nearest import tree
 
 TIES = 8  # as many chosen points may be equally near to a node and share its area
 FACING = -0.5  # largest cosine between the normals of two sides that touch
@@ -21,12 +22,12 @@ def choose(surface, at, name, rows=None, area=None):
     at = np.asarray(at, dtype=np.float64)
     if at.ndim != 2 or at.shape[1] != 3 or not len(at) or not np.all(np.isfinite(at)):
         raise ValueError(f"joint {name!r}: `at` must be places of shape (k, 3), found shape {at.shape}")
-    chosen = cKDTree(points).query(at)[1]
+    chosen = tree(points).query(at)[1]
     values, counts = np.unique(chosen, return_counts=True)
     if counts.max() > 1:
         raise ValueError(f"joint {name!r}: {counts.max()} places of `at` are nearest to the same node, "
                          f"{labels[values[counts.argmax()]]}; a contact point is one node")
-    distance, nearest = cKDTree(points[chosen]).query(points, k=min(len(chosen), TIES))
+    distance, nearest = tree(points[chosen]).query(points, k=min(len(chosen), TIES))
     distance, nearest = distance.reshape(len(area), -1), nearest.reshape(len(area), -1)
     equal = distance <= distance[:, :1] + 1e-9 * surface.size
     share = equal * (area / equal.sum(axis=1))[:, None]

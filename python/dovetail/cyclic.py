@@ -6,9 +6,9 @@ The right side is the left one turned by +2 pi / N about the axis, by the right-
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .loads import real_vector
+from .nearest import tree
 from .units import parse
 
 MOST = 10**6  # sectors of a disk
@@ -142,7 +142,7 @@ def _paired(structure, sides, names, sectors, axis, origin, tolerance):
 
 def _nearest(points, others, axis, origin, angle):
     """Distance and row of the nearest of the `others` for each of the points, turned by an angle."""
-    return cKDTree(others).query(about(points, origin, turn(axis, angle)))
+    return tree(others).query(about(points, origin, turn(axis, angle)))
 
 
 def _say_angle(points, names, sectors, axis, origin, tolerance):
@@ -168,7 +168,7 @@ def angle_between(points, axis, origin):
     meridian = [np.column_stack([np.linalg.norm(xy, axis=1), (side - origin) @ axis]) for xy, side in zip(flat, points)]
     if not np.isfinite(np.concatenate(meridian)).all():
         raise ValueError(f"origin must be a point on the axis near the mesh, found {np.asarray(origin).tolist()}")
-    partner = cKDTree(meridian[1]).query(meridian[0])[1]
+    partner = tree(meridian[1]).query(meridian[0])[1]
     angles = [np.arctan2(xy[:, 1], xy[:, 0]) for xy in flat]
     return float(np.angle(np.exp(1j * (angles[1][partner] - angles[0])).sum()))
 

@@ -1,7 +1,8 @@
 """Nodes of two surfaces that lie at the same place."""
 
 import numpy as np
-from scipy.spatial import cKDTree
+
+from .nearest import tree
 
 
 def partners(points, b, tolerance, name):
@@ -11,7 +12,7 @@ def partners(points, b, tolerance, name):
     """
     if not tolerance >= 0:
         raise ValueError(f"joint {name!r}: tolerance must not be negative, found {tolerance!r}")
-    distance, row = cKDTree(b.points).query(points)
+    distance, row = tree(b.points).query(points)
     if np.any(distance > tolerance):
         return None
     taken, counts = np.unique(row, return_counts=True)

@@ -1,10 +1,10 @@
 """The part of a surface that lies over another one: which nodes, and how much of the area around them."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from . import faces as face_kinds
 from .contact_points import FACING
+from .nearest import tree
 from .projection import project
 
 SAMPLES = 6  # places across a face that lies over the other surface in part
@@ -23,7 +23,7 @@ def over(a, b, normals, tolerance, name):
     Where every node over b's faces has a partner there, these nodes are meant, else all over the faces. Faces of a count with
     the share that lies over b.
     """
-    distance, partner = cKDTree(b.points).query(a.points)
+    distance, partner = tree(b.points).query(a.points)
     near = distance <= (1e-6 * a.size if tolerance is None else tolerance)
     kept, paired = near, True
     if b.faces:

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .joint_plane import in_plane
+from .nearest import tree
 from .units import with_unit
 
 NEIGHBOURS = 12  # of a contact point, that are looked at to tell whether it lies at an edge
@@ -78,7 +78,7 @@ def at_edge(places):
     count = min(NEIGHBOURS + 1, len(places))
     if count < 4:
         return np.ones(len(places), dtype=bool)
-    distance, near = cKDTree(places).query(places, k=count)
+    distance, near = tree(places).query(places, k=count)
     edge = np.zeros(len(places), dtype=bool)
     for i, (lengths, others) in enumerate(zip(distance[:, 1:], near[:, 1:])):
         others = others[lengths <= REACH * lengths[0]]

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from . import faces as face_kinds
+from .nearest import tree
 
 OVERHANG = 0.05  # how far beyond the edge of a face a point may lie, in parts of the face's radius: curved edges never fit exactly
 
@@ -57,7 +57,7 @@ def project(points, surface):
 
 def _nearest_faces(points, surface):
     """(group, face) of the nearest face of each point: number in the list `surface.faces`, row there."""
-    to_node = cKDTree(surface.points[np.unique(np.concatenate([rows.ravel() for rows in surface.faces]))]).query(points)[0]
+    to_node = tree(surface.points[np.unique(np.concatenate([rows.ravel() for rows in surface.faces]))]).query(points)[0]
     best = np.full(len(points), np.inf)
     group, face = np.zeros((2, len(points)), dtype=np.int64)
     for g, rows in enumerate(surface.faces):
@@ -65,7 +65,7 @@ def _nearest_faces(points, surface):
             continue
         X = surface.points[rows]
         centres, radii = X.mean(axis=1), _radii(X)
-        near = cKDTree(centres).query_ball_point(points, 1.01 * (to_node + radii.max()))  # a curved face may bulge a little
+        near = tree(centres).query_ball_point(points, 1.01 * (to_node + radii.max()))  # a curved face may bulge a little
         point = np.repeat(np.arange(len(points)), [len(candidates) for candidates in near])
         candidate = np.concatenate([np.asarray(candidates, dtype=np.int64) for candidates in near])
         possible = np.linalg.norm(points[point] - centres[candidate], axis=1) <= 1.01 * (to_node[point] + radii[candidate])

@@ -64,6 +64,7 @@ def contact_rows():
     return {(row["kind"], row["harmonics"], row["samples"]): row for row in rows}
 
 
+@pytest.mark.slow
 def test_contact_kernel_measures_every_kind_both_ways(contact_rows):
     kinds = ["stuck", "nearly slips", "simple slip", "slip", "separation"]
     assert list(contact_rows) == [(kind, H, N) for H in (5, 10) for kind in kinds for N in (0, 64, 256)]
@@ -82,6 +83,7 @@ def test_contact_kernel_motions_are_of_their_kind(contact_rows):
         assert (row["open"] > 0) == (kind == "separation") and (row["slip"] > 0) == (most > 0)
 
 
+@pytest.mark.slow
 def test_contact_kernel_errors(contact_rows):
     for (kind, H, N), row in contact_rows.items():
         if N == 0:

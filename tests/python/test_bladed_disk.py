@@ -81,6 +81,7 @@ def test_contact_faces_of_the_shroud_are_inclined(mesh):
     assert np.ptp(points[:, 0]) == pytest.approx(DISK.shroud.length) and np.ptp(points[:, 2]) == pytest.approx(DISK.shroud.thickness)
 
 
+@pytest.mark.slow
 def test_without_shroud_the_blade_is_that_of_blade_root():
     plain = mesh_sector(25_000, (1, 2), disk=BladedDisk(shroud=None))
     assert not {"shroud_left", "shroud_right"} & set(plain.node_sets)

@@ -48,7 +48,7 @@ def cut_off(case, points):
 
 
 # ------------------------------------------------------------------------------------------------------ one at a time
-@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_second_run_is_told_who_holds_the_folder(tmp_path, ranks):
     case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
     with going(case, out="out", ranks=ranks) as (process, folder):
@@ -221,7 +221,7 @@ def test_results_of_another_version_are_refused(copy):
     assert "start.h5: attribute version is 2" in run(copy, out="new", status=2).err
 
 
-@pytest.mark.parametrize("ranks", RANKS)
+@pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_reduced_file_that_was_changed_is_made_anew(copy, ranks):
     folder = copy.path.parent / "out"
     with h5py.File(folder / "reduced.h5", "r+") as file:
@@ -266,8 +266,8 @@ def test_fields_come_from_the_reduced_file_of_the_results(copy):
     assert sorted(path.name for path in folder.iterdir()) == ["reduced.h5", "results.h5", "state.h5", "summary.json"]
 
 
-@pytest.mark.parametrize("replaced, ranks", [(True, None), (False, 2), pytest.param(False, None, marks=pytest.mark.slow),
-                                             pytest.param(True, 2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("replaced, ranks", [(True, None), *(pytest.param(*other, marks=pytest.mark.slow) for other in
+                                                            [(False, 2), (False, None), (True, 2)])])
 def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
     case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=1000 if ranks else 4000, **SMALL)  # for a second
     command, folder = line(case, out="out", ranks=ranks)

@@ -147,7 +147,8 @@ def test_a_script_that_imports_the_package_is_warned_and_left_alone(unknown, tmp
     assert "RuntimeWarning" in done.stderr
 
 
-@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("kernel", [pytest.param(kernel, marks=() if kernel in ("Prescott", "Haswell", "SkylakeX") else pytest.mark.slow)
+                                    for kernel in KERNELS])
 def test_program_and_package_say_the_same(kernel):
     if blas_kernel.class_of(kernel) > PROCESSOR:
         pytest.skip("not on this processor")

@@ -134,7 +134,8 @@ def test_default_picture_shows_the_loaded_node_first(run, tmp_path, capsys):
     assert "name it with --model" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("units, length, work, place", [("t, mm, s, N", "[mm]", "[mJ/mm²]", "x [mm]"), ("furlongs", "", "", "x")])
+@pytest.mark.parametrize("units, length, work, place", [("t, mm, s, N", "[mm]", "[mJ/mm²]", "x [mm]"),
+                                                        pytest.param("furlongs", "", "", "x", marks=pytest.mark.slow)])
 def test_pictures_are_in_the_units_of_the_model(run, tmp_path, units, length, work, place):
     model, results, _ = run
     with h5py.File(results.path, "r+") as file:

@@ -76,7 +76,7 @@ def test_signal_finishes_the_point_and_restart_goes_on(tmp_path, number):
     assert done.summary["newton_iterations"] == whole.summary["newton_iterations"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGHUP, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_signal_that_was_ignored_stays_so(tmp_path, number):
     """As behind nohup, or in the background of a script."""
     case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=3000, **SMALL)

@@ -715,7 +715,7 @@ def test_own_option_behind_those_of_petsc_is_not_overlooked(tmp_path, option):
     assert not (tmp_path / "results.h5").exists()
 
 
-@pytest.mark.parametrize("ranks", [None, 1, 2])
+@pytest.mark.parametrize("ranks", [None, 1, pytest.param(2, marks=pytest.mark.slow)])
 def test_log_file_gets_a_line_now_and_then(tmp_path, arrived, ranks):
     """Under mpirun as well, which gives its ranks a pseudo-terminal of its own whatever stands behind it."""
     done = arrived[1] if ranks is None else run(arrived[0], ranks=ranks, out=f"out{ranks}")

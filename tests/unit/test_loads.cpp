@@ -107,6 +107,7 @@ TEST(Loads, with_fewer_and_more_harmonics) { // those a course has not are zeros
 }
 
 TEST(Loads, in_time_against_small_steps) {
+  if (!alone()) return; // nothing is shared out
   const DenseModel model = shaken(two_loads());
   const double omega = 0.8;
   Flow flow(model, omega);

@@ -175,7 +175,7 @@ TEST(Modal, sign_of_the_determinant_is_that_of_the_assembled_form) { // from GMR
       check(KSPSetTolerances(ksp[i], 1e-6, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
     }
     int sum = 0, count = 0;
-    for (int seed = 0; seed < 40; seed += alone() ? 1 : 4, ++count) { // stuck, slip, open; any border
+    for (int seed = 0; seed < 40; seed += alone() && H == 3 ? 1 : 4, ++count) { // stuck, slip, open; any border
       int signs[2];
       for (int i = 0; i < 2; ++i) {
         const UniqueVec y = vector_of(systems[i], 0.05 * std::pow(1.1, seed), seed, 1.3),
@@ -189,7 +189,7 @@ TEST(Modal, sign_of_the_determinant_is_that_of_the_assembled_form) { // from GMR
       EXPECT_EQ(signs[1], signs[0]) << seed;
       sum += signs[0];
     }
-    EXPECT_LT(std::abs(sum), alone() ? 30 : count); // both signs are met
+    EXPECT_LT(std::abs(sum), count == 40 ? 30 : count); // both signs are met
   }
 }
 

@@ -42,6 +42,11 @@ std::vector<double> pulls() { return alone() ? std::vector<double>{1.0, 12.0} : 
 // Of motions: with the last one points slip and open.
 std::vector<double> sizes() { return alone() ? std::vector<double>{0.004, 0.06, 0.6} : std::vector<double>{0.6}; }
 
+// Of the parameter: the nominal one, where it is positive, and another.
+std::vector<double> values(const PathParameter &parameter) {
+  return alone() ? std::vector{parameter.positive() ? 1.0 : 0.0, 0.7} : std::vector{0.7};
+}
+
 const std::vector<std::vector<bool>> some_points = {{}, {false, true, false}, {true, false, false}};
 
 // Every kind of damping, times a factor.
@@ -77,7 +82,7 @@ TEST_P(PathOf, derivative_by_every_parameter) {
           HarmonicSystem system = system_of(std::move(model), LinearForm::modal, samples);
           system.vary(ResponseParameter(parameter, omega), varied);
           for (const double size : sizes())
-            for (const double value : {parameter.positive() ? 1.0 : 0.0, 0.7}) {
+            for (const double value : values(parameter)) {
               const UniqueVec y = vector_of(system, size, 3, value), v = vector_of(system, 0, 5, 1);
               const TwoWays by = along(system, y, v); // both are 0 by friction where nothing slips
               EXPECT_LE(by.difference, 2e-7 * std::max(by.product, by.slope) + of_rounding)

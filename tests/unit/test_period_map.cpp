@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "linear_motion.hpp"
@@ -82,37 +84,46 @@ void compare(Flow &flow, PeriodMap &map, const Numbers &y, const Held &held, dou
 
 } // namespace
 
-TEST(PeriodMap, derivative_is_that_of_differences) {
-  for (const Law law : {Law::coulomb, Law::cone, Law::unilateral, Law::bilateral}) {
-    Compared all;
-    for (const auto &[mu, force, press] : {std::array{0.4, 1.0, 0.5},
-                                           {0.4, 4.0, 0.05},
-                                           {0.4, 15.0, 0.5},
-                                           {0.4, 15.0, 0.05},
-                                           {0.01, 1.0, 0.05},
-                                           {0.05, 4.0, 0.5},
-                                           {0.05, 15.0, 0.05}}) {
-      SCOPED_TRACE(::testing::Message() << "law " << static_cast<int>(law) << ", " << mu << ", " << force << ", "
-                                        << press);
-      const DenseModel model = shaken(law, mu, force, press);
-      Compared seen;
-      for (const double omega : {0.8, 1.7, 2.9}) {
-        Flow flow(model, omega);
-        PeriodMap map(flow, 1000000);
-        Numbers y = map.numbers(flow.rest()), next;
-        Held still;
-        for (int period = 0; period < 12; ++period) {
-          ASSERT_TRUE(map.next(y, next, still));
-          y = next;
-          if (period % 3 == 2) compare(flow, map, y, period % 2 == 0 ? Held{} : still, omega, seen);
-          flow.set_omega(omega);
-        }
+class PeriodMapOf : public ::testing::TestWithParam<Law> {};
+
+std::string name_of(const ::testing::TestParamInfo<Law> &of) {
+  const char *names[] = {"coulomb", "cone", "unilateral", "bilateral"};
+  return names[of.index];
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, PeriodMapOf, ::testing::Values(Law::coulomb, Law::cone, Law::unilateral, Law::bilateral),
+                         name_of);
+
+TEST_P(PeriodMapOf, derivative_is_that_of_differences) {
+  const Law law = GetParam();
+  Compared all;
+  for (const auto &[mu, force, press] : {std::array{0.4, 1.0, 0.5},
+                                         {0.4, 4.0, 0.05},
+                                         {0.4, 15.0, 0.5},
+                                         {0.4, 15.0, 0.05},
+                                         {0.01, 1.0, 0.05},
+                                         {0.05, 4.0, 0.5},
+                                         {0.05, 15.0, 0.05}}) {
+    SCOPED_TRACE(::testing::Message() << "law " << static_cast<int>(law) << ", " << mu << ", " << force << ", "
+                                      << press);
+    const DenseModel model = shaken(law, mu, force, press);
+    Compared seen;
+    for (const double omega : {0.8, 1.7, 2.9}) {
+      Flow flow(model, omega);
+      PeriodMap map(flow, 1000000);
+      Numbers y = map.numbers(flow.rest()), next;
+      Held still;
+      for (int period = 0; period < 12; ++period) {
+        ASSERT_TRUE(map.next(y, next, still));
+        y = next;
+        if (period % 3 == 2) compare(flow, map, y, period % 2 == 0 ? Held{} : still, omega, seen);
+        flow.set_omega(omega);
       }
-      EXPECT_GT(seen.agree, 20 * seen.corners);
-      all.open += seen.open, all.sticks += seen.sticks, all.slips += seen.slips;
     }
-    EXPECT_EQ(all.open > 10, law != Law::bilateral) << all.open;
-    EXPECT_EQ(all.slips > 10, has_friction(law)) << all.slips;
-    EXPECT_GT(all.sticks, 10);
+    EXPECT_GT(seen.agree, 20 * seen.corners);
+    all.open += seen.open, all.sticks += seen.sticks, all.slips += seen.slips;
   }
+  EXPECT_EQ(all.open > 10, law != Law::bilateral) << all.open;
+  EXPECT_EQ(all.slips > 10, has_friction(law)) << all.slips;
+  EXPECT_GT(all.sticks, 10);
 }

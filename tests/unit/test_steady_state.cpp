@@ -7,6 +7,7 @@
 
 #include "contact/fourier.hpp"
 #include "linear_motion.hpp"
+#include "norms.hpp"
 #include "small_model.hpp"
 #include "small_steps.hpp"
 #include "transient/shooting.hpp"
@@ -276,9 +277,7 @@ TEST(SteadyState, unstable_motion_is_found_and_named) {
 
 // At 8 to 11 of the frequencies, by the processor's rounding, which chaos makes large; a march alone finds none.
 TEST(SteadyState, motions_that_chaos_passes_are_found) {
-  int size;
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  if (size > 1) return; // nothing is shared out, and it takes seconds
+  if (!alone()) return; // nothing is shared out
   DenseModel model = scene({Law::coulomb, Law::unilateral, Law::coulomb}, 1, 1e-3);
   for (double &f : model.loads[0].fourier) f *= 4;
   for (ContactPoint &point : model.contact) point.kn = 1e4;

@@ -48,7 +48,7 @@ def stored(results):
             for name in ("stick", "slip", "open", "events", "dissipation")}
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 3])
+@pytest.mark.parametrize("ranks", [1, 2])
 @pytest.mark.parametrize("order", PLACES.values(), ids=PLACES)
 @pytest.mark.slow
 def test_sampled(tmp_path, order, ranks):

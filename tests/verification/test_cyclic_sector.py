@@ -43,8 +43,8 @@ def test_with_twenty_modes_per_index(tmp_path, name, point):
     assert np.abs(found - whole).max() > 1e-6 * np.abs(whole).max(), "all modes give another answer, which the test would see"
 
 
-@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name == "eo-1_two_loads" else pytest.mark.slow) for name in CASES])
+@pytest.mark.slow
+@pytest.mark.parametrize("name, ranks", [(name, 2 + i % 2) for i, name in enumerate(CASES)])
 def test_on_several_ranks(tmp_path, name, ranks):
     expected = FEW[f"{name}/X_modes20"][1]
     found = answer(tmp_path, name, 1, expected, modes=20, ranks=ranks)
@@ -68,6 +68,7 @@ def test_what_results_say_of_the_sectors(tmp_path, name):
     np.testing.assert_allclose(xp, DATA[f"{name}/xp"], rtol=0, atol=1e-9 * np.abs(DATA[f"{name}/xp"]).max())
 
 
+@pytest.mark.slow
 def test_frequencies_by_nodal_diameter(tmp_path):
     path, _ = cyclic_sector.write(tmp_path, "eo2_separation", 1500.0, further="continuation.max_points = 1\naccuracy.estimates = false\n")
     launch.run(cases.Case(path, None, None, {}))
@@ -148,7 +149,8 @@ def test_a_standing_wave_is_warned_of(tmp_path, order, second, words):
 
 
 @pytest.mark.parametrize("parameter, key, factor",
-                         [("friction", "mu", 1.2), ("force", "fourier", 0.9), ("normal_stiffness", "kn", 1.2)])
+                         [("friction", "mu", 1.2), ("force", "fourier", 0.9),
+                          pytest.param("normal_stiffness", "kn", 1.2, marks=pytest.mark.slow)])
 def test_a_path_ends_where_the_case_with_that_value_is(tmp_path, monkeypatch, parameter, key, factor):
     """Another parameter than the frequency; the case with that value begins a thousandth from where the path ends.
 

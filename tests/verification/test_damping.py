@@ -41,6 +41,7 @@ OTHERS = {"matrix": {"matrix": True}, "fixed": {"ratios": [[1, 0.02], [3, 0.03],
           "stuck": {"ratios": [[1, 0.02], [3, 0.03], [2, 0.01]], "stiffness": 0.005},
           "together": {"stiffness": 0.01, "mass": 0.01, "structural": 0.01, "matrix": True, "damped_springs": True,
                        "ratios": [[1, 0.01], [4, 0.03]]}}
+PARTS = ("all", "matrix", "parts", "stuck")  # of "together"
 WITH = {"matrix": ["C"], "parts": ["K_structural"], "together": ["C", "K_structural"]}
 
 
@@ -50,10 +51,11 @@ def with_matrices(kind):
     return replace(structure, matrices={name: matrices[name] for name in WITH.get(kind, [])})
 
 
-# Every kind in one way, and all kinds together in every way, are quick.
+# Kinds one by one are quick where none of the others is like them; all kinds together in both forms.
 @pytest.mark.parametrize("kind, solver, ranks", [
-    pytest.param(kind, solver, ranks, marks=() if (solver, ranks) == ("modal", 1) or kind == "together" else pytest.mark.slow)
-    for kind in (*KINDS, *OTHERS) for solver, ranks in (("modal", 1), ("modal", 2), ("assembled", 1))])
+    *(pytest.param(kind, solver, 1, marks=() if kind == "together" or solver == "modal" and kind not in PARTS else pytest.mark.slow)
+      for kind in (*KINDS, *OTHERS) for solver in ("modal", "assembled")),
+    *(pytest.param(kind, "modal", 2, marks=pytest.mark.slow) for kind in ("together", "parts", "stuck", "fixed"))])
 def test_the_reference_finds_the_same_points(tmp_path, kind, solver, ranks):
     """Four points that slip and lift off."""
     keys = NONE | (KINDS | OTHERS)[kind]
@@ -102,7 +104,8 @@ def test_ratios_of_a_stuck_structure_are_those_of_its_modes(tmp_path):
         close(case.system().contact_part(q)[:, :, 1:3], exact, 1e-8)
 
 
-@pytest.mark.parametrize("omega, states", [(9.0, {0, 1, 2}), pytest.param(6.0, {-1, 0, 1}, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("omega, states", [(9.0, {0, 1, 2}), (6.0, {-1, 0, 1})])
 def test_mass_damping_in_time(tmp_path, omega, states):
     """A mass that slips, and lifts off at the higher frequency, 60 harmonics, against integration from event to event."""
     a = 0.8
@@ -121,7 +124,8 @@ VISCOUS = [{"matrix": True}, {"ratios": [[1, 0.03], [2, 0.02]], "of": "fixed"}, 
            {"stiffness": 0.05, "damped_springs": True}]
 
 
-@pytest.mark.parametrize("keys", VISCOUS, ids=["matrix", "fixed", "stuck", "contact"])
+@pytest.mark.parametrize("keys", [pytest.param(keys, id=name, marks=() if name in ("matrix", "contact") else pytest.mark.slow)
+                                  for name, keys in zip(["matrix", "fixed", "stuck", "contact"], VISCOUS)])
 def test_viscous_kinds_in_time(tmp_path, keys):
     """Five dofs that slip, 40 harmonics, against integration from event to event. Stability is judged with all of them."""
     omega, dofs = 0.95, 5
@@ -237,8 +241,8 @@ def test_motions_of_the_prototype_solve_the_reference_equations(kind):
 
 
 @pytest.mark.parametrize("solver, ranks", [("modal", 1), *(pytest.param(*other, marks=pytest.mark.slow) for other in
-                                                           (("modal", 2), ("assembled", 1), ("assembled", 2)))])
-@pytest.mark.parametrize("kind", ["rayleigh", "matrix", "stuck_ratios", "structural"])
+                                                           (("modal", 2), ("assembled", 1)))])
+@pytest.mark.parametrize("kind", ["rayleigh", pytest.param("matrix", marks=pytest.mark.slow), "stuck_ratios", "structural"])
 def test_the_program_finds_the_motions_of_the_prototype(tmp_path, kind, solver, ranks):
     """Every dof of the full model, to 1e-8 of the largest motion."""
     _, T, contact = of_the_prototype()

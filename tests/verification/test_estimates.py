@@ -139,6 +139,7 @@ def template(folder, harmonics, modes, at):
     return end - begin, run(SimpleNamespace(path=path), out="out")
 
 
+@pytest.mark.slow
 def test_modes_left_out_that_harmonics_meet(tmp_path):
     """Ten harmonics of the lap joint lie beyond the modes that are kept, and near a resonance that those left out move: what they would do
     must not be taken for what the kept ones would do if these stood still."""
@@ -169,7 +170,7 @@ def test_modes_left_out_of_a_place_do_not_hang_on_its_neighbours(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver, ranks", [("modal", 2), ("assembled", 1), ("assembled", 3)])
+@pytest.mark.parametrize("solver, ranks", [("modal", 2), ("assembled", 1), ("assembled", 2)])
 def test_modes_left_out_are_the_same_by_any_solver(tmp_path, solver, ranks):
     keys = {"modes": 4, "harmonics": 5, "samples": None, "omega": [0.8, 1.2], "at": [0.9, 1.0, 1.1], "adaptive": True, "step": 0.02,
             "kind": "auto", **cases.TIGHT}

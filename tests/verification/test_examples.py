@@ -86,14 +86,14 @@ def make_posts(folder, *options):
 
 @pytest.fixture(scope="module")
 def posts(tmp_path_factory):
-    """inputs/two_solids with a short sweep over the top of its resonance, on 1, 2 and 3 ranks."""
+    """inputs/two_solids with a short sweep over the top of its resonance, on 1 and 2 ranks."""
     folder = tmp_path_factory.mktemp("two_solids")
     make_posts(folder)
     text = (ROOT / "inputs/two_solids/case.toml").read_text()
     assert "omega = [4000, 4250]" in text
     text = text.replace("omega = [4000, 4250]", "omega = [4085, 4135]").replace("harmonics = 10", "harmonics = 3")
     done = {}
-    for ranks in (1, 2, 3):  # the whole sweep on one rank, the way into slip on several
+    for ranks in (1, 2):  # the whole sweep on one rank, the way into slip on several
         case = folder / f"case{ranks}.toml"
         case.write_text(text + ("max_points = 40\n" if ranks > 1 else "") +
                         "\n[newton]\nstep_tolerance = 1e-10\nresidual_tolerance = 1e-9\n")
@@ -131,9 +131,8 @@ def test_posts_friction_limits_the_peak(posts):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ranks", [2, 3])
-def test_posts_on_several_ranks(posts, ranks):
-    one, many = posts[1], posts[ranks]
+def test_posts_on_two_ranks(posts):
+    one, many = posts[1], posts[2]
     assert len(many) == 40
     assert many.points("slip").max() > many.points("slip")[0]  # points begin to slip on the way
     np.testing.assert_allclose(many.omega, one.omega[:40], rtol=1e-8)

@@ -84,6 +84,7 @@ def test_planted_friction_and_stiffness_come_back(tmp_path):
     assert toml == {"contact": {"friction": friction["value"], "tangential_stiffness": stiffness["value"]}}
 
 
+@pytest.mark.slow
 def test_what_the_curve_does_not_depend_on_is_told(tmp_path, capsys):
     """Friction of a point that never slips."""
     case = cases.stuck_mass(tmp_path)
@@ -149,6 +150,7 @@ def stuck_curve(folder, omega, factor=1.0):
     return measured(folder / "curve.csv", omega, 1 / np.abs(40 + 60 * factor - omega**2 + 0.4j * omega))
 
 
+@pytest.mark.slow
 def test_a_search_that_ends_at_its_limit_is_no_fit(tmp_path, capsys):
     """The measured amplitudes lie far beneath all that a stiffness 100 times as large gives."""
     case = cases.stuck_mass(tmp_path)

@@ -178,16 +178,15 @@ def test_onset_is_where_the_first_point_slips(tmp_path):
     assert np.all(points["contact/stick"][below] == 1) and np.count_nonzero(points["contact/stick"][above] < 1) == 1
 
 
-@pytest.mark.parametrize("solver", ["assembled", "modal"])
-def test_ranks_do_not_change_the_mode(tmp_path, solver):
+@pytest.mark.parametrize("solver, ranks", [("assembled", 3), ("modal", 2)])
+def test_ranks_do_not_change_the_mode(tmp_path, solver, ranks):
     case, data = scene(tmp_path, "chain", solver, at=[0.3, 1.0])
     alone = launch.run(case).points
-    for ranks in (2, 3):
-        together = launch.run(case, ranks=ranks).points
-        for name in ("omega", "damping_ratio", "force_level", "modal_amplitude"):
-            close(together[name], alone[name], 1e-8)
-        for q, other in zip(together["coefficients"], alone["coefficients"]):
-            close(in_phase(q, other, data["M"]), other, 1e-8)
+    together = launch.run(case, ranks=ranks).points
+    for name in ("omega", "damping_ratio", "force_level", "modal_amplitude"):
+        close(together[name], alone[name], 1e-8)
+    for q, other in zip(together["coefficients"], alone["coefficients"]):
+        close(in_phase(q, other, data["M"]), other, 1e-8)
 
 
 def test_the_force_level_is_where_the_forced_motion_resonates(tmp_path):

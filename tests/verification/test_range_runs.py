@@ -111,6 +111,7 @@ def test_the_peak_followed_over_a_parameter(tmp_path):
     assert len(runs) == 4 and sum("rms" in run and isinstance(run["rms"], list) for run in runs) == 1  # middle, track, both ends
 
 
+@pytest.mark.slow
 def test_bands_over_a_mode(tmp_path):
     """One Jenkins element with H = 1, whose frequency and damping ratio are known: at every amplitude the bands of the samples are those of
     the closed form at their frictions."""
@@ -160,6 +161,7 @@ def test_offsets_and_values_of_tracks_are_those_of_sweeps(tmp_path):
             assert one["omega"] == pytest.approx(other["omega"], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_slopes_by_damping(tmp_path):
     """The amplitude goes with 1/c but for z^2."""
     case = cases.stuck_mass(tmp_path)
