@@ -52,7 +52,6 @@ class ContactFrames:
     """The contact points of some sectors, at their places at rest, and what they do; vectors along the axes of the model.
 
     position, normal : (N_x, 3); axes : (N_x, 3, 3) rows t1, t2, n; joint : (N_x,) number of the joint; area : (N_x,), 0 if not known
-    nodes : (N_x,) rows of `mesh`, whose nodes they move with; None where its motion is not known
     """
 
     position: np.ndarray
@@ -61,20 +60,12 @@ class ContactFrames:
     area: np.ndarray
     period: ContactPeriod
     mesh: MovingMesh | None
-    nodes: np.ndarray | None
     sectors: list
 
     @classmethod
     def of(cls, joint, period, mesh, sectors):
         """joint : as in `Model`."""
-        nodes = None
-        if mesh is not None:
-            from scipy.spatial import cKDTree
-
-            distance, nodes = cKDTree(mesh.nodes).query(joint["position"])
-            if distance.max() > 1e-6 * np.ptp(mesh.nodes, axis=0).max():
-                nodes = None  # contact points that are no nodes of the mesh
-        return cls(joint["position"], joint["axes"], joint["joint"], joint["area"], period, mesh, nodes, sectors)
+        return cls(joint["position"], joint["axes"], joint["joint"], joint["area"], period, mesh, sectors)
 
     def __post_init__(self):
         count, number = len(self.sectors), np.arange(len(self.position))
@@ -106,9 +97,10 @@ class ContactFrames:
         if np.all(self.area > 0):
             fields["pressure"] = force[:, 2] / self.area
             fields["shear"] = np.linalg.norm(force[:, :2], axis=1) / self.area
-        if self.nodes is not None:
+        if self.mesh is not None and self.mesh.contact is not None:
             for name, mean in (("displacement", True), ("vibration", False)):
-                fields[name] = self.mesh.displacement(2 * np.pi * share, sector, mean)[self.nodes]
+                moved = self.mesh.displacement(2 * np.pi * share, sector, mean)[self.mesh.contact]
+                fields[name] = np.where(self.mesh.contact[:, None] >= 0, moved, 0.0)
         return fields
 
     def _placed(self, points, sector):

@@ -4,6 +4,7 @@ import csv
 import json
 import xml.etree.ElementTree as ET
 
+import h5py
 import numpy as np
 import pytest
 import synthetic_results
@@ -16,6 +17,8 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 from dovetail import Results
 from dovetail.__main__ import main
 from dovetail.contact_period import LEAST, OPEN, SLIPS, contact_period, samples_of
+from dovetail.model_cyclic import read_cyclic
+from dovetail.motion import find_joint
 from dovetail.shown import chosen_point, chosen_sectors, default_dofs
 
 FRAMES = 4
@@ -95,9 +98,9 @@ def test_cells_are_whole(wave, wheel):
 
 def test_contact_points_of_a_wheel(wave, wheel):
     """Forces and states of every sector at that instant, by the time shift of results; friction along the turned axes."""
-    from dovetail.motion import find_joint
-
     point, joint = shown(wave), find_joint(wave)
+    with h5py.File(wave.path.with_name("model.h5")) as file:
+        cyclic = read_cyclic(file)
     samples, points = samples_of(FRAMES, wave.wave), wave.contact_points
     assert samples % (FRAMES * N) == 0
     for i, (grid, data) in enumerate(wheel[1]):
@@ -119,6 +122,10 @@ def test_contact_points_of_a_wheel(wave, wheel):
                 np.testing.assert_allclose(along, x, rtol=0, atol=1e-5 * np.abs(x).max() + 1e-12)
         np.testing.assert_allclose(data["pressure"], data["normal_force"] / data["area"], rtol=1e-5)
         np.testing.assert_allclose(data["friction_energy"][:points], wave.contact_activity(point).dissipation, rtol=1e-5, atol=1e-12)
+        mesh, row = wheel[0][i][1], np.flatnonzero(np.isin(wheel[0][i][1]["node"], cyclic["nodes"][:, 0]))
+        order = np.argsort(np.argsort(cyclic["nodes"][:, 0]))
+        for name in ("displacement", "vibration"):
+            np.testing.assert_array_equal(data[name].reshape(N, -1, 3), mesh[name][row].reshape(N, -1, 3)[:, order])
         shut = data["gap"] < 0
         np.testing.assert_array_equal(shut, data["state"] != OPEN)
 

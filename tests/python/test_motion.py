@@ -3,6 +3,7 @@
 import brick
 import h5py
 import matplotlib.pyplot as plt
+import meshio
 import numpy as np
 import pytest
 import synthetic_results
@@ -61,6 +62,20 @@ def test_displacement_of_nodes(run):
     np.testing.assert_allclose(results.displacement(0, [40, 3, 40], times=[np.pi / 8]), wanted[1:2, [40, 3, 40]], atol=1e-12)
     with pytest.raises(ValueError, match="no set 'uper'; there are bottom"):
         results.displacement(0, "uper")
+
+
+def test_exported_contact_points_move_with_side_a(run, tmp_path):
+    """Partners have one place; the points of a joint are nodes of its first surface, on the whole mesh and on its outer faces."""
+    model, results, _ = run
+    nodes, upper = model.mesh["nodes"], model.mesh["sets"]["upper"]
+    sides = [rows[np.linalg.norm(nodes[rows] - place, axis=1).argmin()] for rows, place in
+             ((upper, place) for place in model.joint["position"])]
+    wanted = results.displacement(0, sides, n=2)
+    for options in ([], ["--surface"]):
+        assert main(["export", str(results.path), "--frames", "2", "--replace", "-o", str(tmp_path / "out"), *options]) == 0
+        for i in range(2):
+            data = meshio.read(tmp_path / f"out/contact_{i:03d}.vtu").point_data
+            np.testing.assert_allclose(data["displacement"], wanted[i], rtol=0, atol=1e-6 * np.abs(wanted).max())
 
 
 def test_motion_that_was_not_kept_is_refused(run):
