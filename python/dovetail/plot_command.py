@@ -14,7 +14,7 @@ def plot(arguments):
         if _is_film(arguments):
             return _film(path, arguments)
         figure, suffix = _picture_of_results(path, arguments)
-    output = Path(arguments.output) if arguments.output else path.with_name(path.stem + suffix)
+    output = _made(arguments.output or path.with_name(path.stem + suffix))
     figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
     print(output)
 
@@ -31,15 +31,33 @@ def _film(path, arguments):
     """Writes the motion over a period as a GIF."""
     from .motion_picture import motion_film
     from .results import Results
-    from .shown import chosen_point, chosen_sectors
+    from .shown import chosen_sectors
 
     results = Results(path, arguments.model)
-    if len(results) == 0:
-        raise ValueError(f"{path}: no point has been computed yet")
     chosen_sectors(results, arguments.sector)
-    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
-    motion_film(results, point, arguments.output, arguments.sector, arguments.up, arguments.hz)
-    print(arguments.output)
+    output = _made(arguments.output)
+    motion_film(results, _point_of_motion(results, arguments), output, arguments.sector, arguments.up, arguments.hz)
+    print(output)
+
+
+def _made(output):
+    """The path of a file to write, whose folder is there."""
+    output = Path(output)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    return output
+
+
+def _point_of_motion(results, arguments):
+    """The point that an export shows, too: by default the peak of the loaded node."""
+    from .shown import chosen_point, default_dofs
+
+    _need_points(results)
+    return chosen_point(results, arguments.at, arguments.hz, arguments.dof or default_dofs(results))
+
+
+def _need_points(results):
+    if len(results) == 0:
+        raise ValueError(f"{results.path}: no point has been computed yet")
 
 
 def _picture_of_model(path, up):
@@ -70,8 +88,7 @@ def _picture_of_results(path, arguments):
         from .pressure_map import pressure_map
 
         return pressure_map(results, arguments.model), "_pressure.png"
-    if len(results) == 0:
-        raise ValueError(f"{path}: no point has been computed yet")
+    _need_points(results)
     if arguments.kind == "diameters":
         from .diameters_picture import diameters
 
@@ -90,11 +107,12 @@ def _picture_of_results(path, arguments):
         return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], arguments.harmonic, arguments.hz), "_mode.png"
     if arguments.kind == "response":
         return pictures.response(results, arguments.dof, in_own_unit(results, arguments.at, arguments.hz), arguments.hz), ".png"
-    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
     if arguments.kind == "motion":
         from .motion_picture import motion_picture
 
+        point = _point_of_motion(results, arguments)
         return motion_picture(results, point, arguments.sector, arguments.up, arguments.hz), "_motion.png"
+    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
     if arguments.kind == "history":
         return pictures.history(results, point, arguments.dof, arguments.hz, arguments.sector), "_history.png"
     if arguments.kind == "map":

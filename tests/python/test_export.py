@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import xml.etree.ElementTree as ET
 
 import h5py
@@ -171,6 +172,43 @@ def test_without_motion_of_the_mesh(tmp_path, capsys):
         "contact.pvd", "contact_000.vtu", "contact_001.vtu", "curve.csv", "export.json"}
     assert main(["export", str(results.path), "--wheel", "-o", str(tmp_path / "other")]) == 2
     assert "output.motion says which are kept" in capsys.readouterr().err and not (tmp_path / "other").exists()
+    assert main(["export", str(results.path), "--solid", "-o", str(tmp_path / "other")]) == 2
+    assert "dovetail: --solid: " in capsys.readouterr().err and not (tmp_path / "other").exists()
+
+
+def without(results, folder, name, file):
+    """A copy of the folder of results, without one dataset or group of a file."""
+    shutil.copytree(results.path.parent, folder)
+    with h5py.File(folder / file, "r+") as changed:
+        del changed[name]
+    return folder / "results.h5"
+
+
+@pytest.mark.parametrize("file, name, words", [
+    ("model.h5", "contact/position", "has no /contact/position"), ("results.h5", "points/contact", "an older version wrote the run")])
+def test_without_what_contact_points_need(wave, tmp_path, capsys, file, name, words):
+    """The mesh and the curve are written all the same."""
+    path = without(wave, tmp_path / "run", name, file)
+    assert main(["export", str(path), "--model", str(path.with_name("model.h5")), "--frames", "1", "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "note: no contact points: " in said and words in said and {entry.name for entry in (tmp_path / "out").iterdir()} == {
+        "motion.pvd", "motion_000.vtu", "curve.csv", "export.json"}
+
+
+def test_names_with_dots_and_new_folders(wave, tmp_path, capsys):
+    path = tmp_path / "run.v2.h5"
+    shutil.copytree(wave.path.parent, tmp_path, dirs_exist_ok=True)
+    (tmp_path / "results.h5").rename(path)
+    for options, made in (([], "run.v2_paraview"), (["-o", str(tmp_path / "deep/v1.2")], "deep/v1.2")):
+        assert main(["export", str(path), "--frames", "1", *options]) == 0 and (tmp_path / made / "curve.csv").is_file()
+    assert main(["export", str(path), "-o", str(tmp_path / "new/deep/curve.csv")]) == 0
+    assert (tmp_path / "new/deep/curve.csv").is_file()
+    (tmp_path / "dir.csv").mkdir()
+    capsys.readouterr()
+    for words, said in (([str(path), "-o", str(tmp_path / "dir.csv"), "--replace"], "dir.csv: is there already and is a folder"),
+                        ([str(tmp_path / "deep")], "deep: is a folder; a results file is wanted")):
+        assert main(["export", *words]) == 2
+        assert said in capsys.readouterr().err
 
 
 def test_the_table(wave, tmp_path):
@@ -211,11 +249,18 @@ def test_files_of_others_stay(wave, tmp_path, capsys):
     (["--point", "0", "--at", "1"], "--point and --at both say which point is meant"),
     (["--sector", "5"], "sector must be a whole number from 0 to 4, found 5"),
     (["--wheel", "--sector", "1"], "--wheel is all sectors, --sector one of them"),
-    (["-o", "x.vtu"], "a table is written as FILE.csv, and all else into a folder")])
+    (["-o", "x.vtu"], "a table is written as FILE.csv, and all else into a folder, whose name does not end with .vtu")])
 def test_refusals(wave, capsys, options, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["export", str(wave.path), *options]) == 2
     assert words in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", ["export", "plot"])
+def test_a_place_is_a_finite_number(wave, capsys, command):
+    with pytest.raises(SystemExit):
+        main([command, str(wave.path), "--at", "nan"])
+    assert "argument --at: a finite number is wanted, found nan" in capsys.readouterr().err
 
 
 def test_way_of_a_slider(tmp_path):
