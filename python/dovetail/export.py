@@ -11,6 +11,7 @@ from .export_frames import ContactFrames, MeshFrames, needed, write_collection
 from .friction_energy import per_period
 from .motion import PlacesUnknown, find_joint
 from .moving_mesh import moving_mesh
+from .output_files import made, refuse_folder
 from .results import Results
 from .shown import chosen_point, chosen_sectors, default_dofs
 from .units import bracket
@@ -33,8 +34,7 @@ def export(arguments):
         path = Path(arguments.output)
         if not _is_table(path):
             _refuse_other(path, arguments.replace)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_curve(results, path, dofs)
+        write_curve(results, made(path), dofs)
         print(path)
         return
     folder = Path(arguments.output) if arguments.output else results.path.with_name(f"{results.path.stem}_paraview")
@@ -138,8 +138,7 @@ def _is_table(path):
 
 
 def _refuse_other(path, replace):
-    if path.is_dir():
-        raise ValueError(f"{path}: is there already and is a folder; name another with -o")
+    refuse_folder(path)
     if path.exists() and not (replace and path.is_file()):
         raise ValueError(f"{path}: is there already; name another with -o, or say --replace")
 

@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from .contact_period import ContactPeriod
+from .cyclic import about
 from .moving_mesh import MovingMesh
 
 ENERGY = "friction_energy"  # per period
@@ -69,7 +70,8 @@ class ContactFrames:
 
     def __post_init__(self):
         count, number = len(self.sectors), np.arange(len(self.position))
-        self.points = np.concatenate([self._placed(self.position, sector) for sector in self.sectors])
+        self.points = np.concatenate([about(self.position, self.mesh.origin, self.mesh.rotation(sector)) if sector else self.position
+                                      for sector in self.sectors])
         self.cells = {"vertex": np.arange(len(self.points))[:, None]}
         period, per_area = self.period, bool(np.all(self.area > 0))
         still = {"contact": number + 1, "joint": self.joint, "slip_path": period.slip_path, ENERGY: period.energy,
@@ -102,11 +104,6 @@ class ContactFrames:
                 moved = self.mesh.displacement(2 * np.pi * share, sector, mean)[self.mesh.contact]
                 fields[name] = np.where(self.mesh.contact[:, None] >= 0, moved, 0.0)
         return fields
-
-    def _placed(self, points, sector):
-        if not sector:
-            return points
-        return self.mesh.origin + (points - self.mesh.origin) @ self.mesh.rotation(sector).T
 
     def _turned(self, vectors, sector):
         return vectors @ self.mesh.rotation(sector).T if sector else vectors

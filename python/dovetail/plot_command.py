@@ -2,21 +2,39 @@
 
 from pathlib import Path
 
+from .output_files import made
+
 
 def plot(arguments):
     """Draw a picture of a results file, or of the mesh of a model file."""
+    from matplotlib import pyplot
+
     from .info import format_of
 
     path = Path(arguments.file)
     if format_of(path) == "dovetail-model":
         figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
     else:
+        results = _results(path, arguments)
         if _is_film(arguments):
-            return _film(path, arguments)
-        figure, suffix = _picture_of_results(path, arguments)
-    output = _made(arguments.output or path.with_name(path.stem + suffix))
+            return _film(results, arguments)
+        figure, suffix = _picture_of_results(results, arguments)
+    output = made(arguments.output or path.with_name(path.stem + suffix))
     figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
+    pyplot.close(figure)
     print(output)
+
+
+def _results(path, arguments):
+    """The Results, which have the sector that is asked for."""
+    from .results import Results
+    from .shown import chosen_sectors
+
+    results = Results(path, arguments.model)
+    if arguments.sector is not None and arguments.kind not in ("motion", "history"):
+        raise ValueError(f"--sector: is for motion and history; in a picture of kind {arguments.kind} all sectors are alike")
+    chosen_sectors(results, arguments.sector)
+    return results
 
 
 def _is_film(arguments):
@@ -27,24 +45,13 @@ def _is_film(arguments):
     return True
 
 
-def _film(path, arguments):
+def _film(results, arguments):
     """Writes the motion over a period as a GIF."""
     from .motion_picture import motion_film
-    from .results import Results
-    from .shown import chosen_sectors
 
-    results = Results(path, arguments.model)
-    chosen_sectors(results, arguments.sector)
-    output = _made(arguments.output)
-    motion_film(results, _point_of_motion(results, arguments), output, arguments.sector, arguments.up, arguments.hz)
+    point, output = _point_of_motion(results, arguments), made(arguments.output)
+    motion_film(results, point, output, arguments.sector, arguments.up, arguments.hz)
     print(output)
-
-
-def _made(output):
-    """The path of a file to write, whose folder is there."""
-    output = Path(output)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    return output
 
 
 def _point_of_motion(results, arguments):
@@ -73,17 +80,12 @@ def _picture_of_model(path, up):
     return mesh_picture(mesh, joint, up, path.name, units)
 
 
-def _picture_of_results(path, arguments):
+def _picture_of_results(results, arguments):
     """The figure, and what its file name ends with."""
     from . import plot as pictures
     from .contact_map import contact_map
-    from .results import Results
-    from .shown import chosen_point, chosen_sectors, in_own_unit
+    from .shown import chosen_point, in_own_unit
 
-    results = Results(path, arguments.model)
-    if arguments.sector is not None and arguments.kind not in ("motion", "history"):
-        raise ValueError(f"--sector: is for motion and history; in a picture of kind {arguments.kind} all sectors are alike")
-    chosen_sectors(results, arguments.sector)
     if arguments.kind == "pressure":
         from .pressure_map import pressure_map
 

@@ -20,6 +20,13 @@ from dovetail.plot import history, response
 from dovetail.shown import default_dofs, loaded_node
 
 
+@pytest.fixture(autouse=True)
+def closed():
+    """Figures that a test has drawn."""
+    yield
+    plt.close("all")
+
+
 @pytest.fixture
 def run(tmp_path):
     """A joined pair, and a results file with one point and random recovery matrices: model, Results, and the unknowns q(t) (8, n)."""
@@ -227,7 +234,6 @@ def test_map_has_a_row_for_each_joint(run):
     drawn = sum(len(collection.get_offsets()) for axis in figure.axes for collection in axis.collections
                 if axis.get_xlabel() in ("t1", "t2"))
     assert drawn == 2 * len(model.contact_dofs)
-    plt.close(figure)
 
 
 def test_skin_is_the_outer_surface():
@@ -268,7 +274,6 @@ def test_pictures_of_joints():
     figure = joint_picture([Joint.between(a, b, gap="geometry"), Joint.ground(a)])
     assert len([axis for axis in figure.axes if axis.name == "3d"]) == 2
     assert [axis.get_title() for axis in figure.axes if "everywhere" in axis.get_title()] == ["gap: 0 m everywhere"]
-    plt.close(figure)
 
 
 def test_mesh_without_faces_is_refused():

@@ -112,6 +112,13 @@ def test_a_film_is_one_period(wave, tmp_path, capsys):
         assert words in capsys.readouterr().err
 
 
+def test_the_command_keeps_no_figure(wave, tmp_path, capsys):
+    before = plt.get_fignums()
+    assert main(["plot", str(wave.path), "--kind", "motion", "-o", str(tmp_path / "a.png")]) == 0 and plt.get_fignums() == before
+    assert main(["plot", str(wave.path), "-o", str(tmp_path)]) == 2
+    assert f"{tmp_path}: is there already and is a folder; name another with -o" in capsys.readouterr().err
+
+
 def test_a_structure_that_is_no_sector(tmp_path):
     results = computed(tmp_path, cyclic=False)
     figure = motion_picture(results, 0)
