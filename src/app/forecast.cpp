@@ -28,7 +28,7 @@ double dense_matrices(double dofs, double contact_dofs) {
 }
 
 // The same of a sector beyond its real index: the reduced model in every index, and what complex numbers take for each
-// |h| that harmonics up to `highest` have.
+// |h| that harmonics up to `highest` have; and their eigenproblems, one on each rank at a time, here on one.
 double sector_matrices(double dofs, double contact_dofs, const TravellingWave &wave, int highest) {
   std::set<int> indices;
   for (int k = 1; k <= highest; ++k) indices.insert(std::abs(wave.index(k)));
@@ -61,23 +61,26 @@ AssembledSize assembled(double modes, double contact_dofs, double harmonics, dou
 void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
   const double h = study.harmonics, n = 2 * h + 1, na = sizes.modes, nc = 3.0 * sizes.points;
   sizes.unknowns = (na + nc) * n + 1;
-  const bool peaks = study.follows_peaks(); // always of the assembled form: the response's own, and that of the track
-  if (study.solver == SolverKind::modal && !peaks) {
-    const int highest = study.estimates ? 2 * study.harmonics : study.harmonics;
+  const bool peaks = study.follows_peaks(); // their track is always of the assembled form
+  if (study.solver == SolverKind::modal) {
+    const int finer = study.estimates ? std::max(2 * study.harmonics, study.harmonics + 2) : study.harmonics,
+              highest = study.tolerance > 0 ? sectors : finer; // with a tolerance all there may be
     const TravellingWave wave{sectors, study.engine_order.value_or(0)};
     sizes.solve_gib = (dense_matrices(na + nc, nc) + (sectors > 0 ? sector_matrices(na + nc, nc, wave, highest) : 0) +
                        beyond_matrices(na + nc, sizes.points, h) +
                        (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /
                       gib;
-    return;
+    if (!peaks) return;
   }
   double blocks = 0; // of the contact laws
   const auto &laws = study.contact.law.values;
   for (PetscInt p = 0; p < sizes.points; ++p) // their number is checked after this
     blocks += block_places(laws[std::min<std::size_t>(p, laws.size() - 1)]).size();
   const AssembledSize one = assembled(na, nc, h, blocks, sectors);
-  sizes.jacobian_entries = one.entries, sizes.solve_gib = (peaks ? 2 : 1) * one.bytes / gib;
-  if (sectors > 0 && study.estimates && !peaks)
+  const int systems =
+      peaks && study.solver == SolverKind::assembled ? 2 : 1; // the response's own, and that of the track
+  sizes.jacobian_entries = one.entries, sizes.solve_gib += systems * one.bytes / gib;
+  if (sectors > 0 && study.estimates && study.solver == SolverKind::assembled)
     sizes.solve_gib += assembled(na, nc, 2 * h, blocks, sectors).bytes / gib;
 }
 

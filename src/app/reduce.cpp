@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "case/travelling_wave.hpp"
+#include "harmonic/resonances.hpp"
 #include "reduction/craig_bampton.hpp"
 #include "reduction/sector_coordinates.hpp"
 #include "reduction/sector_levels.hpp"
@@ -65,9 +66,10 @@ PetscInt points_of(const FullModel &model) {
   return static_cast<PetscInt>(is_sector(model) ? model.cyclic.contacts.size() : model.contact_dofs.size());
 }
 
-// That of harmonic 1: four real solves for every mode of a nodal diameter are dear, and this one is looked at.
+// That of the lowest harmonic of the load: four real solves for every mode of a nodal diameter are dear.
 int judged_index(const Case &study, int sectors) {
-  return std::abs(TravellingWave{sectors, study.engine_order.value_or(1)}.index(1));
+  const std::vector<int> driving = driving_harmonics(study.loads);
+  return std::abs(TravellingWave{sectors, study.engine_order.value_or(1)}.index(driving.empty() ? 1 : driving.front()));
 }
 
 // Dofs that the real modes hold, and those that they move.

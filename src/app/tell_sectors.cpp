@@ -33,18 +33,19 @@ std::vector<Warning> warnings_of_wave(const Case &study, int sectors) {
   const std::vector<int> harmonics = driving_harmonics(study.loads);
   const int order = study.engine_order.value_or(0);
   if (sectors == 0 || order == 0 || harmonics.empty()) return out;
-  const int k = harmonics.front(), h = TravellingWave{sectors, order}.index(k);
-  const bool alike = h == 0, alternates = 2 * h == sectors;
+  const TravellingWave wave{sectors, order};
+  const int k = study.mode ? 1 : harmonics.front(), h = wave.index(k);
+  const auto stands = [&](int harmonic) { return wave.index(harmonic) == 0 || 2 * wave.index(harmonic) == sectors; };
   std::set<std::string> patterns;
   for (const LoadCourse &load : study.loads)
     if (std::any_of(load.fourier.begin() + std::min<std::size_t>(1, load.fourier.size()), load.fourier.end(),
                     [](double value) { return value != 0; }))
       patterns.insert(load.pattern);
-  if ((!alike && !alternates) || patterns.size() != 1) return out;
+  if (!stands(k) || !std::all_of(harmonics.begin(), harmonics.end(), stands) || patterns.size() != 1) return out;
   out.push_back({"standing_wave", "harmonic " + std::to_string(k) + " of the load is engine order " +
                                       std::to_string(k * order) + ", which on " + std::to_string(sectors) +
                                       " sectors is nodal diameter " + std::to_string(h) + ": a standing wave, " +
-                                      (alike ? "all sectors alike" : "neighbours in opposite phase") +
+                                      (h == 0 ? "all sectors alike" : "neighbours in opposite phase") +
                                       "; engine orders " + std::to_string(order) + " and " + std::to_string(-order) +
                                       " have the same response"});
   return out;

@@ -28,7 +28,7 @@ double ContactFactors::work() const {
 
 double ContactFactors::work_to_solve() const {
   const double rows = static_cast<double>(all_moving_.size()), size = rows * layout_.width, n = static_cast<double>(n_);
-  return 12 * size * size + 8 * n * layout_.width * (rows + n) + 1e5;
+  return 12 * size * size + 8 * length() * layout_.width * (rows + n) + 1e5;
 }
 
 void ContactFactors::list_blocks() {

@@ -32,9 +32,8 @@ std::unique_ptr<AssembledForm> assembled_part(const ReducedModel &model, const T
 // All of a sector's indices but the loads.
 std::vector<SectorIndex> taken_matrices(ReducedModel &model) {
   std::vector<SectorIndex> taken;
-  for (SectorIndex &index : model.indices) {
+  for (SectorIndex &index : model.indices)
     taken.push_back({std::move(index.kaa), std::move(index.mxa), std::move(index.mxx), std::move(index.kxx), {}});
-  }
   return taken;
 }
 

@@ -13,7 +13,7 @@ namespace dovetail {
 
 struct IndexGroup {
   int index = 0;                 ///< |h|
-  bool complex = false;          ///< not 0
+  bool complex = false;          ///< not 0; of N/2, which is real, too
   bool whole = false;            ///< all coefficients in their order, and real
   std::vector<int> coefficients; ///< (columns) their places among the 2H+1
   std::vector<int> partners;     ///< (columns) the column of the other of its pair; of the mean its own

@@ -29,9 +29,7 @@ ComplexDense identity(int n) {
   return one;
 }
 
-} // namespace
-
-std::vector<double> joint_shapes(const StuckBasis &basis, const Layout &layout) {
+std::vector<double> real_joint_shapes(const StuckBasis &basis, const Layout &layout) {
   const std::size_t own_modes = layout.own_modes.size();
   PetscBLASInt n = static_cast<PetscBLASInt>(layout.dofs()), count = std::min(most, n),
                rows = static_cast<PetscBLASInt>(basis.springs.size()),
@@ -103,6 +101,13 @@ std::vector<double> complex_joint_shapes(const StuckBasis &basis, const Layout &
     for (const bool real : {true, false})
       for (int j = 0; j < n; ++j) shapes.push_back(scale[j] * (real ? best(j, k).real() : best(j, k).imag()));
   return shapes;
+}
+
+} // namespace
+
+std::vector<double> joint_shapes(const StuckBasis &basis, const Layout &layout) {
+  const bool complex = basis.exact.columns() > static_cast<std::size_t>(layout.dofs());
+  return complex ? complex_joint_shapes(basis, layout) : real_joint_shapes(basis, layout);
 }
 
 } // namespace dovetail

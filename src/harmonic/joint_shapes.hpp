@@ -10,6 +10,5 @@ namespace dovetail {
 /// In the modes, (n, shapes) by columns, those that hold more than a tenth, at most 24, most first; on every rank. Of a
 /// complex basis real parts and then imaginary ones, (2n, shapes). Collective.
 std::vector<double> joint_shapes(const StuckBasis &basis, const Layout &layout);
-std::vector<double> complex_joint_shapes(const StuckBasis &basis, const Layout &layout);
 
 } // namespace dovetail

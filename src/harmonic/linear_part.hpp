@@ -62,8 +62,9 @@ public:
   /// Damping that is not proportional to K and M, or none.
   const Dampers *dampers() const { return dampers_.get(); }
   std::shared_ptr<const Dampers> shared_dampers() const { return dampers_; }
-  /// This rank's share of K and M. ComputeError of a sector, which has those of every |h|.
+  /// This rank's share of K and M. ComputeError of a sector.
   virtual std::vector<Coupling> couplings() const = 0;
+  /// Of a sector, of every |h| that harmonics can have; of others empty.
   virtual SectorCouplings sector_couplings() const { return {}; }
 
   /// From here on Jacobians have room for M in Q, also where the damping of the case has not.

@@ -103,6 +103,8 @@ Modal::Modal(std::shared_ptr<Model> model, const Layout &layout)
     const Range modes = share_of(layout.modes, r, layout.size), points = share_of(layout.points, r, layout.size);
     counts_[r] = (modes.size() + 3 * points.size()) * layout.width;
     starts_[r] = (modes.begin + 3 * points.begin) * layout.width;
+    const std::vector<PetscInt> numbers = numbers_of(layout, r);
+    order_.insert(order_.end(), numbers.begin(), numbers.end());
   }
 }
 
@@ -135,22 +137,21 @@ void Modal::gather(const double *q) {
     from = received_.data();
   }
   const PetscInt na = layout_.modes, nc = 3 * layout_.points;
-  for (int r = 0; r < layout_.size; ++r)
-    for (const PetscInt number : numbers_of(layout_, r)) {
-      for (Sheaf &sheaf : sheaves_) {
-        const bool mode = number < na, complex = sheaf.of.complex;
-        const PetscInt row = mode || !complex ? number : na + number, block = mode ? na : nc;
-        for (int c = 0; c < sheaf.of.columns(); ++c) {
-          const double real = sheaf.of.real(c, from), imaginary = complex ? sheaf.of.imaginary(c, from) : 0;
-          sheaf.all.at(row, c) = real;
-          if (complex) sheaf.all.at(row + block, c) = imaginary;
-          if (mode) continue;
-          sheaf.contact.at(number - na, c) = real;
-          if (complex) sheaf.contact.at(number - na + nc, c) = imaginary;
-        }
+  for (const PetscInt number : order_) {
+    for (Sheaf &sheaf : sheaves_) {
+      const bool mode = number < na, complex = sheaf.of.complex;
+      const PetscInt row = mode || !complex ? number : na + number, block = mode ? na : nc;
+      for (int c = 0; c < sheaf.of.columns(); ++c) {
+        const double real = sheaf.of.real(c, from), imaginary = complex ? sheaf.of.imaginary(c, from) : 0;
+        sheaf.all.at(row, c) = real;
+        if (complex) sheaf.all.at(row + block, c) = imaginary;
+        if (mode) continue;
+        sheaf.contact.at(number - na, c) = real;
+        if (complex) sheaf.contact.at(number - na + nc, c) = imaginary;
       }
-      from += layout_.width;
     }
+    from += layout_.width;
+  }
 }
 
 void Modal::multiply(const double *q, double *stiffness_force, double *inertia_force) {

@@ -62,6 +62,7 @@ private:
   Layout layout_;
   std::vector<Sheaf> sheaves_;
   std::vector<int> counts_, starts_; // of the ranks' coefficients
+  std::vector<PetscInt> order_;      // numbers of the dofs, rank by rank
   std::vector<double> received_;     // (dofs * width) those of all ranks
 };
 

@@ -20,6 +20,15 @@ DOVETAIL_WIDE void add_to(const float *__restrict block, int width, int padded, 
   }
 }
 
+// Rows of `to`, `stride` apart, += scale factors shape^T.
+DOVETAIL_WIDE void add_outer(float scale, const float *__restrict factors, int rows, const float *__restrict shape,
+                             int count, float *__restrict to, std::size_t stride) {
+  for (int i = 0; i < rows; ++i) {
+    const float factor = scale * factors[i];
+    for (int m = 0; m < count; ++m) to[i * stride + m] += factor * shape[m];
+  }
+}
+
 } // namespace
 
 ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
@@ -35,9 +44,9 @@ ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
   all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
   for (const IndexGroup &group : groups_of(bases.wave, layout.width)) {
     const StuckBasis &basis = *bases.of_index[group.index];
-    const auto bundle = [&] { return Bundle<Real>(basis.phi, group.columns(), group.whole); };
-    const int room = bundle().room();
-    sheaves_.push_back({group, basis, bundle(), bundle(), Aligned<Real>(3 * points_at_once * room)});
+    Bundle<Real> all(basis.phi, group.columns(), group.whole), sum(basis.phi, group.columns(), group.whole);
+    const int room = all.room();
+    sheaves_.push_back({group, basis, std::move(all), std::move(sum), Aligned<Real>(3 * points_at_once * room)});
   }
   const std::size_t rows = std::max<std::size_t>(layout.own_dofs(), 3 * points_at_once);
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
@@ -212,23 +221,25 @@ std::vector<float> ModalOperator::among(const std::vector<Motions> &motions) con
     std::fill_n(answers.begin(), 3 * count * row, Real{});
     for (PetscInt p = 0; p < count; ++p) {
       const Point &point = points_[first + p];
-      // a coefficient of the force in direction `to` by one of the motion in direction `from`
-      const auto add = [&](int to, int i, int from, int j, Real factor) {
+      // coefficients of the force in direction `to` from the i-th on, by the j-th of the motion in direction `from`
+      const auto add = [&](int to, int i, int from, int j, const Real *factors, int rows) {
         Real *const answer = &answers[(3 * p + to) * row + i * size];
         const auto &[group, column, unknown] = places[j];
         const std::size_t shape = (3 * (first + p) + from) * group->count;
-        for (PetscInt m = 0; m < group->count; ++m) answer[unknown + m] += factor * group->real[shape + m];
+        const int shapes = static_cast<int>(group->count);
+        add_outer(1, factors, rows, &group->real[shape], shapes, answer + unknown, size);
         if (!group->of.complex) return;
         const std::size_t other = places[group->of.coefficients[group->of.partners[column]]].first;
-        const Real turned = factor * static_cast<Real>(group->of.turns[column]);
-        for (PetscInt m = 0; m < group->count; ++m) answer[other + m] += turned * group->imaginary[shape + m];
+        add_outer(static_cast<Real>(group->of.turns[column]), factors, rows, &group->imaginary[shape], shapes,
+                  answer + other, size);
       };
       for (const Block &block : point.blocks)
-        for (int j = 0; j < w; ++j)
-          for (int i = 0; i < w; ++i) add(block.row, i, block.column, j, blocks_[block.at + j * padded_ + i]);
+        for (int j = 0; j < w; ++j) add(block.row, 0, block.column, j, &blocks_[block.at + j * padded_], w);
       for (int d = 0; d < 3 && point.stuck; ++d)
-        for (int i = 1; i < w; ++i)
-          add(d, i, d, i % 2 ? i + 1 : i - 1, -static_cast<Real>(basis_.springs[3 * (first + p) + d]) * cross_[i]);
+        for (int i = 1; i < w; ++i) {
+          const Real damped = -static_cast<Real>(basis_.springs[3 * (first + p) + d]) * cross_[i];
+          add(d, i, d, i % 2 ? i + 1 : i - 1, &damped, 1);
+        }
     }
     const int rows = static_cast<int>(size), stride = static_cast<int>(row), inner = static_cast<int>(3 * count);
     const Real one = 1;

@@ -115,7 +115,7 @@ double ModalSolver::work_in_modes() const {
 
 double ModalSolver::work_to_solve() const {
   const double c = 3.0 * layout_.points, n = static_cast<double>(layout_.dofs());
-  return chosen_->work_to_solve() + 8 * c * (n + c) * layout_.width + 2e5;
+  return chosen_->work_to_solve() + (bases_->wave.sectors > 0 ? 16 : 8) * c * (n + c) * layout_.width + 2e5;
 }
 
 double ModalSolver::memory() const {

@@ -22,7 +22,6 @@ public:
       : columns_(columns), wide_(wide), row_(wide ? padded<Real>(columns) : 1), column_(wide ? 1 : slab.stride()),
         values_(wide ? slab.columns() * row_ : columns * column_) {}
 
-  int columns() const { return columns_; }
   int room() const {
     return wide_ ? static_cast<int>(row_) : columns_;
   } ///< numbers in a row of what comes out, goes in

@@ -27,6 +27,7 @@ void take_modes(const std::vector<double> &phi, std::size_t columns, const Layou
   MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (std::size_t j = 0; j < n; ++j) basis.damped[j] = std::max(0.0, basis.lambda[j] + basis.damped[j]);
   basis.rates.assign(n, 0.0), basis.losses.assign(n, 0.0);
+  basis.shapes = joint_shapes(basis, layout);
 }
 
 // The own rows of modes that rank `root` holds, real parts and then imaginary ones.
@@ -87,7 +88,6 @@ StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, c
     if (kept) keep_modes(layout, model.stuck_file, of, basis.lambda, phi);
   }
   take_modes(phi, layout.dofs(), layout, basis);
-  basis.shapes = joint_shapes(basis, layout);
   return basis;
 }
 
@@ -114,7 +114,6 @@ std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector
       basis.lambda.resize(n);
       MPI_Bcast(basis.lambda.data(), static_cast<int>(n), MPI_DOUBLE, static_cast<int>(root), layout.comm);
       take_modes(dealt_out(modes.shapes, static_cast<int>(root), layout), 2 * n, layout, basis);
-      basis.shapes = complex_joint_shapes(basis, layout);
     }
   }
   return bases;

@@ -56,8 +56,8 @@ Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs,
 /// if `model` names a file that holds it. Collective.
 /// InputError: M is not positive definite.
 StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout);
-/// Of some of a sector's indices, an index to a rank. `indices` are not empty; the same on all ranks. Collective.
-/// InputError likewise.
+/// Of some of a sector's indices h > 0, with their matrices, an index to a rank; the same list on all ranks.
+/// Collective. InputError likewise.
 std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector<const SectorIndex *> &indices,
                                     const std::vector<double> &springs, const Layout &layout);
 

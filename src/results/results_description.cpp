@@ -66,7 +66,7 @@ void ResultsFile::describe_run(const std::string &run, const Case &study, const 
   file_->attribute("samples", study.samples);
   file_->attribute("modes", model.modes);
   file_->attribute("contact_points", model.points);
-  if (wave_ = {model.sectors, study.engine_order.value_or(0)}; wave_.sectors > 0) {
+  if (wave_.sectors > 0) {
     file_->attribute("sectors", wave_.sectors);
     file_->attribute("engine_order", wave_.engine_order);
     indices_.emplace(*file_, "/cyclic/index", h5::Extent{}, H5T_NATIVE_INT, 64);

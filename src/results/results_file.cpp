@@ -27,8 +27,8 @@ int rank_of(MPI_Comm comm) {
 ResultsFile::ResultsFile(const std::filesystem::path &path, const std::string &run, const Case &study,
                          const std::filesystem::path &reduced, const PreloadedModel &preloaded, const Kept &kept,
                          std::function<void()> make_room)
-    : comm_(preloaded.reduced.comm), path_(path), partial_(path), make_room_(std::move(make_room)),
-      continued_(kept.points > 0) {
+    : comm_(preloaded.reduced.comm), wave_{preloaded.reduced.sectors, study.engine_order.value_or(0)}, path_(path),
+      partial_(path), make_room_(std::move(make_room)), continued_(kept.points > 0) {
   partial_ += ".partial";
   on_all_ranks(comm_, [&] {
     if (rank_of(comm_) != 0) return;
@@ -70,7 +70,7 @@ bool ResultsFile::finish() {
     if (!file_) return;
     if (!named_ && (continued_ || !std::filesystem::exists(path_))) take_name();
     named = named_;
-    columns_.clear(), event_columns_.clear();
+    columns_.clear(), event_columns_.clear(), sensitivity_columns_.clear(), indices_.reset();
     file_->flush();
     if (!named_) std::filesystem::remove(partial_);
     file_.reset();

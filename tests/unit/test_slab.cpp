@@ -95,13 +95,15 @@ template <class Real> double error_of_strands(std::size_t count, std::size_t col
       error = std::max(error, std::abs(sum - out[i * width + k]));
     }
   if constexpr (std::is_same_v<Real, float>) {
+    double largest = 1; // of what is multiplied
+    for (const Real value : out) largest = std::max<double>(largest, std::abs(value));
     Bundle<Real> turned(slab, width, false);
     turned.add_transposed_of(slab, first, count, out.data());
     for (std::size_t j = 0; j < columns; ++j)
       for (int k = 0; k < width; ++k) {
         double sum = 0;
         for (std::size_t i = 0; i < count; ++i) sum += double(slab.row(first + i)[j]) * out[i * width + k];
-        error = std::max(error, std::abs(sum - turned.at(j, k)) / columns);
+        error = std::max(error, std::abs(sum - turned.at(j, k)) / largest);
       }
   }
   return error;
