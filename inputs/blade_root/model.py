@@ -18,6 +18,7 @@ from mpi4py import MPI
 
 from dovetail.meshes import elastic_solid
 from dovetail.meshes.blade_root import flank_joints, mesh_sector
+from dovetail.meshes.divisions import pair
 
 MATERIAL = elastic_solid.TITANIUM
 NORMAL_STIFFNESS, TANGENTIAL_STIFFNESS = 1e12, 5e11  # per area [N/m^3]
@@ -60,9 +61,6 @@ def print_frequencies(divisions, points, comm):
 
 
 def main():
-    def pair(text):
-        return tuple(int(part) for part in text.split("x"))
-
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--dofs", type=int, default=150_000, help="about as many unknowns; default %(default)s")
     parser.add_argument("--flank", type=pair, default=(3, 9), metavar="NxM",

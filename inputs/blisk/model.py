@@ -21,6 +21,7 @@ from dovetail import Joint
 from dovetail.cells import outer_faces
 from dovetail.meshes import bladed_disk, elastic_solid
 from dovetail.meshes.blade_root import flank_joints
+from dovetail.meshes.divisions import pair
 
 MATERIAL = elastic_solid.TITANIUM
 CONTACT = {"normal_stiffness": 1e12, "tangential_stiffness": 5e11, "friction": 0.3}  # stiffness per area [N/m^3]
@@ -60,9 +61,6 @@ def build(dofs=20_000, flank=(1, 3), shroud=(1, 3), side=(3, 3), speed=SPEED, in
 
 
 def main():
-    def pair(text):
-        return tuple(int(part) for part in text.split("x"))
-
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--dofs", type=int, default=20_000, help="about as many unknowns; default %(default)s")
     parser.add_argument("--flank", type=pair, default=(1, 3), metavar="NxM",

@@ -21,6 +21,7 @@ from petsc4py import PETSc
 from dovetail import Joint, Model, Structure
 from dovetail.eigenfrequencies import characteristic
 from dovetail.meshes import elastic_solid, two_solids
+from dovetail.meshes.divisions import pair
 from dovetail.meshes.tetrahedra import Tetrahedra
 
 NORMAL_STIFFNESS, TANGENTIAL_STIFFNESS = 4e9, 4e6  # of the whole patch, shared by its points [N/m]
@@ -120,9 +121,6 @@ def print_frequencies(comm):
 
 
 def main():
-    def pair(text):
-        return tuple(int(part) for part in text.split("x"))
-
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--size", type=float, default=0.0125, help="largest edge [m]; default %(default)s")
     parser.add_argument("--patch", type=pair, default=(4, 4), metavar="NXxNY", help="elements along the patch; default 4x4")

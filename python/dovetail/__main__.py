@@ -1,6 +1,7 @@
 """Set-up and post-processing: python3 -m dovetail new | import | plot | export | info | peaks | study | range | fit."""
 
 import argparse
+import math
 import platform
 import re
 import shutil
@@ -102,6 +103,14 @@ def samples(word):
     return word if word == "exact" else int(word)
 
 
+def finite(word):
+    """Argument of --at."""
+    value = float(word)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"a finite number is wanted, found {word}")
+    return value
+
+
 def parser():
     top = argparse.ArgumentParser(prog="python3 -m dovetail", description="Set-up and post-processing for dovetail, which computes "
                                   "the forced response of structures with frictional joints.")
@@ -141,7 +150,7 @@ def parser():
                               "frequency and damping over the amplitude, peaks over the force, of a run with [mode]; diameters: frequency "
                               "over the nodal diameter of a cyclic sector, with the engine orders of the sweep; campbell: over its rotor "
                               "speed; motion: the mesh as it moves, enlarged, a whole wheel of a cyclic sector")
-    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
+    command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for maps, pressures and nodes, if it is not where it "
@@ -200,7 +209,7 @@ def _export_options(commands):
                                   "mesh in motion over one period (motion.pvd), the contact points with their states and forces "
                                   "(contact.pvd), and the curve as a table (curve.csv).")
     command.add_argument("file", metavar="RESULTS.h5")
-    command.add_argument("--at", metavar="OMEGA", type=float, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
+    command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied; default: the peak of the first dof")
     command.add_argument("--point", metavar="I", type=int, help="the point of the curve, counted from 0, or from its end if negative")
     command.add_argument("--hz", action="store_true", help="--at is in Hz")

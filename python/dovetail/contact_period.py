@@ -7,7 +7,7 @@ import numpy as np
 from . import fourier, reference
 
 LEAST = 1024  # samples of a period: sliders are dragged from one to the next
-STICKS, SLIPS, OPEN = 0, 1, 2
+STICKS, SLIPS, OPEN = reference.STICK, 1, reference.OPEN  # SLIPS, in either direction
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,12 @@ def contact_period(results, point, samples):
     kt, gap = contact["tangential_stiffness"], contact["gap"]
     force, state = reference.law(x, xp, results.w, contact["normal_stiffness"], kt, contact["friction"], gap, contact["law"])
     relative = x + xp[:, None]
-    is_open = (state == reference.OPEN).any(axis=2)
+    is_open = (state == OPEN).any(axis=2)
     foot = relative[..., :2] - force[..., :2] / np.where(kt > 0, kt, 1)[:, None]
     closed = ~is_open & ~np.roll(is_open, 1, axis=1) & (kt > 0).all(axis=1)[:, None]
     steps = np.linalg.norm(foot - np.roll(foot, 1, axis=1), axis=2)
-    steps[(state == 0).all(axis=2)] = 0.0  # round-off where it sticks
+    steps[(state == STICKS).all(axis=2)] = 0.0  # round-off where it sticks
     activity = results.contact_activity(point)
-    said = np.where(is_open, OPEN, np.where((np.abs(state) == 1).any(axis=2), SLIPS, STICKS))
+    said = np.where(is_open, OPEN, np.where((np.abs(state) == SLIPS).any(axis=2), SLIPS, STICKS))
     return ContactPeriod(relative, force, said, gap[:, None] - relative[..., 2], np.sum(steps * closed, axis=1), activity.slip,
                          activity.open, np.maximum(activity.dissipation, 0.0))  # round-off of a loop without area

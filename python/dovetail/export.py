@@ -9,8 +9,9 @@ import numpy as np
 from .contact_period import contact_period, samples_of
 from .export_frames import ContactFrames, MeshFrames, needed, write_collection
 from .friction_energy import per_period
-from .motion import find_joint
+from .motion import PlacesUnknown, find_joint
 from .moving_mesh import moving_mesh
+from .output_files import made, refuse_folder
 from .results import Results
 from .shown import chosen_point, chosen_sectors, default_dofs
 from .units import bracket
@@ -20,6 +21,7 @@ LIST = "export.json"  # what an export has written into its folder
 CURVE = "curve.csv"
 FIRST = "frequency [Hz]"  # column of the table
 STATES = ("stick", "slip", "open")
+OTHERS = (".vtu", ".pvd", ".vtk", ".png")  # endings of files that -o cannot name
 
 
 def export(arguments):
@@ -32,19 +34,21 @@ def export(arguments):
         path = Path(arguments.output)
         if not _is_table(path):
             _refuse_other(path, arguments.replace)
-        write_curve(results, path, dofs)
+        write_curve(results, made(path), dofs)
         print(path)
         return
     folder = Path(arguments.output) if arguments.output else results.path.with_name(f"{results.path.stem}_paraview")
-    if folder.suffix:
-        raise ValueError(f"{folder}: a table is written as FILE.csv, and all else into a folder, whose name has no ending")
+    if arguments.output and folder.suffix.lower() in OTHERS:
+        raise ValueError(f"{folder}: a table is written as FILE.csv, and all else into a folder, whose name does not end with "
+                         f"{folder.suffix}")
     sectors = chosen_sectors(results, arguments.sector, arguments.wheel)
     frames = arguments.frames
     if not 1 <= frames <= MOST_FRAMES:
         raise ValueError(f"--frames: 1 to {MOST_FRAMES} are wanted, found {frames}")
     needed()
     point = number(results, arguments, dofs[0])
-    notes, parts = _parts(results, point, sectors, frames, arguments.surface or (arguments.wheel and not arguments.solid))
+    cells = "solid" if arguments.solid else "surface" if arguments.surface or arguments.wheel else "as known"
+    notes, parts = _parts(results, point, sectors, frames, cells)
     planned = [CURVE, *(f"{name}.pvd" for name in parts), *(file for name in parts for file in files_of(name, frames))]
     begin(folder, planned, arguments.replace)
     write_curve(results, folder / CURVE, dofs)
@@ -65,31 +69,39 @@ def number(results, arguments, dof):
     return chosen_point(results, arguments.at, arguments.hz, [dof])
 
 
-def _parts(results, point, sectors, frames, surface):
+def _parts(results, point, sectors, frames, cells):
     """What is not there, in words, and what is: a dict of the name of a collection to MeshFrames or ContactFrames."""
-    mesh, notes = _mesh(results, point, surface, sectors != [0] or surface)
+    mesh, notes = _mesh(results, point, cells, sectors != [0])
     parts = {} if mesh is None else {"motion": MeshFrames(mesh, sectors)}
     if results.contact_points:
-        joint = find_joint(results)
-        period = contact_period(results, point, samples_of(frames, results.wave))
-        parts["contact"] = ContactFrames.of(joint, period, mesh, sectors)
+        try:
+            joint = find_joint(results)
+            if results.has_activity:
+                period = contact_period(results, point, samples_of(frames, results.wave))
+                parts["contact"] = ContactFrames.of(joint, period, mesh, sectors)
+            else:
+                notes.append("no contact points: an older version wrote the run, without /points/contact; run the case again")
+        except PlacesUnknown as error:
+            notes.append(f"no contact points: {error}")
     if not parts:
-        raise ValueError(f"{results.path}: there is nothing to show; {notes[0]}")
+        raise ValueError(f"{results.path}: there is nothing to show, -o FILE.csv writes the curve alone; {'; '.join(notes)}")
     return notes, parts
 
 
-def _mesh(results, point, surface, needed):
-    """The MovingMesh, of outer faces where no more is known and less is not asked for, and what is to be said of it."""
+def _mesh(results, point, cells, needed):
+    """The MovingMesh and what is to be said of it; `cells`: "solid", "surface", or "as known", all cells or else the outer faces."""
     try:
-        return moving_mesh(results, point, surface=surface), []
+        return moving_mesh(results, point, surface=cells == "surface"), []
     except ValueError as error:
         why = error
-    if not surface:
+    if cells == "as known":
         try:
             return moving_mesh(results, point, surface=True), ["outer faces alone: the run keeps no motion of all nodes inside"]
         except ValueError:
             pass
-    if needed:
+    if cells == "solid":
+        raise ValueError(f"--solid: {why}")
+    if needed or cells == "surface":
         raise why
     return None, [f"no motion of the mesh: {why}"]
 
@@ -126,6 +138,7 @@ def _is_table(path):
 
 
 def _refuse_other(path, replace):
+    refuse_folder(path)
     if path.exists() and not (replace and path.is_file()):
         raise ValueError(f"{path}: is there already; name another with -o, or say --replace")
 

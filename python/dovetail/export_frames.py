@@ -9,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from .contact_period import ContactPeriod
+from .cyclic import about
 from .moving_mesh import MovingMesh
 
 ENERGY = "friction_energy"  # per period
@@ -52,7 +53,6 @@ class ContactFrames:
     """The contact points of some sectors, at their places at rest, and what they do; vectors along the axes of the model.
 
     position, normal : (N_x, 3); axes : (N_x, 3, 3) rows t1, t2, n; joint : (N_x,) number of the joint; area : (N_x,), 0 if not known
-    nodes : (N_x,) rows of `mesh`, whose nodes they move with; None where its motion is not known
     """
 
     position: np.ndarray
@@ -61,24 +61,17 @@ class ContactFrames:
     area: np.ndarray
     period: ContactPeriod
     mesh: MovingMesh | None
-    nodes: np.ndarray | None
     sectors: list
 
     @classmethod
     def of(cls, joint, period, mesh, sectors):
         """joint : as in `Model`."""
-        nodes = None
-        if mesh is not None:
-            from scipy.spatial import cKDTree
-
-            distance, nodes = cKDTree(mesh.nodes).query(joint["position"])
-            if distance.max() > 1e-6 * np.ptp(mesh.nodes, axis=0).max():
-                nodes = None  # contact points that are no nodes of the mesh
-        return cls(joint["position"], joint["axes"], joint["joint"], joint["area"], period, mesh, nodes, sectors)
+        return cls(joint["position"], joint["axes"], joint["joint"], joint["area"], period, mesh, sectors)
 
     def __post_init__(self):
         count, number = len(self.sectors), np.arange(len(self.position))
-        self.points = np.concatenate([self._placed(self.position, sector) for sector in self.sectors])
+        self.points = np.concatenate([about(self.position, self.mesh.origin, self.mesh.rotation(sector)) if sector else self.position
+                                      for sector in self.sectors])
         self.cells = {"vertex": np.arange(len(self.points))[:, None]}
         period, per_area = self.period, bool(np.all(self.area > 0))
         still = {"contact": number + 1, "joint": self.joint, "slip_path": period.slip_path, ENERGY: period.energy,
@@ -106,15 +99,11 @@ class ContactFrames:
         if np.all(self.area > 0):
             fields["pressure"] = force[:, 2] / self.area
             fields["shear"] = np.linalg.norm(force[:, :2], axis=1) / self.area
-        if self.nodes is not None:
+        if self.mesh is not None and self.mesh.contact is not None:
             for name, mean in (("displacement", True), ("vibration", False)):
-                fields[name] = self.mesh.displacement(2 * np.pi * share, sector, mean)[self.nodes]
+                moved = self.mesh.displacement(2 * np.pi * share, sector, mean)[self.mesh.contact]
+                fields[name] = np.where(self.mesh.contact[:, None] >= 0, moved, 0.0)
         return fields
-
-    def _placed(self, points, sector):
-        if not sector:
-            return points
-        return self.mesh.origin + (points - self.mesh.origin) @ self.mesh.rotation(sector).T
 
     def _turned(self, vectors, sector):
         return vectors @ self.mesh.rotation(sector).T if sector else vectors

@@ -31,6 +31,8 @@ def patiently(path, function, what="results file"):
 
     Whatever is wrong is a ValueError that names the file.
     """
+    if os.path.isdir(path):
+        raise ValueError(f"{path}: is a folder; a {what} is wanted")
     if not os.path.isfile(path):
         raise ValueError(f"{path}: no such file")
     for attempt in range(READ_ATTEMPTS):

@@ -53,12 +53,17 @@ def read_model_parts(path):
         return model_mesh.read_mesh(file), model_mesh.read_joint(file)
 
 
+class PlacesUnknown(ValueError):
+    """The model does not say where its contact points are."""
+
+
 def find_joint(results, model=None):
-    """Places of the contact points of results, as `joint` in `Model`, from `find_model`. Raises ValueError where they are not known."""
+    """Places of the contact points of results, as `joint` in `Model`, from `find_model`. Raises PlacesUnknown where they are not known,
+    another ValueError where the model is not that of the results."""
     path = find_model(results, model)
     _, joint = read_model_parts(path)
     if joint is None:
-        raise ValueError(f"{path}: has no /contact/position, so the places of its contact points are not known; models made by "
+        raise PlacesUnknown(f"{path}: has no /contact/position, so the places of its contact points are not known; models made by "
                          "Structure.join have them")
     if len(joint["position"]) != results.contact_points:
         raise ValueError(f"{path}: has {len(joint['position'])} contact points, the results have {results.contact_points}; name the "

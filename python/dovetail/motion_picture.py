@@ -38,7 +38,7 @@ def motion_picture(results, point, sector=None, up="z", hz=False, model=None):
     model : path-like, optional
     """
     skin = _Skin(results, point, sector, up, model)
-    return _drawn(skin, [largest_at(skin.mesh)], results, point, hz)[0]
+    return _drawn(skin, [skin.instant], results, point, hz)[0]
 
 
 def motion_film(results, point, path, sector=None, up="z", hz=False, model=None):
@@ -59,7 +59,10 @@ def motion_film(results, point, path, sector=None, up="z", hz=False, model=None)
 
 
 class _Skin:
-    """Triangles of the outer faces of some sectors, and how they look to the eye at a phase of the period."""
+    """Triangles of the outer faces of some sectors, and how they look to the eye at a phase of the period.
+
+    instant : phase of the largest motion; top : that motion
+    """
 
     def __init__(self, results, point, sector, up, model):
         self.mesh = mesh = moving_mesh(results, point, model, surface=True)
@@ -69,7 +72,10 @@ class _Skin:
         self.rows = (triangles + len(mesh.nodes) * np.arange(len(self.sectors))[:, None, None]).reshape(-1, 3)
         self.places = np.concatenate([mesh.places(j) for j in self.sectors])
         self.eye, self.right, self.above = view(mesh.axis if self.whole else None, "xyz".index(up))
-        self.factor = enlargement(self.places, self.moved(largest_at(mesh)))
+        self.instant = largest_at(mesh)
+        largest = self.moved(self.instant)
+        self.top = max(np.linalg.norm(largest, axis=1).max(), np.finfo(float).tiny)
+        self.factor = enlargement(self.places, largest)
         light = LIGHT[0] * self.right + LIGHT[2] * self.above - LIGHT[1] * self.eye  # from the left and above, in front
         self.light = light / np.linalg.norm(light)
 
@@ -77,7 +83,7 @@ class _Skin:
         """(k, 3) how far all nodes are from their mean places."""
         return np.concatenate([self.mesh.displacement(theta, j, mean=False) for j in self.sectors])
 
-    def look(self, theta, top):
+    def look(self, theta):
         """Corners (f, 3, 2) of the triangles that are seen, the farthest first, and their colours, of motions up to `top`."""
         moved = self.moved(theta)
         corners, values = (self.places + self.factor * moved)[self.rows], np.linalg.norm(moved, axis=1)[self.rows].mean(axis=1)
@@ -85,15 +91,14 @@ class _Skin:
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
         seen = np.flatnonzero(normal @ self.eye > 0)
         seen = seen[np.argsort(corners[seen].mean(axis=1) @ self.eye)]
-        colours = COLOURS(values[seen] / top)
+        colours = COLOURS(values[seen] / self.top)
         colours[:, :3] *= 0.5 + 0.5 * np.clip(normal[seen] @ self.light, 0, 1)[:, None]
         return np.stack([corners[seen] @ self.right, corners[seen] @ self.above], axis=2), colours
 
 
 def _drawn(skin, thetas, results, point, hz):
     """A figure of the first of some phases, its polygons, and the looks of all."""
-    top = max(np.linalg.norm(skin.moved(largest_at(skin.mesh)), axis=1).max(), np.finfo(float).tiny)
-    looks = [skin.look(theta, top) for theta in thetas]
+    looks = [skin.look(theta) for theta in thetas]
     flat = np.concatenate([corners.reshape(-1, 2) for corners, _ in looks])
     low, high = flat.min(axis=0), flat.max(axis=0)
     wide, tall = high - low
@@ -106,7 +111,7 @@ def _drawn(skin, thetas, results, point, hz):
         axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
         axis.axis("off")
         unit = results.unit.length
-        scale = plt.cm.ScalarMappable(norm=plt.Normalize(0, top), cmap=COLOURS)
+        scale = plt.cm.ScalarMappable(norm=plt.Normalize(0, skin.top), cmap=COLOURS)
         bar = figure.colorbar(scale, ax=axis, shrink=0.6, aspect=30, format=formatter(unit))
         bar.set_label(labelled("distance from the mean place", unit))
         what = f"{len(skin.sectors)} sectors, engine order {results.wave.engine_order}" if skin.whole else f"sector {skin.sectors[0]}"

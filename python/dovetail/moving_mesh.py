@@ -7,7 +7,7 @@ import numpy as np
 from . import fourier
 from .cells import outer_faces
 from .cyclic import about, turn
-from .hdf5_read import opened
+from .hdf5_read import numbers, opened
 from .model_cyclic import read_cyclic
 from .motion import find_model, nodal_displacement, read_model_parts
 from .travelling_wave import TravellingWave
@@ -23,6 +23,7 @@ class MovingMesh:
     nodes : (k, 3); cells : dict of cell type to (m, width) rows of `nodes`; sets : dict of name to rows of `nodes`
     rows : (k,) which nodes of the model these are
     series : (2H+1, k, 3) Fourier coefficients of the total displacement, mean a0/2
+    contact : (N_x,) rows of `nodes`, those of side a of the contact points, -1 where it is held; None where they are not known
     wave : TravellingWave or None; axis, origin : (3,) of the turn from sector to sector
     """
 
@@ -31,6 +32,7 @@ class MovingMesh:
     sets: dict
     rows: np.ndarray
     series: np.ndarray
+    contact: np.ndarray | None = None
     wave: TravellingWave | None = None
     axis: np.ndarray | None = None
     origin: np.ndarray | None = None
@@ -81,12 +83,27 @@ def moving_mesh(results, point, model=None, surface=False):
     basis = fourier.basis(results.harmonics, fourier.phases(samples))
     basis[:, 0] = 1.0  # a0 is twice the mean
     series = 2 / samples * np.tensordot(basis, u, (0, 0))
+    with opened(path) as file:
+        cyclic = read_cyclic(file)
+        contact = _contact_rows(file, mesh, cyclic, rows)
     turned = {}
     if results.wave is not None:
-        with opened(path) as file:
-            cyclic = read_cyclic(file)
         if cyclic is None or cyclic["sectors"] != results.wave.sectors:
             found = "no sector of a cyclic structure" if cyclic is None else f"one of {cyclic['sectors']} sectors"
             raise ValueError(f"{path}: is {found}, the results are of one of {results.wave.sectors}; name the model of this run")
         turned = {"wave": results.wave, "axis": cyclic["axis"], "origin": cyclic["origin"]}
-    return MovingMesh(mesh["nodes"][rows], cells, sets, rows, series, **turned)
+    return MovingMesh(mesh["nodes"][rows], cells, sets, rows, series, contact, **turned)
+
+
+def _contact_rows(file, mesh, cyclic, rows):
+    """`contact` of MovingMesh, from an open model file; a pair of nodes has one place, so only the model knows whose side a node is."""
+    if cyclic is not None:
+        nodes = cyclic["nodes"][:, 0]
+        moves = nodes >= 0
+    elif "contact/dofs" in file:
+        nodes = mesh["dof_node"][numbers(file, "contact/dofs", (None, 3), "i")[:, 0]]
+        moves = np.ones(len(nodes), bool)
+    else:
+        return None
+    found = np.minimum(np.searchsorted(rows, nodes), len(rows) - 1)
+    return np.where(moves, found, -1) if np.array_equal(rows[found[moves]], nodes[moves]) else None

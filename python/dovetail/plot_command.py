@@ -2,21 +2,39 @@
 
 from pathlib import Path
 
+from .output_files import made
+
 
 def plot(arguments):
     """Draw a picture of a results file, or of the mesh of a model file."""
+    from matplotlib import pyplot
+
     from .info import format_of
 
     path = Path(arguments.file)
     if format_of(path) == "dovetail-model":
         figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
     else:
+        results = _results(path, arguments)
         if _is_film(arguments):
-            return _film(path, arguments)
-        figure, suffix = _picture_of_results(path, arguments)
-    output = Path(arguments.output) if arguments.output else path.with_name(path.stem + suffix)
+            return _film(results, arguments)
+        figure, suffix = _picture_of_results(results, arguments)
+    output = made(arguments.output or path.with_name(path.stem + suffix))
     figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
+    pyplot.close(figure)
     print(output)
+
+
+def _results(path, arguments):
+    """The Results, which have the sector that is asked for."""
+    from .results import Results
+    from .shown import chosen_sectors
+
+    results = Results(path, arguments.model)
+    if arguments.sector is not None and arguments.kind not in ("motion", "history"):
+        raise ValueError(f"--sector: is for motion and history; in a picture of kind {arguments.kind} all sectors are alike")
+    chosen_sectors(results, arguments.sector)
+    return results
 
 
 def _is_film(arguments):
@@ -27,19 +45,26 @@ def _is_film(arguments):
     return True
 
 
-def _film(path, arguments):
+def _film(results, arguments):
     """Writes the motion over a period as a GIF."""
     from .motion_picture import motion_film
-    from .results import Results
-    from .shown import chosen_point, chosen_sectors
 
-    results = Results(path, arguments.model)
+    point, output = _point_of_motion(results, arguments), made(arguments.output)
+    motion_film(results, point, output, arguments.sector, arguments.up, arguments.hz)
+    print(output)
+
+
+def _point_of_motion(results, arguments):
+    """The point that an export shows, too: by default the peak of the loaded node."""
+    from .shown import chosen_point, default_dofs
+
+    _need_points(results)
+    return chosen_point(results, arguments.at, arguments.hz, arguments.dof or default_dofs(results))
+
+
+def _need_points(results):
     if len(results) == 0:
-        raise ValueError(f"{path}: no point has been computed yet")
-    chosen_sectors(results, arguments.sector)
-    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
-    motion_film(results, point, arguments.output, arguments.sector, arguments.up, arguments.hz)
-    print(arguments.output)
+        raise ValueError(f"{results.path}: no point has been computed yet")
 
 
 def _picture_of_model(path, up):
@@ -55,23 +80,17 @@ def _picture_of_model(path, up):
     return mesh_picture(mesh, joint, up, path.name, units)
 
 
-def _picture_of_results(path, arguments):
+def _picture_of_results(results, arguments):
     """The figure, and what its file name ends with."""
     from . import plot as pictures
     from .contact_map import contact_map
-    from .results import Results
-    from .shown import chosen_point, chosen_sectors, in_own_unit
+    from .shown import chosen_point, in_own_unit
 
-    results = Results(path, arguments.model)
-    if arguments.sector is not None and arguments.kind not in ("motion", "history"):
-        raise ValueError(f"--sector: is for motion and history; in a picture of kind {arguments.kind} all sectors are alike")
-    chosen_sectors(results, arguments.sector)
     if arguments.kind == "pressure":
         from .pressure_map import pressure_map
 
         return pressure_map(results, arguments.model), "_pressure.png"
-    if len(results) == 0:
-        raise ValueError(f"{path}: no point has been computed yet")
+    _need_points(results)
     if arguments.kind == "diameters":
         from .diameters_picture import diameters
 
@@ -90,11 +109,12 @@ def _picture_of_results(path, arguments):
         return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], arguments.harmonic, arguments.hz), "_mode.png"
     if arguments.kind == "response":
         return pictures.response(results, arguments.dof, in_own_unit(results, arguments.at, arguments.hz), arguments.hz), ".png"
-    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
     if arguments.kind == "motion":
         from .motion_picture import motion_picture
 
+        point = _point_of_motion(results, arguments)
         return motion_picture(results, point, arguments.sector, arguments.up, arguments.hz), "_motion.png"
+    point = chosen_point(results, arguments.at, arguments.hz, arguments.dof)
     if arguments.kind == "history":
         return pictures.history(results, point, arguments.dof, arguments.hz, arguments.sector), "_history.png"
     if arguments.kind == "map":

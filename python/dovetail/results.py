@@ -217,9 +217,9 @@ class Results:
         return {"m": self.unit.length, MODAL: self.unit.modal}.get(self.parameter_unit, "")
 
     def place(self, value, digits=9):
-        """A value of `along` in words: "1.3 rad/s", or "friction 0.5"."""
-        number = f"{value:.{digits}g}"
-        return units.with_unit(number, self.along_unit) if self.parameter is None else f"{self.parameter_name} {number}"
+        """A value of `along` in words: "1.3 rad/s", "friction 0.5", or "gap 1e-6 m"."""
+        name = "" if self.parameter is None else f"{self.parameter_name} "
+        return units.with_unit(f"{name}{value:.{digits}g}", self.along_unit)
 
     def at(self, value):
         """Index of the point nearest to a value of `along`, omega [rad/s]; the first one where the branch passes it several times."""

@@ -1,5 +1,6 @@
 """The bladed-disk example: its model by its options, and that the program takes it with its case."""
 
+import argparse
 import shutil
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import pytest
 
 from dovetail import Model
 from dovetail.cells import outer_faces
+from dovetail.meshes.divisions import pair
 from launch import BINARY, ROOT, SURROUNDINGS, words_of
 
 EXAMPLE = ROOT / "inputs/blisk"
@@ -29,6 +31,13 @@ def make(tmp_path_factory):
         return made[options]
 
     return of
+
+
+@pytest.mark.parametrize("text", ["3", "3x", "3x0", "3x4x5", "axb", "-1x2"])
+def test_divisions_are_two_numbers(text):
+    assert pair("3x9") == (3, 9)
+    with pytest.raises(argparse.ArgumentTypeError, match=f"two whole numbers from 1 on are wanted, such as 3x9, found '{text}'"):
+        pair(text)
 
 
 def test_root_and_shroud(make):

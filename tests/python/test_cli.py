@@ -165,7 +165,7 @@ def test_response_is_dashed_where_it_is_unstable_and_dotted_where_that_is_uncert
     (["--dof", "x9.t1"], "no degree of freedom 'x9.t1'; there are a1 to a2"),
     (["--kind", "hysteresis", "--dof", "x1.n"], "a friction loop needs a tangential direction such as x1.t1, found 'x1.n'"),
     (["--kind", "hysteresis", "--dof", "a1"], "a friction loop needs a tangential direction"),
-    (["-o", "no/such/folder/a.png"], "No such file"),
+    (["-o", "/dev/null/folder/a.png"], "/dev/null/folder/a.png: its folder is not there and cannot be made: Not a directory"),
 ])
 def test_wrong_plot_is_one_line_and_status_2(results, arguments, message, capsys):
     assert main(["plot", str(results), *arguments]) == 2

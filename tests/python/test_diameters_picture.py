@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import synthetic_results
 from matplotlib import pyplot as plt
+from matplotlib.path import Path
 
 from dovetail import Results
 from dovetail.__main__ import main
@@ -106,7 +107,35 @@ def test_campbell(tmp_path):
             wanted |= {(round(turning * f / order, 6), round(scale * f, 6)): 2.5 <= f / order <= 3.5 for f in row if f / order < 1.2 * 3.5}
         assert dots == wanted and any(dots.values()) and not all(dots.values())
         assert axis.get_xlabel() == f"rotor speed [{'1/min' if hz else 'rad/s'}]"
+        said = [text.get_text() for text in axis.get_legend().get_texts()]
+        assert said[-4:] == ["level: closed points stuck", "sweep of the run", "crossed in the sweep", "crossed elsewhere"]
         plt.close(figure)
+
+
+def test_campbell_of_a_mode_has_no_sweep(tmp_path):
+    """Its frequencies are those of the mode over its amplitude."""
+    path = synthetic_results.write(tmp_path / "r.h5", (6.4, 6.3), np.ones((2, 4, 9)), 1, CONTACT, modal_amplitude=[0.1, 0.2])
+    with h5py.File(path, "r+") as file:
+        file.attrs.update({"sectors": 6, "engine_order": 2, "parameter": "modal_amplitude", "parameter_unit": "m kg^1/2"})
+        file["cyclic/frequencies"] = TABLE
+    figure = campbell(Results(path))
+    said = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert said[-2:] == ["level: closed points stuck", "crossed"] and not figure.axes[0].patches
+    dots = [line for line in figure.axes[0].lines if len(line.get_xdata()) == 1]
+    assert dots and all(line.get_markerfacecolor() == "white" for line in dots)
+    plt.close(figure)
+
+
+def test_labels_of_campbell_leave_lines_free(tmp_path):
+    """Where there is room, as here."""
+    figure = campbell(results(tmp_path / "r.h5", 2, harmonics=3))
+    axis = figure.axes[0]
+    renderer = figure.canvas.get_renderer()
+    lines = [Path(axis.transData.transform(line.get_xydata())) for line in axis.lines if len(line.get_xdata()) == 2]
+    lines += [Path(axis.transData.transform(part)) for rows in axis.collections for part in rows.get_segments()]
+    boxes = [text.get_window_extent(renderer) for text in axis.texts]
+    assert len(boxes) > 2 and not any(line.intersects_bbox(box, filled=False) for line in lines for box in boxes)
+    plt.close(figure)
 
 
 @pytest.mark.parametrize("order, sectors", [(1, 6), (4, 12), (-5, 6), (7, 6)])

@@ -85,6 +85,14 @@ def test_documents_named_elsewhere_exist():
             assert "FORMAT" in name or (ROOT / name).exists(), f"{name_of(path)} names {name}"
 
 
+def test_examples_begin_with_the_surroundings():
+    """Else a newcomer's python3 knows no module dovetail."""
+    for page in tracked("inputs/*/README.md"):
+        indented = [line.strip() for line in page.read_text().splitlines() if line.startswith("    ")]
+        assert indented[0].startswith("source scripts/environment"), name_of(page)
+        assert not [line for line in indented if line.startswith(("python3 ", "dovetail "))], name_of(page)
+
+
 def test_pages_of_importers_are_named_after_the_formats():
     from dovetail.importers import FORMATS
 

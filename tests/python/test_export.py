@@ -2,8 +2,10 @@
 
 import csv
 import json
+import shutil
 import xml.etree.ElementTree as ET
 
+import h5py
 import numpy as np
 import pytest
 import synthetic_results
@@ -16,6 +18,8 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 from dovetail import Results
 from dovetail.__main__ import main
 from dovetail.contact_period import LEAST, OPEN, SLIPS, contact_period, samples_of
+from dovetail.model_cyclic import read_cyclic
+from dovetail.motion import find_joint
 from dovetail.shown import chosen_point, chosen_sectors, default_dofs
 
 FRAMES = 4
@@ -95,9 +99,9 @@ def test_cells_are_whole(wave, wheel):
 
 def test_contact_points_of_a_wheel(wave, wheel):
     """Forces and states of every sector at that instant, by the time shift of results; friction along the turned axes."""
-    from dovetail.motion import find_joint
-
     point, joint = shown(wave), find_joint(wave)
+    with h5py.File(wave.path.with_name("model.h5")) as file:
+        cyclic = read_cyclic(file)
     samples, points = samples_of(FRAMES, wave.wave), wave.contact_points
     assert samples % (FRAMES * N) == 0
     for i, (grid, data) in enumerate(wheel[1]):
@@ -119,6 +123,10 @@ def test_contact_points_of_a_wheel(wave, wheel):
                 np.testing.assert_allclose(along, x, rtol=0, atol=1e-5 * np.abs(x).max() + 1e-12)
         np.testing.assert_allclose(data["pressure"], data["normal_force"] / data["area"], rtol=1e-5)
         np.testing.assert_allclose(data["friction_energy"][:points], wave.contact_activity(point).dissipation, rtol=1e-5, atol=1e-12)
+        mesh, row = wheel[0][i][1], np.flatnonzero(np.isin(wheel[0][i][1]["node"], cyclic["nodes"][:, 0]))
+        order = np.argsort(np.argsort(cyclic["nodes"][:, 0]))
+        for name in ("displacement", "vibration"):
+            np.testing.assert_array_equal(data[name].reshape(N, -1, 3), mesh[name][row].reshape(N, -1, 3)[:, order])
         shut = data["gap"] < 0
         np.testing.assert_array_equal(shut, data["state"] != OPEN)
 
@@ -164,6 +172,43 @@ def test_without_motion_of_the_mesh(tmp_path, capsys):
         "contact.pvd", "contact_000.vtu", "contact_001.vtu", "curve.csv", "export.json"}
     assert main(["export", str(results.path), "--wheel", "-o", str(tmp_path / "other")]) == 2
     assert "output.motion says which are kept" in capsys.readouterr().err and not (tmp_path / "other").exists()
+    assert main(["export", str(results.path), "--solid", "-o", str(tmp_path / "other")]) == 2
+    assert "dovetail: --solid: " in capsys.readouterr().err and not (tmp_path / "other").exists()
+
+
+def without(results, folder, name, file):
+    """A copy of the folder of results, without one dataset or group of a file."""
+    shutil.copytree(results.path.parent, folder)
+    with h5py.File(folder / file, "r+") as changed:
+        del changed[name]
+    return folder / "results.h5"
+
+
+@pytest.mark.parametrize("file, name, words", [
+    ("model.h5", "contact/position", "has no /contact/position"), ("results.h5", "points/contact", "an older version wrote the run")])
+def test_without_what_contact_points_need(wave, tmp_path, capsys, file, name, words):
+    """The mesh and the curve are written all the same."""
+    path = without(wave, tmp_path / "run", name, file)
+    assert main(["export", str(path), "--model", str(path.with_name("model.h5")), "--frames", "1", "-o", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "note: no contact points: " in said and words in said and {entry.name for entry in (tmp_path / "out").iterdir()} == {
+        "motion.pvd", "motion_000.vtu", "curve.csv", "export.json"}
+
+
+def test_names_with_dots_and_new_folders(wave, tmp_path, capsys):
+    path = tmp_path / "run.v2.h5"
+    shutil.copytree(wave.path.parent, tmp_path, dirs_exist_ok=True)
+    (tmp_path / "results.h5").rename(path)
+    for options, made in (([], "run.v2_paraview"), (["-o", str(tmp_path / "deep/v1.2")], "deep/v1.2")):
+        assert main(["export", str(path), "--frames", "1", *options]) == 0 and (tmp_path / made / "curve.csv").is_file()
+    assert main(["export", str(path), "-o", str(tmp_path / "new/deep/curve.csv")]) == 0
+    assert (tmp_path / "new/deep/curve.csv").is_file()
+    (tmp_path / "dir.csv").mkdir()
+    capsys.readouterr()
+    for words, said in (([str(path), "-o", str(tmp_path / "dir.csv"), "--replace"], "dir.csv: is there already and is a folder"),
+                        ([str(tmp_path / "deep")], "deep: is a folder; a results file is wanted")):
+        assert main(["export", *words]) == 2
+        assert said in capsys.readouterr().err
 
 
 def test_the_table(wave, tmp_path):
@@ -204,11 +249,18 @@ def test_files_of_others_stay(wave, tmp_path, capsys):
     (["--point", "0", "--at", "1"], "--point and --at both say which point is meant"),
     (["--sector", "5"], "sector must be a whole number from 0 to 4, found 5"),
     (["--wheel", "--sector", "1"], "--wheel is all sectors, --sector one of them"),
-    (["-o", "x.vtu"], "a table is written as FILE.csv, and all else into a folder")])
+    (["-o", "x.vtu"], "a table is written as FILE.csv, and all else into a folder, whose name does not end with .vtu")])
 def test_refusals(wave, capsys, options, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["export", str(wave.path), *options]) == 2
     assert words in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("command", ["export", "plot"])
+def test_a_place_is_a_finite_number(wave, capsys, command):
+    with pytest.raises(SystemExit):
+        main([command, str(wave.path), "--at", "nan"])
+    assert "argument --at: a finite number is wanted, found nan" in capsys.readouterr().err
 
 
 def test_way_of_a_slider(tmp_path):

@@ -3,6 +3,7 @@
 import brick
 import h5py
 import matplotlib.pyplot as plt
+import meshio
 import numpy as np
 import pytest
 import synthetic_results
@@ -17,6 +18,13 @@ from dovetail.mesh_picture import MOST_TRIANGLES, joint_picture, mesh_picture, s
 from dovetail.motion import find_model, read_model_parts
 from dovetail.plot import history, response
 from dovetail.shown import default_dofs, loaded_node
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    """Figures that a test has drawn."""
+    yield
+    plt.close("all")
 
 
 @pytest.fixture
@@ -61,6 +69,20 @@ def test_displacement_of_nodes(run):
     np.testing.assert_allclose(results.displacement(0, [40, 3, 40], times=[np.pi / 8]), wanted[1:2, [40, 3, 40]], atol=1e-12)
     with pytest.raises(ValueError, match="no set 'uper'; there are bottom"):
         results.displacement(0, "uper")
+
+
+def test_exported_contact_points_move_with_side_a(run, tmp_path):
+    """Partners have one place; the points of a joint are nodes of its first surface, on the whole mesh and on its outer faces."""
+    model, results, _ = run
+    nodes, upper = model.mesh["nodes"], model.mesh["sets"]["upper"]
+    sides = [rows[np.linalg.norm(nodes[rows] - place, axis=1).argmin()] for rows, place in
+             ((upper, place) for place in model.joint["position"])]
+    wanted = results.displacement(0, sides, n=2)
+    for options in ([], ["--surface"]):
+        assert main(["export", str(results.path), "--frames", "2", "--replace", "-o", str(tmp_path / "out"), *options]) == 0
+        for i in range(2):
+            data = meshio.read(tmp_path / f"out/contact_{i:03d}.vtu").point_data
+            np.testing.assert_allclose(data["displacement"], wanted[i], rtol=0, atol=1e-6 * np.abs(wanted).max())
 
 
 def test_motion_that_was_not_kept_is_refused(run):
@@ -212,7 +234,6 @@ def test_map_has_a_row_for_each_joint(run):
     drawn = sum(len(collection.get_offsets()) for axis in figure.axes for collection in axis.collections
                 if axis.get_xlabel() in ("t1", "t2"))
     assert drawn == 2 * len(model.contact_dofs)
-    plt.close(figure)
 
 
 def test_skin_is_the_outer_surface():
@@ -253,7 +274,6 @@ def test_pictures_of_joints():
     figure = joint_picture([Joint.between(a, b, gap="geometry"), Joint.ground(a)])
     assert len([axis for axis in figure.axes if axis.name == "3d"]) == 2
     assert [axis.get_title() for axis in figure.axes if "everywhere" in axis.get_title()] == ["gap: 0 m everywhere"]
-    plt.close(figure)
 
 
 def test_mesh_without_faces_is_refused():

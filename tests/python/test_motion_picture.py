@@ -11,6 +11,7 @@ from ring_results import ORDER, computed
 from dovetail.__main__ import main
 from dovetail.motion_picture import FRAMES, enlargement, largest_at, motion_picture, view
 from dovetail.moving_mesh import moving_mesh
+from dovetail.shown import chosen_point, default_dofs
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +75,7 @@ def test_the_command(wave, tmp_path, capsys):
                             (["--kind", "history", "--sector", "2"], "history")):
         path = tmp_path / f"{ending}.png"
         assert main(["plot", str(wave.path), *options, "-o", str(path)]) == 0 and path.stat().st_size > 5000
+    assert main(["plot", str(wave.path), "--kind", "motion", "-o", str(tmp_path / "new/deep.png")]) == 0
     capsys.readouterr()
     for options, words in ((["--kind", "map", "--sector", "1"], "--sector: is for motion and history"),
                            (["--kind", "motion", "--sector", "9"], "sector must be a whole number from 0 to 4, found 9")):
@@ -81,8 +83,21 @@ def test_the_command(wave, tmp_path, capsys):
         assert words in capsys.readouterr().err
 
 
+def test_picture_film_and_export_show_one_point(wave, tmp_path, monkeypatch):
+    """By default the peak of the loaded node, not that of a contact point."""
+    wanted = chosen_point(wave, dofs=default_dofs(wave))
+    assert wanted != chosen_point(wave)  # else nothing is tested
+    found = []
+    monkeypatch.setattr("dovetail.motion_picture.motion_film", lambda results, point, *_: found.append(point))
+    monkeypatch.setattr("dovetail.motion_picture.motion_picture", lambda results, point, *_: found.append(point) or plt.figure())
+    for name in ("a.gif", "a.png"):
+        assert main(["plot", str(wave.path), "--kind", "motion", "-o", str(tmp_path / name)]) == 0
+    plt.close("all")
+    assert found == [wanted, wanted]
+
+
 def test_a_film_is_one_period(wave, tmp_path, capsys):
-    path = tmp_path / "wheel.gif"
+    path = tmp_path / "new/wheel.gif"
     assert main(["plot", str(wave.path), "--kind", "motion", "-o", str(path)]) == 0
     with Image.open(path) as film:
         pictures = []
@@ -95,6 +110,13 @@ def test_a_film_is_one_period(wave, tmp_path, capsys):
     for options, words in ((["--kind", "map"], "a film is of --kind motion"), ([], "a film is of --kind motion")):
         assert main(["plot", str(wave.path), *options, "-o", str(path)]) == 2
         assert words in capsys.readouterr().err
+
+
+def test_the_command_keeps_no_figure(wave, tmp_path, capsys):
+    before = plt.get_fignums()
+    assert main(["plot", str(wave.path), "--kind", "motion", "-o", str(tmp_path / "a.png")]) == 0 and plt.get_fignums() == before
+    assert main(["plot", str(wave.path), "-o", str(tmp_path)]) == 2
+    assert f"{tmp_path}: is there already and is a folder; name another with -o" in capsys.readouterr().err
 
 
 def test_a_structure_that_is_no_sector(tmp_path):

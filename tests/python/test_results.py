@@ -361,3 +361,15 @@ def test_wrong_files_are_refused(tmp_path):
         file.attrs["harmonics"] = 4
     with pytest.raises(ValueError, match=r"shape \(any, 4, 9\), found \(1, 4, 3\)"):
         Results(path)
+
+
+@pytest.mark.parametrize("name, unit, wanted", [
+    ("modal_amplitude", "m kg^1/2", "modal_amplitude 0.25 m √kg"), ("gap", "m", "gap 0.25 m"), ("friction", "-", "friction 0.25")])
+def test_a_place_has_its_unit(tmp_path, name, unit, wanted):
+    contact = {"normal_stiffness": np.ones(1), "tangential_stiffness": np.ones((1, 2)), "friction": np.ones((1, 2)), "gap": np.zeros(1)}
+    path = synthetic_results.write(tmp_path / "r.h5", [1.0], np.ones((1, 4, 3)), 1, contact, parameter=[0.25])
+    with h5py.File(path, "r+") as file:
+        file.attrs.update({"parameter": name, "parameter_unit": unit})
+    results = Results(path)
+    assert results.place(results.along[0], 6) == wanted
+    assert plot.point_title(results, 0, hz=True).endswith(f", at {wanted}")
