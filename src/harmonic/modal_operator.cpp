@@ -44,9 +44,9 @@ ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
   all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
   for (const IndexGroup &group : groups_of(bases.wave, layout.width)) {
     const StuckBasis &basis = *bases.of_index[group.index];
-    Bundle<Real> all(basis.phi, group.columns(), group.whole), sum(basis.phi, group.columns(), group.whole);
-    const int room = all.room();
-    sheaves_.push_back({group, basis, std::move(all), std::move(sum), Aligned<Real>(3 * points_at_once * room)});
+    Bundle<Real> given(basis.phi, group.columns(), group.whole), summed(basis.phi, group.columns(), group.whole);
+    const int room = given.room();
+    sheaves_.push_back({group, basis, std::move(given), std::move(summed), Aligned<Real>(3 * points_at_once * room)});
   }
   const std::size_t rows = std::max<std::size_t>(layout.own_dofs(), 3 * points_at_once);
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
