@@ -63,10 +63,11 @@ def diameters(results, hz=False):
         bars = [(abs(int(wave.index[k])), k) for k in range(1, last + 1)]
         for h, k in bars:
             axis.plot([h, h], [scale * k * lowest, scale * k * highest], **bar)
-        handles += axis.plot([], [], **bar, label="sweep of a harmonic")
+        passed = "sweep" if results.parameter is None else "range"  # that of a mode is what friction does
+        handles += axis.plot([], [], **bar, label=f"{passed} of a harmonic")
         if met:
             handles += axis.plot([h for _, h, _ in met], [scale * f for *_, f in met], "o", color=LINES[1][0], markersize=6,
-                                 label="crossed in the sweep")
+                                 label=f"crossed in the {passed}")
         axis.set(xlabel="nodal diameter", ylabel="frequency" + bracket(unit), ylim=(0, scale * top),
                  title=f"{results.title or results.path.name}: {wave.sectors} sectors, engine order {wave.engine_order}")
         axis.xaxis.set_major_locator(MaxNLocator(integer=True))

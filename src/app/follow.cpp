@@ -67,8 +67,7 @@ std::unique_ptr<HarmonicSystem> harmonic_system(const Case &study, PreloadedMode
                                                 int harmonics, int samples) {
   const CurveRange range = study.range();
   const PathParameter &parameter = *range.parameter;
-  ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
-  model.engine_order = study.engine_order.value_or(0);
+  ScaledModel model = scaled(std::move(preloaded), study, scales);
   const auto varied =
       parameter.changes_joint ? std::make_shared<VariedPreload>(model.model, study.path->varied) : nullptr;
   auto system =

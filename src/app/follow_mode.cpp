@@ -79,8 +79,7 @@ std::vector<Warning> warnings_of(const Case &study, const StuckMode &mode) {
 
 void say_mode(const Case &study, const StuckMode &mode, int sectors, const Voice &voice) {
   std::string line = "mode " + std::to_string(mode.number);
-  if (sectors > 0)
-    line += " of nodal diameter " + std::to_string(std::abs(TravellingWave{sectors, *study.engine_order}.index(1)));
+  if (sectors > 0) line += " of nodal diameter " + std::to_string(std::abs(study.wave(sectors).index(1)));
   line += ": " + study.frequency_unit.in_hertz(true).text(mode.omega, 9) + " stuck";
   const bool known = !has_constant_load(study); // what gives way first
   if (known && std::isfinite(mode.onset.amplitude))
@@ -103,11 +102,9 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
 
   const Scales scales = scales_of(study, mode);
   const auto system = stages.run("4 scaling", [&] {
-    ScaledModel model = scaled(std::move(preloaded), study.damping, scales);
-    model.engine_order = study.engine_order.value_or(0);
-    return std::make_unique<HarmonicSystem>(std::move(model), study.harmonics, study.samples, study.loads,
-                                            study.solver == SolverKind::modal ? LinearForm::modal
-                                                                              : LinearForm::assembled);
+    return std::make_unique<HarmonicSystem>(
+        scaled(std::move(preloaded), study, scales), study.harmonics, study.samples, study.loads,
+        study.solver == SolverKind::modal ? LinearForm::modal : LinearForm::assembled);
   });
   BackboneSettings settings = settings_of(study, mode, scales);
   if (has_constant_load(study)) settings.straight = false;

@@ -65,7 +65,7 @@ void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
   if (study.solver == SolverKind::modal) {
     const int finer = study.estimates ? std::max(2 * study.harmonics, study.harmonics + 2) : study.harmonics,
               highest = study.tolerance > 0 ? sectors : finer; // with a tolerance all there may be
-    const TravellingWave wave{sectors, study.engine_order.value_or(0)};
+    const TravellingWave wave = study.wave(sectors);
     sizes.solve_gib = (dense_matrices(na + nc, nc) + (sectors > 0 ? sector_matrices(na + nc, nc, wave, highest) : 0) +
                        beyond_matrices(na + nc, sizes.points, h) +
                        (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /

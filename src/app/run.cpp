@@ -30,6 +30,7 @@ struct Checked {
   std::vector<ContactPoint> contact;          // all points
   std::vector<double> initial;                // (3 N_x) [m]
   PetscInt dofs = 0;                          // of the reduced model
+  int sectors = 0;                            // of the whole, if the model is one
   bool has_c = false, has_structural = false; // damping matrices of the model
   Units units;
   std::optional<SavedRun> earlier; // the run to be continued
@@ -43,7 +44,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     Case &study = checked.study;
     ContactSettings from_model;
     const bool is_excited = !request.reduce_only && !request.modes_only;
-    int sectors = 0;
+    int &sectors = checked.sectors;
     if (study.reduced.empty()) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
@@ -73,7 +74,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     settle_stability(study, modes + 3 * points);
     check_damping(study, modes, points, checked.has_c);
     watched_dof(study, modes, points);
-    if (!study.start.empty()) check_start(study.start, modes + 3 * points, {sectors, study.engine_order.value_or(0)});
+    if (!study.start.empty()) check_start(study.start, modes + 3 * points, study.wave(sectors));
     refuse_foreign_files(study, request.reduce_only || request.modes_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
@@ -173,6 +174,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
     if (checked.earlier) std::cout << in_words(*checked.earlier, study) << "\n";
     std::cout.flush();
   }
+  for (const Warning &warning : warnings_of_wave(study, checked.sectors)) voice.say("warning: " + warning.text);
   show_resonances(checked, std::move(reduced), voice);
 }
 

@@ -31,9 +31,9 @@ std::string in_table(const std::string &heading, const SectorFrequencies &found,
 std::vector<Warning> warnings_of_wave(const Case &study, int sectors) {
   std::vector<Warning> out;
   const std::vector<int> harmonics = driving_harmonics(study.loads);
-  const int order = study.engine_order.value_or(0);
+  const TravellingWave wave = study.wave(sectors);
+  const int order = wave.engine_order;
   if (sectors == 0 || order == 0 || harmonics.empty()) return out;
-  const TravellingWave wave{sectors, order};
   const int k = study.mode ? 1 : harmonics.front(), h = wave.index(k);
   const auto stands = [&](int harmonic) { return wave.index(harmonic) == 0 || 2 * wave.index(harmonic) == sectors; };
   std::set<std::string> patterns;

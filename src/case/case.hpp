@@ -11,6 +11,7 @@
 
 #include "case/curve_range.hpp"
 #include "case/damping.hpp"
+#include "case/travelling_wave.hpp"
 #include "contact/contact_point.hpp"
 #include "recovery/strategies.hpp"
 #include "support/units.hpp"
@@ -161,6 +162,7 @@ struct Case {
   std::map<std::string, std::string>
       given; ///< key -> "case.toml:12" or "--out", of every key that is not left at its default
 
+  TravellingWave wave(int sectors) const { return {sectors, engine_order.value_or(0)}; } ///< of a model of so many
   bool follows_peaks() const { return path && path->peak; }
   CurveRange range() const {
     if (path) return {path->parameter, path->from, path->to, "path.range", frequency_unit, follows_peaks()};

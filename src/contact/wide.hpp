@@ -69,17 +69,19 @@ template <class V> struct Part {
   Part operator+(std::ptrdiff_t i) const { return Part(first + i * stride); }
 };
 
-/// A vector V of doubles from and to where no vector needs to begin.
-template <class V> inline V load(const double *from) {
+/// A vector V from and to where no vector needs to begin.
+template <class V, class Real> inline V load(const Real *from) {
   V out;
   __builtin_memcpy(&out, from, sizeof out);
   return out;
 }
-template <class V> inline void store(const V &value, double *to) { __builtin_memcpy(to, &value, sizeof value); }
-template <class V> inline double sum_of(const V &value) { // pairwise
-  double part[sizeof value / sizeof(double)];
+template <class V, class Real> inline void store(const V &value, Real *to) {
+  __builtin_memcpy(to, &value, sizeof value);
+}
+template <class Real = double, class V> inline Real sum_of(const V &value) { // pairwise
+  Real part[sizeof value / sizeof(Real)];
   __builtin_memcpy(part, &value, sizeof value);
-  for (std::size_t half = sizeof value / sizeof(double) / 2; half > 0; half /= 2)
+  for (std::size_t half = sizeof value / sizeof(Real) / 2; half > 0; half /= 2)
     for (std::size_t i = 0; i < half; ++i) part[i] += part[i + half];
   return part[0];
 }

@@ -22,7 +22,7 @@ PetscInt worth_factoring(const Layout &layout) {
 } // namespace
 
 CoarseSpace::CoarseSpace(const StuckBases &bases, const Layout &layout)
-    : wave_(bases.wave), layout_(layout), own_(own_share(layout.comm, layout.dofs())), most_(worth_factoring(layout)) {
+    : layout_(layout), own_(own_share(layout.comm, layout.dofs())), most_(worth_factoring(layout)) {
   PetscBool given;
   check(PetscOptionsGetInt(nullptr, "hb_modal_", "-lowest", &most_, &given), "reading options");
   given_ = given;
@@ -101,12 +101,11 @@ void CoarseSpace::choose(PetscInt lowest, PetscInt shapes, std::size_t number) {
 
 // As SectorAssembled, of an entry of the motions' matrices.
 CoarseSpace::Blocks CoarseSpace::blocks(const DynamicStiffness &structure, const Part &of, const Products &damped,
-                                        int k, std::size_t at) const {
+                                        int k, double sign, std::size_t at) const {
   const double damper = structure.turn(k) * of.rates.real[at] + structure.hysteresis(k) * of.losses.real[at];
   Blocks made{structure.in_phase(k, of.stiff.real[at], of.heavy.real[at]),
               structure.quadrature(k, damped.real[at], of.heavy.real[at]) + damper};
   if (of.stiff.imaginary.empty()) return made;
-  const double sign = wave_.index(k) < 0 ? -1 : 1;
   made.A -= sign * structure.quadrature(k, damped.imaginary[at], of.heavy.imaginary[at]);
   made.B += sign * structure.in_phase(k, of.stiff.imaginary[at], of.heavy.imaginary[at]);
   return made;
@@ -116,7 +115,8 @@ template <class Work> void CoarseSpace::each_harmonic(Work &&work) const {
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     const ModalOperator::Motions &of = at_contacts_[p];
     for (int c = 0; c < of.of.columns(); c += of.of.coefficients[c] == 0 ? 1 : 2)
-      work(p, (of.of.coefficients[c] + 1) / 2, parts_[p].first + static_cast<std::size_t>(c) * of.count);
+      work(p, (of.of.coefficients[c] + 1) / 2, of.of.turns[c],
+           parts_[p].first + static_cast<std::size_t>(c) * of.count);
   }
 }
 
@@ -126,11 +126,11 @@ void CoarseSpace::factor(const ModalOperator &contacts, const DynamicStiffness &
   const std::size_t size = size_;
   std::vector<float> matrix = contacts.among(at_contacts_);
   MPI_Allreduce(MPI_IN_PLACE, matrix.data(), static_cast<int>(matrix.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
-  each_harmonic([&](std::size_t p, int k, std::size_t first) {
+  each_harmonic([&](std::size_t p, int k, double sign, std::size_t first) {
     const std::size_t c = at_contacts_[p].count;
     for (std::size_t i = 0; i < c; ++i)
       for (std::size_t j = 0; j < c; ++j) {
-        const auto [A, B] = blocks(structure, parts_[p], parts_[p].stiff, k, i * c + j);
+        const auto [A, B] = blocks(structure, parts_[p], parts_[p].stiff, k, sign, i * c + j);
         float *const at = &matrix[(first + j) * size + first + i], *const sine = at + c * size;
         at[0] += static_cast<float>(A);
         if (k == 0) continue;
@@ -145,12 +145,12 @@ void CoarseSpace::factor(const ModalOperator &contacts, const DynamicStiffness &
 void CoarseSpace::factor_diagonal(const DynamicStiffness &structure) {
   diagonal_.resize(layout_.width / 2 + 1);
   bool regular = true;
-  each_harmonic([&](std::size_t p, int k, std::size_t) {
+  each_harmonic([&](std::size_t p, int k, double sign, std::size_t) {
     const std::size_t c = at_contacts_[p].count, size = k == 0 ? c : 2 * c;
     std::vector<float> matrix(size * size);
     for (std::size_t i = 0; i < c; ++i)
       for (std::size_t j = 0; j < c; ++j) {
-        const auto [A, B] = blocks(structure, parts_[p], parts_[p].damped, k, i * c + j);
+        const auto [A, B] = blocks(structure, parts_[p], parts_[p].damped, k, sign, i * c + j);
         matrix[j * size + i] = static_cast<float>(A);
         if (k == 0) continue;
         matrix[(c + j) * size + c + i] = static_cast<float>(A), matrix[(c + j) * size + i] = static_cast<float>(B);
@@ -207,7 +207,7 @@ void CoarseSpace::add(const double *g, double *v) const {
 void CoarseSpace::solve(double *g, bool transposed) {
   rough_.assign(g, g + size_);
   jacobian_.solve(rough_.data(), transposed);
-  each_harmonic([&](std::size_t, int k, std::size_t first) {
+  each_harmonic([&](std::size_t, int k, double, std::size_t first) {
     part_.assign(g + first, g + first + diagonal_[k].size());
     diagonal_[k].solve(part_.data(), transposed);
     for (std::size_t i = 0; i < part_.size(); ++i) rough_[first + i] -= part_[i];

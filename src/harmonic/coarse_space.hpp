@@ -45,11 +45,11 @@ private:
   struct Blocks { // [A B; -B A] on cosine and sine
     double A, B;
   };
-  Blocks blocks(const DynamicStiffness &structure, const Part &of, const Products &damped, int k, std::size_t at) const;
+  Blocks blocks(const DynamicStiffness &structure, const Part &of, const Products &damped, int k, double sign,
+                std::size_t at) const;
   void factor_diagonal(const DynamicStiffness &structure);
-  template <class Work> void each_harmonic(Work &&work) const; // (part, harmonic, its first unknown)
+  template <class Work> void each_harmonic(Work &&work) const; // (part, harmonic, sign of its index, first unknown)
 
-  TravellingWave wave_;
   Layout layout_;
   Range own_;          // modal unknowns
   PetscInt most_;      // motions of a basis at most; 0: the space is not used

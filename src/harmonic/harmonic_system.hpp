@@ -24,7 +24,8 @@ public:
 
   /// The same equations with other harmonics or samples. Collective.
   HarmonicSystem(const HarmonicSystem &like, int harmonics, int samples);
-  /// The same equations with other harmonics or samples, in the modal form; cyclic ones assembled. Collective.
+  /// The same equations with other harmonics or samples, in the modal form; cyclic ones in the form they have.
+  /// Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
   /// The same equations in the assembled form, with other samples. Collective.

@@ -56,7 +56,6 @@ void ModalFactors::move(const Sheaf &of, std::size_t rows, const double *phi, st
       parted[j * columns + c] = of.of.real(static_cast<int>(c), y + j * w);
       if (of.of.complex) parted[(n_ + j) * columns + c] = of.of.imaginary(static_cast<int>(c), y + j * w);
     }
-
   gemm("N", "N", columns, rows, of.length, parted.data(), columns, phi, stride, 0, moved.data(), columns);
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t c = 0; c < columns; ++c) q[i * w + of.of.coefficients[c]] = moved[i * columns + c];
@@ -68,7 +67,6 @@ void ModalFactors::press(const Sheaf &of, std::size_t rows, const double *phi, s
   const std::size_t w = layout_.width, columns = of.of.columns();
   if (of.of.whole) return gemm("N", "T", w, n_, rows, f, w, phi, stride, 1, y, w);
   std::vector<double> parted(of.length * columns), forces(rows * columns);
-
   for (std::size_t i = 0; i < rows; ++i)
     for (std::size_t c = 0; c < columns; ++c) forces[i * columns + c] = f[i * w + of.of.coefficients[c]];
   gemm("N", "T", columns, of.length, rows, forces.data(), columns, phi, stride, 0, parted.data(), columns);

@@ -9,12 +9,6 @@ namespace {
 // 24 of 32 with 512 bits, 12 of 16 below.
 template <int Bytes> constexpr int sums = Bytes == 64 ? 24 : 12;
 
-template <class V, class Real> inline V at(const Real *from) {
-  V out;
-  __builtin_memcpy(&out, from, sizeof out);
-  return out;
-}
-
 // `together` rows times `vectors` vectors of the sheaf.
 template <class V, int vectors, int together, class Real>
 inline void rows_times(const Real *__restrict slab, std::size_t stride, std::size_t columns, const Real *__restrict b,
@@ -23,14 +17,14 @@ inline void rows_times(const Real *__restrict slab, std::size_t stride, std::siz
   V sum[together][vectors]{};
   for (std::size_t j = 0; j < columns; ++j) {
     V row[vectors];
-    for (int v = 0; v < vectors; ++v) row[v] = at<V>(b + j * padded + v * width);
+    for (int v = 0; v < vectors; ++v) row[v] = load<V>(b + j * padded + v * width);
     for (int r = 0; r < together; ++r) {
       const Real factor = slab[r * stride + j];
       for (int v = 0; v < vectors; ++v) sum[r][v] += factor * row[v];
     }
   }
   for (int r = 0; r < together; ++r)
-    for (int v = 0; v < vectors; ++v) __builtin_memcpy(out + r * padded + v * width, &sum[r][v], sizeof(V));
+    for (int v = 0; v < vectors; ++v) store(sum[r][v], out + r * padded + v * width);
 }
 
 // `together` columns, as rows of the transpose, times the same.
@@ -40,17 +34,17 @@ inline void columns_times(const Real *__restrict slab, std::size_t stride, std::
   constexpr int width = sizeof(V) / sizeof(Real);
   V sum[together][vectors];
   for (int c = 0; c < together; ++c)
-    for (int v = 0; v < vectors; ++v) sum[c][v] = at<V>(out + c * padded + v * width);
+    for (int v = 0; v < vectors; ++v) sum[c][v] = load<V>(out + c * padded + v * width);
   for (std::size_t i = 0; i < rows; ++i) {
     V row[vectors];
-    for (int v = 0; v < vectors; ++v) row[v] = at<V>(f + i * padded + v * width);
+    for (int v = 0; v < vectors; ++v) row[v] = load<V>(f + i * padded + v * width);
     for (int c = 0; c < together; ++c) {
       const Real factor = slab[i * stride + c];
       for (int v = 0; v < vectors; ++v) sum[c][v] += factor * row[v];
     }
   }
   for (int c = 0; c < together; ++c)
-    for (int v = 0; v < vectors; ++v) __builtin_memcpy(out + c * padded + v * width, &sum[c][v], sizeof(V));
+    for (int v = 0; v < vectors; ++v) store(sum[c][v], out + c * padded + v * width);
 }
 
 template <class V, int vectors, class Real>

@@ -7,20 +7,6 @@ namespace {
 
 constexpr int most = 4; // strands at a time
 
-template <class V, class Real> inline V at(const Real *from) {
-  V out;
-  __builtin_memcpy(&out, from, sizeof out);
-  return out;
-}
-
-template <class V, class Real> inline Real all_of(const V &value) { // pairwise
-  Real part[sizeof value / sizeof(Real)];
-  __builtin_memcpy(part, &value, sizeof value);
-  for (std::size_t half = sizeof value / sizeof(Real) / 2; half > 0; half /= 2)
-    for (std::size_t i = 0; i < half; ++i) part[i] += part[i + half];
-  return part[0];
-}
-
 // `together` rows times `strands` strands, `length` numbers each.
 template <class V, int strands, int together, class Real>
 inline void rows_times(const Real *__restrict slab, std::size_t length, const Real *__restrict b, int room,
@@ -29,14 +15,14 @@ inline void rows_times(const Real *__restrict slab, std::size_t length, const Re
   V sum[together][strands]{};
   for (std::size_t j = 0; j < length; j += width) {
     V column[strands];
-    for (int c = 0; c < strands; ++c) column[c] = at<V>(b + c * length + j);
+    for (int c = 0; c < strands; ++c) column[c] = load<V>(b + c * length + j);
     for (int r = 0; r < together; ++r) {
-      const V row = at<V>(slab + r * length + j);
+      const V row = load<V>(slab + r * length + j);
       for (int c = 0; c < strands; ++c) sum[r][c] += row * column[c];
     }
   }
   for (int r = 0; r < together; ++r)
-    for (int c = 0; c < strands; ++c) out[r * room + c] = all_of<V, Real>(sum[r][c]);
+    for (int c = 0; c < strands; ++c) out[r * room + c] = sum_of<Real>(sum[r][c]);
 }
 
 template <class V, int strands, class Real>
@@ -55,17 +41,17 @@ inline void columns_times(const Real *__restrict slab, std::size_t length, std::
   constexpr std::size_t width = sizeof(V) / sizeof(Real);
   V sum[strands][vectors];
   for (int c = 0; c < strands; ++c)
-    for (int v = 0; v < vectors; ++v) sum[c][v] = at<V>(out + c * length + v * width);
+    for (int v = 0; v < vectors; ++v) sum[c][v] = load<V>(out + c * length + v * width);
   for (std::size_t i = 0; i < rows; ++i) {
     V row[vectors];
-    for (int v = 0; v < vectors; ++v) row[v] = at<V>(slab + i * length + v * width);
+    for (int v = 0; v < vectors; ++v) row[v] = load<V>(slab + i * length + v * width);
     for (int c = 0; c < strands; ++c) {
       const Real factor = f[i * room + c];
       for (int v = 0; v < vectors; ++v) sum[c][v] += factor * row[v];
     }
   }
   for (int c = 0; c < strands; ++c)
-    for (int v = 0; v < vectors; ++v) __builtin_memcpy(out + c * length + v * width, &sum[c][v], sizeof(V));
+    for (int v = 0; v < vectors; ++v) store(sum[c][v], out + c * length + v * width);
 }
 
 template <class V, int strands, class Real>

@@ -58,7 +58,7 @@ Modes modes_at_rest(const PreloadedModel &model, const TravellingWave &wave, con
 // As many as it takes to have the one that is wanted.
 Modes modes_for(const PreloadedModel &model, const Case &study, const Layout &layout) {
   const ModeWish &wish = *study.mode;
-  const TravellingWave wave{model.reduced.sectors, study.engine_order.value_or(0)};
+  const TravellingWave wave = study.wave(model.reduced.sectors);
   for (PetscInt count = std::max<PetscInt>(least_modes, wish.number);; count *= 2) {
     Modes modes = modes_at_rest(model, wave, layout, std::min(count, layout.dofs()));
     if (wish.near == 0 || count >= layout.dofs() || std::sqrt(std::max(0.0, modes.squares.back())) > wish.near)

@@ -27,8 +27,8 @@ int rank_of(MPI_Comm comm) {
 ResultsFile::ResultsFile(const std::filesystem::path &path, const std::string &run, const Case &study,
                          const std::filesystem::path &reduced, const PreloadedModel &preloaded, const Kept &kept,
                          std::function<void()> make_room)
-    : comm_(preloaded.reduced.comm), wave_{preloaded.reduced.sectors, study.engine_order.value_or(0)}, path_(path),
-      partial_(path), make_room_(std::move(make_room)), continued_(kept.points > 0) {
+    : comm_(preloaded.reduced.comm), wave_(study.wave(preloaded.reduced.sectors)), path_(path), partial_(path),
+      make_room_(std::move(make_room)), continued_(kept.points > 0) {
   partial_ += ".partial";
   on_all_ranks(comm_, [&] {
     if (rank_of(comm_) != 0) return;

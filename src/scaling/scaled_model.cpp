@@ -22,7 +22,7 @@ Driven driven_first(const Case &study, const ReducedModel &model) {
     courses.push_back(std::sqrt(squares));
   }
   const double most = *std::max_element(courses.begin(), courses.end());
-  const int h = std::abs(TravellingWave{model.sectors, study.engine_order.value_or(0)}.index(1));
+  const int h = std::abs(study.wave(model.sectors).index(1));
   const SectorIndex *index = h > 0 ? &model.indices[h - 1] : nullptr;
   Driven out{index ? index->kaa : model.kaa, std::vector<double>(model.own_contact_dofs()),
              std::vector<double>(model.own_contact_dofs()), std::vector<double>(model.modes, 0.0),
@@ -135,6 +135,12 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
   dimensionless.matrix = damping.matrix, dimensionless.contact = damping.contact;
   dimensionless.of_parts = model.reduced.structural.given;
   return {std::move(model), std::move(dimensionless), scales};
+}
+
+ScaledModel scaled(PreloadedModel model, const Case &study, const Scales &scales) {
+  ScaledModel out = scaled(std::move(model), study.damping, scales);
+  out.engine_order = study.wave(out.model.reduced.sectors).engine_order;
+  return out;
 }
 
 } // namespace dovetail

@@ -28,5 +28,7 @@ Scales choose_scales(const Case &study, const PreloadedModel &model);
 
 /// The model in dimensionless numbers; no communication.
 ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &scales);
+/// With the damping and the engine order of the case.
+ScaledModel scaled(PreloadedModel model, const Case &study, const Scales &scales);
 
 } // namespace dovetail

@@ -15,7 +15,8 @@ from launch import ROOT
 
 DOCS = ROOT / "docs"
 PAGES = tracked("*.md")
-LINED = [page for page in PAGES if page.parent == ROOT or (DOCS in page.parents and page.parent.name != "notes")]
+LINED = [page for page in PAGES if page.parent == ROOT or ROOT / "inputs" in page.parents or page.parent.name == "template"
+         or (DOCS in page.parents and page.parent.name != "notes")]
 FOLLOWED = [ROOT / "README.md", *(page for page in PAGES if page.parent in (DOCS / "tutorial", DOCS / "how-to"))]
 RUN = [page for page in FOLLOWED if any(block.is_run for block in blocks(page))]
 KEYS = dict(re.findall(r'\{"([a-z_.]+)", "([^"]*)",', (ROOT / "src/case/keys.cpp").read_text()))

@@ -44,4 +44,23 @@ inline double derivative_error(NonlinearMode &mode, Vec y, Vec v) {
   return relative_difference(product, slope);
 }
 
+/// The work of the residual at y along the velocity of the motion, over a period. Collective.
+inline double work_of_residual(NonlinearMode &mode, Vec y, double alpha) {
+  UniqueVec f = mode.unknowns();
+  mode.residual(y, f);
+  const Layout &layout = mode.system().layout();
+  const int w = layout.width;
+  const double *r;
+  check(VecGetArrayRead(f, &r), "");
+  double work = 0;
+  for (PetscInt i = 0; i < layout.own_dofs(); ++i)
+    for (int k = 1; k <= w / 2; ++k)
+      work += M_PI * k * alpha *
+              (r[i * w + cosine(k)] * mode.coefficients()[i * w + sine(k)] -
+               r[i * w + sine(k)] * mode.coefficients()[i * w + cosine(k)]);
+  check(VecRestoreArrayRead(f, &r), "");
+  MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  return work;
+}
+
 } // namespace dovetail::testing

@@ -145,7 +145,18 @@ def test_a_standing_wave_is_warned_of(tmp_path, order, second, words):
     found = [warning["text"] for warning in done.summary["warnings"] if warning["kind"] == "standing_wave"]
     assert len(found) == (words is not None) and (not words or words in found[0])
     said = "warning: harmonic 1 of the load is engine order"
-    assert done.out.count(said) == len(found) == launch.run(cases.Case(path, None, None, {}), command="modes").out.count(said)
+    modes, dry = launch.run(cases.Case(path, None, None, {}), command="modes"), launch.run(cases.Case(path, None, None, {}), "--dry-run")
+    assert done.out.count(said) == len(found) == modes.out.count(said) == dry.out.count(said)
+
+
+@pytest.mark.parametrize("harmonics, warned", [((3,), True), ((3, 6), True), ((3, 4), False)])
+def test_a_wave_stands_only_if_all_harmonics_do(tmp_path, harmonics, warned):
+    """Engine order 1: harmonics 3 and 6 of 6 sectors stand, harmonic 4 travels, and EO and -EO differ by it."""
+    path, _ = cyclic_sector.write(tmp_path, "eo1_root", 2000.0, samples=256, modes=20)
+    series = [9.0 if place in [2 * k - 1 for k in harmonics] else 0.0 for place in range(15)]
+    path.write_text(re.sub(r"fourier = \[.*?\]", f"fourier = {series}", path.read_text()))
+    done = launch.run(cases.Case(path, None, None, {}), "--dry-run")
+    assert ("a standing wave" in done.out) == warned
 
 
 @pytest.mark.parametrize("parameter, key, factor",

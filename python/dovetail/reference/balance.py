@@ -80,10 +80,17 @@ class HarmonicBalance:
             matrix[:, s, :, c] = -quadrature(k)
         return matrix.reshape(n * size, n * size)
 
+    def _blocks(self, of):
+        complex_ones = [of(k) for k in range(self.H + 1)]
+        return self.harmonic_blocks(lambda k: complex_ones[k].real, lambda k: complex_ones[k].imag)
+
     def dynamic_stiffness(self, omega):
         """D_k = K - k^2 omega^2 M + i (k omega C + S) for all harmonics k > 0; K for the mean."""
-        return self.harmonic_blocks(lambda k: self.K - (k * omega) ** 2 * self.M,
-                                    lambda k: k * omega * self.C + self.damping.hysteretic(self.K))
+        def of(k):
+            K, M = self.matrices(k)
+            return K - (k * omega) ** 2 * M + 1j * (k * omega * self.damping.viscous(K, M) + (k > 0) * self.damping.hysteretic(K))
+
+        return self._blocks(of)
 
     def residual(self, q, omega):
         """Left-hand side of (11) [N], in the shape of q."""
@@ -104,8 +111,11 @@ class HarmonicBalance:
 
     def omega_derivative(self, q, omega):
         """Derivative of the residual with respect to omega (13), in the shape of q."""
-        slope = self.harmonic_blocks(lambda k: -2 * k ** 2 * omega * self.M, lambda k: k * self.C)
-        return (slope @ q.ravel()).reshape(self.shape)
+        def of(k):
+            K, M = self.matrices(k)
+            return -2 * k ** 2 * omega * M + 1j * k * self.damping.viscous(K, M)
+
+        return (self._blocks(of) @ q.ravel()).reshape(self.shape)
 
     def solve(self, omega, q0=None):
         """Newton's method at one frequency [rad/s], from q0 (default: rest in the preload state)."""

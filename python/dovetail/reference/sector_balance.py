@@ -38,17 +38,3 @@ class SectorBalance(HarmonicBalance):
 
     def matrices(self, k):
         return tuple(self._of(k, [pair[i] for pair in self._matrices]) for i in (0, 1))
-
-    def dynamic_stiffness(self, omega):
-        def of(k):
-            K, M = self.matrices(k)
-            return K - (k * omega) ** 2 * M + 1j * (k > 0) * (k * omega * self.damping.viscous(K, M) + self.damping.hysteretic(K))
-
-        return self.harmonic_blocks(lambda k: of(k).real, lambda k: of(k).imag)
-
-    def omega_derivative(self, q, omega):
-        def of(k):
-            K, M = self.matrices(k)
-            return -2 * k ** 2 * omega * M + 1j * k * self.damping.viscous(K, M)
-
-        return (self.harmonic_blocks(lambda k: of(k).real, lambda k: of(k).imag) @ q.ravel()).reshape(self.shape)
