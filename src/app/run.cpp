@@ -23,6 +23,8 @@
 namespace dovetail {
 namespace {
 
+constexpr const char *another_folder = "name another folder with output.directory or --out";
+
 // Case, sizes and contact law: all that can be wrong in the input short of the matrices themselves.
 struct Checked {
   Case study;
@@ -75,6 +77,8 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     check_damping(study, modes, points, checked.has_c);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points, study.wave(sectors));
+    // A file that another run is writing may look damaged.
+    if (!request.dry_run) FolderLock::refuse_held(study.directory, another_folder);
     refuse_foreign_files(study, request.reduce_only || request.modes_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
@@ -100,7 +104,7 @@ std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const 
   on_all_ranks(comm, [&] {
     if (!voice.speaks()) return;
     prepare_output(study);
-    lock = std::make_unique<FolderLock>(study.directory, "name another folder with output.directory or --out");
+    lock = std::make_unique<FolderLock>(study.directory, another_folder);
     voice.say(lock->note());
   });
   return lock;

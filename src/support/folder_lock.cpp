@@ -38,28 +38,42 @@ bool is_still(int descriptor, const std::filesystem::path &file) {
          opened.st_ino == named.st_ino;
 }
 
+constexpr const char *name = "dovetail.lock";
+
+// 0, or the error number of a file system without locks. Throws if another process has it.
+int lock(int descriptor, const std::filesystem::path &folder, const std::string &remedy) {
+  int failed;
+  do failed = flock(descriptor, LOCK_EX | LOCK_NB);
+  while (failed && errno == EINTR);
+  if (failed && errno == EWOULDBLOCK) {
+    const std::string who = holder(descriptor);
+    close(descriptor);
+    throw InputError(folder.string() + ": another run is writing there (" + who + "); wait for its end, or " + remedy);
+  }
+  return failed ? errno : 0;
+}
+
 } // namespace
 
+void FolderLock::refuse_held(const std::filesystem::path &folder, const std::string &remedy) {
+  const int descriptor = open((folder / name).c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+  if (descriptor < 0) return; // nobody has begun there
+  lock(descriptor, folder, remedy);
+  close(descriptor);
+}
+
 FolderLock::FolderLock(const std::filesystem::path &folder, const std::string &remedy)
-    : file_(folder / "dovetail.lock") {
+    : file_(folder / name) {
   for (;;) {
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor_ < 0)
       throw InputError(file_.string() + ": cannot be opened: " + std::strerror(errno) + "; " + remedy);
-    int failed;
-    do failed = flock(descriptor_, LOCK_EX | LOCK_NB);
-    while (failed && errno == EINTR);
-    if (failed && errno == EWOULDBLOCK) {
-      const std::string who = holder(descriptor_);
-      close(descriptor_);
-      throw InputError(folder.string() + ": another run is writing there (" + who + "); wait for its end, or " +
-                       remedy);
-    }
+    const int failed = lock(descriptor_, folder, remedy);
     if (failed) { // file systems over a network may have none
       note_ = "note: " + folder.string() +
               ": nothing guards this folder against a second run, as its file system has "
               "no locks (" +
-              std::strerror(errno) + ")";
+              std::strerror(failed) + ")";
       break;
     }
     if (is_still(descriptor_, file_)) break;

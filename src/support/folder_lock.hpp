@@ -18,6 +18,9 @@ public:
   /// What to tell the user: that the file system has no locks, or nothing.
   const std::string &note() const { return note_; }
 
+  /// Throws as the constructor would if another process holds the folder now; changes nothing.
+  static void refuse_held(const std::filesystem::path &folder, const std::string &remedy);
+
 private:
   std::filesystem::path file_;
   int descriptor_ = -1;

@@ -1,6 +1,7 @@
 """Folders that lose nothing: one run at a time, earlier results stay until a new run has a first point, and files that are not
 Dovetail's are left alone."""
 
+import fcntl
 import json
 import re
 import shutil
@@ -73,6 +74,17 @@ def test_reduction_alone_waits_its_turn_too(tmp_path):
         wait_for((folder / "results.h5").exists, "the first point")
         assert "another run is writing there" in run(case, command="reduce", out="out", status=2).err
         assert run(case, "--dry-run", out="out").err == ""
+
+
+def test_files_of_a_run_that_goes_on_are_not_judged(copy):
+    """What it is writing may look like anybody's."""
+    folder = copy.path.parent / "out"
+    (folder / "state.h5.partial").write_text("half")
+    with open(folder / "dovetail.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for options in ([], ["--restart"]):
+            assert f"{folder}: another run is writing there" in run(copy, *options, out="out", status=2).err
+    assert "state.h5.partial there was not written by dovetail" in run(copy, out="out", status=2).err
 
 
 def test_lock_file_of_another_program_is_left_alone(copy):
