@@ -98,7 +98,7 @@ BranchSettings settings_of(const Case &study, const HarmonicSystem &system) {
   settings.work = study.work;
   settings.stability = study.stability.value_or(false);
   settings.estimates = study.estimates;
-  settings.tolerance = study.tolerance;
+  settings.tolerance = study.tolerance, settings.between = study.between;
   return settings;
 }
 

@@ -28,7 +28,7 @@ BackboneSettings settings_of(const Case &study, const StuckMode &mode, const Sca
   settings.from = study.mode->from / scales.modal, settings.to = study.mode->to / scales.modal;
   for (const double wanted : study.at) settings.at.push_back(wanted / scales.modal);
   settings.to_force = study.mode->to_force;
-  settings.step = study.step, settings.max_points = study.max_points;
+  settings.step = study.step, settings.max_points = study.max_points, settings.between = study.between;
   settings.shape = mode.modal;
   for (const std::complex<double> value : mode.contact) settings.shape.push_back(value * scales.modal / scales.contact);
   settings.omega = mode.omega / scales.frequency, settings.onset = mode.onset.amplitude / scales.modal;

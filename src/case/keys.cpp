@@ -121,6 +121,7 @@ const std::vector<Key> &keys() {
       {"preload.initial", "m", [](C c) { return spread_text(c.preload_initial); }},
       {"accuracy.tolerance", "-", [](C c) { return c.tolerance > 0 ? number_text(c.tolerance) : std::string("none"); }},
       {"accuracy.estimates", "", [](C c) { return std::string(c.estimates ? "true" : "false"); }},
+      {"accuracy.between", "-", [](C c) { return number_text(c.between); }},
       {"harmonic_balance.harmonics", "-",
        [](C c) { return std::to_string(c.harmonics) + (c.tolerance > 0 ? ", then by tolerance" : ""); }},
       {"harmonic_balance.samples", "-", [](C c) { return samples_text(c); }},

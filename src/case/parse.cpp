@@ -138,6 +138,8 @@ void read_harmonic_balance(const Document &document, Case &study) {
   const Entry harmonics = document["harmonic_balance.harmonics"], samples = document["harmonic_balance.samples"];
   const Entry tolerance = document["accuracy.tolerance"], estimates = document["accuracy.estimates"];
   read_tolerance(tolerance, study.tolerance);
+  if (tolerance) study.between = study.tolerance;
+  read_tolerance(document["accuracy.between"], study.between);
   if (estimates) study.estimates = estimates.truth();
   if (tolerance && !study.estimates) estimates.refuse("a tolerance cannot do without; delete this key");
   if (tolerance && harmonics) harmonics.refuse("accuracy.tolerance chooses the harmonics; delete one of the two keys");

@@ -152,7 +152,7 @@ class Walk : private SmallProblem, public Stepper {
 public:
   /// `range`: of the parameter, which counts as much as the largest motion.
   Walk(Equations equations, double range)
-      : SmallProblem(std::move(equations)), Stepper({true, 0.01}, range, tight.step_tolerance),
+      : SmallProblem(std::move(equations)), Stepper({true, 0.01, 1e-3}, range, tight.step_tolerance),
         own_(*this, tight, range, true, counts) {
     take_curve(own_);
   }
