@@ -18,6 +18,7 @@ from .plot import LINES, STYLE, point_title  # noqa: E402
 from .plot_units import dress, formatter, labelled  # noqa: E402
 
 UNKNOWN = (0.85, 0.85, 0.85)  # colour of faces without stress
+FINE = 20_000  # triangles, each of one colour, that look smooth
 
 
 def save(path, results, point, found, arguments):
@@ -61,24 +62,34 @@ def _part(axis, found, mesh, up):
     eye, right, above = view(None, up)
     pair = found.of_nodes(np.arange(len(mesh["nodes"])))
     values = np.where(pair >= 0, found.ranked[pair], np.nan)
-    corners, value = mesh["nodes"][triangles], values[triangles].mean(axis=1)
+    corners, value = _finer(mesh["nodes"][triangles], values[triangles])
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
     seen = np.flatnonzero(normal @ eye > 0)
     seen = seen[np.argsort(corners[seen].mean(axis=1) @ eye)]
-    scale = plt.cm.ScalarMappable(norm=plt.Normalize(0, max(found.ranked.max(), np.finfo(float).tiny)), cmap=COLOURS)
+    scale = plt.cm.ScalarMappable(norm=plt.Normalize(0, max(np.nanmax(values), np.finfo(float).tiny)), cmap=COLOURS)
     colours = np.where(np.isnan(value[seen])[:, None], (*UNKNOWN, 1.0), scale.to_rgba(np.nan_to_num(value[seen])))
     light = LIGHT[0] * right + LIGHT[2] * above - LIGHT[1] * eye
     colours[:, :3] *= 0.6 + 0.4 * np.clip(normal[seen] @ (light / np.linalg.norm(light)), 0, 1)[:, None]
     flat = np.stack([corners[seen] @ right, corners[seen] @ above], axis=2)
     axis.add_collection(PolyCollection(flat, facecolors=colours, edgecolors=colours, linewidths=0.25))
     worst = mesh["nodes"][found.stress.node[found.worst(1)]]
-    axis.plot(worst @ right, worst @ above, "o", markersize=9, markerfacecolor="none", markeredgecolor="black", label="worst node")
-    axis.legend(loc="upper left")
+    axis.plot(worst @ right, worst @ above, "o", markersize=9, markerfacecolor="none", markeredgecolor="black")
+    axis.set_title("the worst node in a circle", loc="left", fontsize=10)
     axis.set_aspect("equal")
     axis.autoscale_view()
     axis.axis("off")
     return scale
+
+
+def _finer(corners, values):
+    """Triangles (f, 3, 3) cut in four until they are FINE or more, and the mean of each of values at the corners (f, 3)."""
+    both = np.concatenate([corners, values[:, :, None]], axis=2)
+    while 0 < len(both) < FINE:
+        a, b, c = both.transpose(1, 0, 2)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        both = np.concatenate([np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return both[..., :3], both[..., 3].mean(axis=1)
 
 
 def _haigh(axis, found, strengths, unit):
@@ -94,5 +105,6 @@ def _haigh(axis, found, strengths, unit):
     axis.set_ylim(bottom=0)
     dress(axis.xaxis, "mean", unit)
     dress(axis.yaxis, "amplitude", unit)
+    axis.locator_params(axis="x", nbins=4)
     axis.set_title("Haigh diagram", loc="left", fontsize=10)
     axis.legend(loc="best")
