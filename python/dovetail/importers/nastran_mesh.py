@@ -5,6 +5,7 @@ import re
 import numpy as np
 
 from ..material import UNKNOWN, Material
+from ..solids import SHAPE
 from .deck_sector import of_cyjoin
 from .inp import Deck
 from .inp_blocks import LARGEST
@@ -93,7 +94,7 @@ def held_by(model, deck):
 def _materials(model, deck, properties):
     """Fills materials and material of the deck, from MAT1 of the PSOLID of the cells; properties: numbers of these for each kind."""
     rows, strange = {}, set()
-    for number in sorted(set().union(*properties.values())):
+    for number in sorted(set().union(*(numbers for kind, numbers in properties.items() if kind in SHAPE))):
         mid = getattr(model.properties.get(number), "mid", None)
         card = model.materials.get(mid)
         if getattr(card, "type", "") != "MAT1" or card.e is None or card.nu is None:
