@@ -246,8 +246,8 @@ def _stress_options(commands):
     command.add_argument("--up", choices="xyz", default="z", help="the axis that points upwards in the picture; default: %(default)s")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")
     life.add_options(command, finite)
-    command.add_argument("-o", "--output", metavar="FILE", nargs="+", default=[], help="FILE.csv: a table of all nodes; FILE.png: a picture "
-                         "of the part and the Haigh diagram")
+    command.add_argument("-o", "--output", metavar="FILE", nargs="+", default=[], help="FILE.csv: a table of all nodes; FILE.png: a "
+                         "picture of the part and the Haigh diagram")
     command.set_defaults(run=stress)
 
 

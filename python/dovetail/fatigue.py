@@ -26,7 +26,8 @@ class Strength:
 
     def __post_init__(self):
         if not (0 < self.fatigue < np.inf and 0 < self.tensile < np.inf):
-            raise ValueError(f"strengths must be positive and finite, found fatigue strength {self.fatigue:g}, tensile strength {self.tensile:g}")
+            raise ValueError(f"strengths must be positive and finite, found fatigue strength {self.fatigue:g}, tensile strength "
+                             f"{self.tensile:g}")
 
 
 def von_mises(stress):

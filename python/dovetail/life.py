@@ -78,7 +78,8 @@ def asked_strengths(arguments):
     given = arguments.fatigue_strength, arguments.tensile
     if arguments.strengths is not None:
         if given != (None, None):
-            raise ValueError("--strengths is a table for each material, --fatigue-strength and --tensile are those of all; give one of both")
+            raise ValueError("--strengths is a table for each material, --fatigue-strength and --tensile are those of all; give one "
+                             "of both")
         return read_strengths(arguments.strengths)
     if None not in given:
         return Strength(*given)
@@ -93,7 +94,7 @@ def add_options(command, finite):
                          "which the model has no material")
     command.add_argument("--criterion", choices=list(CRITERIA), default="sines", help="what makes an amplitude and a mean of the tensor; "
                          "default: %(default)s")
-    command.add_argument("--fatigue-strength", metavar="S", type=finite, help="amplitude that the material endures without a mean (R = -1), "
-                         "in units of the model")
+    command.add_argument("--fatigue-strength", metavar="S", type=finite, help="amplitude that the material endures without a mean "
+                         "(R = -1), in units of the model")
     command.add_argument("--tensile", metavar="R", type=finite, help="tensile strength: where the line of Goodman ends")
     command.add_argument("--strengths", metavar="FILE.csv", help="both for each material: material,fatigue_strength,tensile_strength")

@@ -32,7 +32,8 @@ def checked(mesh, cells):
         given = mesh.get(key, {})
         strange = sorted(set(given) - set(cells))
         if strange:
-            raise ValueError(f"mesh {key} must be for kinds of cells that there are ({', '.join(sorted(cells)) or 'none'}), found {strange[0]}")
+            raise ValueError(f"mesh {key} must be for kinds of cells that there are ({', '.join(sorted(cells)) or 'none'}), found "
+                             f"{strange[0]}")
         found[key] = {kind: np.asarray(given.get(kind, np.full(len(rows), usual)), dtype=np.int64) for kind, rows in cells.items()}
         for kind, numbers in found[key].items():
             if numbers.shape != (len(cells[kind]),) or numbers.size and not usual <= numbers.min() <= numbers.max() < most:
@@ -42,7 +43,7 @@ def checked(mesh, cells):
 
 
 def of_cells(material, cells, number, inside=None):
-    """`material` with the number of another one for cells all of whose nodes are marked (n_nodes, bool), or for all; and how many they are."""
+    """`material` with another number for cells all of whose nodes are marked (n_nodes, bool), or for all; and how many they are."""
     result, count = {}, 0
     for kind, rows in cells.items():
         mine = np.ones(len(rows), bool) if inside is None else inside[rows].all(axis=1)

@@ -65,7 +65,8 @@ def nodal_stress(results, point, model=None, material=None):
     try:
         u = nodal_displacement(results, point, n=samples, model=path)
     except ValueError as error:
-        raise ValueError(f'{error}; stresses want the motion of all nodes: output.motion = "all" in the case file, and another run') from None
+        raise ValueError(f'{error}; stresses want the motion of all nodes: output.motion = "all" in the case file, and another '
+                         "run") from None
     basis = fourier.basis(results.harmonics, fourier.phases(samples))
     basis[:, 0] = 1.0  # a0 is twice the mean
     return of_displacements(mesh, 2 / samples * np.tensordot(basis, u, (0, 0)))

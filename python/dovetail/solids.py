@@ -15,7 +15,7 @@ INTEGRATION = ("usual", "reduced", "full", "incompatible")
 CORNERS = {
     "tetra": np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float),
     "wedge": np.array([(0, 0, -1), (1, 0, -1), (0, 1, -1), (0, 0, 1), (1, 0, 1), (0, 1, 1)], dtype=float),
-    "hexahedron": np.array([(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)], dtype=float),
+    "hexahedron": np.array([(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)], float),
 }
 SHAPE = {"tetra": "tetra", "tetra10": "tetra", "wedge": "wedge", "wedge15": "wedge", "hexahedron": "hexahedron",
          "hexahedron20": "hexahedron"}  # the solids that have strains here

@@ -18,6 +18,7 @@ from .plot import LINES, STYLE, point_title  # noqa: E402
 from .plot_units import dress, formatter, labelled  # noqa: E402
 
 UNKNOWN = (0.85, 0.85, 0.85)  # colour of faces without stress
+CIRCLE = {"marker": "o", "linestyle": "", "markersize": 9, "markerfacecolor": "none", "markeredgecolor": "black"}
 FINE = 20_000  # triangles, each of one colour, that look smooth
 
 
@@ -74,8 +75,8 @@ def _part(axis, found, mesh, up):
     flat = np.stack([corners[seen] @ right, corners[seen] @ above], axis=2)
     axis.add_collection(PolyCollection(flat, facecolors=colours, edgecolors=colours, linewidths=0.25))
     worst = mesh["nodes"][found.stress.node[found.worst(1)]]
-    axis.plot(worst @ right, worst @ above, "o", markersize=9, markerfacecolor="none", markeredgecolor="black")
-    axis.set_title("the worst node in a circle", loc="left", fontsize=10)
+    axis.plot(worst @ right, worst @ above, **CIRCLE)
+    axis.set_title("the worst node in a circle, be it seen or not", loc="left", fontsize=10)
     axis.set_aspect("equal")
     axis.autoscale_view()
     axis.axis("off")
@@ -96,7 +97,7 @@ def _haigh(axis, found, strengths, unit):
     """Amplitude over mean of all nodes, with the lines of Goodman."""
     axis.plot(found.mean, found.amplitude, ".", markersize=3, color="#7f7f7f", label="nodes", rasterized=True)
     worst = found.worst(1)
-    axis.plot(found.mean[worst], found.amplitude[worst], "o", markersize=9, markerfacecolor="none", markeredgecolor="black", label="worst node")
+    axis.plot(found.mean[worst], found.amplitude[worst], label="worst node", **CIRCLE)
     left = min(found.mean.min(), 0.0)
     named = {"Goodman": strengths} if isinstance(strengths, Strength) else {
         f"Goodman, {one.name}": strengths[one.name] for one in found.stress.materials if strengths and one.name in strengths}

@@ -65,7 +65,8 @@ def test_bending_is_exact(kind, integration):
 def test_stress_is_not_averaged_where_materials_meet():
     """Two bricks in a row under the same strain: nodes between them have a stress of each."""
     nodes, cells = brick.grid((0, 0, 0), (2, 1, 1), (2, 1, 1))
-    mesh = {"nodes": nodes, "cells": {"hexahedron": cells, "line": np.array([[0, 1]])}, "materials": [Material(1.0, 0.0), Material(4.0, 0.0)],
+    mesh = {"nodes": nodes, "cells": {"hexahedron": cells, "line": np.array([[0, 1]])},
+            "materials": [Material(1.0, 0.0), Material(4.0, 0.0)],
             "material": {"hexahedron": np.array([0, 1]), "line": np.array([-1])},
             "integration": {"hexahedron": np.zeros(2, int), "line": np.zeros(1, int)}}
     found = of_displacements(mesh, (nodes * [0.5, 0, 0])[None])
@@ -165,7 +166,8 @@ def test_exported_stress_of_another_sector(ringed, tmp_path):
 
     sector = ["--sector", "3"] if ringed.wave else []
     material = ["--material", str(ring.MATERIAL["young"]), str(ring.MATERIAL["poisson"])]
-    assert main(["export", str(ringed.path), *sector, *material, *STRENGTHS, "--frames", "3", "--wear", "1e-3", "-o", str(tmp_path / "out")]) == 0
+    options = [*sector, *material, *STRENGTHS, "--frames", "3", "--wear", "1e-3"]
+    assert main(["export", str(ringed.path), *options, "-o", str(tmp_path / "out")]) == 0
     fields = []
     for name in ("motion_002.vtu", "contact_002.vtu"):
         reader = vtkXMLUnstructuredGridReader()
@@ -178,7 +180,8 @@ def test_exported_stress_of_another_sector(ringed, tmp_path):
     mesh, _ = read_model_parts(ringed.path.with_name("model.h5"))
     u = found["displacement"].astype(float)
     for node in (0, 7):
-        wanted = by_hand(found["places"].astype(float), mesh["cells"]["hexahedron"], u, node, ring.MATERIAL["young"], ring.MATERIAL["poisson"])
+        places, cells = found["places"].astype(float), mesh["cells"]["hexahedron"]
+        wanted = by_hand(places, cells, u, node, ring.MATERIAL["young"], ring.MATERIAL["poisson"])
         wanted = wanted[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
         np.testing.assert_allclose(found["stress"][node], wanted, rtol=0, atol=2e-5 * np.abs(found["stress"]).max())
     np.testing.assert_allclose(found["von_mises"], fatigue.von_mises(found["stress"]), rtol=1e-4, atol=1e-5 * found["von_mises"].max())
@@ -218,7 +221,8 @@ def test_the_command(ringed, tmp_path, capsys):
 @pytest.mark.parametrize("options, words", [
     (["--fatigue-strength", "3"], "--fatigue-strength and --tensile together make the line of Goodman; give both"),
     (["--fatigue-strength", "-3", "--tensile", "5"], "strengths must be positive and finite, found fatigue strength -3"),
-    (["--material", "-1", "0.3"], "must have a positive Young's modulus"), (["--worst", "0"], "--worst: 1 or more points are wanted, found 0"),
+    (["--material", "-1", "0.3"], "must have a positive Young's modulus"),
+    (["--worst", "0"], "--worst: 1 or more points are wanted, found 0"),
     (["-o", "s.txt"], "a table is written as FILE.csv, a picture as FILE.png; found the ending .txt"),
     (["--strengths", "s.csv"], "s.csv, line 2: wanted a material and two strengths, found steel,1"),
     (["--strengths", "t.csv"], "t.csv: has none of the materials of the model, given"),

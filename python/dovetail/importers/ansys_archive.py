@@ -59,8 +59,9 @@ def _deck(path, module):
         if not inside.all():
             raise ValueError(f"{path}, component {name}: node {members[~inside][0]} is not there")
         sets[name] = np.searchsorted(labels, members)
-    return (Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, material=material, shapeless=shapeless, sector=of_components(sets, path)),
-            list(raw["elem_comps"]))
+    deck = Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, material=material, shapeless=shapeless,
+                sector=of_components(sets, path))
+    return deck, list(raw["elem_comps"])
 
 
 def _loads(path, deck):
@@ -110,7 +111,8 @@ def _materials(path, deck):
                 values = [float(word) for word in values if word]
                 found.setdefault(int(of), {})[PROPERTIES[label]] = values[0]
             except (ValueError, IndexError):
-                raise ValueError(f"{path}, line {number}: wanted a property of a material and its value, found {line.strip()[:60]!r}") from None
+                raise ValueError(f"{path}, line {number}: wanted a property of a material and its value, found "
+                                 f"{line.strip()[:60]!r}") from None
             if len(values) > 1:  # at several temperatures
                 other.add(int(of))
     rows = {}

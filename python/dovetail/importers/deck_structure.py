@@ -223,8 +223,8 @@ def _materials(deck, tied, notes):
         notes.append("materials for stresses: " + ", ".join(f"{one.name} (E {one.young:.6g}, nu {one.poisson:g})" for one in deck.materials)
                      + (f"; not of {lost} cells with nodes whose motion follows from others" if lost else ""))
     if deck.not_materials:
-        notes.append(f"NOT taken, for stresses: {', '.join(deck.not_materials)}: wanted a linear isotropic material that is the same at all "
-                     "temperatures")
+        notes.append(f"NOT taken, for stresses: {', '.join(deck.not_materials)}: wanted a linear isotropic material that is the same at "
+                     "all temperatures")
     return found
 
 

@@ -157,7 +157,7 @@ def _nodes(deck, blocks, shift):
 
 
 def _elements(deck, blocks):
-    """Fills deck.cells, deck.integration and deck.shapeless. Returns dict of element number to (Cell, row among its cells), or (None, -1)."""
+    """Fills cells, integration and shapeless of the deck. Returns dict of element number to (Cell, row of its cells), or (None, -1)."""
     found, cells = {}, {}
     for block in blocks:
         if block.keyword != "ELEMENT" or not block.lines:
