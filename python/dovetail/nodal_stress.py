@@ -53,6 +53,12 @@ def nodal_stress(results, point, model=None, material=None):
     ValueError
         Where the motion of all nodes or the materials are not known.
     """
+    mesh, U = stressed_mesh(results, point, model, material)
+    return of_displacements(mesh, U)
+
+
+def stressed_mesh(results, point, model=None, material=None):
+    """The `mesh` of the model, with a material for all of its cells, and Fourier coefficients (2H+1, n_nodes, 3) of displacements."""
     path = find_model(results, model)
     mesh, _ = read_model_parts(path)
     if mesh is None:
@@ -69,7 +75,7 @@ def nodal_stress(results, point, model=None, material=None):
                          "run") from None
     basis = fourier.basis(results.harmonics, fourier.phases(samples))
     basis[:, 0] = 1.0  # a0 is twice the mean
-    return of_displacements(mesh, 2 / samples * np.tensordot(basis, u, (0, 0)))
+    return mesh, 2 / samples * np.tensordot(basis, u, (0, 0))
 
 
 def of_displacements(mesh, U):

@@ -49,13 +49,19 @@ POINTS = {  # Gauss points of each kind, those of CalculiX and Abaqus
     ("hexahedron20", USUAL): _cube(_TWO),
     ("hexahedron20", FULL): _cube(_THREE),
 }
+_FIVE_NINTHS = np.array([5, 8, 5]) / 9
+WEIGHTS = {  # of these points, on the reference cell
+    "tetra": np.full(1, 1 / 6), "tetra10": np.full(4, 1 / 24), "wedge": np.full(2, 1 / 2), "wedge15": np.repeat(_FIVE_NINTHS, 3) / 6,
+    1: np.full(1, 8.0), 8: np.ones(8), 27: np.einsum("i,j,k->ijk", *[_FIVE_NINTHS] * 3).ravel(),  # of bricks, by their number
+}
 
 
 @dataclass(frozen=True)
 class Rule:
-    """points : (p, 3) reference coordinates; slopes : (p, w, 3) of the shape functions there; to_nodes : (w, p) values at the nodes."""
+    """points, weights : (p, 3), (p,) on the reference cell; slopes : (p, w, 3) of the shape functions; to_nodes : (w, p) to the nodes."""
 
     points: np.ndarray
+    weights: np.ndarray
     slopes: np.ndarray
     to_nodes: np.ndarray
 
@@ -88,7 +94,7 @@ def rule(kind, integration=USUAL):
     points = POINTS[kind, integration]
     fitted = kind if integration == FULL else SHAPE[kind]
     to_nodes = shapes(fitted, places(kind))[0] @ np.linalg.pinv(shapes(fitted, points)[0])
-    return Rule(points, shapes(kind, points)[1], to_nodes)
+    return Rule(points, WEIGHTS[kind if kind in WEIGHTS else len(points)], shapes(kind, points)[1], to_nodes)
 
 
 def _monomials(at, powers):

@@ -31,16 +31,32 @@ def cell_stress(kind, integration, X, U, young, poisson):
     (c, m, w, 6)
     """
     rule = solids.rule(kind, integration)
-    gradient = displacement_gradient(rule, X, U)
+    return np.einsum("wp,cmps->cmws", rule.to_nodes, _at_points(rule, integration, X, U, young, poisson))
+
+
+def cell_forces(kind, integration, X, U, young, poisson):
+    """(c, m, w, 3) forces that the nodes exert on cells so deformed, the integral of B^T sigma [N]; arguments as of `cell_stress`."""
+    rule = solids.rule(kind, integration)
+    stress = _at_points(rule, integration, X, U, young, poisson) * (rule.weights * np.abs(np.linalg.det(_jacobian(rule, X))))[..., None]
+    slopes, forces = _slopes(rule, X), np.zeros(U.shape)
+    for component, (i, j) in enumerate(PAIRS):
+        forces[..., i] += np.einsum("cmp,mpw->cmw", stress[..., component], slopes[..., j])
+        if i != j:
+            forces[..., j] += np.einsum("cmp,mpw->cmw", stress[..., component], slopes[..., i])
+    return forces
+
+
+def _at_points(rule, integration, X, U, young, poisson):
+    """Stress (c, m, p, 6) at the integration points."""
+    gradient = np.einsum("cmwi,mpwj->cmpij", U, _slopes(rule, X), optimize=True)
     if integration == solids.INCOMPATIBLE:
         gradient += _incompatible(rule, X, gradient, young, poisson)
-    return np.einsum("wp,cmps->cmws", rule.to_nodes, hooke(strain(gradient), young[:, None], poisson[:, None]))
+    return hooke(strain(gradient), young[:, None], poisson[:, None])
 
 
-def displacement_gradient(rule, X, U):
-    """(c, m, p, 3, 3) du_i / dx_j at the integration points of `rule`, a solids.Rule."""
-    slopes = rule.slopes[None] @ np.linalg.inv(_jacobian(rule, X))  # (m, p, w, 3), along x, y, z
-    return np.einsum("cmwi,mpwj->cmpij", U, slopes, optimize=True)
+def _slopes(rule, X):
+    """(m, p, w, 3) of the shape functions along x, y, z at the integration points."""
+    return rule.slopes[None] @ np.linalg.inv(_jacobian(rule, X))
 
 
 def strain(gradient):
@@ -68,7 +84,7 @@ def _incompatible(rule, X, gradient, young, poisson):
     Their slopes are taken with the Jacobian of the centre, as CalculiX does, whose stiffness this goes with.
     """
     centre = np.einsum("wa,mwi->mia", solids.shapes("hexahedron", np.zeros((1, 3)))[1][0], X)
-    volume = np.abs(np.linalg.det(_jacobian(rule, X)))  # weights are all 1
+    volume = rule.weights * np.abs(np.linalg.det(_jacobian(rule, X)))
     slopes = -2 * rule.points[:, :, None] * np.linalg.inv(centre)[:, None]  # (m, p, a, 3)
     modes = np.einsum("mpaj,ik->aimpkj", slopes, np.eye(3)).reshape(9, *slopes.shape[:2], 3, 3)
     stress = hooke(strain(modes), young[:, None], poisson[:, None]) * TWICE

@@ -8,8 +8,10 @@ import numpy as np
 from .export import number
 from .fatigue import principal
 from .life import asked_life
+from .nodal_stress import given_material
 from .motion import find_model, read_model_parts
 from .output_files import made
+from .reactions import reactions
 from .results import Results
 from .shown import default_dofs
 from .strains import COMPONENTS
@@ -32,8 +34,9 @@ def stress(arguments):
             raise ValueError(f"{path}: a table is written as FILE.csv, a picture as FILE.png; found the ending {path.suffix or 'none'}")
     point = number(results, arguments, (arguments.dof or default_dofs(results))[0])
     found = asked_life(results, point, arguments)
+    forces = reactions(results, point, arguments.reaction, material=given_material(arguments.material)) if arguments.reaction else {}
     mesh, _ = read_model_parts(find_model(results))
-    print("\n".join(in_words(results, point, found, mesh, arguments.worst)))
+    print("\n".join([*in_words(results, point, found, mesh, arguments.worst), *_reactions_in_words(forces, results.unit)]))
     for path in outputs:
         if path.suffix.lower() == ".csv":
             write(made(path), found, mesh, results.unit)
@@ -61,6 +64,14 @@ def in_words(results, point, found, mesh, count):
     widths = [max(map(len, column)) for column in zip(*cells)]
     lines += ["  " + "  ".join(f"{cell:>{width}}" for cell, width in zip(line, widths)) + f"  {said}".rstrip()
               for line, said in zip(cells, ["sets", *(_sets(mesh, stress.node[row]) for row in rows)])]
+    return lines
+
+
+def _reactions_in_words(forces, unit):
+    lines = []
+    for name, of_set in forces.items():
+        mean, amplitude = (", ".join(f"{value:.5g}" for value in values) for values in of_set)
+        lines.append(f"  supports on {name!r}{bracket(unit.force)}: mean ({mean}), amplitude ({amplitude}), without their inertia")
     return lines
 
 

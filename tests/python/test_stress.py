@@ -13,9 +13,11 @@ from dovetail import fatigue, solids
 from dovetail.__main__ import main
 from dovetail.life import life
 from dovetail.material import Material
+from dovetail.model_mesh import checked_mesh
 from dovetail.motion import read_model_parts
 from dovetail.nodal_stress import nodal_stress, of_displacements
-from dovetail.strains import cell_stress
+from dovetail.reactions import held_forces
+from dovetail.strains import cell_forces, cell_stress
 
 YOUNG, POISSON = 3.0, 0.3
 SHEAR = YOUNG / (2 * (1 + POISSON))
@@ -60,6 +62,37 @@ def test_bending_is_exact(kind, integration):
     stress = at_nodes(kind, integration, X, u)
     np.testing.assert_allclose(stress[:, 0], YOUNG * y, rtol=0, atol=1e-11)
     np.testing.assert_allclose(stress[:, 1:], 0, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("kind, integration", solids.POINTS)
+def test_forces_of_a_constant_stress(kind, integration):
+    """They are in balance, and their moments are the stress times the volume: sum of f_i x_j = sigma_ij V."""
+    X = cell(kind)
+    stress = np.array([[2, 1, -1], [1, 3, 0.5], [-1, 0.5, -2]])
+    strain = (stress - LAME / (3 * LAME + 2 * SHEAR) * np.trace(stress) * np.eye(3)) / (2 * SHEAR)
+    args = X[None], (X @ strain.T)[None, None], np.array([YOUNG]), np.array([POISSON])
+    force = cell_forces(kind, integration, *args)[0, 0]
+    volume = {"tetra": 1 / 6, "wedge": 1, "hexahedron": 8}[solids.SHAPE[kind]] * np.linalg.det(AFFINE)
+    np.testing.assert_allclose(force.sum(axis=0), 0, atol=1e-12)
+    np.testing.assert_allclose(force.T @ X, stress * volume, rtol=0, atol=1e-11)
+
+
+def test_reactions_balance_the_load():
+    """A block held below, in one place in two directions only, under a static load: force and moment."""
+    block = brick.pair(young=YOUNG, poisson=POISSON).with_material(YOUNG, POISSON)
+    glued = block.clamped("bottom").clamped([block.node_sets["lower"][4]], "xy").with_force("lower", [1.0, -2.0, 3.0])
+    under = np.flatnonzero(np.isin(glued.dof_node, glued.node_sets["under"]))
+    u = np.zeros((1, len(glued.nodes), 3))
+    u[0, glued.dof_node[under], glued.dof_direction[under]] = np.linalg.solve(glued.K[under][:, under].toarray(), glued.force[under])
+    mesh = checked_mesh({"nodes": glued.nodes, "cells": glued.cells, "dof_node": glued.dof_node, "dof_direction": glued.dof_direction,
+                         "materials": glued.materials, "material": glued.material}, glued.n)
+    at = np.append(glued.node_sets["bottom"], block.node_sets["lower"][4])
+    found = held_forces(mesh, u, at)[0]
+    load = np.zeros_like(u[0])
+    load[glued.dof_node, glued.dof_direction] = glued.force
+    np.testing.assert_allclose(found.sum(axis=0), -load.sum(axis=0), atol=1e-12)
+    np.testing.assert_allclose(np.cross(glued.nodes[at], found).sum(axis=0), -np.cross(glued.nodes, load).sum(axis=0), atol=1e-11)
+    assert found[-1, 2] == 0 and held_forces(mesh, u, glued.node_sets["top"]) is None
 
 
 def test_stress_is_not_averaged_where_materials_meet():
@@ -222,6 +255,7 @@ def test_the_command(ringed, tmp_path, capsys):
     (["--fatigue-strength", "3"], "--fatigue-strength and --tensile together make the line of Goodman; give both"),
     (["--fatigue-strength", "-3", "--tensile", "5"], "strengths must be positive and finite, found fatigue strength -3"),
     (["--material", "-1", "0.3"], "must have a positive Young's modulus"),
+    (["--reaction", "over_left"], "no node of 'over_left' is held"), (["--reaction", "x"], "there is no node set 'x'; there are bore, "),
     (["--worst", "0"], "--worst: 1 or more points are wanted, found 0"),
     (["-o", "s.txt"], "a table is written as FILE.csv, a picture as FILE.png; found the ending .txt"),
     (["--strengths", "s.csv"], "s.csv, line 2: wanted a material and two strengths, found steel,1"),
