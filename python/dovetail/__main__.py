@@ -243,6 +243,8 @@ def _stress_options(commands):
     _point_options(command)
     command.add_argument("--dof", metavar="NAME", nargs=1, help="whose peak is meant, as in plot; default: the loaded node")
     command.add_argument("--worst", metavar="N", type=int, default=10, help="points of the list; default: %(default)s")
+    command.add_argument("--without", metavar="SET", nargs="+", default=[], help="without the nodes of these sets, such as a patch of "
+                         "contact")
     command.add_argument("--reaction", metavar="SET", nargs="+", help="also the forces of the supports in the held directions of node sets")
     command.add_argument("--up", choices="xyz", default="z", help="the axis that points upwards in the picture; default: %(default)s")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")

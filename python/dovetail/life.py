@@ -62,10 +62,10 @@ def life(stress, criterion="sines", strengths=None):
     return Life(stress, criterion, mean, amplitude, von_mises(stress.series[0] / 2), used)
 
 
-def asked_life(results, point, arguments):
-    """The Life of a point, as the options of `stress` and `export` say (see `add_options`)."""
+def asked_life(results, point, arguments, left_out=()):
+    """The Life of a point, as the options of `stress` and `export` say (see `add_options`), without some rows of nodes."""
     strengths = asked_strengths(arguments)
-    stress = nodal_stress(results, point, material=given_material(arguments.material))
+    stress = nodal_stress(results, point, material=given_material(arguments.material)).without(left_out)
     if isinstance(strengths, dict):
         names = [stress.materials[number].name for number in np.unique(stress.material)]
         if not any(name in strengths for name in names):

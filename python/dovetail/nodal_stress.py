@@ -1,6 +1,6 @@
 """Stress at the nodes of a mesh over a period: from the cells around a node, of each material by itself."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,6 +28,11 @@ class NodalStress:
     materials: list
     series: np.ndarray
     left_out: dict
+
+    def without(self, nodes):
+        """The same without some rows of nodes."""
+        kept = ~np.isin(self.node, nodes)
+        return replace(self, node=self.node[kept], material=self.material[kept], series=self.series[:, kept])
 
     def at(self, theta, mean=True):
         """(P, 6) at a phase [rad]; without the mean: what of it vibrates."""

@@ -33,9 +33,11 @@ def stress(arguments):
         if path.suffix.lower() not in ENDINGS:
             raise ValueError(f"{path}: a table is written as FILE.csv, a picture as FILE.png; found the ending {path.suffix or 'none'}")
     point = number(results, arguments, (arguments.dof or default_dofs(results))[0])
-    found = asked_life(results, point, arguments)
-    forces = reactions(results, point, arguments.reaction, material=given_material(arguments.material)) if arguments.reaction else {}
     mesh, _ = read_model_parts(find_model(results))
+    found = asked_life(results, point, arguments, _left_out(mesh, arguments.without))
+    if not len(found.mean):
+        raise ValueError("--without: no node is left")
+    forces = reactions(results, point, arguments.reaction, material=given_material(arguments.material)) if arguments.reaction else {}
     print("\n".join([*in_words(results, point, found, mesh, arguments.worst), *_reactions_in_words(forces, results.unit)]))
     for path in outputs:
         if path.suffix.lower() == ".csv":
@@ -45,6 +47,15 @@ def stress(arguments):
 
             save(made(path), results, point, found, arguments)
         print(path)
+
+
+def _left_out(mesh, names):
+    """Rows of the nodes of sets."""
+    for name in names:
+        if mesh is None or name not in mesh["sets"]:
+            known = sorted(mesh["sets"] if mesh else ())
+            raise ValueError(f"--without: there is no node set {name!r}; there are {', '.join(known) or 'none'}")
+    return np.concatenate([np.zeros(0, int), *(mesh["sets"][name] for name in names)])
 
 
 def in_words(results, point, found, mesh, count):

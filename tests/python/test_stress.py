@@ -245,6 +245,10 @@ def test_the_command(ringed, tmp_path, capsys):
     listed = [line.split() for line in said.split("utilisation", 1)[1].splitlines()[1:5]]
     assert [line[0] for line in listed] == [rows[i]["node"] for i in worst] and (ringed.wave or picture.stat().st_size > 10000)
     np.testing.assert_allclose([float(line[8]) for line in listed], used[worst], rtol=1e-3)
+    left_out = set(map(str, read_model_parts(ringed.path.with_name("model.h5"))[0]["sets"]["bore"]))
+    assert main([*words, *STRENGTHS, "--without", "bore"]) == 0
+    without = [line.split()[0] for line in capsys.readouterr().out.split("utilisation", 1)[1].splitlines()[1:5]]
+    assert without == [rows[i]["node"] for i in np.argsort(-used) if rows[i]["node"] not in left_out][:4] != [line[0] for line in listed]
     (tmp_path / "strengths.csv").write_text("material,fatigue_strength,tensile_strength\ngiven,200,500\n")
     assert main([*words, "--strengths", str(tmp_path / "strengths.csv")]) == 0
     again = [line for line in capsys.readouterr().out.splitlines() if line in said]
@@ -255,6 +259,7 @@ def test_the_command(ringed, tmp_path, capsys):
     (["--fatigue-strength", "3"], "--fatigue-strength and --tensile together make the line of Goodman; give both"),
     (["--fatigue-strength", "-3", "--tensile", "5"], "strengths must be positive and finite, found fatigue strength -3"),
     (["--material", "-1", "0.3"], "must have a positive Young's modulus"),
+    (["--without", "x"], "--without: there is no node set 'x'; there are bore, "),
     (["--reaction", "over_left"], "no node of 'over_left' is held"), (["--reaction", "x"], "there is no node set 'x'; there are bore, "),
     (["--worst", "0"], "--worst: 1 or more points are wanted, found 0"),
     (["-o", "s.txt"], "a table is written as FILE.csv, a picture as FILE.png; found the ending .txt"),
