@@ -1,4 +1,4 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | info | peaks | study | range | fit."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | stress | info | peaks | study | range | fit."""
 
 import argparse
 import math
@@ -8,7 +8,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from . import __version__, blas_kernel
+from . import __version__, blas_kernel, life
 from .case_changes import CONTACT, NAMES
 from .importers import FORMATS
 
@@ -47,6 +47,13 @@ def plot(arguments):
 def export(arguments):
     """Write files for ParaView, and the curve as a table."""
     from .export import export as command
+
+    command(arguments)
+
+
+def stress(arguments):
+    """Say where a part is stressed most, and how much of its strength that uses."""
+    from .stress import stress as command
 
     command(arguments)
 
@@ -164,6 +171,7 @@ def parser():
     command.set_defaults(run=plot)
 
     _export_options(commands)
+    _stress_options(commands)
 
     command = commands.add_parser("info", help="what is in a file", description="Sizes, units, range and peaks of model, reduced and "
                                   "results files.")
@@ -209,10 +217,7 @@ def _export_options(commands):
                                   "mesh in motion over one period (motion.pvd), the contact points with their states and forces "
                                   "(contact.pvd), and the curve as a table (curve.csv).")
     command.add_argument("file", metavar="RESULTS.h5")
-    command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
-                         "of the parameter that is varied; default: the peak of the first dof")
-    command.add_argument("--point", metavar="I", type=int, help="the point of the curve, counted from 0, or from its end if negative")
-    command.add_argument("--hz", action="store_true", help="--at is in Hz")
+    _point_options(command)
     command.add_argument("--frames", metavar="N", type=int, default=24, help="instants of the period; default: %(default)s")
     command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, in its place; default: 0")
     command.add_argument("--wheel", action="store_true", help="all sectors of a cyclic structure, their outer faces")
@@ -221,10 +226,39 @@ def _export_options(commands):
     cells.add_argument("--solid", action="store_true", help="the cells in place of outer faces, also of a wheel")
     command.add_argument("--dof", metavar="NAME", nargs="+", help="columns of the table, as in plot")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")
+    life.add_options(command, finite)
+    command.add_argument("--wear", metavar="K", type=finite, help="wear: volume that a unit of friction work takes away, in units of the "
+                         "model [m^3/J]; gives the depth after a million periods")
     command.add_argument("--replace", action="store_true", help="also files that no export has written")
     command.add_argument("-o", "--output", metavar="DIR", help="folder to write; default: RESULTS_paraview beside the results; of a name "
                          "that ends with .csv: the table alone")
     command.set_defaults(run=export)
+
+
+def _stress_options(commands):
+    command = commands.add_parser("stress", help="stress and utilisation of the part", description="Stress at the nodes from the static "
+                                  "preload and the harmonics of a point of the curve: mean and amplitude over the period, and with the "
+                                  "strengths of the material the utilisation by Goodman's line. Lists the worst points.")
+    command.add_argument("file", metavar="RESULTS.h5")
+    _point_options(command)
+    command.add_argument("--dof", metavar="NAME", nargs=1, help="whose peak is meant, as in plot; default: the loaded node")
+    command.add_argument("--worst", metavar="N", type=int, default=10, help="points of the list; default: %(default)s")
+    command.add_argument("--without", metavar="SET", nargs="+", default=[], help="without the nodes of these sets, such as a patch of "
+                         "contact")
+    command.add_argument("--reaction", metavar="SET", nargs="+", help="also the forces of the supports in the held directions of node sets")
+    command.add_argument("--up", choices="xyz", default="z", help="the axis that points upwards in the picture; default: %(default)s")
+    command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")
+    life.add_options(command, finite)
+    command.add_argument("-o", "--output", metavar="FILE", nargs="+", default=[], help="FILE.csv: a table of all nodes; FILE.png: a "
+                         "picture of the part and the Haigh diagram")
+    command.set_defaults(run=stress)
+
+
+def _point_options(command):
+    command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
+                         "of the parameter that is varied; default: the peak of the first dof")
+    command.add_argument("--point", metavar="I", type=int, help="the point of the curve, counted from 0, or from its end if negative")
+    command.add_argument("--hz", action="store_true", help="--at is in Hz")
 
 
 def _range_options(commands):
