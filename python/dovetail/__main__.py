@@ -1,4 +1,4 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | info | peaks | study | range | fit."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | info | peaks | verify | watch | study | range | fit."""
 
 import argparse
 import math
@@ -62,6 +62,20 @@ def info(arguments):
 def peaks(arguments):
     """Tabulate the peaks that a nonlinear mode gives over the force."""
     from .peaks_table import peaks as command
+
+    command(arguments)
+
+
+def verify(arguments):
+    """Compute points of results again, independently of the program."""
+    from .verify import verify as command
+
+    return _with_runs(command, arguments)
+
+
+def watch(arguments):
+    """Show a run while it goes on."""
+    from .watch import watch as command
 
     command(arguments)
 
@@ -185,6 +199,8 @@ def parser():
     command.add_argument("-o", "--output", metavar="FILE.csv", help="table to write, FILE.txt beside it; default: beside the results")
     command.set_defaults(run=peaks)
 
+    _looking_options(commands)
+
     command = commands.add_parser("study", help="speed against accuracy on a case", description="Run a case with a grid of settings, "
                                   "compare each with a reference of at least twice the harmonics and exact contact forces, and write "
                                   "table, JSON and chart of error against time. Called again, it goes on where it was broken off.")
@@ -225,6 +241,23 @@ def _export_options(commands):
     command.add_argument("-o", "--output", metavar="DIR", help="folder to write; default: RESULTS_paraview beside the results; of a name "
                          "that ends with .csv: the table alone")
     command.set_defaults(run=export)
+
+
+def _looking_options(commands):
+    command = commands.add_parser("verify", help="points computed again, without the program", description="Compute points of results "
+                                  "again in NumPy alone: what is missing of the equations, and whether the work put in is what damping "
+                                  "and friction take. Exit status 3 where a point does not hold.")
+    command.add_argument("file", metavar="RESULTS.h5")
+    command.add_argument("--points", metavar="N", type=int, default=5, help="how many, evenly over the curve, with its ends and its "
+                         "largest; default: %(default)s")
+    command.set_defaults(run=verify)
+
+    command = commands.add_parser("watch", help="a run while it goes on", description="Draw the curve, the states of the contact points "
+                                  "and the progress of a run in the terminal, anew each second, until the run ends.")
+    command.add_argument("file", metavar="RESULTS.h5", help="the file, or the folder of the run")
+    command.add_argument("--dof", metavar="NAME", help="the unknown that is drawn; default: the one that is watched or moves most")
+    command.add_argument("--once", action="store_true", help="one picture, now")
+    command.set_defaults(run=watch)
 
 
 def _range_options(commands):

@@ -11,22 +11,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import fourier, reference
-from .case_runs import largest_peak
+from . import reference
+from .hdf5_read import opened
 from .recovery import reduced_file
 from .reduced_system import equations, reduced_of
+from .reference.reduction import static_force
 from .results import Results
-from .hdf5_read import opened
 from .study_runs import RunFailed
-from .units import with_unit
+from .units import bracket
 
 POINTS = 5  # that are looked at unless another number is asked for
 MANY = 65536  # samples of a period; sampled forces converge as 1/N^2
-OF_CONES = 1024  # of the law cone, whose steps are exact, and dear
+OF_CONES = 512  # of the law cone, whose steps are exact, and dear
 AT_ONCE = 1 << 21  # samples of all contact points together that are in memory at a time
 LEAST = 1e-6  # of the load: smaller ones are no concern of a reader of the curve, and far above those that Newton's method leaves
 NEWTON = 1e-8  # default of newton.residual_tolerance
-PER_TOLERANCE = 100  # of a case with a loose one: scaled variables count forces of modes and contacts in other units
+PER_TOLERANCE = 10  # of a case with a loose one: scaled variables count forces of modes and contacts in other units
 NOT_JUDGED = ("not judged: stability, estimated errors, whether the curve has other branches, and how well the reduced model stands "
               "for the structure")
 
@@ -159,3 +159,53 @@ def size_of(parts, elastic):
 
 def newton_tolerance(results):
     return tomllib.loads(results.case).get("newton", {}).get("residual_tolerance", NEWTON)
+
+
+def looked_at(results, points):
+    """Numbers of so many points, evenly over the curve, its ends and its largest among them."""
+    n = len(results)
+    even = {int(i) for i in np.linspace(0, n - 1, min(points, n)).round()}
+    if points > 2 and len(even) > 2:
+        largest = results.largest_point(results.watched)
+        even = even - {min(even - {0, n - 1}, key=lambda i: abs(i - largest))} | {largest}
+    return sorted(even)
+
+
+def preload_complaint(results):
+    """Whether the preload state is none: words, or "" where eq (7) and the law of contact hold. Of the case, not of a path's values."""
+    system = equations(results)
+    x = system.preload.xp
+    with opened(reduced_file(results)) as file:
+        r = reduced_of(file, results)[0].r
+    missing = system.K[results.modes:, results.modes:] @ x.ravel() + system.preload.g.ravel() + r
+    size = max(np.linalg.norm(r), np.linalg.norm(system.preload.g))
+    law = static_force(x, system.contact)[0] - system.preload.g
+    off = max(np.linalg.norm(missing), np.linalg.norm(law)) / size if size > 0 else 0.0
+    return f"preload: forces are off by {off:.1e} of the load, {LEAST:.1e} allowed" if off > LEAST else ""
+
+
+def verify(arguments):
+    """The command. Raises RunFailed where a point does not hold."""
+    results = Results(arguments.file)
+    if len(results) == 0:
+        raise ValueError(f"{results.path}: no point has been computed yet")
+    if arguments.points < 1:
+        raise ValueError(f"--points {arguments.points}: must be at least 1")
+    own = "exact" if results.samples == 0 else f"at {results.samples} samples"
+    print(f"{results.path}: {len(results)} points, forces {own}; recomputed at {MANY} samples of a period, of the law cone at {OF_CONES}")
+    failed = [complaint] if (complaint := preload_complaint(results)) else []
+    print(complaint or "preload: in equilibrium")
+    print(" " * 29 + "residual / load" + " " * 17 + "energy of a period" + bracket(results.unit.energy))
+    print(f"{'point':>6} {results.parameter_name or 'omega':>16} {'own':>9} {'allowed':>9} {'at ' + str(MANY):>9} {'put in':>12} {'damped':>12} "
+          f"{'rubbed':>12} {'off by':>9} {'allowed':>9}  verdict")
+    for point in looked_at(results, arguments.points):
+        one = verdict(results, point, MANY)
+        sampling = "" if one.sampling is None else f"{one.sampling:.1e}"
+        print(f"{point:6d} {results.along[point]:16.9g} {one.residual:9.1e} {one.residual_bound:9.1e} {sampling:>9} {one.work:12.4e} "
+              f"{one.damped:12.4e} {one.rubbed:12.4e} {one.energy:9.1e} {one.energy_bound:9.1e}  "
+              f"{'FAILS' if one.complaints else 'holds'}", flush=True)
+        failed += [f"point {point}: {complaint}" for complaint in one.complaints]
+    print(NOT_JUDGED)
+    if failed:
+        raise RunFailed(f"{results.path}: does not hold: " + "; ".join(failed))
+    print("verdict: all hold")
