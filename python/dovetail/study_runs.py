@@ -212,7 +212,7 @@ def hash_of(path):
 def reason_in(said):
     """The last message of the program in what it said, without its name."""
     messages = said.split("dovetail: ")
-    return " ".join(messages[-1].split()) if len(messages) > 1 else " ".join(said.split()[-TAIL:]) or "no message"
+    return messages[-1].partition("\n")[0].strip() if len(messages) > 1 else " ".join(said.split()[-TAIL:]) or "no message"
 
 
 @dataclass
