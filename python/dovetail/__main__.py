@@ -154,6 +154,8 @@ def parser():
                                   "that is still being written, or of the mesh and contact points of a model file. Prints the name of "
                                   "the picture.")
     command.add_argument("file", metavar="FILE.h5", help="results or model")
+    command.add_argument("further", metavar="MORE.h5", nargs="*", help="more results, whose curves are drawn into the same picture")
+    command.add_argument("--labels", metavar="TEXT", nargs="+", help="of the curves of several results; default: titles or folders")
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points), "
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
