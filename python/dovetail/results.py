@@ -226,20 +226,21 @@ class Results:
         self._need_points()
         return int(np.argmin(np.abs(self.along - value)))
 
-    def amplitude(self, dof):
+    def amplitude(self, dof=None):
         """Half the peak-to-peak of the motion over the period at every point, (n,), of the trigonometric polynomial (not of samples).
 
         The mean does not count.
         """
         return self.response(dof).amplitude
 
-    def response(self, dof):
-        """The curve of an unknown or of a node, a `curves.Response`; of a list of names, a list of them.
+    def response(self, dof=None):
+        """The curve of an unknown or of a node, a `curves.Response`; of a list of names, a list of them; default: what is watched.
 
         What follows is computed from it: who wants several of these of one unknown asks for the curve once.
         """
         if isinstance(dof, (list, tuple)):
             return [self.response(name) for name in dof]
+        dof = self.watched if dof is None else dof
         coefficients = self._of_dof(dof)
         return curves.Response(str(dof), self.unit_of(dof), self.omega, self.frequency, self.along, self.points("arclength"),
                                fourier.amplitude(coefficients), coefficients, self.jumps, self.located_peaks(dof))
@@ -253,7 +254,7 @@ class Results:
         """Numbers of the points behind which the branch goes on elsewhere: after a leap, or a stay outside the sweep."""
         return np.unique(self.events.of(*curves.JUMPS).point)
 
-    def peaks(self, dof):
+    def peaks(self, dof=None):
         """(omega, amplitude) of each peak, in the order of the branch: local maxima strictly inside it, as an end is no peak.
 
         Over another parameter than the frequency, its value in place of omega. A peak that the run has located is that point. Else
@@ -262,23 +263,23 @@ class Results:
         """
         return self.response(dof).peaks()
 
-    def peak(self, dof):
+    def peak(self, dof=None):
         """(omega, amplitude) of the largest of `peaks`. Raises ValueError where there is none: an end of the sweep is no peak."""
         curve = self.response(dof)
         return max(curve.peaks() or self._refuse_no_peak(curve), key=lambda peak: peak[1])
 
-    def peak_point(self, dof):
+    def peak_point(self, dof=None):
         """Index of the point with the largest amplitude of those that are peaks. Raises ValueError where there is none."""
         curve = self.response(dof)
         point = curve.peak_point()
         return self._refuse_no_peak(curve) if point is None else point
 
-    def largest_point(self, dof):
+    def largest_point(self, dof=None):
         """Index of the point with the largest amplitude, be it a peak or an end of the branch."""
         self._need_points()
         return self.response(dof).largest_point()
 
-    def ends(self, dof):
+    def ends(self, dof=None):
         """(omega, amplitude, words) where the amplitude rises towards an end of the branch, so that a peak may lie beyond."""
         return self.response(dof).ends()
 
@@ -321,8 +322,9 @@ class Results:
         """
         return contact_motion.hysteresis(self, point, contact, direction, n, sector)
 
-    def contact_activity(self, point):
-        """What every contact point does over one period, a `contact_motion.ContactActivity`, as the run found it."""
+    def contact_activity(self, point=None):
+        """What every contact point does over one period, a `contact_motion.ContactActivity`, as the run found it: (N_x,) arrays of a
+        point, or (n, N_x) of all of them."""
         return contact_motion.activity(self, point)
 
     def dissipated(self, point, contact):
