@@ -69,7 +69,8 @@ def frame(path, running, dof=None, width=80, height=24, model=None):
     if path.is_file() and (not running or not status or "points" in status):  # else it is of the run before
         results = Results(path, model)
     points = 0 if results is None else len(results)
-    head = [results.title or str(path)] if results is not None else [str(path)]
+    title = results.title if results is not None and results.title else str(path)
+    head = ["".join(letter if letter.isprintable() else "?" for letter in title)]  # no command of the terminal
     head += progress(running, status, content(path.with_name("summary.json")), points)
     if not points:
         return "\n".join([*head, "no point yet"])
