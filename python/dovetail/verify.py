@@ -196,8 +196,8 @@ def verify(arguments):
     failed = [complaint] if (complaint := preload_complaint(results)) else []
     print(complaint or "preload: in equilibrium")
     print(" " * 29 + "residual / load" + " " * 17 + "energy of a period" + bracket(results.unit.energy))
-    print(f"{'point':>6} {results.parameter_name or 'omega':>16} {'own':>9} {'allowed':>9} {'at ' + str(MANY):>9} {'put in':>12} {'damped':>12} "
-          f"{'rubbed':>12} {'off by':>9} {'allowed':>9}  verdict")
+    print(f"{'point':>6} {results.parameter_name or 'omega':>16} {'own':>9} {'allowed':>9} {f'at {MANY}':>9} {'put in':>12} "
+          f"{'damped':>12} {'rubbed':>12} {'off by':>9} {'allowed':>9}  verdict")
     for point in looked_at(results, arguments.points):
         one = verdict(results, point, MANY)
         sampling = "" if one.sampling is None else f"{one.sampling:.1e}"
