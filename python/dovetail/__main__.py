@@ -1,4 +1,5 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | stress | info | peaks | study | range | fit."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | stress | info | peaks | verify | watch | study | range |
+fit."""
 
 import argparse
 import math
@@ -69,6 +70,20 @@ def info(arguments):
 def peaks(arguments):
     """Tabulate the peaks that a nonlinear mode gives over the force."""
     from .peaks_table import peaks as command
+
+    command(arguments)
+
+
+def verify(arguments):
+    """Compute points of results again, independently of the program."""
+    from .verify import verify as command
+
+    return _with_runs(command, arguments)
+
+
+def watch(arguments):
+    """Show a run while it goes on."""
+    from .watch import watch as command
 
     command(arguments)
 
@@ -147,6 +162,8 @@ def parser():
                                   "that is still being written, or of the mesh and contact points of a model file. Prints the name of "
                                   "the picture.")
     command.add_argument("file", metavar="FILE.h5", help="results or model")
+    command.add_argument("further", metavar="MORE.h5", nargs="*", help="more results, whose curves are drawn into the same picture")
+    command.add_argument("--labels", metavar="TEXT", nargs="+", help="of the curves of several results; default: titles or folders")
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points), "
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
@@ -192,6 +209,8 @@ def parser():
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for nodes, if it is not where it was when the run started")
     command.add_argument("-o", "--output", metavar="FILE.csv", help="table to write, FILE.txt beside it; default: beside the results")
     command.set_defaults(run=peaks)
+
+    _looking_options(commands)
 
     command = commands.add_parser("study", help="speed against accuracy on a case", description="Run a case with a grid of settings, "
                                   "compare each with a reference of at least twice the harmonics and exact contact forces, and write "
@@ -259,6 +278,23 @@ def _point_options(command):
                          "of the parameter that is varied; default: the peak of the first dof")
     command.add_argument("--point", metavar="I", type=int, help="the point of the curve, counted from 0, or from its end if negative")
     command.add_argument("--hz", action="store_true", help="--at is in Hz")
+
+
+def _looking_options(commands):
+    command = commands.add_parser("verify", help="points computed again, without the program", description="Compute points of results "
+                                  "again in NumPy alone: what is missing of the equations, and whether the work put in is what damping "
+                                  "and friction take. Exit status 3 where a point does not hold.")
+    command.add_argument("file", metavar="RESULTS.h5")
+    command.add_argument("--points", metavar="N", type=int, default=5, help="how many, evenly over the curve, with its ends and its "
+                         "largest; default: %(default)s")
+    command.set_defaults(run=verify)
+
+    command = commands.add_parser("watch", help="a run while it goes on", description="Draw the curve, the states of the contact points "
+                                  "and the progress of a run in the terminal, anew each second, until the run ends.")
+    command.add_argument("file", metavar="RESULTS.h5", help="the file, or the folder of the run")
+    command.add_argument("--dof", metavar="NAME", help="the unknown that is drawn; default: the one that is watched or moves most")
+    command.add_argument("--once", action="store_true", help="one picture, now")
+    command.set_defaults(run=watch)
 
 
 def _range_options(commands):

@@ -12,11 +12,10 @@ from .hdf5_read import opened
 from .modes import LARGEST, Backbone, real_coefficients
 from .parameters import CONTACT_WIDTH
 from .recovery import reduced_file
-from .reduced_system import equations, reduced_of
+from .reduced_system import FIELDS, equations, reduced_of
 from .reference import contact_coefficients, contact_preload
 from .results import Results
 
-FIELDS = {"normal_stiffness": "kn", "tangential_stiffness": "kt", "friction": "mu", "gap": "gap"}  # of reference.Contact
 STEP = 1e-5  # relative, of the differences of R by a parameter
 CLOSE, ITERATIONS = 1e-9, 30  # step at which the mode counts as solved, relative but for the damping ratio, and Newton iterations at most
 

@@ -85,7 +85,7 @@ def response(results, dofs=None, at=None, hz=False):
             axes[-1].plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(100 * results.points(state), results.jumps),
                           **_line(i), label=state)
         axes[-1].set(ylim=(-4, 104), yticks=(0, 50, 100), ylabel="points [%]",
-                     xlabel=_what(results) + bracket("Hz" if hz else results.along_unit))
+                     xlabel=over(results) + bracket("Hz" if hz else results.along_unit))
         axes[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3.2)
         if at is not None:
             for axis in axes:
@@ -96,7 +96,7 @@ def response(results, dofs=None, at=None, hz=False):
     return figure
 
 
-def _what(results):
+def over(results):
     """The name of what the curve is drawn over."""
     if results.parameter is None:
         return "excitation frequency"

@@ -218,7 +218,7 @@ void judge(MPI_Comm comm, const Checked &checked, BranchStory &story, const Voic
 }
 
 // The job; ends with summary.json written unless it throws.
-void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, const Voice &voice) {
+void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, StatusFile &status, const Voice &voice) {
   Case &study = checked.study;
   const SavedRun *earlier = checked.earlier ? &*checked.earlier : nullptr;
   const std::filesystem::path own_file = study.directory / "reduced.h5";
@@ -280,8 +280,9 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
                           checked.has_results = true;
                         });
     if (!by_diameter.empty()) results.describe(by_diameter);
-    Followed followed = mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, voice)
-                             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+    Followed followed =
+        mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, status, voice)
+             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, status, voice);
     const BranchSummary::End end = followed.story.summary.end;
     if (mode || study.follows_peaks()) results.say_end(end == BranchSummary::End::interrupted ? "" : name_of(end));
     followed.kept = results.finish();
@@ -332,9 +333,11 @@ void run_case(MPI_Comm comm, const Request &request) {
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
   if (checked.earlier) voice.say(in_words(*checked.earlier, study));
   for (const std::string &note : notes_on_damping(checked)) voice.say(note);
+  StatusFile status(voice.speaks() ? study.directory : std::filesystem::path());
   Stages stages;
+  stages.begins = [&](const char *name) { status.stage(name); };
   try {
-    work(comm, checked, request.reduce_only, stages, voice);
+    work(comm, checked, request.reduce_only, stages, status, voice);
   } catch (const std::exception &error) {
     if (voice.speaks() && (checked.has_results || !std::filesystem::exists(results_of(study))))
       note_failure(study.directory, text_of(error));

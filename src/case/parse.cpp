@@ -68,8 +68,9 @@ void read_input_file(const Entry &entry, const Case &study, fs::path &target) {
   if (!fs::exists(target, error)) entry.refuse("there is no file " + target.string());
   if (!fs::is_regular_file(target, error)) entry.refuse(target.string() + " is not a file");
   if (!std::ifstream(target)) entry.refuse(target.string() + " cannot be read");
-  for (const std::string written : {"results.h5", "reduced.h5", "state.h5", "stuck.h5", "summary.json",
-                                    "results.h5.partial", "reduced.h5.partial", "state.h5.partial", "dovetail.lock"})
+  for (const std::string written :
+       {"results.h5", "reduced.h5", "state.h5", "stuck.h5", "summary.json", "status.json", "results.h5.partial",
+        "reduced.h5.partial", "state.h5.partial", "status.json.partial", "dovetail.lock"})
     if (fs::equivalent(target, study.directory / written, error) &&
         !(&target == &study.reduced && written == "reduced.h5"))
       entry.refuse("the run would overwrite this file with its own " + written +
