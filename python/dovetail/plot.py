@@ -65,8 +65,9 @@ def response(results, dofs=None, at=None, hz=False):
                 if mixed:
                     _curve_by_stability(axis, results, frequency, curve.amplitude, i, label)
                 else:
-                    axis.plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(curve.amplitude, results.jumps), **_line(i),
-                              label=label, marker="o" if len(results) == 1 else None)
+                    along, amplitude = curve.curve()
+                    highest = max(highest, np.nanmax(amplitude))
+                    axis.plot(scale * along, amplitude, **_line(i), label=label, marker="o" if len(results) == 1 else None)
                 for omega, top in tops:
                     axis.plot(scale * omega, top, "o", color=_line(i)["color"], markersize=4, markerfacecolor="white")
                 places = _places(axis, results, curve, frequency, i)

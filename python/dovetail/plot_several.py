@@ -3,7 +3,6 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from . import curves
 from .plot import LINES, MARKERS, ROOM, STYLE, over
 from .plot_units import dress
 from .units import bracket
@@ -45,12 +44,12 @@ def several(runs, labels=None, dof=None, hz=False):
             curve, scale = run.response(dof), run.unit.hertz(1.0) if hz else 1.0
             colour, dashes = LINES[i % len(LINES)]
             marker = MARKERS[(i // len(LINES) - 1) % len(MARKERS)] if i >= len(LINES) else None
-            axis.plot(curves.with_gaps(scale * curve.along, curve.jumps), curves.with_gaps(curve.amplitude, curve.jumps), color=colour,
-                      linestyle=dashes, label=label, marker="o" if len(run) == 1 else marker, markevery=max(1, len(run) // MARKED),
-                      markersize=4)
+            along, amplitude = curve.curve()
+            axis.plot(scale * along, amplitude, color=colour, linestyle=dashes, label=label, marker="o" if len(run) == 1 else marker,
+                      markevery=max(1, len(along) // MARKED), markersize=4)
             for place, top in curve.peaks():
                 axis.plot(scale * place, top, "o", color=colour, markersize=4, markerfacecolor="white")
-            highest = max(highest, np.max(curve.amplitude))
+            highest = max(highest, np.nanmax(amplitude))
         axis.set_ylim(0, ROOM * (highest or 1.0))
         axis.set_xlabel(over(first) + bracket("Hz" if hz else first.along_unit))
         dress(axis.yaxis, f"amplitude of {dof}", first.unit_of(dof))

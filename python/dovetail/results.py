@@ -1,7 +1,7 @@
 """Read a results file: amplitudes, time histories, contact forces, hysteresis loops, fields of the full model."""
 
 import re
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -117,6 +117,9 @@ class Results:
         points = {name: dataset(file, f"points/{name}", (None, ...)) for name in file["points"] if name != "contact"}
         activity = [dataset(file, f"points/contact/{name}", (None, self.contact_points)) for name in members(file, "points/contact")]
         self._n = min(len(values) for values in (*points.values(), *activity))
+        self._has_tangents = {"tangent", "tangent_parameter"} <= points.keys()
+        if self._has_tangents:
+            dataset(file, "points/tangent", (None, dofs, found))
         self._points = {name: values[:self._n] for name, values in points.items() if values.ndim == 1}
         for name in ("omega", "arclength"):
             self._points[name] = self._points[name].astype(np.float64)
@@ -243,7 +246,16 @@ class Results:
         dof = self.watched if dof is None else dof
         coefficients = self._of_dof(dof)
         return curves.Response(str(dof), self.unit_of(dof), self.omega, self.frequency, self.along, self.points("arclength"),
-                               fourier.amplitude(coefficients), coefficients, self.jumps, self.located_peaks(dof))
+                               fourier.amplitude(coefficients), coefficients, self.jumps, self.located_peaks(dof),
+                               self._slopes_of(dof) if self._has_tangents else None)
+
+    def curve(self, dof: str | int | None = None, n: int = curves.DRAWN) -> tuple[np.ndarray, np.ndarray]:
+        """(along, amplitude) of an unknown or a node as the curve is drawn, n values from each point to the next: `Response.curve`."""
+        return self.response(dof).curve(n)
+
+    def _slopes_of(self, dof):
+        """`Response.slopes`: read when they are wanted."""
+        return lru_cache(lambda: (self.points("tangent_parameter"), self._of_dof(dof, name="points/tangent")))
 
     def harmonic(self, dof: str | int, k: int) -> np.ndarray:
         """Amplitude sqrt(a_k^2 + b_k^2) of harmonic k at every point, (n,); |a0|/2 for k = 0."""
@@ -257,9 +269,9 @@ class Results:
     def peaks(self, dof: str | int | None = None) -> list[tuple[float, float]]:
         """(omega, amplitude) of each peak, in the order of the branch: local maxima strictly inside it, as an end is no peak.
 
-        Over another parameter than the frequency, its value in place of omega. A peak that the run has located is that point. Else
-        a point and its two neighbours give one parabola for the amplitude and one for omega, both as functions of arc length, so
-        that a curve that leans over is no trouble.
+        Over another parameter than the frequency, its value in place of omega. A peak that the run has located is that point. Others
+        are maxima of the curve as it is drawn between points, by cubics over arc length; of runs that store no tangents, of a
+        parabola through a point and its two neighbours. A curve that leans over is no trouble.
         """
         return self.response(dof).peaks()
 
@@ -377,11 +389,11 @@ class Results:
                             for value, amplitude, words in curve.ends())
         raise ValueError(f"{self.path}: {curve.name} has no peak between the ends of the sweep" + (f": it is {said}" if said else ""))
 
-    def _of_dof(self, dof, points=None):
-        """Coefficients (n, 2H+1) of an unknown, or of a node, at some points (a slice)."""
+    def _of_dof(self, dof, points=None, name="points/coefficients"):
+        """Coefficients (n, 2H+1) of an unknown, or of a node, at some points (a slice); or their slopes, by the name of the dataset."""
         points = slice(self._n) if points is None else points
         if curves.is_reduced(dof):
-            return self._coefficients(points, self.dof_index(dof))
+            return self._coefficients(points, self.dof_index(dof), name=name)
         if dof not in self._node_rows:
             from . import motion
 
@@ -389,7 +401,7 @@ class Results:
         row, width = self._node_rows[dof], 2 * self.harmonics + 1
         begin, end, _ = points.indices(self._n)
         block = max(1, BLOCK // (row.size * width))  # points in memory at a time
-        parts = [along(row, self._coefficients(slice(i, min(i + block, end)))) for i in range(begin, end, block)]
+        parts = [along(row, self._coefficients(slice(i, min(i + block, end)), name=name)) for i in range(begin, end, block)]
         return np.concatenate([np.zeros((0, width)), *parts])
 
     def number(self, point: int) -> int:
@@ -407,9 +419,9 @@ class Results:
             raise ValueError(f"{self.path}: is not of a sector of a cyclic structure, so there is no sector {sector!r}")
         return coefficients if sector is None else self.wave.of_sector(coefficients, sector)
 
-    def _coefficients(self, *which):
+    def _coefficients(self, *which, name="points/coefficients"):
         width = 2 * self.harmonics + 1  # as it was when the file was opened
-        return self._read(lambda file: np.asarray(file["points/coefficients"][which][..., :width], dtype=np.float64))
+        return self._read(lambda file: np.asarray(file[name][which][..., :width], dtype=np.float64))
 
     def motion(self, point, n=64, times=None, sector=None):
         """All unknowns in the order of `coefficients`, (N, N_a + 3 N_x), from the preload state; other arguments as `elastic`."""
