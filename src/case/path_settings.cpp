@@ -77,7 +77,8 @@ void read_path(const Document &document, Case &study) {
               points = document["path.points"];
   if (!parameter) {
     for (const Entry *entry : {&range, &omega, &at, &peak, &joint, &points})
-      if (*entry) entry->refuse("path.parameter is not given; write what is varied: " +
+      if (*entry)
+        entry->refuse("path.parameter is not given; write what is varied: " +
                       key_named("path.parameter")->value.words_text());
     return;
   }

@@ -33,9 +33,7 @@ std::string Value::fault(double value) const {
                                            : "must be at least " + in_words(low);
 }
 
-Value positive(double below) {
-  return {Value::Kind::number, Value::Shape::one, 0, below, true, std::isfinite(below)};
-}
+Value positive(double below) { return {Value::Kind::number, Value::Shape::one, 0, below, true, std::isfinite(below)}; }
 
 Value not_negative(double most) { return {Value::Kind::number, Value::Shape::one, 0, most}; }
 

@@ -112,6 +112,7 @@ Units units_of(const std::string &label) {
   const bool one_word = units.mass.find(' ') == std::string::npos;
   units.modal = units.length + " √" + (one_word ? units.mass : "(" + units.mass + ")");
   units.omega = "rad/" + units.time, units.seconds = sizes[time];
+  units.metres = sizes[length], units.kilograms = sizes[mass];
   return units;
 }
 
