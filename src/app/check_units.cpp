@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 
 #include "app/check.hpp"
 #include "model/mesh_dofs.hpp"
 #include "support/error.hpp"
 #include "support/hdf5.hpp"
+#include "support/unit_sizes.hpp"
 
 namespace dovetail {
 namespace {
@@ -22,10 +24,9 @@ bool within(double value, const std::pair<double, double> &range) {
 
 struct Solid { // in units of the model
   double across = 0, volume = 0, density = 0, speed = 0;
-  bool fits(const Units &units) const {
-    const double metre = units.metres;
-    return within(across * metre, sizes) && within(density * units.kilograms / (metre * metre * metre), densities) &&
-           within(speed * metre / units.seconds, speeds);
+  bool fits(const UnitSizes &in) const {
+    return within(across * in.metres, sizes) && within(density * in.kilograms / std::pow(in.metres, 3), densities) &&
+           within(speed * in.metres / in.seconds, speeds);
   }
 };
 
@@ -145,24 +146,24 @@ std::vector<Warning> doubts_of_units(const FullModel &model) {
   const double size = std::cbrt(3 * solid.volume / static_cast<double>(nodes.size()));
   solid.across = std::sqrt(square), solid.density = mass / solid.volume;
   solid.speed = size * std::sqrt(mean_square(model, direction) / of_a_node);
-  const Units units = units_of(model.units);
+  const std::optional<UnitSizes> in = unit_sizes_of(model.units);
   const std::vector<std::string> usual = {"kg, m, s", "t, mm, s", "kg, mm, ms", "g, mm, ms", "lbf, in, s"};
-  const auto fits = [&](const std::string &label) { return solid.fits(units_of(label)); };
-  const auto other = std::find_if(usual.begin(), usual.end(), fits);
-  if (units.known() ? solid.fits(units) : other != usual.end()) return {};
-  const double metre = units.metres;
-  std::string text = "units look mixed: by the mesh, K and M, with the label \"" + model.units +
-                     "\", the structure is " + number(solid.across * metre) + " m across, of " +
-                     number(solid.density * units.kilograms / (metre * metre * metre)) +
-                     " kg/m^3, and waves run at some " + number(solid.speed * metre / units.seconds) +
-                     " m/s; of steel these are 7850 and 5000";
-  if (!units.known())
-    text = "units look mixed: by the mesh, K and M, the structure is " + number(solid.across) +
-           " across, its density " + number(solid.density) + " and its wave speed some " + number(solid.speed) +
-           ", which fit no usual system of units";
-  else if (other != usual.end())
-    text += ". The numbers would fit the label \"" + *other + "\"";
-  return {{"units", text}};
+  const auto other = std::find_if(usual.begin(), usual.end(),
+                                  [&](const std::string &label) { return solid.fits(*unit_sizes_of(label)); });
+  if (in ? solid.fits(*in) : other != usual.end()) return {};
+  std::string text = "units look mixed: by the mesh, K and M, ";
+  if (!in)
+    text += "the structure is " + number(solid.across) + " across, its density " + number(solid.density) +
+            " and its wave speed some " + number(solid.speed) + ", which fit no usual system of units";
+  else
+    text += "with the label \"" + model.units + "\", the structure is " + number(solid.across * in->metres) +
+            " m across, of " + number(solid.density * in->kilograms / std::pow(in->metres, 3)) +
+            " kg/m^3, and waves run at some " + number(solid.speed * in->metres / in->seconds) +
+            " m/s; of steel these are 7850 and 5000" +
+            (other == usual.end() ? "" : ". The numbers would fit the label \"" + *other + "\"");
+  std::vector<Warning> out;
+  out.push_back({"units", text});
+  return out;
 }
 
 } // namespace dovetail

@@ -209,7 +209,7 @@ void check_case(MPI_Comm comm, const Checked &checked, const Voice &voice) {
       const PreloadedModel preloaded = preload(checked, std::move(*reduced), voice);
       if (const auto resonances = try_resonances(preloaded, study, voice)) add(warnings_of(*resonances, study));
     } catch (const ComputeError &error) {
-      add({{"no_equilibrium", text_of(error)}});
+      found.push_back({"no_equilibrium", text_of(error)});
     }
   }
   for (const Warning &one : found) voice.say("warning: " + one.text + "\n  docs/how-to/check-a-case.md#" + one.kind);

@@ -8,10 +8,9 @@ namespace dovetail {
 /// Names of units, empty where the label is not understood; angles are in rad, frequencies in Hz all the same.
 struct Units {
   std::string length, mass, time, force, energy, stress;
-  std::string modal;                ///< of modal unknowns, such as "m √kg"
-  std::string omega = "rad/s";      ///< of the excitation frequency; so where nothing is known
-  double seconds = 1;               ///< length of the unit of time [s]
-  double metres = 1, kilograms = 1; ///< likewise, of length and mass
+  std::string modal;           ///< of modal unknowns, such as "m √kg"
+  std::string omega = "rad/s"; ///< of the excitation frequency; so where nothing is known
+  double seconds = 1;          ///< length of the unit of time [s]
 
   bool known() const { return !length.empty(); }
   /// Frequency [Hz] of an excitation frequency in units of the model.
