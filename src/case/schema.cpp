@@ -90,10 +90,10 @@ std::string shaped(const Value &value) {
 std::string properties_of(const std::string &section, bool needs_all);
 
 std::string property(const Key &key) {
-  const std::string name = key.name, unit = key.unit, standard = key.standard;
-  std::string out = "\"description\": " + quoted(std::string(key.help) + (unit.size() > 1 ? " [" + unit + "]" : "") +
+  const std::string name = key.name, unit = key.unit == std::string("-") ? "" : key.unit, standard = key.standard;
+  std::string out = "\"description\": " + quoted(std::string(key.help) + (unit.empty() ? "" : " [" + unit + "]") +
                                                  (standard.rfind("required", 0) == 0 ? "; " : "; default ") + standard);
-  if (unit.size() > 1) out += ", \"x-unit\": " + quoted(unit);
+  if (!unit.empty()) out += ", \"x-unit\": " + quoted(unit);
   out += ", \"x-default\": " + quoted(standard);
   if (key.has_standard_value()) out += ", \"default\": " + standard;
   if (key.value.kind == Kind::tables) return out + ", " + list_of(properties_of(name, true), some);
