@@ -65,7 +65,7 @@ ContactSetting read_setting(const Entry &entry, const Parameter &parameter) {
   ContactSetting result;
   result.where = entry.where();
   if (!entry.is_list()) {
-    result.values = {entry.number()};
+    result.values = {entry.finite()};
   } else {
     const auto items = entry.items();
     if (items.empty()) entry.refuse("is empty; write a number for all points, or one per contact point");
@@ -75,12 +75,12 @@ ContactSetting read_setting(const Entry &entry, const Parameter &parameter) {
     result.per_point = nested || !result.pairs;
     for (const auto &item : items) {
       if (!nested || !parameter.tangential) {
-        result.values.push_back(item.number());
+        result.values.push_back(item.finite());
         continue;
       }
-      const auto pair = item.numbers();
+      const auto pair = item.items();
+      for (const Entry &value : pair) result.values.push_back(value.finite());
       if (pair.size() != 2) item.refuse("must be a pair [t1, t2]");
-      result.values.insert(result.values.end(), pair.begin(), pair.end());
     }
   }
   check_values(result, parameter);

@@ -60,7 +60,7 @@ std::string Entry::source() const {
 
 void Entry::refuse(const std::string &why) const { throw InputError(where() + " = " + source() + ": " + why); }
 
-double Entry::number(const std::string &besides) const {
+double Entry::finite() const {
   double result = 0;
   if (value_->is_integer()) {
     const auto whole = value_->as_integer();
@@ -75,6 +75,11 @@ double Entry::number(const std::string &besides) const {
   }
   // 1e999 arrives as the largest double.
   if (!(std::abs(result) < std::numeric_limits<double>::max())) refuse("must be a finite number");
+  return result;
+}
+
+double Entry::number(const std::string &besides) const {
+  const double result = finite();
   if (const std::string fault = key_->value.fault(result); !fault.empty()) refuse(fault + besides);
   return result;
 }

