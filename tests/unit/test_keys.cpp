@@ -74,7 +74,8 @@ Texts good_ones(const std::string &name, const Value &value) {
   case Kind::whole:
     if (value.fault(1).empty()) out.push_back("1");
     if (std::isfinite(value.low))
-      out.push_back(whole ? std::to_string(long(value.low)) : number_text(value.open_low ? value.low + 1e-3 : value.low));
+      out.push_back(whole ? std::to_string(long(value.low))
+                          : number_text(value.open_low ? value.low + 1e-3 : value.low));
     if (std::isfinite(value.high))
       out.push_back(whole ? std::to_string(long(value.high))
                           : number_text(value.open_high ? value.high - 1e-3 : value.high));
