@@ -23,7 +23,7 @@ def new(arguments):
     if target.exists():
         raise ValueError(f"{target}: is there already; choose another name")
     shutil.copytree(TEMPLATE, target, ignore=shutil.ignore_patterns("__pycache__"))
-    print(f"{target}: model.py, case.toml and README.md; README.md says how to go on")
+    print(f"{target}: model.py, case.toml, its schema for editors, and README.md, which says how to go on")
 
 
 def import_(arguments):
