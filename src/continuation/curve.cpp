@@ -103,10 +103,9 @@ double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle) {
   check(VecAXPBYPCZ(middle, length / 8, -length / 8, 1, a.t, b.t), doing);
   problem.residual(middle, r);
   set_parameter(r, 0); // along the step nothing is missing
-  const auto correction = corrector_.correct(r, c);
-  count(correction);
-  if (correction.found) check(VecAXPY(middle, -1, c), doing);
-  return correction.found ? norm.length(c) / length : std::nan("");
+  if (!correct(b, r, c)) return std::nan("");
+  check(VecAXPY(middle, -1, c), doing);
+  return norm.length(c) / length;
 }
 
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
