@@ -188,7 +188,8 @@ def test_restart_between_the_ends_of_a_step(tmp_path, ranks):
     whole = run(cases.dof5(tmp_path, **keys), out="whole", ranks=ranks)
     stops = 1 + np.flatnonzero(whole.points["located"] == 0)[5:]
     for points in (*stops, 10**6):
-        done = run(cases.dof5(tmp_path, **keys, max_points=int(points)), *(["--restart"] if points > stops[0] else []), out="out", ranks=ranks)
+        options = ["--restart"] if points > stops[0] else []
+        done = run(cases.dof5(tmp_path, **keys, max_points=int(points)), *options, out="out", ranks=ranks)
     same(done.points, whole.points)
     assert done.summary["newton_iterations"] == whole.summary["newton_iterations"]
 
