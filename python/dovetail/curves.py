@@ -26,6 +26,7 @@ class Response:
     jumps : numbers of the points behind which the branch goes on elsewhere
     located : points that the run has located as its maxima
     slopes : a function without arguments, which gives the slopes of `along` (n,) and `coefficients` (n, 2H+1) by arc length; or None
+    breaks : numbers of the points behind which other harmonics are kept: from there to the next the curve is a straight line
     """
 
     name: str
@@ -39,10 +40,13 @@ class Response:
     jumps: np.ndarray
     located: np.ndarray
     slopes: Callable | None = None
+    breaks: np.ndarray = ()
 
     def curve(self, n=DRAWN):
         """(along, amplitude) of the curve as it is drawn, NaN behind each jump: n values from each point to the next, by the cubic with
         their tangents; the points themselves where the run has stored none."""
+        if n < 1:
+            raise ValueError(f"n must be at least 1, found {n}")
         if self.slopes is None:
             return with_gaps(self.along, self.jumps), with_gaps(self.amplitude, self.jumps)
         along, coefficients = zip(*(part for piece in pieces(len(self.along), self.jumps) for part in self._cubics(piece, n)))
@@ -54,7 +58,9 @@ class Response:
         part = np.arange(n) / n
         for i in range(piece.start, piece.stop - 1):
             step = self.arclength[i + 1] - self.arclength[i]
-            if step > 0:
+            if i in self.breaks:
+                yield self.along[i:i + 1], self.coefficients[i:i + 1]
+            elif step > 0:
                 yield (cubic(self.along[i:i + 2], slope[i:i + 2], step, part),
                        cubic(self.coefficients[i:i + 2], slopes[i:i + 2], step, part))
         yield self.along[piece.stop - 1:piece.stop], self.coefficients[piece.stop - 1:piece.stop]

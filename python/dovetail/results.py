@@ -247,7 +247,8 @@ class Results:
         coefficients = self._of_dof(dof)
         return curves.Response(str(dof), self.unit_of(dof), self.omega, self.frequency, self.along, self.points("arclength"),
                                fourier.amplitude(coefficients), coefficients, self.jumps, self.located_peaks(dof),
-                               self._slopes_of(dof) if self._has_tangents else None)
+                               self._slopes_of(dof) if self._has_tangents else None,
+                               np.flatnonzero(np.diff(self.points("harmonics"))) if self._has_tangents else ())
 
     def curve(self, dof: str | int | None = None, n: int = curves.DRAWN) -> tuple[np.ndarray, np.ndarray]:
         """(along, amplitude) of an unknown or a node as the curve is drawn, n values from each point to the next: `Response.curve`."""

@@ -10,13 +10,14 @@
 #include "support/error.hpp"
 
 namespace dovetail {
-namespace {
 
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
   return text;
 }
+
+namespace {
 
 std::string percent(double share) { return number(100 * share) + " %"; }
 
@@ -59,10 +60,11 @@ void harmonics(const Case &study, const std::vector<ContactPoint> &contact, std:
 
 void ranks(int ranks, const std::vector<ContactPoint> &contact, std::vector<Warning> &out) {
   const int points = static_cast<int>(contact.size());
-  if (ranks <= std::max(points, 1)) return;
-  out.push_back({"idle_ranks", std::to_string(ranks) + " ranks share " + std::to_string(points) + " contact points: " +
-                                   std::to_string(ranks - points) + " have none, and only wait for the others; take " +
-                                   std::to_string(std::max(points, 1)) + " at most"});
+  if (points == 0 || ranks <= points) return;
+  out.push_back({"idle_ranks", std::to_string(ranks) + " ranks for " + std::to_string(points) +
+                                   (points > 1 ? " contact points" : " contact point") +
+                                   ": along the curve some of them have nothing to do; take " + std::to_string(points) +
+                                   " at most, but for a large reduction"});
 }
 
 // Own stiffness of the structure against motions of its contact dofs, all others held: (3 N_x), on every rank.

@@ -7,6 +7,9 @@
 
 namespace dovetail {
 
+/// To three digits, for warnings.
+std::string number(double value);
+
 /// What the case alone shows; `contact`: all points.
 std::vector<Warning> doubts_of_case(const Case &study, const std::vector<ContactPoint> &contact, int ranks);
 

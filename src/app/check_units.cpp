@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <optional>
 
@@ -48,8 +47,17 @@ double volume_of(const h5::Reader &file, const std::vector<double> &nodes) {
   for (const std::string &type : file.members("/mesh/cells")) {
     const Split *split = split_of(type);
     if (!split) continue;
-    const std::vector<long> rows = file.integers("/mesh/cells/" + type);
-    const std::size_t width = file.extent("/mesh/cells/" + type).at(1);
+    const std::string name = "/mesh/cells/" + type;
+    const std::vector<long> rows = file.integers(name);
+    const h5::Extent extent = file.extent(name);
+    int corners_of_a_cell = 0;
+    for (const auto &corners : *split)
+      for (const int corner : corners) corners_of_a_cell = std::max(corners_of_a_cell, corner + 1);
+    if (extent.size() != 2 || extent[1] < static_cast<hsize_t>(corners_of_a_cell) ||
+        std::any_of(rows.begin(), rows.end(), [&](long row) { return row < 0 || 3 * row + 2 >= long(nodes.size()); }))
+      throw InputError(file.place(name) + ": rows of at least " + std::to_string(corners_of_a_cell) +
+                       " nodes are wanted, each from 0 to " + std::to_string(nodes.size() / 3 - 1));
+    const std::size_t width = extent[1];
     for (std::size_t cell = 0; cell + width <= rows.size(); cell += width)
       for (const auto &corners : *split) {
         double edge[3][3];
@@ -112,12 +120,6 @@ double mean_square(const FullModel &model, const std::vector<long> &direction) {
   return sums[1] > 0 ? std::exp(sums[0] / sums[1]) : 0;
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
-
 } // namespace
 
 std::vector<Warning> doubts_of_units(const FullModel &model) {
@@ -131,6 +133,8 @@ std::vector<Warning> doubts_of_units(const FullModel &model) {
   on_all_ranks(model.comm, [&] {
     const h5::Reader file(model.file);
     if (!file.has("/mesh/nodes") || !file.has("/mesh/dof_direction")) return;
+    if (const h5::Extent extent = file.extent("/mesh/nodes"); extent.size() != 2 || extent[1] != 3)
+      throw InputError(file.place("/mesh/nodes") + ": rows of 3 coordinates are wanted");
     nodes = file.doubles("/mesh/nodes"), direction = file.integers("/mesh/dof_direction");
     changed = changed_dofs(file, model.dofs);
     solid.volume = volume_of(file, nodes);

@@ -189,9 +189,10 @@ void check_case(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   int ranks;
   MPI_Comm_size(comm, &ranks);
   std::vector<Warning> found = doubts_of_case(study, checked.contact, ranks);
-  const auto add = [&](const std::vector<Warning> &more) {
+  const auto add = [&](const std::vector<Warning> &more) { // what is told already is not told again by other means
+    const std::vector<Warning> before = found;
     for (const Warning &one : more)
-      if (std::none_of(found.begin(), found.end(), [&](const Warning &told) { return told.text == one.text; }))
+      if (std::none_of(before.begin(), before.end(), [&](const Warning &told) { return told.kind == one.kind; }))
         found.push_back(one);
   };
   std::optional<ReducedModel> reduced;

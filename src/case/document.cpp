@@ -87,7 +87,7 @@ double Entry::number(const std::string &besides) const {
 int Entry::whole(const Value &allowed) const {
   if (value_->is_floating()) {
     const double found = value_->as_floating();
-    const bool fits = found == std::floor(found) && std::abs(found) <= most_whole;
+    const bool fits = found == std::floor(found) && std::abs(found) <= most_whole && allowed.fault(found).empty();
     refuse("must be a whole number" + (fits ? "; write " + std::to_string(static_cast<int>(found)) : ""));
   }
   if (!value_->is_integer())

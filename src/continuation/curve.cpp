@@ -103,9 +103,9 @@ double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle) {
   check(VecAXPBYPCZ(middle, length / 8, -length / 8, 1, a.t, b.t), doing);
   problem.residual(middle, r);
   set_parameter(r, 0); // along the step nothing is missing
-  if (!correct(b, r, c)) return std::nan("");
+  if (!correct(b.solve == solve_ ? b : a, r, c)) return std::nan("");
   check(VecAXPY(middle, -1, c), doing);
-  return norm.length(c) / length;
+  return norm.length(c);
 }
 
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {

@@ -19,7 +19,10 @@ Stepper::Outcome Stepper::advance() {
   if (!ahead_.empty()) {
     trial_ = std::move(ahead_.back());
     ahead_.pop_back();
-    const Outcome outcome = take_trial(length_to(trial_));
+    halvings_ = {};
+    check(VecScale(trial_.t, 1 / curve_->norm.length(trial_.t)), "measuring arc length"); // the metric may have grown
+    const double step = length_to(trial_);
+    const Outcome outcome = step > 0 ? take_trial(step) : Outcome::refused;
     if (outcome == Outcome::on) stepped();
     if (outcome == Outcome::on || outcome == Outcome::ended) return outcome;
     ahead_.clear();
@@ -106,10 +109,13 @@ Stepper::Outcome Stepper::refine_drawing() {
   trial_.y = std::move(middle_);
   branch_point_.reset();
   const double step = length_to(trial_);
+  Outcome outcome = Outcome::refused;
   if (step > 0 && curve_->solve_across(here_.t, trial_, {false, step_limits.most_newton, step}))
-    return take_trial(step);
-  refusal_ = "the middle of the step is not found";
-  return Outcome::refused;
+    outcome = take_trial(step);
+  else
+    refusal_ = "the middle of the step is not found";
+  if (outcome == Outcome::refused) halvings_ = {}; // of this step alone
+  return outcome;
 }
 
 double Stepper::length_to(const CurvePoint &point) const {

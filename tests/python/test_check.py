@@ -7,6 +7,7 @@ import sys
 from types import SimpleNamespace
 
 import brick
+import h5py
 import pytest
 
 from dovetail import Joint
@@ -101,6 +102,15 @@ def test_no_system_of_units_is_taken_for_another(units, length, mass, time, tmp_
     assert check(case)[0] == []
 
 
+def test_a_mesh_that_cannot_be_is_refused_by_name(tmp_path):
+    case = write(tmp_path, CASE, force=(1e3, 0, 0))
+    model = tmp_path / "model.h5"
+    with h5py.File(model, "r+") as file:
+        name = next(iter(file["mesh/cells"]))
+        file[f"mesh/cells/{name}"][0, 0] = 10**6
+    assert f"model.h5: /mesh/cells/{name}: rows of at least" in run(case, command="check", status=2).err
+
+
 @pytest.fixture
 def five(tmp_path):
     """inputs/dof5, with its model."""
@@ -112,7 +122,7 @@ def five(tmp_path):
 
 def test_more_ranks_than_points_are_told(five):
     kinds, said = check(five, ranks=2)
-    assert kinds == ["idle_ranks"] and "2 ranks share 1 contact points" in said
+    assert kinds == ["idle_ranks"] and "2 ranks for 1 contact point:" in said
     assert check(five)[0] == []
 
 

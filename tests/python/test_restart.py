@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -98,7 +99,7 @@ def of_rank(which):
 @pytest.mark.slow
 def test_signal_to_any_rank_stops_all(tmp_path, whom, number):
     """mpirun passes SIGUSR1 on; a batch system may reach one rank alone. Afterwards on another number of ranks."""
-    case = cases.several_points(tmp_path, omega=[0.8, 1.1])
+    case = cases.several_points(tmp_path, omega=[0.8, 1.1], samples=1024)  # for some seconds
     whole = run(case, out="whole", ranks=2)
     said, folder = stopped(case, 10, ranks=2, number=number, whom=whom)
     assert said.count("dovetail: stopped by") == 1
@@ -371,13 +372,15 @@ def test_watched_unknown_must_exist(tmp_path, name, words):
 @pytest.mark.slow
 def test_lost_rank_ends_the_run(tmp_path, which):
     """Its process is gone without a word: the others end soon, what was computed is there, and --restart goes on from it."""
-    case = cases.several_points(tmp_path, omega=[0.8, 1.1])
+    case = cases.several_points(tmp_path, omega=[0.8, 1.1], samples=1024)  # for some seconds
     whole = run(case, out="whole", ranks=2)
     command, folder = line(case, out="out", ranks=2)
     with Watched(command) as watched:
         watched.wait_for_point(10)
-        os.kill(sorted(children(watched.process.pid))[which], signal.SIGKILL)
+        ranks = sorted(children(watched.process.pid))
+        os.kill(ranks[which], signal.SIGKILL)
         watched.process.wait(SECONDS / 2)
+        wait_for(lambda: not any(Path(f"/proc/{rank}").exists() for rank in ranks), "the end of all ranks")
         assert watched.process.returncode not in (None, 0)
     before = read_points(folder)
     assert len(before["omega"]) >= max(10, watched.last_point())

@@ -37,7 +37,7 @@ TEST(Curve, tells_what_lies_between_the_ends_of_a_step) {
   double off[2];
   for (int i = 0; i < 2; ++i) {
     const CurvePoint next = scene.on(here, i == 0 ? 0.02 : 0.01);
-    off[i] = scene.curve.off_middle(here, next, middle);
+    off[i] = scene.curve.off_middle(here, next, middle) / (i == 0 ? 0.02 : 0.01);
   }
   EXPECT_LT(off[0], 1e-3);
   EXPECT_NEAR(off[0] / off[1], 8, 3);
