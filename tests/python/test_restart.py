@@ -99,7 +99,7 @@ def of_rank(which):
 @pytest.mark.slow
 def test_signal_to_any_rank_stops_all(tmp_path, whom, number):
     """mpirun passes SIGUSR1 on; a batch system may reach one rank alone. Afterwards on another number of ranks."""
-    case = cases.several_points(tmp_path, omega=[0.8, 1.1], samples=1024)  # for some seconds
+    case = cases.several_points(tmp_path, omega=[0.8, 1.1], samples="exact", between=1e-7)  # many points
     whole = run(case, out="whole", ranks=2)
     said, folder = stopped(case, 10, ranks=2, number=number, whom=whom)
     assert said.count("dovetail: stopped by") == 1
@@ -372,7 +372,7 @@ def test_watched_unknown_must_exist(tmp_path, name, words):
 @pytest.mark.slow
 def test_lost_rank_ends_the_run(tmp_path, which):
     """Its process is gone without a word: the others end soon, what was computed is there, and --restart goes on from it."""
-    case = cases.several_points(tmp_path, omega=[0.8, 1.1], samples=1024)  # for some seconds
+    case = cases.several_points(tmp_path, omega=[0.8, 1.1], samples="exact", between=1e-7)  # many points
     whole = run(case, out="whole", ranks=2)
     command, folder = line(case, out="out", ranks=2)
     with Watched(command) as watched:
