@@ -31,11 +31,6 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
   if (study.exact_modes && study.check_modes)
     refuse(study, "reduction.exact_modes",
            "reduction.check_modes counts interior modes, on which exact ones do not depend; keep one of the two keys");
-  if (study.stability.value_or(false))
-    refuse(study, "stability.enabled",
-           sector + "stability is not judged: the travelling wave may lose it to motions of any number of nodal "
-                    "diameters, which one sector does not have; write false, or delete this key");
-  study.stability = false;
   if (study.strategies.has("integration"))
     refuse(study, "recovery.strategies",
            sector +

@@ -62,8 +62,7 @@ void FolderLock::refuse_held(const std::filesystem::path &folder, const std::str
   close(descriptor);
 }
 
-FolderLock::FolderLock(const std::filesystem::path &folder, const std::string &remedy)
-    : file_(folder / name) {
+FolderLock::FolderLock(const std::filesystem::path &folder, const std::string &remedy) : file_(folder / name) {
   for (;;) {
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor_ < 0)
