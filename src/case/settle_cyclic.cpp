@@ -1,5 +1,5 @@
 // What a case may ask of a sector of a cyclic structure, once it is known whether the model is one.
-#include "case/case.hpp"
+#include "case/judged_sector.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -48,6 +48,15 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
     refuse(study, "damping.structural",
            sector + "a structural matrix of its own is not taken yet; take it out of " + file +
                " for hysteretic damping by K");
+}
+
+void check_stability(const Case &study, int points, int sectors) {
+  const int unknowns = 3 * points * (2 * study.harmonics + 1);
+  if (sectors == 0 || !study.stability.value_or(false) || unknowns <= most_judged_of_sector) return;
+  refuse(study, "stability.enabled",
+         "on a sector of a cyclic structure it is judged up to " + std::to_string(most_judged_of_sector) +
+             " unknowns of contact points, 3 N_x (2H+1), and these are " + std::to_string(unknowns) +
+             "; write false, or delete this key");
 }
 
 } // namespace dovetail

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "case/judged_sector.hpp"
+#include "contact/fourier.hpp"
 #include "stability/growth.hpp"
 #include "support/error.hpp"
 #include "support/gathered.hpp"
@@ -52,6 +54,7 @@ std::vector<SectorStabilityTest::Task> SectorStabilityTest::tasks(bool sampled) 
 
 Stability SectorStabilityTest::judge(const std::vector<double> &coefficients, double omega) {
   const int harmonics = static_cast<int>(coefficients.size()) / equations_.dofs() / 2;
+  if (3 * equations_.points * coefficient_count(harmonics) > most_judged_of_sector) return {}; // harmonics were added
   ContactReading reading(points_, harmonics);
   reading.read(coefficients);
   const bool sampled = reading.sampled();

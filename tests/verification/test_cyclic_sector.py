@@ -210,7 +210,7 @@ def test_estimated_errors_are_those_of_more_harmonics(tmp_path):
 REFUSED = {
     "engine order missing": ("excitation.engine_order = 1\n", "", "one of 6 equal sectors; write engine_order"),
     "not whole": ("engine_order = 1", "engine_order = 1.5", "must be a whole number"),
-    "stability": ("continuation.omega", "stability.enabled = true\ncontinuation.omega", "stability is not judged"),
+    "stability": ("harmonics = 7", "harmonics = 80 }\nstability = { enabled = true", "judged up to 2500 unknowns of contact points"),
     "integration": ("continuation.omega", 'recovery.strategies = ["jump", "integration"]\ncontinuation.omega',
                     "nothing is integrated in time"),
     "ratios": ("damping.stiffness", "damping.ratios = [[1, 0.01]]\ndamping.stiffness", "modes differ with the nodal diameter"),
