@@ -66,7 +66,7 @@ public:
         const double *of = &motion_[r * w];
         double *to = &q[place(j, r) * wide];
         to[0] = of[0];
-        for (int k = 1; k <= harmonics_; ++k) {
+        for (int k = 1; k <= std::min(harmonics_, harmonics); ++k) {
           const Complex z =
               Complex(of[cosine(k)], -of[sine(k)]) * std::polar(1.0, -2 * M_PI * k * sector_.engine_order * j / N);
           to[cosine(k)] = z.real(), to[sine(k)] = -z.imag();
