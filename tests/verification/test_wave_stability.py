@@ -21,7 +21,7 @@ def scene(folder, omega, at=()):
     series = (LOAD * DATA[f"{NAME}/fourier"]).tolist()
     lines = {"fourier": f"fourier = {series[0]}", "harmonic_balance": "harmonic_balance.harmonics = 5",
              "newton": "newton = { step_tolerance = 1e-9, residual_tolerance = 1e-9 }",
-             "continuation.omega": f"continuation = {{ omega = {list(omega)}, at = {list(at)}, adaptive = true }}\n"
+             "continuation.omega": f"continuation = {{ omega = {list(omega)}, at = {list(at)}, adaptive = true, step = 1.0 }}\n"
                                    "stability.enabled = true\naccuracy.estimates = false"}
     text = path.read_text()
     for key, line in lines.items():
@@ -33,7 +33,7 @@ def scene(folder, omega, at=()):
 
 @pytest.mark.slow
 def test_a_push_grows_where_the_sector_says_so_and_dies_out_elsewhere(tmp_path):
-    case, models = scene(tmp_path, (2 * np.pi * 502, STABLE), at=[UNSTABLE])
+    case, models = scene(tmp_path, (2 * np.pi * 520, STABLE), at=[UNSTABLE])
     done = launch.run(case)
     assert re.search("unstable from here on: the wave loses its stability to nodal diameter [03],", done.out), done.out
     assert " stable from here on" in done.out
