@@ -53,12 +53,9 @@ def test_a_push_grows_where_the_sector_says_so_and_dies_out_elsewhere(tmp_path):
             seen.append(wheel.run(13))
         change = wheel_in_time.by_diameter(seen[1] - seen[0])[:-1].reshape(13, 768, -1)
         change = np.sqrt((change**2).mean(axis=1))
-        rate = (np.linalg.norm(change[12]) / np.linalg.norm(change[3])) ** (1 / 9)
-        if grows:
-            assert rate == pytest.approx(multiplier, rel=0.1) and rate > 1.08  # lags of sliders, few harmonics
-            assert change[12, [1, 2]].max() < 0.2 * change[12, [0, 3]].min()
-        else:
-            assert rate < 1
+        assert change[12, [1, 2]].max() < 0.1 * change[12, [0, 3]].min()
+        rate = (change[12, 3] / change[3, 3]) ** (1 / 9)  # 0 also has what sliders remember
+        assert multiplier > 1.1 and rate > 1.06 if grows else rate < 0.97
 
 
 @pytest.mark.slow
