@@ -1,4 +1,5 @@
-"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | info | peaks | study | range | fit."""
+"""Set-up and post-processing: python3 -m dovetail new | import | plot | export | stress | info | peaks | verify | watch | study | range |
+fit."""
 
 import argparse
 import math
@@ -8,7 +9,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from . import __version__, blas_kernel
+from . import __version__, blas_kernel, life
 from .case_changes import CONTACT, NAMES
 from .importers import FORMATS
 
@@ -22,7 +23,7 @@ def new(arguments):
     if target.exists():
         raise ValueError(f"{target}: is there already; choose another name")
     shutil.copytree(TEMPLATE, target, ignore=shutil.ignore_patterns("__pycache__"))
-    print(f"{target}: model.py, case.toml and README.md; README.md says how to go on")
+    print(f"{target}: model.py, case.toml, its schema for editors, and README.md, which says how to go on")
 
 
 def import_(arguments):
@@ -51,6 +52,13 @@ def export(arguments):
     command(arguments)
 
 
+def stress(arguments):
+    """Say where a part is stressed most, and how much of its strength that uses."""
+    from .stress import stress as command
+
+    command(arguments)
+
+
 def info(arguments):
     """Say what is in a file."""
     from .info import describe
@@ -62,6 +70,20 @@ def info(arguments):
 def peaks(arguments):
     """Tabulate the peaks that a nonlinear mode gives over the force."""
     from .peaks_table import peaks as command
+
+    command(arguments)
+
+
+def verify(arguments):
+    """Compute points of results again, independently of the program."""
+    from .verify import verify as command
+
+    return _with_runs(command, arguments)
+
+
+def watch(arguments):
+    """Show a run while it goes on."""
+    from .watch import watch as command
 
     command(arguments)
 
@@ -140,6 +162,8 @@ def parser():
                                   "that is still being written, or of the mesh and contact points of a model file. Prints the name of "
                                   "the picture.")
     command.add_argument("file", metavar="FILE.h5", help="results or model")
+    command.add_argument("further", metavar="MORE.h5", nargs="*", help="more results, whose curves are drawn into the same picture")
+    command.add_argument("--labels", metavar="TEXT", nargs="+", help="of the curves of several results; default: titles or folders")
     command.add_argument("--dof", metavar="NAME", nargs="+", help="a1, a2, ... (modes), x1.t1, x1.t2, x1.n, ... (contact points), "
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
@@ -164,6 +188,7 @@ def parser():
     command.set_defaults(run=plot)
 
     _export_options(commands)
+    _stress_options(commands)
 
     command = commands.add_parser("info", help="what is in a file", description="Sizes, units, range and peaks of model, reduced and "
                                   "results files.")
@@ -184,6 +209,8 @@ def parser():
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for nodes, if it is not where it was when the run started")
     command.add_argument("-o", "--output", metavar="FILE.csv", help="table to write, FILE.txt beside it; default: beside the results")
     command.set_defaults(run=peaks)
+
+    _looking_options(commands)
 
     command = commands.add_parser("study", help="speed against accuracy on a case", description="Run a case with a grid of settings, "
                                   "compare each with a reference of at least twice the harmonics and exact contact forces, and write "
@@ -209,10 +236,7 @@ def _export_options(commands):
                                   "mesh in motion over one period (motion.pvd), the contact points with their states and forces "
                                   "(contact.pvd), and the curve as a table (curve.csv).")
     command.add_argument("file", metavar="RESULTS.h5")
-    command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
-                         "of the parameter that is varied; default: the peak of the first dof")
-    command.add_argument("--point", metavar="I", type=int, help="the point of the curve, counted from 0, or from its end if negative")
-    command.add_argument("--hz", action="store_true", help="--at is in Hz")
+    _point_options(command)
     command.add_argument("--frames", metavar="N", type=int, default=24, help="instants of the period; default: %(default)s")
     command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, in its place; default: 0")
     command.add_argument("--wheel", action="store_true", help="all sectors of a cyclic structure, their outer faces")
@@ -221,10 +245,56 @@ def _export_options(commands):
     cells.add_argument("--solid", action="store_true", help="the cells in place of outer faces, also of a wheel")
     command.add_argument("--dof", metavar="NAME", nargs="+", help="columns of the table, as in plot")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")
+    life.add_options(command, finite)
+    command.add_argument("--wear", metavar="K", type=finite, help="wear: volume that a unit of friction work takes away, in units of the "
+                         "model [m^3/J]; gives the depth after a million periods")
     command.add_argument("--replace", action="store_true", help="also files that no export has written")
     command.add_argument("-o", "--output", metavar="DIR", help="folder to write; default: RESULTS_paraview beside the results; of a name "
                          "that ends with .csv: the table alone")
     command.set_defaults(run=export)
+
+
+def _stress_options(commands):
+    command = commands.add_parser("stress", help="stress and utilisation of the part", description="Stress at the nodes from the static "
+                                  "preload and the harmonics of a point of the curve: mean and amplitude over the period, and with the "
+                                  "strengths of the material the utilisation by Goodman's line. Lists the worst points.")
+    command.add_argument("file", metavar="RESULTS.h5")
+    _point_options(command)
+    command.add_argument("--dof", metavar="NAME", nargs=1, help="whose peak is meant, as in plot; default: the loaded node")
+    command.add_argument("--worst", metavar="N", type=int, default=10, help="points of the list; default: %(default)s")
+    command.add_argument("--without", metavar="SET", nargs="+", default=[], help="without the nodes of these sets, such as a patch of "
+                         "contact")
+    command.add_argument("--reaction", metavar="SET", nargs="+", help="also the forces of the supports in the held directions of node sets")
+    command.add_argument("--up", choices="xyz", default="z", help="the axis that points upwards in the picture; default: %(default)s")
+    command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")
+    life.add_options(command, finite)
+    command.add_argument("-o", "--output", metavar="FILE", nargs="+", default=[], help="FILE.csv: a table of all nodes; FILE.png: a "
+                         "picture of the part and the Haigh diagram")
+    command.set_defaults(run=stress)
+
+
+def _point_options(command):
+    command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
+                         "of the parameter that is varied; default: the peak of the first dof")
+    command.add_argument("--point", metavar="I", type=int, help="the point of the curve, counted from 0, or from its end if negative")
+    command.add_argument("--hz", action="store_true", help="--at is in Hz")
+
+
+def _looking_options(commands):
+    command = commands.add_parser("verify", help="points computed again, without the program", description="Compute points of results "
+                                  "again in NumPy alone: what is missing of the equations, and whether the work put in is what damping "
+                                  "and friction take. Exit status 3 where a point does not hold.")
+    command.add_argument("file", metavar="RESULTS.h5")
+    command.add_argument("--points", metavar="N", type=int, default=5, help="how many, evenly over the curve, with its ends and its "
+                         "largest; default: %(default)s")
+    command.set_defaults(run=verify)
+
+    command = commands.add_parser("watch", help="a run while it goes on", description="Draw the curve, the states of the contact points "
+                                  "and the progress of a run in the terminal, anew each second, until the run ends.")
+    command.add_argument("file", metavar="RESULTS.h5", help="the file, or the folder of the run")
+    command.add_argument("--dof", metavar="NAME", help="the unknown that is drawn; default: the one that is watched or moves most")
+    command.add_argument("--once", action="store_true", help="one picture, now")
+    command.set_defaults(run=watch)
 
 
 def _range_options(commands):

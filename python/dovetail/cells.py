@@ -2,7 +2,7 @@
 
 import numpy as np
 
-_EDGES = {
+EDGES = {
     "tetra": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
     "pyramid": [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)],
     "wedge": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
@@ -64,7 +64,7 @@ def _faces_of(nodes, kind, rows, inside):
     if kind not in _SOLIDS:
         return
     shape, quadratic = _SOLIDS[kind]
-    place = {frozenset(edge): _CORNERS[shape] + i for i, edge in enumerate(_EDGES[shape])}
+    place = {frozenset(edge): _CORNERS[shape] + i for i, edge in enumerate(EDGES[shape])}
     for corners in _FACES[shape]:
         columns = list(corners)
         if quadratic:

@@ -63,7 +63,7 @@ def hysteresis(results, point, contact, direction=0, n=None, sector=None):
 
 def activity(results, point):
     """As `Results.contact_activity`."""
-    row = results.number(point)
+    row = slice(len(results)) if point is None else results.number(point)
     if not results.has_activity:
         raise ValueError(f"{results.path}: has no /points/contact: it was written by an older version; run the case again")
     names = [field.name for field in fields(ContactActivity)]

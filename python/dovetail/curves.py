@@ -1,12 +1,15 @@
 """Response curves: pieces between jumps of the branch, peaks, what happens at the ends."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from . import fourier
 
+DRAWN = 8  # values on a piece of the curve between two points, for pictures
+FINE = 64  # the same, where a maximum is sought
 JUMPS = ("leap", "integration", "outside")  # events behind which the branch goes on elsewhere
 
 
@@ -22,6 +25,7 @@ class Response:
     coefficients : (n, 2H+1) of its motion from the preload state
     jumps : numbers of the points behind which the branch goes on elsewhere
     located : points that the run has located as its maxima
+    slopes : a function without arguments, which gives the slopes of `along` (n,) and `coefficients` (n, 2H+1) by arc length; or None
     """
 
     name: str
@@ -34,12 +38,42 @@ class Response:
     coefficients: np.ndarray
     jumps: np.ndarray
     located: np.ndarray
+    slopes: Callable | None = None
+
+    def curve(self, n=DRAWN):
+        """(along, amplitude) of the curve as it is drawn, NaN behind each jump: n values from each point to the next, by the cubic with
+        their tangents; the points themselves where the run has stored none."""
+        if self.slopes is None:
+            return with_gaps(self.along, self.jumps), with_gaps(self.amplitude, self.jumps)
+        along, coefficients = zip(*(part for piece in pieces(len(self.along), self.jumps) for part in self._cubics(piece, n)))
+        return np.concatenate(along)[:-1], np.concatenate([fourier.amplitude(part) for part in coefficients])[:-1]
+
+    def _cubics(self, piece, n):
+        """Parts (along, coefficients) of a piece without jumps, then one that is no number."""
+        slope, slopes = self.slopes()
+        part = np.arange(n) / n
+        for i in range(piece.start, piece.stop - 1):
+            step = self.arclength[i + 1] - self.arclength[i]
+            if step > 0:
+                yield (cubic(self.along[i:i + 2], slope[i:i + 2], step, part),
+                       cubic(self.coefficients[i:i + 2], slopes[i:i + 2], step, part))
+        yield self.along[piece.stop - 1:piece.stop], self.coefficients[piece.stop - 1:piece.stop]
+        yield np.array([np.nan]), np.full((1, self.coefficients.shape[1]), np.nan)
+
+    def _top(self, i):
+        """(along, amplitude) of the maximum near point i."""
+        if self.slopes is None:
+            return top(self.along, self.arclength, self.amplitude, i)
+        along, coefficients = (np.concatenate(parts) for parts in zip(*list(self._cubics(slice(i - 1, i + 2), FINE))[:-1]))
+        amplitude = fourier.amplitude(coefficients)
+        highest = int(np.clip(np.argmax(amplitude), 1, len(along) - 2))
+        return top(along, np.arange(len(along), dtype=float), amplitude, highest)
 
     def peaks(self):
         """As `Results.peaks`."""
         located = set(self.located)
         return [(float(self.along[i]), float(self.amplitude[i])) if i in located else
-                top(self.along, self.arclength, self.amplitude, i) for i in maxima(self.amplitude, self.jumps)]
+                self._top(i) for i in maxima(self.amplitude, self.jumps)]
 
     def peak_point(self):
         """As `Results.peak_point`; None where there is no peak."""
@@ -93,6 +127,13 @@ def maxima(amplitude, jumps):
         inside = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])
         found += list(piece.start + 1 + np.flatnonzero(inside))
     return np.array(found, int)
+
+
+def cubic(ends, slopes, step, part):
+    """The cubic with these values (2, ...) and slopes at its ends, `step` apart, at parts (m,) of the way: (m, ...)."""
+    p = np.reshape(part, (-1, *[1] * (np.ndim(ends) - 1)))
+    q = 1 - p
+    return q * q * (ends[0] * (1 + 2 * p) + step * slopes[0] * p) + p * p * (ends[1] * (1 + 2 * q) - step * slopes[1] * q)
 
 
 def top(omega, arclength, amplitude, i):

@@ -9,6 +9,7 @@ import numpy as np
 from .contact_period import contact_period, samples_of
 from .export_frames import ContactFrames, MeshFrames, needed, write_collection
 from .friction_energy import per_period
+from .life import asked_life
 from .motion import PlacesUnknown, find_joint
 from .moving_mesh import moving_mesh
 from .output_files import made, refuse_folder
@@ -48,7 +49,9 @@ def export(arguments):
     needed()
     point = number(results, arguments, dofs[0])
     cells = "solid" if arguments.solid else "surface" if arguments.surface or arguments.wheel else "as known"
-    notes, parts = _parts(results, point, sectors, frames, cells)
+    if arguments.wear is not None and arguments.wear < 0:
+        raise ValueError(f"--wear: a volume per friction work is not negative, found {arguments.wear:g}")
+    notes, parts = _parts(results, point, sectors, frames, cells, arguments)
     planned = [CURVE, *(f"{name}.pvd" for name in parts), *(file for name in parts for file in files_of(name, frames))]
     begin(folder, planned, arguments.replace)
     write_curve(results, folder / CURVE, dofs)
@@ -69,16 +72,27 @@ def number(results, arguments, dof):
     return chosen_point(results, arguments.at, arguments.hz, [dof])
 
 
-def _parts(results, point, sectors, frames, cells):
+def _parts(results, point, sectors, frames, cells, arguments):
     """What is not there, in words, and what is: a dict of the name of a collection to MeshFrames or ContactFrames."""
     mesh, notes = _mesh(results, point, cells, sectors != [0])
-    parts = {} if mesh is None else {"motion": MeshFrames(mesh, sectors)}
+    parts = {}
+    if mesh is not None:
+        found = None
+        try:
+            found = asked_life(results, point, arguments)
+        except ValueError as error:
+            if arguments.material or arguments.strengths or arguments.fatigue_strength is not None or arguments.tensile is not None:
+                raise
+            notes.append(f"no stress: {error}")
+        parts["motion"] = MeshFrames(mesh, sectors, found)
     if results.contact_points:
         try:
             joint = find_joint(results)
+            if arguments.wear is not None and not np.all(joint["area"] > 0):
+                raise ValueError(f"{results.path}: the areas of its contact points are not known, so --wear gives no depth")
             if results.has_activity:
                 period = contact_period(results, point, samples_of(frames, results.wave))
-                parts["contact"] = ContactFrames.of(joint, period, mesh, sectors)
+                parts["contact"] = ContactFrames.of(joint, period, mesh, sectors, results.frequency[point], arguments.wear)
             else:
                 notes.append("no contact points: an older version wrote the run, without /points/contact; run the case again")
         except PlacesUnknown as error:

@@ -10,17 +10,22 @@ import numpy as np
 
 from .contact_period import ContactPeriod
 from .cyclic import about
+from .fatigue import von_mises
+from .life import Life
 from .moving_mesh import MovingMesh
+from .strains import PAIRS
 
 ENERGY = "friction_energy"  # per period
+MILLION = 1e6  # periods, of wear
 
 
 @dataclass
 class MeshFrames:
-    """The mesh of some sectors: total displacement, what of it vibrates, its amplitude, and which nodes are in which set."""
+    """The mesh of some sectors: total displacement, what of it vibrates, its amplitude, which nodes are in which set, and stresses."""
 
     mesh: MovingMesh
     sectors: list
+    life: Life | None = None
 
     def __post_init__(self):
         mesh, count = self.mesh, len(self.sectors)
@@ -36,12 +41,30 @@ class MeshFrames:
             self.still[f"set {name}"] = np.tile(inside, count)
         if mesh.wave is not None:
             self.still["sector"] = np.repeat(self.sectors, len(mesh.nodes))
+        if self.life is not None:
+            self.pair = self.life.of_nodes(mesh.rows)
+            lasting = {"stress_mean": self.life.mean, "stress_amplitude": self.life.amplitude, "utilisation": self.life.utilisation}
+            self.still |= {name: np.tile(self._at_nodes(values), count) for name, values in lasting.items() if values is not None}
 
     def fields(self, share):
         """Of an instant, at a share of the period."""
         theta = 2 * np.pi * share
-        return {name: np.concatenate([self.mesh.displacement(theta, sector, mean) for sector in self.sectors])
-                for name, mean in (("displacement", True), ("vibration", False))} | self.still
+        moving = {name: np.concatenate([self.mesh.displacement(theta, sector, mean) for sector in self.sectors])
+                  for name, mean in (("displacement", True), ("vibration", False))}
+        if self.life is not None:
+            moving["stress"] = np.concatenate([self._stress(theta, sector) for sector in self.sectors])
+            moving["von_mises"] = von_mises(moving["stress"])
+        return moving | self.still
+
+    def _stress(self, theta, sector):
+        """(k, 6) of the nodes of a sector, along the axes of the model."""
+        stress = self._at_nodes(self.life.stress.at(theta - self.mesh.lag(sector)))
+        return turned(stress, self.mesh.rotation(sector)) if sector else stress
+
+    def _at_nodes(self, values):
+        """Values (P, ...) of pairs of node and material at the nodes, nan where there are none."""
+        known = self.pair >= 0
+        return np.where(known.reshape(-1, *[1] * (values.ndim - 1)), values[self.pair], np.nan)
 
     def in_words(self):
         kinds = ", ".join(f"{len(rows)} {kind}" for kind, rows in self.cells.items())
@@ -53,6 +76,7 @@ class ContactFrames:
     """The contact points of some sectors, at their places at rest, and what they do; vectors along the axes of the model.
 
     position, normal : (N_x, 3); axes : (N_x, 3, 3) rows t1, t2, n; joint : (N_x,) number of the joint; area : (N_x,), 0 if not known
+    frequency : periods per second [Hz]; wear : volume that a unit of friction work takes away, None if not asked for
     """
 
     position: np.ndarray
@@ -62,11 +86,13 @@ class ContactFrames:
     period: ContactPeriod
     mesh: MovingMesh | None
     sectors: list
+    frequency: float
+    wear: float | None = None
 
     @classmethod
-    def of(cls, joint, period, mesh, sectors):
+    def of(cls, joint, period, *others):
         """joint : as in `Model`."""
-        return cls(joint["position"], joint["axes"], joint["joint"], joint["area"], period, mesh, sectors)
+        return cls(joint["position"], joint["axes"], joint["joint"], joint["area"], period, *others)
 
     def __post_init__(self):
         count, number = len(self.sectors), np.arange(len(self.position))
@@ -77,7 +103,10 @@ class ContactFrames:
         still = {"contact": number + 1, "joint": self.joint, "slip_path": period.slip_path, ENERGY: period.energy,
                  "slip_share": period.slip, "open_share": period.open}
         if per_area:
-            still |= {"area": self.area, f"{ENERGY}_per_area": period.energy / self.area}
+            per = period.energy / self.area
+            still |= {"area": self.area, f"{ENERGY}_per_area": per, "friction_power_per_area": per * self.frequency}
+            if self.wear is not None:
+                still["wear_depth_per_million_periods"] = MILLION * self.wear * per
         self.still = {name: np.tile(values, count) for name, values in still.items()}
         if self.mesh is not None and self.mesh.wave is not None:
             self.still["sector"] = np.repeat(self.sectors, len(number))
@@ -111,6 +140,15 @@ class ContactFrames:
     def in_words(self):
         wave = None if self.mesh is None else self.mesh.wave
         return f"{_of(self.sectors, wave)}{len(self.points)} contact points"
+
+
+def turned(tensors, R):
+    """Tensors (..., 6) turned by R (3, 3)."""
+    full = np.empty((*tensors.shape[:-1], 3, 3))
+    for component, (i, j) in enumerate(PAIRS):
+        full[..., i, j] = full[..., j, i] = tensors[..., component]
+    full = R @ full @ R.T
+    return np.stack([full[..., i, j] for i, j in PAIRS], axis=-1)
 
 
 def _of(sectors, wave):

@@ -44,7 +44,13 @@ def course(coefficients, omega, n, times=None):
 
 
 def amplitude(coefficients):
-    """Half the peak-to-peak of the motion over the period, taken from the polynomial and not from samples of it.
+    """Half the peak-to-peak of the motion over the period, (n,) of coefficients (n, 2H+1); taken as in `extremes`."""
+    lowest, highest = extremes(coefficients)
+    return (highest - lowest) / 2
+
+
+def extremes(coefficients):
+    """The lowest and the highest value over the period, from the mean, taken from the polynomial and not from samples of it.
 
     Parameters
     ----------
@@ -52,7 +58,7 @@ def amplitude(coefficients):
 
     Returns
     -------
-    (n,) array
+    (n,), (n,) arrays
 
     Notes
     -----
@@ -68,7 +74,7 @@ def amplitude(coefficients):
     slope = coefficients @ basis(harmonics, theta, 1).T
     size = np.hypot(coefficients[:, 1::2], coefficients[:, 2::2])
     beyond = theta[1] / 2 * np.abs(slope) + (theta[1] ** 2 / 8 * (size @ np.arange(1, harmonics + 1) ** 2))[:, None]
-    return (_highest(coefficients, value, beyond, theta) + _highest(-coefficients, -value, beyond, theta)) / 2
+    return -_highest(-coefficients, -value, beyond, theta), _highest(coefficients, value, beyond, theta)
 
 
 def _highest(coefficients, value, beyond, theta):

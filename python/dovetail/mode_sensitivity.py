@@ -12,13 +12,12 @@ from .hdf5_read import opened
 from .modes import LARGEST, Backbone, real_coefficients
 from .parameters import CONTACT_WIDTH
 from .recovery import reduced_file
-from .reduced_system import equations, reduced_of
+from .reduced_system import FIELDS, equations, reduced_of
 from .reference import contact_coefficients, contact_preload
 from .results import Results
 
-FIELDS = {"normal_stiffness": "kn", "tangential_stiffness": "kt", "friction": "mu", "gap": "gap"}  # of reference.Contact
 STEP = 1e-5  # relative, of the differences of R by a parameter
-CLOSE, ITERATIONS = 1e-9, 30  # relative step at which the mode counts as solved, and Newton iterations at most
+CLOSE, ITERATIONS = 1e-9, 30  # step at which the mode counts as solved, relative but for the damping ratio, and Newton iterations at most
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def solved_mode(system, q, omega, zeta, alpha):
         residual, J = _equations(system, q, omega, zeta, alpha, constant)
         step = np.linalg.solve(J, -residual)
         q, omega, zeta = q + step[:-2].reshape(q.shape), omega + step[-2], zeta + step[-1]
-        if np.linalg.norm(step[:-2]) < CLOSE * np.linalg.norm(q):
+        if max(np.linalg.norm(step[:-2]) / np.linalg.norm(q), abs(step[-2]) / omega, abs(step[-1])) < CLOSE:
             return q, float(omega), float(zeta), _equations(system, q, omega, zeta, alpha, constant)[1]
     raise ValueError(f"amplitude {alpha:g}: Newton's method did not find the mode with sampled forces; take more samples")
 

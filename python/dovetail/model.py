@@ -46,7 +46,9 @@ class Model(DampingMatrices):
         `nodes` (n_nodes, 3) [m]; `cells`, a dict of meshio cell type to (m, k) node rows in VTK order; `dof_node` (n,), the node of
         each dof, -1 for none; `dof_direction` (n,), 0 to 2 for displacements, 3 to 5 for rotations, -1 for others. Optional `sets`,
         a dict of name to node rows, and `changed`, the dofs that are no unknowns any more: `dof` (c,), `begin` (c+1,), `column`,
-        `value`, with u[dof[i]] = sum of value[j] q[column[j]] for j from begin[i] to begin[i+1].
+        `value`, with u[dof[i]] = sum of value[j] q[column[j]] for j from begin[i] to begin[i+1]. For stresses
+        `materials`, a list of `material.Material`, `material`, a dict of cell type to (m,) rows of that list, -1 where there is none, and
+        `integration`, likewise a number of `solids.INTEGRATION`. `Structure.with_material` gives them.
     joint : dict, optional
         `position` (N_x, 3) [m], `axes` (N_x, 3, 3) with rows t1, t2, n, `area` (N_x,) [m^2], `joint` (N_x,) number of the joint
         from 0, `names` of the joints. `Structure.join` gives it, as it gives `mesh`.
@@ -182,8 +184,7 @@ class Model(DampingMatrices):
             attributes[name] = {"MATLAB_sparse": np.uint64(self.n), "MATLAB_class": np.string_("double")}
         for name, values in model_mesh.datasets(self.mesh, self.joint).items():
             parts.append(self._share(name, values))
-        if self.joint:
-            attributes["contact"] = {"joints": np.array([name.encode() for name in self.joint["names"]])}
+        attributes |= model_mesh.attributes(self.mesh, self.joint)
         if self.cyclic:
             attributes["cyclic"] = model_cyclic.attributes(self.cyclic)
         hdf5_parts.write(path, parts, attributes, self.comm)

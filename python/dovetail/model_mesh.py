@@ -3,18 +3,20 @@
 import h5py
 import numpy as np
 
+from . import material
 from .hdf5_read import attribute, numbers, text
 
 MESH = ("nodes", "cells", "dof_node", "dof_direction")
+OPTIONAL = ("sets", "changed", "materials", "material", "integration")
 CHANGED = ("dof", "begin", "column", "value")
 MOST_NAMES = 64000  # bytes of all joint names, padded to the longest: an attribute of HDF5 has at most 64 KiB
 JOINT = {"position": (3,), "axes": (3, 3), "area": (), "joint": ()}  # shape per contact point
 
 
 def checked_mesh(mesh, n):
-    """The `mesh` of Model for n dofs, as arrays; `sets` and `changed` always there, empty if not given."""
-    if not set(MESH) <= set(mesh) <= {*MESH, "sets", "changed"}:
-        raise ValueError(f"mesh must have {', '.join(MESH)} and may have sets, changed; found {', '.join(sorted(mesh))}")
+    """The `mesh` of Model for n dofs, as arrays; what is optional is always there, empty if not given."""
+    if not set(MESH) <= set(mesh) <= {*MESH, *OPTIONAL}:
+        raise ValueError(f"mesh must have {', '.join(MESH)} and may have {', '.join(OPTIONAL)}; found {', '.join(sorted(mesh))}")
     nodes = np.asarray(mesh["nodes"], dtype=np.float64)
     if nodes.ndim != 2 or nodes.shape[1] != 3:
         raise ValueError(f"mesh nodes must have shape (n_nodes, 3), found {nodes.shape}")
@@ -34,7 +36,7 @@ def checked_mesh(mesh, n):
         if values.shape != (n,) or values.min() < -1 or values.max() >= top:
             raise ValueError(f"mesh {name} must have shape ({n},) and values from -1 to {top - 1}, found shape {values.shape}")
     return {"nodes": nodes, "cells": cells, "dof_node": dof_node, "dof_direction": dof_direction, "sets": sets,
-            "changed": _checked_changed(mesh.get("changed"), n)}
+            "changed": _checked_changed(mesh.get("changed"), n), **material.checked(mesh, cells)}
 
 
 def _checked_changed(changed, n):
@@ -76,10 +78,24 @@ def datasets(mesh, joint):
         found = {f"mesh/{key}": mesh[key] for key in ("nodes", "dof_node", "dof_direction")}
         found |= {f"mesh/cells/{kind}": rows for kind, rows in mesh["cells"].items()}
         found |= {f"mesh/sets/{name}": rows for name, rows in mesh["sets"].items()}
+        if mesh["materials"]:
+            found["mesh/materials"] = np.array([(one.young, one.poisson, one.density) for one in mesh["materials"]])
+            found |= {f"mesh/material/{kind}": numbers for kind, numbers in mesh["material"].items()}
+            found |= {f"mesh/integration/{kind}": numbers for kind, numbers in mesh["integration"].items() if numbers.any()}
         if mesh["changed"]["dof"].size:
             found |= {f"mesh/changed/{key}": values for key, values in mesh["changed"].items()}
     if joint:
         found |= {f"contact/{key}": joint[key] for key in JOINT}
+    return found
+
+
+def attributes(mesh, joint):
+    """Name of a group to its attributes."""
+    found = {}
+    if joint:
+        found["contact"] = {"joints": np.array([name.encode() for name in joint["names"]])}
+    if mesh and mesh["materials"]:
+        found["mesh"] = {"materials": np.array([one.name.encode() for one in mesh["materials"]])}
     return found
 
 
@@ -89,11 +105,17 @@ def read_mesh(file):
         return None
     mesh = {"nodes": numbers(file, "mesh/nodes", (None, 3))}
     mesh |= {key: numbers(file, f"mesh/{key}", (None,), "i") for key in ("dof_node", "dof_direction")}
-    for key, axes in (("cells", 2), ("sets", 1)):
+    for key, axes in (("cells", 2), ("sets", 1), ("material", 1), ("integration", 1)):
         names = []
         if isinstance(file.get(f"mesh/{key}"), h5py.Group):  # names may hold a slash, which makes groups within groups
             file[f"mesh/{key}"].visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
         mesh[key] = {text(name): numbers(file, f"mesh/{key}/{name}", (None,) * axes, "i") for name in names}
+    if "materials" in file["mesh"]:
+        values = numbers(file, "mesh/materials", (None, 3))
+        names = [text(name) for name in np.ravel(attribute(file["mesh"], "materials", []))]
+        if len(names) != len(values):
+            raise ValueError(f"/mesh/materials: wanted {len(values)} names in the attribute materials of /mesh, found {len(names)}")
+        mesh["materials"] = [material.Material(*row, name) for row, name in zip(values.tolist(), names)]
     if "changed" in file["mesh"]:
         mesh["changed"] = {key: numbers(file, f"mesh/changed/{key}", (None,), "f" if key == "value" else "i") for key in CHANGED}
     return checked_mesh(mesh, len(mesh["dof_node"]))

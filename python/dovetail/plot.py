@@ -65,8 +65,9 @@ def response(results, dofs=None, at=None, hz=False):
                 if mixed:
                     _curve_by_stability(axis, results, frequency, curve.amplitude, i, label)
                 else:
-                    axis.plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(curve.amplitude, results.jumps), **_line(i),
-                              label=label, marker="o" if len(results) == 1 else None)
+                    along, amplitude = curve.curve()
+                    highest = max(highest, np.nanmax(amplitude))
+                    axis.plot(scale * along, amplitude, **_line(i), label=label, marker="o" if len(results) == 1 else None)
                 for omega, top in tops:
                     axis.plot(scale * omega, top, "o", color=_line(i)["color"], markersize=4, markerfacecolor="white")
                 places = _places(axis, results, curve, frequency, i)
@@ -85,7 +86,7 @@ def response(results, dofs=None, at=None, hz=False):
             axes[-1].plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(100 * results.points(state), results.jumps),
                           **_line(i), label=state)
         axes[-1].set(ylim=(-4, 104), yticks=(0, 50, 100), ylabel="points [%]",
-                     xlabel=_what(results) + bracket("Hz" if hz else results.along_unit))
+                     xlabel=over(results) + bracket("Hz" if hz else results.along_unit))
         axes[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), handlelength=3.2)
         if at is not None:
             for axis in axes:
@@ -96,7 +97,7 @@ def response(results, dofs=None, at=None, hz=False):
     return figure
 
 
-def _what(results):
+def over(results):
     """The name of what the curve is drawn over."""
     if results.parameter is None:
         return "excitation frequency"

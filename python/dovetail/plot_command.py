@@ -12,6 +12,8 @@ def plot(arguments):
     from .info import format_of
 
     path = Path(arguments.file)
+    if arguments.further or arguments.labels:
+        return _several(path, arguments)
     if format_of(path) == "dovetail-model":
         figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
     else:
@@ -21,6 +23,25 @@ def plot(arguments):
         figure, suffix = _picture_of_results(results, arguments)
     output = made(arguments.output or path.with_name(path.stem + suffix))
     figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
+    pyplot.close(figure)
+    print(output)
+
+
+def _several(path, arguments):
+    """Draws the curves of several results into one picture."""
+    from matplotlib import pyplot
+
+    from .plot_several import several
+    from .results import Results
+
+    if arguments.kind != "response" or arguments.at is not None:
+        raise ValueError("several files: their response curves are drawn, without --at and other kinds")
+    if arguments.dof and len(arguments.dof) > 1:
+        raise ValueError(f"--dof {' '.join(arguments.dof)}: of several files one unknown is drawn")
+    runs = [Results(file, arguments.model) for file in (path, *arguments.further)]
+    figure = several(runs, arguments.labels, (arguments.dof or [None])[0], arguments.hz)
+    output = made(arguments.output or path.with_name(path.stem + "_several.png"))
+    figure.savefig(output)
     pyplot.close(figure)
     print(output)
 

@@ -1,17 +1,23 @@
 """The equations that a run has solved, dense and in NumPy: a `reference.HarmonicBalance` of results and their reduced file."""
 
 import tomllib
+from dataclasses import replace
 
 import h5py
 import numpy as np
 import scipy.linalg
 
 from . import reference
+from .case_changes import contact_values
 from .hdf5_read import numbers, opened, text
+from .motion import find_joint
+from .parameters import CONTACT_WIDTH
 from .recovery import reduced_file
 
+FIELDS = {"normal_stiffness": "kn", "tangential_stiffness": "kt", "friction": "mu", "gap": "gap"}  # of reference.Contact
 
-def equations(results, samples=None):
+
+def equations(results, samples=None, parameter=None):
     """The equations (11) with the loads and the damping of the case that the results hold.
 
     Parameters
@@ -20,20 +26,46 @@ def equations(results, samples=None):
     samples : int, optional
         Instants per period, as the reference has sampled forces alone; default: those of the run, of an exact one so many that
         they are good for drawing.
+    parameter : float, optional
+        Of a run over another parameter, its value; default: what the case has. Unknowns are measured from the preload state with it.
     """
     case = tomllib.loads(results.case)
     path = reduced_file(results)
+    name = None if parameter is None else results.parameter_name
     with opened(path) as file:
         reduced, names = reduced_of(file, results)
         damping = _damping(file, results, case.get("damping", {}), reduced)
         further = [] if results.wave is None else [_of_index(file, results, h) for h in range(1, results.wave.sectors // 2 + 1)]
-    contact = reference.Contact(*(results.contact[key] for key in ("normal_stiffness", "tangential_stiffness", "friction", "gap")),
-                                law=results.contact["law"])
+    contact = reference.Contact(*(results.contact[key] for key in CONTACT_WIDTH), law=results.contact["law"])
     preload = reference.Preload(results.xp.reshape(-1, 3), results.g.reshape(-1, 3), results.w)
-    rest = contact, preload, damping, courses(case, names, path), results.harmonics, samples or results.drawing_samples
+    loads = courses(case, names, path)
+    if name == "force":
+        loads = [[parameter * value for value in course] for course in loads]
+    elif name == "damping":
+        damping = replace(damping, **{key: parameter * getattr(damping, key) for key in ("stiffness", "mass", "structural", "matrix")})
+    elif name == "preload":
+        preload = reference.contact_preload(replace(reduced, r=parameter * reduced.r), contact, results.xp)
+    elif name is not None:
+        contact = _varied(results, case, contact, parameter)
+        preload = reference.contact_preload(reduced, contact, results.xp)
+    rest = contact, preload, damping, loads, results.harmonics, samples or results.drawing_samples
     if results.wave is None:
         return reference.HarmonicBalance(reduced, *rest)
     return reference.SectorBalance([reduced, *further], results.wave.index, *rest)
+
+
+def _varied(results, case, contact, value):
+    """The contact points whose parameter, at those that `[path]` names, has another value: a factor, or for the gap an offset."""
+    path, damping = case["path"], case.get("damping", {})
+    if "stiffness" in results.parameter_name and (damping.get("contact") or damping.get("ratios")):
+        raise ValueError(f"{results.path}: {results.parameter_name} varies, and [damping] depends on it by `contact` or `ratios`")
+    which = np.isin(np.arange(1, results.contact_points + 1), path["points"]) if "points" in path else np.full(results.contact_points, True)
+    if "joint" in path:
+        joint = find_joint(results)
+        which = joint["joint"] == joint["names"].index(path["joint"])
+    kind = "offset" if results.parameter_name == "gap" else "factor"
+    values = contact_values(results.contact, {results.parameter_name: (kind, np.where(which, value, np.nan))})
+    return replace(contact, **{FIELDS[key]: numbers for key, numbers in values.items()})
 
 
 def courses(case, names, path):

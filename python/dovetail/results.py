@@ -1,7 +1,7 @@
 """Read a results file: amplitudes, time histories, contact forces, hysteresis loops, fields of the full model."""
 
 import re
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -118,6 +118,9 @@ class Results:
         points = {name: dataset(file, f"points/{name}", (None, ...)) for name in file["points"] if name != "contact"}
         activity = [dataset(file, f"points/contact/{name}", (None, self.contact_points)) for name in members(file, "points/contact")]
         self._n = min(len(values) for values in (*points.values(), *activity))
+        self._has_tangents = {"tangent", "tangent_parameter"} <= points.keys()
+        if self._has_tangents:
+            dataset(file, "points/tangent", (None, dofs, found))
         self._points = {name: values[:self._n] for name, values in points.items() if values.ndim == 1}
         for name in ("omega", "arclength"):
             self._points[name] = self._points[name].astype(np.float64)
@@ -153,30 +156,30 @@ class Results:
     def _read(self, function):
         return patiently(self.path, function)
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self._n
 
     @property
-    def frequency(self):
+    def frequency(self) -> np.ndarray:
         """Excitation frequency [Hz], (n,)."""
         return self.unit.hertz(self.omega)
 
     @cached_property
-    def coefficients(self):
+    def coefficients(self) -> np.ndarray:
         """All coefficients, (n, N_a + 3 N_x, 2H+1); modal unknowns first, then t1, t2, n of each contact point."""
         return self._coefficients(slice(self._n))
 
-    def points(self, name):
+    def points(self, name: str) -> np.ndarray:
         """A quantity stored per point, (n,): arclength, newton_iterations, residual, seconds, stick, slip, open, ..."""
         if name not in self._points:
             raise KeyError(f"no quantity {name!r} per point; there are {', '.join(sorted(self._points))}")
         return self._points[name]
 
-    def dof_names(self):
+    def dof_names(self) -> list[str]:
         """Names of all unknowns in the order of `coefficients`: a1, a2, ..., x1.t1, x1.t2, x1.n, x2.t1, ..."""
         return [f"a{j + 1}" for j in range(self.modes)] + [f"x{j + 1}.{d}" for j in range(self.contact_points) for d in DIRECTIONS]
 
-    def dof_index(self, name):
+    def dof_index(self, name: str | int) -> int:
         """Row in `coefficients` of a degree of freedom: "a1", "x3.n" (numbers from one), or the row itself."""
         if isinstance(name, (int, np.integer)):
             if 0 <= name < self.modes + 3 * self.contact_points:
@@ -190,12 +193,12 @@ class Results:
         raise KeyError(f"no degree of freedom {name!r}; there are a1 to a{self.modes}, and x1 to x{self.contact_points} "
                        "each with .t1, .t2 and .n, and node sets or nodes of the model with .x, .y and .z")
 
-    def unit_of(self, dof):
+    def unit_of(self, dof: str | int) -> str:
         """Name of the unit of an unknown or a node's motion; empty where units are not known."""
         return self.unit.modal if curves.is_reduced(dof) and self.dof_index(dof) < self.modes else self.unit.length
 
     @cached_property
-    def watched(self):
+    def watched(self) -> str:
         """Name of the unknown whose peaks the run names: that of `continuation.watch`, else the one that moves most at the largest
         of them, or, where there is none, anywhere."""
         if self.watch:
@@ -207,98 +210,122 @@ class Results:
         return self.dof_names()[first + curves.moves_most(self.coefficients[:, first:])]
 
     @property
-    def along(self):
+    def along(self) -> np.ndarray:
         """What the branch is followed over, (n,): `omega`, or `parameter` where that is another."""
         return self.omega if self.parameter is None else self.parameter
 
     @property
-    def along_unit(self):
+    def along_unit(self) -> str:
         """Its unit, "" for a factor on what the case has."""
         if self.parameter is None:
             return self.unit.omega
         return {"m": self.unit.length, MODAL: self.unit.modal}.get(self.parameter_unit, "")
 
-    def place(self, value, digits=9):
+    def place(self, value: float, digits: int = 9) -> str:
         """A value of `along` in words: "1.3 rad/s", "friction 0.5", or "gap 1e-6 m"."""
         name = "" if self.parameter is None else f"{self.parameter_name} "
         return units.with_unit(f"{name}{value:.{digits}g}", self.along_unit)
 
-    def at(self, value):
+    def at(self, value: float) -> int:
         """Index of the point nearest to a value of `along`, omega [rad/s]; the first one where the branch passes it several times."""
         self._need_points()
         return int(np.argmin(np.abs(self.along - value)))
 
-    def amplitude(self, dof):
+    def amplitude(self, dof: str | int | None = None) -> np.ndarray:
         """Half the peak-to-peak of the motion over the period at every point, (n,), of the trigonometric polynomial (not of samples).
 
         The mean does not count.
         """
         return self.response(dof).amplitude
 
-    def response(self, dof):
-        """The curve of an unknown or of a node, a `curves.Response`; of a list of names, a list of them.
+    def response(self, dof: str | int | list | None = None) -> curves.Response | list[curves.Response]:
+        """The curve of an unknown or of a node, a `curves.Response`; of a list of names, a list of them; default: what is watched.
 
         What follows is computed from it: who wants several of these of one unknown asks for the curve once.
         """
         if isinstance(dof, (list, tuple)):
             return [self.response(name) for name in dof]
+        dof = self.watched if dof is None else dof
         coefficients = self._of_dof(dof)
         return curves.Response(str(dof), self.unit_of(dof), self.omega, self.frequency, self.along, self.points("arclength"),
-                               fourier.amplitude(coefficients), coefficients, self.jumps, self.located_peaks(dof))
+                               fourier.amplitude(coefficients), coefficients, self.jumps, self.located_peaks(dof),
+                               self._slopes_of(dof) if self._has_tangents else None)
 
-    def harmonic(self, dof, k):
+    def curve(self, dof: str | int | None = None, n: int = curves.DRAWN) -> tuple[np.ndarray, np.ndarray]:
+        """(along, amplitude) of an unknown or a node as the curve is drawn, n values from each point to the next: `Response.curve`."""
+        return self.response(dof).curve(n)
+
+    def _slopes_of(self, dof):
+        """`Response.slopes`: read when they are wanted."""
+        return lru_cache(lambda: (self.points("tangent_parameter"), self._of_dof(dof, name="points/tangent")))
+
+    def harmonic(self, dof: str | int, k: int) -> np.ndarray:
         """Amplitude sqrt(a_k^2 + b_k^2) of harmonic k at every point, (n,); |a0|/2 for k = 0."""
         return self.response(dof).harmonic(k)
 
     @property
-    def jumps(self):
+    def jumps(self) -> np.ndarray:
         """Numbers of the points behind which the branch goes on elsewhere: after a leap, or a stay outside the sweep."""
         return np.unique(self.events.of(*curves.JUMPS).point)
 
-    def peaks(self, dof):
+    def peaks(self, dof: str | int | None = None) -> list[tuple[float, float]]:
         """(omega, amplitude) of each peak, in the order of the branch: local maxima strictly inside it, as an end is no peak.
 
-        Over another parameter than the frequency, its value in place of omega. A peak that the run has located is that point. Else
-        a point and its two neighbours give one parabola for the amplitude and one for omega, both as functions of arc length, so
-        that a curve that leans over is no trouble.
+        Over another parameter than the frequency, its value in place of omega. A peak that the run has located is that point. Others
+        are maxima of the curve as it is drawn between points, by cubics over arc length; of runs that store no tangents, of a
+        parabola through a point and its two neighbours. A curve that leans over is no trouble.
         """
         return self.response(dof).peaks()
 
-    def peak(self, dof):
+    def peak(self, dof: str | int | None = None) -> tuple[float, float]:
         """(omega, amplitude) of the largest of `peaks`. Raises ValueError where there is none: an end of the sweep is no peak."""
         curve = self.response(dof)
         return max(curve.peaks() or self._refuse_no_peak(curve), key=lambda peak: peak[1])
 
-    def peak_point(self, dof):
+    def peak_point(self, dof: str | int | None = None) -> int:
         """Index of the point with the largest amplitude of those that are peaks. Raises ValueError where there is none."""
         curve = self.response(dof)
         point = curve.peak_point()
         return self._refuse_no_peak(curve) if point is None else point
 
-    def largest_point(self, dof):
+    def largest_point(self, dof: str | int | None = None) -> int:
         """Index of the point with the largest amplitude, be it a peak or an end of the branch."""
         self._need_points()
         return self.response(dof).largest_point()
 
-    def ends(self, dof):
+    def ends(self, dof: str | int | None = None) -> list[tuple[float, float, str]]:
         """(omega, amplitude, words) where the amplitude rises towards an end of the branch, so that a peak may lie beyond."""
         return self.response(dof).ends()
 
-    def located_peaks(self, dof):
+    def located_peaks(self, dof: str | int) -> np.ndarray:
         """Points that the run has located as maxima of this unknown or node: where it was the one watched, or moved most."""
         peaks = self.events.of("peak")
         if curves.is_reduced(dof):
             return peaks.point[peaks.unknown == self.dof_index(dof)]
         return peaks.point[(peaks.unknown == -1) & (self.watch == dof)]
 
-    def time_history(self, point, dof, n=256, sector=None):
+    def columns(self, dofs: list | None = None) -> dict[str, np.ndarray]:
+        """A table by name, a value per point in each: omega, frequency [Hz], the parameter, amplitudes (half the peak-to-peak) of the dofs
+        by their names (default: what is watched), stick, slip, open, and what else the run has: friction_energy [J] per period,
+        damping_ratio, force_level, stable, multiplier, error."""
+        from .frames import columns_of
+
+        return columns_of(self, dofs)
+
+    def to_frame(self, dofs: list | None = None):
+        """`columns` as a pandas.DataFrame, one row per point. Raises ImportError where there is no pandas."""
+        from .frames import frame
+
+        return frame(self.columns(dofs))
+
+    def time_history(self, point: int, dof: str | int, n: int = 256, sector: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """One period of a degree of freedom: time [s] and value, both (n,), without the end point."""
         i = self.number(point)
         coefficients = self._in_sector(self._of_dof(dof, slice(i, i + 1))[0], sector)
         theta = fourier.phases(n)
         return theta / self.omega[point], fourier.basis(self.harmonics, theta) @ coefficients
 
-    def contact_force(self, point, contact, n=None, sector=None):
+    def contact_force(self, point: int, contact: int, n: int | None = None, sector: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Total force g(x + x_p) of a contact point over the period; see `contact_motion.force`."""
         return contact_motion.force(self, point, contact, n, sector)
 
@@ -309,11 +336,12 @@ class Results:
         """
         return contact_motion.hysteresis(self, point, contact, direction, n, sector)
 
-    def contact_activity(self, point):
-        """What every contact point does over one period, a `contact_motion.ContactActivity`, as the run found it."""
+    def contact_activity(self, point: int | None = None) -> contact_motion.ContactActivity:
+        """What every contact point does over one period, a `contact_motion.ContactActivity`, as the run found it: (N_x,) arrays of a
+        point, or (n, N_x) of all of them."""
         return contact_motion.activity(self, point)
 
-    def dissipated(self, point, contact):
+    def dissipated(self, point: int, contact: int) -> float:
         """Energy a contact point takes from the structure per cycle [J]."""
         return float(self.contact_activity(point).dissipation[contact_motion.index(self, contact)])
 
@@ -363,11 +391,11 @@ class Results:
                             for value, amplitude, words in curve.ends())
         raise ValueError(f"{self.path}: {curve.name} has no peak between the ends of the sweep" + (f": it is {said}" if said else ""))
 
-    def _of_dof(self, dof, points=None):
-        """Coefficients (n, 2H+1) of an unknown, or of a node, at some points (a slice)."""
+    def _of_dof(self, dof, points=None, name="points/coefficients"):
+        """Coefficients (n, 2H+1) of an unknown, or of a node, at some points (a slice); or their slopes, by the name of the dataset."""
         points = slice(self._n) if points is None else points
         if curves.is_reduced(dof):
-            return self._coefficients(points, self.dof_index(dof))
+            return self._coefficients(points, self.dof_index(dof), name=name)
         if dof not in self._node_rows:
             from . import motion
 
@@ -375,16 +403,16 @@ class Results:
         row, width = self._node_rows[dof], 2 * self.harmonics + 1
         begin, end, _ = points.indices(self._n)
         block = max(1, BLOCK // (row.size * width))  # points in memory at a time
-        parts = [along(row, self._coefficients(slice(i, min(i + block, end)))) for i in range(begin, end, block)]
+        parts = [along(row, self._coefficients(slice(i, min(i + block, end)), name=name)) for i in range(begin, end, block)]
         return np.concatenate([np.zeros((0, width)), *parts])
 
-    def number(self, point):
+    def number(self, point: int) -> int:
         """A point counted from the beginning. Raises ValueError where there is none of that number."""
         if not -self._n <= point < self._n:
             raise ValueError(f"point must lie in 0 to {self._n - 1}, found {point}")
         return int(point) % self._n
 
-    def coefficients_at(self, point, sector=None):
+    def coefficients_at(self, point: int, sector: int | None = None) -> np.ndarray:
         """Coefficients (N_a + 3 N_x, 2H+1) of one point; sector as for `hysteresis`."""
         return self._in_sector(self._coefficients(self.number(point)), sector)
 
@@ -393,9 +421,9 @@ class Results:
             raise ValueError(f"{self.path}: is not of a sector of a cyclic structure, so there is no sector {sector!r}")
         return coefficients if sector is None else self.wave.of_sector(coefficients, sector)
 
-    def _coefficients(self, *which):
+    def _coefficients(self, *which, name="points/coefficients"):
         width = 2 * self.harmonics + 1  # as it was when the file was opened
-        return self._read(lambda file: np.asarray(file["points/coefficients"][which][..., :width], dtype=np.float64))
+        return self._read(lambda file: np.asarray(file[name][which][..., :width], dtype=np.float64))
 
     def motion(self, point, n=64, times=None, sector=None):
         """All unknowns in the order of `coefficients`, (N, N_a + 3 N_x), from the preload state; other arguments as `elastic`."""

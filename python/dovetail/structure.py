@@ -19,6 +19,7 @@ from .damping_matrices import DampingMatrices
 from .followers import Followers
 from .loaded import Loaded, is_zero, said_of
 from .loads import real_vector
+from .material import Material, of_cells
 from .model import Model
 from .parameters import CONTACT_WIDTH
 from .relative import change_of
@@ -81,6 +82,7 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
         for name, rows in named:
             if rows.size and not 0 <= rows.min() <= rows.max() < count:
                 raise ValueError(f"{name} must name nodes 0 to {count - 1}, found {rows.min()} to {rows.max()}")
+        self.materials, self.material, self.integration = [], {}, {}  # of cells, as `mesh` of Model has them
         self.damping = {}  # keys of [damping] that an import has found
         self.force, self.preload = self._load(force, "force"), self._load(preload, "preload")
         self.forces, self.courses = {}, {}  # further load patterns, and the series [a0, a1, b1, ...] of all that were added
@@ -180,6 +182,29 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
             result.K = sp.csr_matrix(self.K) + sp.diags(diagonal)
         return result
 
+    def with_material(self, young, poisson, density=0.0, *, name="material", where=None):
+        """With the material of cells, for stresses; K and M stay as they are.
+
+        Parameters
+        ----------
+        young, poisson, density : float
+            Young's modulus [Pa], Poisson's ratio, density [kg/m^3].
+        name : str
+        where : as in `clamped`, optional
+            The cells all of whose nodes are among these; default all.
+        """
+        inside = None
+        if where is not None:
+            inside = np.zeros(len(self.nodes), dtype=bool)
+            inside[self._nodes(where)] = True
+        result = copy.copy(self)
+        result.materials = [*self.materials, Material(float(young), float(poisson), float(density), str(name))]
+        result.material, count = of_cells(self.material, self.cells, len(self.materials), inside)
+        if not count:
+            raise ValueError("there are no cells that could have a material" if where is None else
+                             f"there is no cell with all of its nodes among those of {said_of(where)}")
+        return result
+
     def _with_matrix(self, name, matrix):
         size = self.n if matrix is None else (matrix.getSize() if is_petsc(matrix) else np.shape(matrix))[0]
         if size != self.n:
@@ -211,7 +236,8 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
             self._need_ours(joint)
         number = np.repeat(np.arange(len(joints)), [len(joint) for joint in joints])
         mesh = {"nodes": self.nodes, "cells": self.cells, "dof_node": self.dof_node, "dof_direction": self.dof_direction,
-                "sets": self.node_sets if motion_sets else {}}
+                "sets": self.node_sets if motion_sets else {}, "materials": self.materials, "material": self.material,
+                "integration": self.integration}
         if self.cyclic_sector is None:
             change = change_of(joints, self.n)
             mesh["changed"] = {"dof": change.dof, "begin": change.rows.indptr, "column": change.rows.indices, "value": change.rows.data}

@@ -15,12 +15,20 @@ import numpy as np
 
 FREQUENCIES = 40  # at which curves are compared, evenly over the sweep
 NEWTON_DEFAULT = 1e-8  # both tolerances of [newton]
+TAIL = 40  # words of what was said, where no message of the program is among them
 PAUSE = 0.02  # between looks at the runs under way [s]
 PATHS = (("model",), ("reduced",), ("continuation", "start"))  # keys of the case that name files
 
 
 class RunFailed(Exception):
-    """A run without which a study cannot go on has failed, or the user has broken the study off."""
+    """A run has failed, one without which a study cannot go on, or the user has broken the study off.
+
+    `status` is the exit status of the program, where it is known: 2 for wrong input, 3 where the computation could not go on.
+    """
+
+    def __init__(self, message, status=None):
+        super().__init__(message)
+        self.status = status
 
 
 @dataclass(frozen=True)
@@ -57,13 +65,41 @@ class Setting:
         return f"{harmonics}{modes}, {self.solver}"
 
 
-class UserCase:
-    """The case file of the user, and changed copies of it.
+class CaseFile:
+    """A case of any kind, as parsed: `content`, whose files are named from the folder of `path`."""
+
+    def __init__(self, path):
+        self.path = Path(path)
+        try:
+            self.content = tomllib.loads(self.path.read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    def files(self):
+        """The files that the case names, by the keys that do."""
+        found = {}
+        for keys in PATHS:
+            value = self.content
+            for key in keys:
+                value = value.get(key, {})
+            if value:
+                found[keys] = (self.path.parent / value).resolve()
+        return found
+
+    def moved(self, folder):
+        """A copy of `content` whose files are named from `folder`."""
+        content = copy.deepcopy(self.content)
+        for keys, file in self.files().items():
+            section = content if len(keys) == 1 else content[keys[0]]
+            section[keys[-1]] = os.path.relpath(file, Path(folder).resolve())
+        return content
+
+
+class UserCase(CaseFile):
+    """A case over the frequency, or of a mode, and changed copies of it.
 
     Attributes
     ----------
-    content : dict
-        As parsed.
     MODE : bool
         Whether the case follows a nonlinear mode, in place of curves over the frequency.
     frequencies : list of float
@@ -74,11 +110,7 @@ class UserCase:
     MODE = False
 
     def __init__(self, path):
-        self.path = Path(path)
-        try:
-            self.content = tomllib.loads(self.path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path}: {error}") from None
+        super().__init__(path)
         if self.content.pop("path", None):  # the template has an empty one
             raise ValueError(f"{path}: follows another parameter ([path]); curves over the frequency are wanted")
         if self.MODE and not self.content.get("mode"):
@@ -99,25 +131,6 @@ class UserCase:
         """The same as results have them."""
         hertz = self.content["continuation"].get("unit") == "Hz"
         return [results.unit.from_hertz(value) if hertz else value for value in self.frequencies]
-
-    def files(self):
-        """The files that the case names, by the keys that do."""
-        found = {}
-        for keys in PATHS:
-            value = self.content
-            for key in keys:
-                value = value.get(key, {})
-            if value:
-                found[keys] = (self.path.parent / value).resolve()
-        return found
-
-    def moved(self, folder):
-        """A copy of `content` whose files are named from `folder`."""
-        content = copy.deepcopy(self.content)
-        for keys, file in self.files().items():
-            section = content if len(keys) == 1 else content[keys[0]]
-            section[keys[-1]] = os.path.relpath(file, Path(folder).resolve())
-        return content
 
     def changed(self, setting, folder, watch=None, tight=False):
         """Text of the copy for one setting that lies in `folder`; lean, and with the common frequencies.
@@ -164,9 +177,10 @@ def value_text(value):
 
 
 class Program:
-    """The binary: the one named, else build/dovetail of this source tree, else dovetail on the path."""
+    """The binary: the one named, else build/dovetail of this source tree, else dovetail on the path. `ranks`: under mpirun."""
 
-    def __init__(self, named=None):
+    def __init__(self, named=None, ranks=None):
+        self.ranks = ranks
         built = Path(__file__).resolve().parents[2] / "build" / "dovetail"
         found = named or (built if built.is_file() else shutil.which("dovetail"))
         if not found or not os.access(found, os.X_OK) or Path(found).is_dir():
@@ -178,7 +192,8 @@ class Program:
     def start(self, case, log, *options):
         surroundings = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1",
                         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_hwloc_base_binding_policy": "none"} | os.environ
-        return subprocess.Popen([str(self.path), "run", str(case), *options], env=surroundings, stdin=subprocess.DEVNULL,
+        mpirun = ["mpirun", "-n", str(self.ranks)] if self.ranks else []
+        return subprocess.Popen([*mpirun, str(self.path), "run", str(case), *options], env=surroundings, stdin=subprocess.DEVNULL,
                                 stdout=log, stderr=subprocess.STDOUT)
 
     def check(self, case):
@@ -197,7 +212,7 @@ def hash_of(path):
 def reason_in(said):
     """The last message of the program in what it said, without its name."""
     messages = said.split("dovetail: ")
-    return " ".join(messages[-1].split()) if len(messages) > 1 else "no message"
+    return messages[-1].partition("\n")[0].strip() if len(messages) > 1 else " ".join(said.split()[-TAIL:]) or "no message"
 
 
 @dataclass

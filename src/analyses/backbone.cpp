@@ -14,7 +14,7 @@ using End = BranchSummary::End;
 
 constexpr const char *doing = "following a mode";
 constexpr double decade = 1;            // counts as much as the largest motion
-constexpr double longest_unit = 10;     // StepLimits::longest_parameter_step of it is a tenth of a decade
+constexpr double longest_unit = 10;     // StepAims::parameter of it is half a decade
 constexpr double begin_below = 0.5;     // of the onset, where the mode is a straight line there
 constexpr double begin_slipping = 1e-3; // of the next onset, where some point slips from amplitude 0 on
 constexpr double short_of = 1e-9;       // relative, of the onset: the step to it ends before the corner
@@ -24,8 +24,8 @@ class Backbone : public Stepper {
 public:
   Backbone(HarmonicSystem &system, const NewtonSettings &newton, const BackboneSettings &settings,
            const BackboneObserver &observer)
-      : Stepper(StepControl(true, settings.step), longest_unit, newton.step_tolerance), settings_(settings),
-        observer_(observer), mode_(system), own_(mode_, newton, decade, true, counts_) {
+      : Stepper(StepControl(true, settings.step, settings.between), longest_unit, newton.step_tolerance),
+        settings_(settings), observer_(observer), mode_(system), own_(mode_, newton, decade, true, counts_) {
     take_curve(own_);
   }
 
@@ -272,7 +272,7 @@ Stepper::Outcome Backbone::settle(Vec way) {
     check(VecCopy(here_.t, normal), doing);
     curve_->solve_across(normal, here_);
     measure_anew();
-    forget_before();
+    forget_steps();
   }
   return outcome;
 }

@@ -17,6 +17,7 @@ struct BackboneSettings {
   double to_force = 0;     ///< or until this factor on the load is reached; 0: not asked for
   double step = 0;         ///< first arc length beyond the onset
   int max_points = 1;
+  double between = 1e-3; ///< as in BranchSettings
   /// (own dofs) of the stuck structure's mode, of length 1 with the mass; complex of a cyclic sector alone.
   std::vector<std::complex<double>> shape;
   double omega = 0;     ///< its frequency

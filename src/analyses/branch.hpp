@@ -27,7 +27,8 @@ struct BranchSettings {
   double work = 1;                           ///< that they may take, so many times the default
   bool stability = false;                    ///< judge every point
   bool estimates = false;                    ///< of the error of every point
-  double tolerance = 0; ///< harmonics are added and dropped so that this estimate stays below; 0: they stay
+  double tolerance = 0;  ///< harmonics are added and dropped so that this estimate stays below; 0: they stay
+  double between = 1e-3; ///< by how much the cubic between two points may miss the curve, relative
 };
 
 struct BranchPoint {
@@ -39,10 +40,11 @@ struct BranchPoint {
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
   const Stability *stability;            ///< null unless asked for
   const ErrorEstimate *error;            ///< likewise
-  double between;   ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
-  double progress;  ///< 0..1, how far from `from` to `to`
-  bool located;     ///< found within a step, which led farther
-  double omega = 0; ///< frequency, scaled, where it is neither the parameter nor fixed
+  double between;        ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
+  double progress;       ///< 0..1, how far from `from` to `to`
+  bool located;          ///< found within a step, which led farther
+  double omega = 0;      ///< frequency, scaled, where it is neither the parameter nor fixed
+  Vec tangent = nullptr; ///< d y by arc length, times any factor; of responses alone
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the

@@ -59,9 +59,10 @@ double unit_of(const TrackSettings &settings) { return std::abs(settings.to - se
 
 PeakFollower::PeakFollower(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload, const NewtonSettings &newton,
                            const TrackSettings &settings, const BranchObserver &observer)
-    : Stepper({true, settings.search.step}, unit_of(settings), newton.step_tolerance), system_(system), newton_(newton),
-      settings_(settings), observer_(observer), search_(system, std::move(preload), newton, settings, summary_.counts),
-      peak_(search_.equations()), leg_(search_.smooth()), meter_(peak_.system().layout(), settings.search.watched),
+    : Stepper({true, settings.search.step, settings.search.between}, unit_of(settings), newton.step_tolerance),
+      system_(system), newton_(newton), settings_(settings), observer_(observer),
+      search_(system, std::move(preload), newton, settings, summary_.counts), peak_(search_.equations()),
+      leg_(search_.smooth()), meter_(peak_.system().layout(), settings.search.watched),
       sense_(settings.to < settings.from ? -1 : 1) {
   take_curve(*leg_->curve);
 }

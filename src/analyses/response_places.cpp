@@ -9,7 +9,7 @@ namespace dovetail {
 void ResponseStepper::give(CurvePoint &s, double arclength, const Stability *stability, bool located) {
   const ErrorEstimate *error = !errors.asked() ? nullptr : located ? &errors.with_modes(s) : &errors.affordable(s);
   report_.point({s.y, response.system(), s.parameter, arclength, s.newton, data_of(s).activity, stability, error,
-                 amplitude_.error, range.progress(s.parameter), located});
+                 amplitude_.error, range.progress(s.parameter), located, 0, s.t});
 }
 
 ResponseStepper::Outcome ResponseStepper::tell(std::vector<Place> &places, double plain, bool at_kink) {

@@ -42,6 +42,13 @@ std::vector<double> of_all_dofs(const HarmonicSystem &system, const std::vector<
   return out;
 }
 
+void archive_point(Archive &archive, const HarmonicSystem &system, CurvePoint &point) {
+  archive.field("sign", point.sign);
+  archive_vector(archive, system, "y", point.y);
+  archive_vector(archive, system, "t", point.t);
+  point.parameter = system.parameter_in(point.y);
+}
+
 } // namespace
 
 // What needs no layout. Saved and restored by the same list.
@@ -60,7 +67,7 @@ void ResponseStepper::archive(Archive &archive) {
   if (archive.restores()) curve_->recall(memory);
 }
 
-// Points that are gone back to or guessed by; without what belongs to the solve.
+// Points that are gone back to or guessed by, without what belongs to the solve; and those that are to be given.
 void ResponseStepper::archive_points(Archive &archive) {
   const HarmonicSystem &system = response.system();
   const std::pair<const char *, std::optional<CurvePoint> *> points[] = {{"before", &before_},
@@ -71,11 +78,27 @@ void ResponseStepper::archive_points(Archive &archive) {
       archive.field("known", known);
       if (!known) return;
       if (archive.restores()) *place = curve_->point();
-      archive.field("sign", (*place)->sign);
-      archive_vector(archive, system, "y", (*place)->y);
-      archive_vector(archive, system, "t", (*place)->t);
-      (*place)->parameter = system.parameter_in((*place)->y);
+      archive_point(archive, system, **place);
     });
+  int count = static_cast<int>(ahead_.size());
+  archive.field("ahead", count);
+  for (int i = 0; i < count; ++i)
+    archive.part(("ahead_" + std::to_string(i)).c_str(), [&] {
+      if (archive.restores()) ahead_.push_back(curve_->point());
+      CurvePoint &point = ahead_[i];
+      archive_point(archive, system, point);
+      archive.field("newton", point.newton.newton);
+      archive.field("linear", point.newton.linear);
+      archive.field("residual", point.newton.residual);
+      if (archive.restores()) describe(point);
+    });
+}
+
+// What belongs to a solve.
+void ResponseStepper::describe(CurvePoint &point) {
+  const UniqueVec r = response.system().unknowns();
+  response.system().residual(point.y, r);
+  point.data = curve_->problem.describe();
 }
 
 void ResponseStepper::save(BranchState &state, Archive &saved) {
@@ -107,9 +130,7 @@ void ResponseStepper::restore(const BranchState &state, Archive &saved) {
   archive(saved);
   archive_points(saved);
   progress.retraced.restore(state.trail);
-  const UniqueVec r = system.unknowns();
-  system.residual(here_.y, r);
-  here_.data = curve_->problem.describe();
+  describe(here_);
   stability_.stand(stability_.judge(here_));
 }
 

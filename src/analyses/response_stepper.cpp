@@ -21,7 +21,7 @@ double unit_of(const BranchSettings &settings) {
 
 ResponseStepper::ResponseStepper(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings,
                                  BranchReport &report)
-    : Stepper({settings.adaptive, settings.step}, unit_of(settings), newton.step_tolerance),
+    : Stepper({settings.adaptive, settings.step, settings.between}, unit_of(settings), newton.step_tolerance),
       response(system, newton, settings, unit_, report.counts), range{settings.from, settings.to, settings.at, unit_},
       progress(unit_), errors(response, newton, settings, unit_, report.counts), report_(report),
       limit_(settings.stop_at_amplitude), most_points_(settings.max_points), most_peaks_(settings.stop_after_peaks),
@@ -60,7 +60,7 @@ void ResponseStepper::land() {
 }
 
 void ResponseStepper::begin_amplitude() {
-  forget_before();
+  forget_steps();
   amplitude_.begin(response.amplitude(here_), plain_length(here_.t));
 }
 

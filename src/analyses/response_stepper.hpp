@@ -62,6 +62,7 @@ private:
   bool change_harmonics(int harmonics, int most_newton, double error);
   void archive(Archive &archive);
   void archive_points(Archive &archive);
+  void describe(CurvePoint &point);
 
   BranchReport &report_;
   const double limit_; // of the amplitude

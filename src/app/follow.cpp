@@ -98,7 +98,7 @@ BranchSettings settings_of(const Case &study, const HarmonicSystem &system) {
   settings.work = study.work;
   settings.stability = study.stability.value_or(false);
   settings.estimates = study.estimates;
-  settings.tolerance = study.tolerance;
+  settings.tolerance = study.tolerance, settings.between = study.between;
   return settings;
 }
 
@@ -116,7 +116,7 @@ TrackSettings track_settings_of(const Case &study, const HarmonicSystem &system)
 }
 
 Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, const SavedRun *earlier,
-                SavedRun begin, Stages &stages, const Voice &voice) {
+                SavedRun begin, Stages &stages, StatusFile &status, const Voice &voice) {
   const MPI_Comm comm = preloaded.reduced.comm;
   const CurveRange range = study.range();
   const auto whole = stages.run("4 scaling", [&] {
@@ -149,7 +149,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   const double load = load_of(system, std::max(settings.from, settings.to)); // a factor on it may begin small
   int points = earlier ? earlier->branch.counts.points : 0;
   Progress progress(voice.speaks(), {watching.units(), study.watch.name, system.layout().modes}, watching.shown(),
-                    range, points);
+                    range, points, status);
   progress.heading();
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));

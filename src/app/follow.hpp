@@ -7,6 +7,7 @@
 #include "case/case.hpp"
 #include "preload/contact_preload.hpp"
 #include "results/state_file.hpp"
+#include "results/status_file.hpp"
 #include "results/summary.hpp"
 
 namespace dovetail {
@@ -28,6 +29,6 @@ BranchSettings settings_of(const Case &study, const HarmonicSystem &system);
 /// `earlier`: where to go on from, or null; `begin`: what the state file says of this run before its first step.
 /// Collective.
 Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &results, const SavedRun *earlier,
-                SavedRun begin, Stages &stages, const Voice &voice);
+                SavedRun begin, Stages &stages, StatusFile &status, const Voice &voice);
 
 } // namespace dovetail

@@ -28,7 +28,7 @@ BackboneSettings settings_of(const Case &study, const StuckMode &mode, const Sca
   settings.from = study.mode->from / scales.modal, settings.to = study.mode->to / scales.modal;
   for (const double wanted : study.at) settings.at.push_back(wanted / scales.modal);
   settings.to_force = study.mode->to_force;
-  settings.step = study.step, settings.max_points = study.max_points;
+  settings.step = study.step, settings.max_points = study.max_points, settings.between = study.between;
   settings.shape = mode.modal;
   for (const std::complex<double> value : mode.contact) settings.shape.push_back(value * scales.modal / scales.contact);
   settings.omega = mode.omega / scales.frequency, settings.onset = mode.onset.amplitude / scales.modal;
@@ -92,7 +92,7 @@ void say_mode(const Case &study, const StuckMode &mode, int sectors, const Voice
 } // namespace
 
 Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMode &mode, ResultsFile &results,
-                     SavedRun begin, Stages &stages, const Voice &voice) {
+                     SavedRun begin, Stages &stages, StatusFile &status, const Voice &voice) {
   const MPI_Comm comm = preloaded.reduced.comm;
   BranchStory story;
   story.warnings = warnings_of(study, mode);
@@ -111,7 +111,7 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
   Watching watching(study, *system);
   story.range = study.range(), story.scale = scales.modal;
   story.told = {watching.units(), study.watch.name, system->layout().modes};
-  Progress progress(voice.speaks(), story.told, watching.shown(), story.range, 0);
+  Progress progress(voice.speaks(), story.told, watching.shown(), story.range, 0, status);
   progress.heading();
 
   std::vector<double> named{story.range.from, story.range.to}; // come out as the user wrote them, to the last bit

@@ -7,6 +7,6 @@ namespace dovetail {
 
 /// As follow(); such a run is not continued, so no state is kept of it. Collective.
 Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMode &mode, ResultsFile &results,
-                     SavedRun begin, Stages &stages, const Voice &voice);
+                     SavedRun begin, Stages &stages, StatusFile &status, const Voice &voice);
 
 } // namespace dovetail

@@ -16,6 +16,7 @@
 
 #include "app/run.hpp"
 #include "app/versions.hpp"
+#include "case/keys.hpp"
 #include "support/blas_buffer.hpp"
 #include "support/blas_kernel.hpp"
 #include "support/error.hpp"
@@ -30,14 +31,17 @@ constexpr const char *usage =
     "  dovetail run CASE.toml [--out DIR] [--restart] [--dry-run] [-petsc_options ...]\n"
     "  dovetail reduce CASE.toml [--out DIR] [--dry-run] [-petsc_options ...]\n"
     "  dovetail modes CASE.toml [--out DIR] [-petsc_options ...]\n"
-    "  dovetail --help | --version [-v]\n\n"
+    "  dovetail check CASE.toml [--out DIR] [-petsc_options ...]\n"
+    "  dovetail --help | --version [-v] | --schema\n\n"
     "run does the whole job, reduce stops after the reduction, modes shows where the structure resonates with its "
     "joint\n"
-    "stuck, slipping and open; all work under mpirun -n RANKS.\n"
+    "stuck, slipping and open, check says what is wrong or doubtful and writes nothing; all work under mpirun -n "
+    "RANKS.\n"
     "  --out DIR    write there instead of output.directory\n"
     "  --restart    continue the run in the output directory where it was cut off or stopped\n"
     "  --dry-run    check the case, print every value in force with its unit and the forecast sizes, stop\n"
     "  --version -v the libraries, too, and which kernels of OpenBLAS compute\n"
+    "  --schema     a JSON schema of the case file, for editors\n"
     "PETSc options reach the solvers by prefix: kee_ (factorisation of K_ee), preload_, hb_ (Newton); -log_view "
     "shows the time.\n"
     "SIGTERM, SIGINT, SIGHUP and SIGUSR1 finish the point at hand and end the run with status 3, ready for "
@@ -67,17 +71,18 @@ dovetail::Request parse(std::vector<std::string> words) {
   using dovetail::InputError;
   dovetail::Request request;
   if (words.empty()) throw InputError(std::string("no command given\n\n") + usage);
-  if (words[0] != "run" && words[0] != "reduce" && words[0] != "modes")
-    throw InputError("\"" + words[0] + "\" is not a command; run, reduce, modes, --help or --version are");
+  if (words[0] != "run" && words[0] != "reduce" && words[0] != "modes" && words[0] != "check")
+    throw InputError("\"" + words[0] + "\" is not a command; run, reduce, modes, check, --help or --version are");
   request.reduce_only = words[0] == "reduce", request.modes_only = words[0] == "modes";
+  request.check_only = words[0] == "check";
   bool petsc = false; // from the first word with a single dash on, words without two dashes are PETSc's
   for (std::size_t i = 1; i < words.size(); ++i) {
     const bool one_dash = words[i].rfind("-", 0) == 0 && words[i].rfind("--", 0) != 0;
     if (one_dash) refuse_one_dash(words[i]);
     petsc = petsc || one_dash;
-    if (words[i] == "--dry-run" && !request.modes_only)
+    if (words[i] == "--dry-run" && !request.modes_only && !request.check_only)
       request.dry_run = true;
-    else if (words[i] == "--restart" && !request.reduce_only && !request.modes_only)
+    else if (words[i] == "--restart" && words[0] == "run")
       request.restart = true;
     else if (words[i] == "--out") {
       if (++i == words.size()) throw InputError("--out wants a folder behind it");
@@ -144,6 +149,7 @@ int main(int argc, char **argv) {
   for (const std::string &word : words) {
     if (word == "--help" || word == "-h" || word == "-help") return std::fputs(usage, stdout), 0;
     if (word == "-version") return std::fputs("dovetail: -version: write --version, or --version -v\n", stderr), 2;
+    if (word == "--schema") return std::fputs(dovetail::case_schema().c_str(), stdout), 0;
     if (word == "--version" && verbose) return std::fputs(dovetail::versions().c_str(), stdout), 0;
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }

@@ -27,6 +27,11 @@ bool is_summary(const fs::path &file) {
   return text.empty() || begins("{\n  \"program\": \"dovetail ") || begins("{\n  \"end\": \"failed\"");
 }
 
+bool is_status(const fs::path &file) {
+  const std::string text = beginning(file);
+  return text.empty() || text.rfind("{\"program\": \"dovetail ", 0) == 0;
+}
+
 // Whole, or cut short by a kill: then with HDF5's first bytes, or nothing yet.
 bool has_format(const fs::path &file, const std::string &format, bool unfinished) {
   try {
@@ -68,6 +73,7 @@ void refuse_foreign_files(const Case &study, bool reduce_only) {
     look(study.directory / (name + ".h5.partial"), is(true));
   }
   look(study.directory / "summary.json", is_summary);
+  for (const char *name : {"status.json", "status.json.partial"}) look(study.directory / name, is_status);
 }
 
 } // namespace dovetail

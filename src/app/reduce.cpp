@@ -342,9 +342,10 @@ ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesyst
 }
 
 std::string forecast_reduction(MPI_Comm comm, const Case &study, const std::filesystem::path &file,
-                               std::optional<ReducedModel> &kept) {
+                               std::optional<ReducedModel> &kept, const std::function<void(const FullModel &)> &look) {
   FullModel model = full_model(comm, study);
   refuse_too_many_modes(study, model);
+  look(model);
   const Motion motion = agreed_motion(comm, study, model);
   if (matches(comm, file, source_of(study, model, motion))) {
     kept = read_reduced(comm, file);

@@ -1,5 +1,6 @@
 #pragma once
 // Steps 1 and 2 of a run: from the model in the case to the reduced model.
+#include <functional>
 #include <optional>
 
 #include "app/voice.hpp"
@@ -21,8 +22,10 @@ ReducedModel given_reduced_model(MPI_Comm comm, const Case &study);
 std::filesystem::path old_reduced(const std::filesystem::path &file);
 
 /// In words, what the reduction of the case's model will take. Reads the model and analyses its K_ee. `kept`: the
-/// reduced model in `file`, if that still fits the case. Collective. InputError; ComputeError if it cannot fit.
-std::string forecast_reduction(MPI_Comm comm, const Case &study, const std::filesystem::path &file,
-                               std::optional<ReducedModel> &kept);
+/// reduced model in `file`, if that still fits the case. `look` is shown the model. Collective. InputError;
+/// ComputeError if it cannot fit.
+std::string forecast_reduction(
+    MPI_Comm comm, const Case &study, const std::filesystem::path &file, std::optional<ReducedModel> &kept,
+    const std::function<void(const FullModel &)> &look = [](const FullModel &) {});
 
 } // namespace dovetail

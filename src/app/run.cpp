@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/check.hpp"
 #include "app/choose_modes.hpp"
 #include "app/earlier_run.hpp"
 #include "app/ending.hpp"
@@ -80,7 +81,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points, study.wave(sectors));
     // A file that another run is writing may look damaged.
-    if (!request.dry_run) FolderLock::refuse_held(study.directory, another_folder);
+    if (!request.dry_run && !request.check_only) FolderLock::refuse_held(study.directory, another_folder);
     refuse_foreign_files(study, request.reduce_only || request.modes_only);
     if (study.reduced.empty()) check_replaceable(study.directory / "reduced.h5");
     checked.contact = contact_points(study.contact, from_model, points);
@@ -184,6 +185,42 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   show_resonances(checked, std::move(reduced), voice);
 }
 
+// `dovetail check`: what a dry run refuses, and what is doubtful. As there a reduced model is used if it is at hand.
+void check_case(MPI_Comm comm, const Checked &checked, const Voice &voice) {
+  const Case &study = checked.study;
+  int ranks;
+  MPI_Comm_size(comm, &ranks);
+  std::vector<Warning> found = doubts_of_case(study, checked.contact, ranks);
+  const auto add = [&](const std::vector<Warning> &more) {
+    for (const Warning &one : more)
+      if (std::none_of(found.begin(), found.end(), [&](const Warning &told) { return told.text == one.text; }))
+        found.push_back(one);
+  };
+  std::optional<ReducedModel> reduced;
+  if (study.reduced.empty())
+    forecast_reduction(comm, study, study.directory / "reduced.h5", reduced,
+                       [&](const FullModel &model) { add(doubts_of_model(model, study, checked.contact)); });
+  else
+    reduced = given_reduced_model(comm, study);
+  const bool is_reduced = reduced.has_value();
+  if (is_reduced) add(doubts_of_reduced(*reduced, study, checked.contact));
+  add(warnings_of_wave(study, checked.sectors));
+  for (const std::string &note : notes_on_damping(checked)) voice.say(note);
+  if (is_reduced && reduced->sectors == 0) {
+    try {
+      const PreloadedModel preloaded = preload(checked, std::move(*reduced), voice);
+      if (const auto resonances = try_resonances(preloaded, study, voice)) add(warnings_of(*resonances, study));
+    } catch (const ComputeError &error) {
+      found.push_back({"no_equilibrium", text_of(error)});
+    }
+  }
+  for (const Warning &one : found) voice.say("warning: " + one.text + "\n  docs/how-to/check-a-case.md#" + one.kind);
+  voice.say(
+      study.file.string() + ": " +
+      (found.empty() ? "no warnings" : std::to_string(found.size()) + (found.size() > 1 ? " warnings" : " warning")) +
+      (is_reduced ? "" : "; resonances and the load are looked at too once the model is reduced: dovetail reduce"));
+}
+
 // `dovetail modes`: of earlier runs in the folder it replaces nothing but a reduced file that no longer fits.
 void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   const Case &study = checked.study;
@@ -220,7 +257,7 @@ void judge(MPI_Comm comm, const Checked &checked, BranchStory &story, const Voic
 }
 
 // The job; ends with summary.json written unless it throws.
-void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, const Voice &voice) {
+void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, StatusFile &status, const Voice &voice) {
   Case &study = checked.study;
   const SavedRun *earlier = checked.earlier ? &*checked.earlier : nullptr;
   const std::filesystem::path own_file = study.directory / "reduced.h5";
@@ -282,8 +319,9 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, con
                           checked.has_results = true;
                         });
     if (!by_diameter.empty()) results.describe(by_diameter);
-    Followed followed = mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, voice)
-                             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, voice);
+    Followed followed =
+        mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, status, voice)
+             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, status, voice);
     const BranchSummary::End end = followed.story.summary.end;
     if (mode || study.follows_peaks()) results.say_end(end == BranchSummary::End::interrupted ? "" : name_of(end));
     followed.kept = results.finish();
@@ -312,6 +350,7 @@ void run_case(MPI_Comm comm, const Request &request) {
   Checked checked = check_input(comm, request);
   const Case &study = checked.study;
   if (request.dry_run) return show(comm, checked, voice);
+  if (request.check_only) return check_case(comm, checked, voice);
   if (request.modes_only) return show_modes(comm, checked, voice);
   const auto done = [&] {
     if (!checked.earlier || !nothing_left(study, *checked.earlier)) return false;
@@ -334,9 +373,11 @@ void run_case(MPI_Comm comm, const Request &request) {
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
   if (checked.earlier) voice.say(in_words(*checked.earlier, study));
   for (const std::string &note : notes_on_damping(checked)) voice.say(note);
+  StatusFile status(voice.speaks() ? study.directory : std::filesystem::path());
   Stages stages;
+  stages.begins = [&](const char *name) { status.stage(name); };
   try {
-    work(comm, checked, request.reduce_only, stages, voice);
+    work(comm, checked, request.reduce_only, stages, status, voice);
   } catch (const std::exception &error) {
     if (voice.speaks() && (checked.has_results || !std::filesystem::exists(results_of(study))))
       note_failure(study.directory, text_of(error));

@@ -10,6 +10,7 @@ struct Request {
   std::filesystem::path file; ///< case.toml
   std::filesystem::path out;  ///< --out, or empty
   bool dry_run = false;       ///< check, print what is in force, stop
+  bool check_only = false;    ///< check, also by rules of physics, stop
   bool reduce_only = false;   ///< stop after the reduction
   bool modes_only = false;    ///< show the resonances, stop
   bool restart = false;       ///< continue the run in the output directory

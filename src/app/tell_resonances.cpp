@@ -52,6 +52,18 @@ bool some_in_sweep(const Resonances &found, const Case &study) {
   return false;
 }
 
+// Of a sweep that was written in Hz, and is read in rad per unit of time.
+std::string remedy_by_unit(const Resonances &found, const Case &study) {
+  const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
+  const FrequencyUnit hertz = study.frequency_unit.in_hertz(true);
+  for (const ResonanceSet *set : {&found.stuck, &found.slipping})
+    for (const double omega : set->omega)
+      if (const double f = omega / hertz.radians(); !study.frequency_unit.hertz && low <= f && f <= high)
+        return ". Were these numbers meant in Hz, there would be one, at " + number(f) +
+               " Hz: continuation.unit = \"Hz\"";
+  return "";
+}
+
 double nearest(const Resonances &found, const Case &study) {
   const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
   double best = 0, distance = INFINITY;
@@ -140,7 +152,8 @@ std::vector<Warning> warnings_of(const Resonances &found, const Case &study) {
     const double omega = nearest(found, study);
     out.push_back({"no_resonance", "no resonance lies in the sweep, " + sweep_in_words(study) + "; " +
                                        (omega > 0 ? "the nearest is at " + in_both_units(study.frequency_unit, omega)
-                                                  : "there is none")});
+                                                  : "there is none") +
+                                       remedy_by_unit(found, study)});
   }
   if (found.may_lift > 0 && !(found.clamping > 0))
     out.push_back({"not_pressed", "nothing presses the joint: at rest no contact point bears a normal force. Check the "

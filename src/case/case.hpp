@@ -154,7 +154,8 @@ struct Case {
   bool allow_branch_change = true;           ///< false: none of those that may
   double work = 1;                           ///< of what strategies may take, so many times the default
   bool estimates = true;                     ///< of the error, at every point
-  double tolerance = 0; ///< harmonics are chosen so that the estimate stays below; 0: they are as given
+  double tolerance = 0;  ///< harmonics are chosen so that the estimate stays below; 0: they are as given
+  double between = 1e-3; ///< by how much cubics between the points may miss the curve, relative
 
   std::filesystem::path directory; ///< output directory, absolute or relative to the working directory
   MotionWish motion;

@@ -15,10 +15,8 @@ struct LawWord {
   Law law;
   const char *word;
 };
-constexpr LawWord law_words[] = {
+constexpr LawWord laws[] = {
     {Law::coulomb, "coulomb"}, {Law::cone, "cone"}, {Law::unilateral, "unilateral"}, {Law::bilateral, "bilateral"}};
-
-enum class Allowed { positive, not_negative, any };
 
 /// The four parameters of the laws: everything below works through this table. The tangential ones are those of
 /// friction.
@@ -26,35 +24,35 @@ struct Parameter {
   const char *name;
   std::optional<ContactSetting> ContactSettings::*setting;
   bool tangential;
-  Allowed allowed;
   bool by_area; ///< may be given per area, under its name with _per_area
   const char *example;
   void (*store)(ContactPoint &point, double t1, double t2);
 };
 
 const Parameter parameters[] = {
-    {"normal_stiffness", &ContactSettings::normal_stiffness, false, Allowed::positive, true, "1e9",
+    {"normal_stiffness", &ContactSettings::normal_stiffness, false, true, "1e9",
      [](ContactPoint &point, double value, double) { point.kn = value; }},
-    {"tangential_stiffness", &ContactSettings::tangential_stiffness, true, Allowed::positive, true, "[1e6, 1e6]",
+    {"tangential_stiffness", &ContactSettings::tangential_stiffness, true, true, "[1e6, 1e6]",
      [](ContactPoint &point, double t1, double t2) {
        point.kt = {t1, t2};
      }},
-    {"friction", &ContactSettings::friction, true, Allowed::not_negative, false, "[0.3, 0.3]",
+    {"friction", &ContactSettings::friction, true, false, "[0.3, 0.3]",
      [](ContactPoint &point, double t1, double t2) {
        point.mu = {t1, t2};
      }},
-    {"gap", &ContactSettings::gap, false, Allowed::any, false, "0.0",
+    {"gap", &ContactSettings::gap, false, false, "0.0",
      [](ContactPoint &point, double value, double) { point.gap = value; }},
 };
 
-void check_values(const ContactSetting &setting, Allowed allowed) {
+std::string key_of(const Parameter &parameter) { return std::string("contact.") + parameter.name; }
+
+// Of the case file or of a model.
+void check_values(const ContactSetting &setting, const Parameter &parameter) {
+  const Value &allowed = key_named(key_of(parameter))->value;
   for (size_t i = 0; i < setting.values.size(); ++i) {
     const double value = setting.values[i];
-    const char *fault = !std::isfinite(value)                           ? "must be a finite number"
-                        : allowed == Allowed::positive && value <= 0    ? "must be greater than 0"
-                        : allowed == Allowed::not_negative && value < 0 ? "must not be negative"
-                                                                        : nullptr;
-    if (!fault) continue;
+    const std::string fault = std::isfinite(value) ? allowed.fault(value) : "must be a finite number";
+    if (fault.empty()) continue;
     const size_t width = setting.pairs ? 2 : 1;
     std::string which; // needed only where there are several
     if (setting.values.size() > width) which = " at contact point " + std::to_string(i / width) + " (counted from 0)";
@@ -67,7 +65,7 @@ ContactSetting read_setting(const Entry &entry, const Parameter &parameter) {
   ContactSetting result;
   result.where = entry.where();
   if (!entry.is_list()) {
-    result.values = {entry.number()};
+    result.values = {entry.finite()};
   } else {
     const auto items = entry.items();
     if (items.empty()) entry.refuse("is empty; write a number for all points, or one per contact point");
@@ -77,15 +75,15 @@ ContactSetting read_setting(const Entry &entry, const Parameter &parameter) {
     result.per_point = nested || !result.pairs;
     for (const auto &item : items) {
       if (!nested || !parameter.tangential) {
-        result.values.push_back(item.number());
+        result.values.push_back(item.finite());
         continue;
       }
-      const auto pair = item.numbers();
+      const auto pair = item.items();
+      for (const Entry &value : pair) result.values.push_back(value.finite());
       if (pair.size() != 2) item.refuse("must be a pair [t1, t2]");
-      result.values.insert(result.values.end(), pair.begin(), pair.end());
     }
   }
-  check_values(result, parameter.allowed);
+  check_values(result, parameter);
   return result;
 }
 
@@ -121,10 +119,8 @@ void times_area(std::vector<std::array<double, 2>> &values, const ContactSetting
 }
 
 Law read_law(const Entry &entry) {
-  if (entry.is_words())
-    for (const auto &[law, word] : law_words)
-      if (entry.words() == word) return law;
-  entry.refuse("must be \"coulomb\", \"cone\", \"unilateral\" or \"bilateral\"");
+  const std::string found = entry.word();
+  return std::find_if(std::begin(laws), std::end(laws), [&](const LawWord &each) { return each.word == found; })->law;
 }
 
 LawSetting read_laws(const Entry &entry) {
@@ -163,15 +159,20 @@ void check_friction(std::vector<ContactPoint> &points, const std::string &where)
 } // namespace
 
 const char *word_of(Law law) {
-  return std::find_if(std::begin(law_words), std::end(law_words), [&](const LawWord &each) { return each.law == law; })
-      ->word;
+  return std::find_if(std::begin(laws), std::end(laws), [&](const LawWord &each) { return each.law == law; })->word;
+}
+
+std::vector<std::string> law_words() {
+  std::vector<std::string> words;
+  for (const LawWord &each : laws) words.push_back(each.word);
+  return words;
 }
 
 ContactSettings read_contact_settings(const Document &document) {
   ContactSettings result;
   if (const Entry law = document["contact.law"]) result.law = read_laws(law);
   for (const auto &parameter : parameters) {
-    const std::string name = std::string("contact.") + parameter.name;
+    const std::string name = key_of(parameter);
     const Entry single = document[name],
                 by_area = parameter.by_area ? document[name + "_per_area"] : Entry("", name, nullptr);
     if (single && by_area) by_area.refuse("and " + name + " both say the same; keep one");
@@ -195,12 +196,12 @@ std::vector<ContactPoint> contact_points(const ContactSettings &from_case, const
     const auto &in_case = from_case.*parameter.setting, &in_model = from_model.*parameter.setting;
     const auto &setting = in_case ? in_case : in_model;
     if (!setting) {
-      if (parameter.allowed == Allowed::any) continue; // the gap is 0 where nobody says otherwise
+      if (parameter.setting == &ContactSettings::gap) continue; // 0 where nobody says otherwise
       throw InputError(from_case.file + ": contact." + parameter.name +
                        " is missing, and the model file has no /contact/" + parameter.name + ": write " +
                        parameter.name + " = " + parameter.example + " under [contact]");
     }
-    check_values(*setting, parameter.allowed);
+    check_values(*setting, parameter);
     auto values = spread(*setting, parameter.tangential, n);
     if (setting->per_area) times_area(values, *setting, from_model.area);
     for (size_t i = 0; i < points.size(); ++i) parameter.store(points[i], values[i][0], values[i][1]);

@@ -8,5 +8,6 @@ namespace dovetail {
 ContactSettings read_contact_settings(const Document &document);
 
 const char *word_of(Law law);
+std::vector<std::string> law_words();
 
 } // namespace dovetail

@@ -6,16 +6,11 @@
 namespace dovetail {
 namespace {
 
-constexpr int most = 1000000000; // mode
-
 void read_ratios(const Document &document, Case &study) {
   const Entry ratios = document["damping.ratios"], of = document["damping.of"];
-  if (of && (!of.is_words() || (of.words() != "stuck" && of.words() != "fixed")))
-    of.refuse(
-        "must be \"stuck\" or \"fixed\": ratios of modes with all contacts closed and stuck, or of the reduction's "
-        "modes, with all contact dofs held");
+  study.damping.of_fixed = of && of.word(": ratios of modes with all contacts closed and stuck, or of the reduction's "
+                                         "modes, with all contact dofs held") == "fixed";
   if (of && !ratios) of.refuse("says whose ratios damping.ratios are, which is not given");
-  study.damping.of_fixed = of && of.words() == "fixed";
   if (!ratios) return;
   study.ratios_where = ratios.where();
   if (!ratios.is_list() || ratios.items().empty())
@@ -23,9 +18,7 @@ void read_ratios(const Document &document, Case &study) {
   for (const Entry &item : ratios.items()) {
     if (!item.is_list() || item.items().size() != 2) item.refuse("must be [mode, ratio], as [1, 0.002]");
     const Entry mode = item.items()[0], ratio = item.items()[1];
-    const ModeRatio read{mode.whole(1, most), ratio.number()};
-    if (read.ratio < 0) ratio.refuse("must not be negative");
-    if (read.ratio > 1) ratio.refuse("must be at most 1, which is critical; 2 % are 0.02");
+    const ModeRatio read{mode.whole(whole(1)), ratio.number("; 2 % are 0.02")};
     for (const ModeRatio &before : study.damping.ratios)
       if (before.mode == read.mode) mode.refuse("is there already");
     study.damping.ratios.push_back(read);
@@ -38,10 +31,7 @@ void read_damping(const Document &document, Case &study) {
   for (const auto &[key, value] :
        {std::pair("damping.stiffness", &study.damping.stiffness), std::pair("damping.mass", &study.damping.mass),
         std::pair("damping.structural", &study.damping.structural)})
-    if (const Entry entry = document[key]) {
-      *value = entry.number();
-      if (*value < 0) entry.refuse("must not be negative");
-    }
+    if (const Entry entry = document[key]) *value = entry.number();
   read_ratios(document, study);
   if (const Entry matrix = document["damping.matrix"]) study.damping.matrix = matrix.truth();
   const Entry contact = document["damping.contact"];

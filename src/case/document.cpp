@@ -48,8 +48,8 @@ toml::value parse(const std::string &file, const std::string &text) {
 
 } // namespace
 
-Entry::Entry(std::string file, std::string name, const toml::value *value)
-    : file_(std::move(file)), name_(std::move(name)), value_(value) {}
+Entry::Entry(std::string file, std::string name, const toml::value *value, const Key *key)
+    : file_(std::move(file)), name_(std::move(name)), value_(value), key_(key) {}
 
 std::string Entry::source() const {
   const auto at = value_->location();
@@ -60,7 +60,7 @@ std::string Entry::source() const {
 
 void Entry::refuse(const std::string &why) const { throw InputError(where() + " = " + source() + ": " + why); }
 
-double Entry::number() const {
+double Entry::finite() const {
   double result = 0;
   if (value_->is_integer()) {
     const auto whole = value_->as_integer();
@@ -78,17 +78,22 @@ double Entry::number() const {
   return result;
 }
 
-int Entry::whole(int lowest, int highest) const {
+double Entry::number(const std::string &besides) const {
+  const double result = finite();
+  if (const std::string fault = key_->value.fault(result); !fault.empty()) refuse(fault + besides);
+  return result;
+}
+
+int Entry::whole(const Value &allowed) const {
   if (value_->is_floating()) {
     const double found = value_->as_floating();
-    const bool fits = found == std::floor(found) && found >= lowest && found <= highest;
+    const bool fits = found == std::floor(found) && std::abs(found) <= most_whole;
     refuse("must be a whole number" + (fits ? "; write " + std::to_string(static_cast<int>(found)) : ""));
   }
   if (!value_->is_integer())
     refuse(value_->is_string() ? "must be a whole number; write it without quotes" : "must be a whole number");
   const auto found = value_->as_integer();
-  if (found < lowest) refuse("must be at least " + std::to_string(lowest));
-  if (found > highest) refuse("must be at most " + std::to_string(highest));
+  if (const std::string fault = allowed.fault(static_cast<double>(found)); !fault.empty()) refuse(fault);
   return static_cast<int>(found);
 }
 
@@ -104,11 +109,17 @@ std::string Entry::words() const {
   return result;
 }
 
+std::string Entry::word(const std::string &besides) const {
+  const std::string found = is_words() ? value_->as_string().str : "";
+  if (!key_->value.has_word(found)) refuse("must be " + key_->value.words_text() + besides);
+  return found;
+}
+
 std::vector<Entry> Entry::items() const {
   if (!is_list()) refuse("must be a list in brackets, as [1.0, 2.0]");
   std::vector<Entry> result;
   for (const auto &item : value_->as_array())
-    result.emplace_back(file_, "entry " + std::to_string(result.size() + 1) + " of " + name_, &item);
+    result.emplace_back(file_, "entry " + std::to_string(result.size() + 1) + " of " + name_, &item, key_);
   return result;
 }
 
@@ -123,7 +134,8 @@ std::vector<Entry> Entry::tables(const std::string &wanted) const {
 
 Entry Entry::operator[](const std::string &key) const {
   const auto found = value_->as_table().find(key);
-  return {file_, name_ + "." + key, found == value_->as_table().end() ? nullptr : &found->second};
+  const std::string name = name_ + "." + key;
+  return {file_, name, found == value_->as_table().end() ? nullptr : &found->second, key_named(name)};
 }
 
 std::vector<double> Entry::numbers() const {
@@ -143,7 +155,7 @@ Entry Document::operator[](const std::string &key) const {
   };
   const auto dot = key.find('.');
   const toml::value *value = inside(&root_, key.substr(0, dot));
-  return {file_, key, dot == std::string::npos ? value : inside(value, key.substr(dot + 1))};
+  return {file_, key, dot == std::string::npos ? value : inside(value, key.substr(dot + 1)), key_named(key)};
 }
 
 void Document::missing(const std::string &key, const std::string &example) const {

@@ -7,12 +7,15 @@
 #include <toml.hpp>
 #include <vector>
 
+#include "case/keys.hpp"
+
 namespace dovetail {
 
-/// One value of the document, or nothing where the key is absent. Borrowed: the Document must outlive it.
+/// One value of the document, or nothing where the key is absent. Borrowed: the Document must outlive it. Numbers and
+/// words are refused where the table of keys does not allow them.
 class Entry {
 public:
-  Entry(std::string file, std::string name, const toml::value *value);
+  Entry(std::string file, std::string name, const toml::value *value, const Key *key = nullptr);
 
   explicit operator bool() const { return value_ != nullptr; }
   size_t line() const { return value_->location().line(); }
@@ -22,10 +25,15 @@ public:
   std::string source() const; ///< the value as the user wrote it, shortened
 
   // Strictly typed; each refuses anything else.
-  double number() const; ///< finite; an integer will do
-  int whole(int lowest, int highest) const;
+  double finite() const; ///< a number, of any size; an integer will do
+  /// Likewise, within the bounds of the key. `besides`: what else may be said where it is not.
+  double number(const std::string &besides = "") const;
+  int whole() const { return whole(key_->value); }
+  int whole(const Value &allowed) const; ///< within other bounds than those of the key
   bool truth() const;
-  std::string words() const;           ///< text, not empty
+  std::string words() const; ///< text, not empty
+  /// One of those of the key; `besides`: what else may be said to who has written another.
+  std::string word(const std::string &besides = "") const;
   std::vector<double> numbers() const; ///< a list of finite numbers
 
   bool is_list() const { return value_->is_array(); }
@@ -38,6 +46,7 @@ public:
 private:
   std::string file_, name_;
   const toml::value *value_;
+  const Key *key_;
 };
 
 class Document {

@@ -56,8 +56,7 @@ std::vector<Entry> read_loads(const Document &document, Case &study) {
 } // namespace
 
 void read_excitation(const Document &document, Case &study) {
-  constexpr int most = 1000000;
-  if (const Entry order = document["excitation.engine_order"]) study.engine_order = order.whole(-most, most);
+  if (const Entry order = document["excitation.engine_order"]) study.engine_order = order.whole();
   const std::vector<Entry> series = read_loads(document, study);
   for (const LoadCourse &load : study.loads) // [a0, a1, b1, ...]
     if (study.tolerance > 0) study.harmonics = std::max(study.harmonics, static_cast<int>(load.fourier.size() / 2));

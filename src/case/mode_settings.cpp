@@ -3,12 +3,6 @@
 #include "case/path_settings.hpp"
 
 namespace dovetail {
-namespace {
-
-constexpr int most = 1000000000; // a number of a mode
-
-} // namespace
-
 void read_mode(const Document &document, Case &study) {
   const Entry number = document["mode.number"], near = document["mode.near"], amplitude = document["mode.amplitude"],
               at = document["mode.at"], to_force = document["mode.to_force"];
@@ -25,23 +19,16 @@ void read_mode(const Document &document, Case &study) {
       entry.refuse("[mode] is given as well: a mode is followed over its amplitude, mode.amplitude, and what it passes "
                    "exactly is mode.at. Delete one of the two");
   ModeWish mode;
-  if (number) mode.number = number.whole(1, most);
-  if (near) {
-    mode.near = near.number() * study.frequency_unit.radians();
-    if (mode.near <= 0) near.refuse("must be greater than 0");
-  }
+  if (number) mode.number = number.whole();
+  if (near) mode.near = near.number() * study.frequency_unit.radians();
   if (!amplitude) document.missing("mode.amplitude", "amplitude = [from, to], modal amplitudes such as [1e-3, 10.0],");
   if (!amplitude.is_list()) amplitude.refuse("must be [from, to]");
   const auto ends = amplitude.numbers();
   if (ends.size() != 2) amplitude.refuse("must be two numbers, [from, to], not " + std::to_string(ends.size()));
-  if (ends[0] <= 0) amplitude.refuse("both amplitudes must be greater than 0");
   if (ends[1] <= ends[0] * (1 + 1e-9))
     amplitude.refuse("must rise: a mode begins where its contacts stick, at small amplitudes");
   mode.from = ends[0], mode.to = ends[1];
-  if (to_force) {
-    mode.to_force = to_force.number();
-    if (mode.to_force <= 0) to_force.refuse("must be greater than 0: a factor on the load of the case");
-  }
+  if (to_force) mode.to_force = to_force.number();
   study.mode = mode;
   read_wanted(at, study.range(), study);
 }

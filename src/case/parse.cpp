@@ -20,10 +20,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Far beyond any use; they keep products of sizes within the range of int.
 constexpr int first_harmonics = 3;  // where a tolerance chooses them
 constexpr double narrowest = 1e-12; // sweep, of its frequency: steps of a hundredth are some 50 numbers wide
-constexpr int most_harmonics = 1000, most_samples = 1 << 20, most = 1000000000;
 
 std::string text_of(const fs::path &file) {
   std::error_code error;
@@ -44,20 +42,16 @@ std::string text_of(const fs::path &file) {
 
 // Each of these leaves `target` at its default where the key is absent.
 
-void read_positive(const Entry &entry, double &target) {
-  if (!entry) return;
-  target = entry.number();
-  if (target <= 0) entry.refuse("must be greater than 0");
+void read_number(const Entry &entry, double &target) {
+  if (entry) target = entry.number();
 }
 
-void read_tolerance(const Entry &entry, double &target) {
-  if (!entry) return;
-  target = entry.number();
-  if (target <= 0 || target >= 1) entry.refuse("must be greater than 0 and less than 1");
+void read_whole(const Entry &entry, int &target) {
+  if (entry) target = entry.whole();
 }
 
-void read_whole(const Entry &entry, int &target, int lowest, int highest) {
-  if (entry) target = entry.whole(lowest, highest);
+void read_truth(const Entry &entry, bool &target) {
+  if (entry) target = entry.truth();
 }
 
 /// An existing file, relative to the folder of the case file. The run must not overwrite what it reads.
@@ -68,8 +62,9 @@ void read_input_file(const Entry &entry, const Case &study, fs::path &target) {
   if (!fs::exists(target, error)) entry.refuse("there is no file " + target.string());
   if (!fs::is_regular_file(target, error)) entry.refuse(target.string() + " is not a file");
   if (!std::ifstream(target)) entry.refuse(target.string() + " cannot be read");
-  for (const std::string written : {"results.h5", "reduced.h5", "state.h5", "stuck.h5", "summary.json",
-                                    "results.h5.partial", "reduced.h5.partial", "state.h5.partial", "dovetail.lock"})
+  for (const std::string written :
+       {"results.h5", "reduced.h5", "state.h5", "stuck.h5", "summary.json", "status.json", "results.h5.partial",
+        "reduced.h5.partial", "state.h5.partial", "status.json.partial", "dovetail.lock"})
     if (fs::equivalent(target, study.directory / written, error) &&
         !(&target == &study.reduced && written == "reduced.h5"))
       entry.refuse("the run would overwrite this file with its own " + written +
@@ -99,21 +94,16 @@ void read_model(const Document &document, Case &study) {
   if (const Entry start = document["continuation.start"]; start && study.modes_by_tolerance)
     start.refuse(
         "holds motions of so many modes: give reduction.modes and reduction.kind as they were, or delete this key");
-  read_whole(modes, study.modes, 0, most);
-  if (const Entry kind = document["reduction.kind"]) {
-    const std::string word = kind.words();
-    if (word != "craig-bampton" && word != "residual") kind.refuse("must be \"craig-bampton\" or \"residual\"");
-    study.residuals = word == "residual";
-  } else {
-    study.residuals = study.modes_by_tolerance;
-  }
+  read_whole(modes, study.modes);
+  const Entry kind = document["reduction.kind"];
+  study.residuals = kind ? kind.word() == "residual" : study.modes_by_tolerance;
   for (const char *key : {"reduction.kind", "reduction.interior_modes", "reduction.exact_modes",
                           "reduction.check_modes", "reduction.memory", "output.motion"})
     if (const Entry entry = document[key]; reduced && entry) entry.refuse("needs a full model; delete this key");
-  if (const Entry exact_modes = document["reduction.exact_modes"]) study.exact_modes = exact_modes.truth();
-  read_whole(document["reduction.interior_modes"], study.interior_modes, 1, most);
-  if (const Entry check_modes = document["reduction.check_modes"]) study.check_modes = check_modes.truth();
-  read_positive(document["reduction.memory"], study.memory);
+  read_truth(document["reduction.exact_modes"], study.exact_modes);
+  read_whole(document["reduction.interior_modes"], study.interior_modes);
+  read_truth(document["reduction.check_modes"], study.check_modes);
+  read_number(document["reduction.memory"], study.memory);
 }
 
 void read_motion(const Document &document, Case &study) {
@@ -131,34 +121,33 @@ void read_motion(const Document &document, Case &study) {
     if (item.is_words())
       wish.sets.push_back(item.words());
     else
-      wish.nodes.push_back(item.whole(0, most));
+      wish.nodes.push_back(item.whole());
 }
 
 void read_harmonic_balance(const Document &document, Case &study) {
   const Entry harmonics = document["harmonic_balance.harmonics"], samples = document["harmonic_balance.samples"];
   const Entry tolerance = document["accuracy.tolerance"], estimates = document["accuracy.estimates"];
-  read_tolerance(tolerance, study.tolerance);
-  if (estimates) study.estimates = estimates.truth();
+  read_number(tolerance, study.tolerance);
+  if (tolerance) study.between = study.tolerance;
+  read_number(document["accuracy.between"], study.between);
+  read_truth(estimates, study.estimates);
   if (tolerance && !study.estimates) estimates.refuse("a tolerance cannot do without; delete this key");
   if (tolerance && harmonics) harmonics.refuse("accuracy.tolerance chooses the harmonics; delete one of the two keys");
   if (!tolerance && !harmonics)
     document.missing("harmonic_balance.harmonics", "harmonics = 5, or [accuracy] tolerance = 1e-3,");
   study.harmonics = first_harmonics;
-  read_whole(harmonics, study.harmonics, 1, most_harmonics);
+  read_whole(harmonics, study.harmonics);
 
-  if (const Entry solver = document["harmonic_balance.solver"]) {
-    const std::string word = solver.words();
-    if (word != "modal" && word != "assembled") solver.refuse("must be \"modal\" or \"assembled\"");
-    study.solver = word == "modal" ? SolverKind::modal : SolverKind::assembled;
-  }
+  if (const Entry solver = document["harmonic_balance.solver"])
+    study.solver = solver.word() == "modal" ? SolverKind::modal : SolverKind::assembled;
   if (!samples) return;
   if (samples.is_words()) {
-    if (samples.words() != "exact") samples.refuse("must be \"exact\", or a number of samples per period");
+    samples.word(", or a number of samples per period");
     return;
   }
   if (tolerance) samples.refuse("accuracy.tolerance takes exact contact forces; delete one of the two keys");
   const int least = 2 * study.harmonics + 1;
-  study.samples = samples.whole(1, most_samples);
+  study.samples = samples.whole();
   if (study.samples < least)
     throw InputError(samples.where() + " = " + samples.source() +
                      " is too small for harmonics = " + std::to_string(study.harmonics) + ": at least 2*" +
@@ -178,8 +167,7 @@ void read_preload(const Document &document, Case &study) {
 void read_scaling(const Document &document, Case &study) {
   const Entry kind = document["scaling.kind"];
   if (kind) {
-    const std::string word = kind.words();
-    if (word != "auto" && word != "none" && word != "manual") kind.refuse("must be \"auto\", \"none\" or \"manual\"");
+    const std::string word = kind.word();
     study.scaling = word == "auto" ? ScalingKind::automatic : word == "none" ? ScalingKind::none : ScalingKind::manual;
   }
   const std::pair<const char *, double *> scales[] = {{"scaling.frequency", &study.scale_frequency},
@@ -191,16 +179,14 @@ void read_scaling(const Document &document, Case &study) {
       document.missing(key, "all of frequency, modal and contact for kind = \"manual\"");
     if (study.scaling != ScalingKind::manual && entry)
       entry.refuse("is used only with kind = \"manual\"; delete it, or write that");
-    read_positive(entry, *target);
+    read_number(entry, *target);
   }
 }
 
 // Before anything that is a frequency.
 void read_frequency_unit(const Document &document, Case &study) {
   const Entry unit = document["continuation.unit"];
-  if (!unit) return;
-  if (!unit.is_words() || (unit.words() != "rad/s" && unit.words() != "Hz")) unit.refuse("must be \"rad/s\" or \"Hz\"");
-  study.frequency_unit.hertz = unit.words() == "Hz";
+  study.frequency_unit.hertz = unit && unit.word() == "Hz";
 }
 
 // Of a sweep, or where the first of the peaks that are followed is sought.
@@ -211,8 +197,6 @@ void read_frequencies(const Document &document, Case &study) {
   if (!omega.is_list()) omega.refuse("must be [from, to]; for one point, write the same number twice");
   const auto ends = omega.numbers();
   if (ends.size() != 2) omega.refuse("must be two numbers, [from, to], not " + std::to_string(ends.size()));
-  for (const double end : ends)
-    if (end <= 0) omega.refuse("both frequencies must be greater than 0");
   if (ends[0] != ends[1] && std::abs(ends[1] - ends[0]) < narrowest * ends[0])
     omega.refuse("the ends differ in their last digits only, and no points lie between; for one point, write the same "
                  "number twice");
@@ -227,10 +211,9 @@ void read_continuation(const Document &document, Case &study) {
   const bool sweep = study.range().is_sweep();
   if (sweep || study.follows_peaks()) read_frequencies(document, study);
   if (sweep) read_wanted(document["continuation.at"], study.range(), study);
-  const Entry adaptive = document["continuation.adaptive"];
-  read_positive(document["continuation.step"], study.step);
-  if (adaptive) study.adaptive = adaptive.truth();
-  read_whole(document["continuation.max_points"], study.max_points, 1, most);
+  read_number(document["continuation.step"], study.step);
+  read_truth(document["continuation.adaptive"], study.adaptive);
+  read_whole(document["continuation.max_points"], study.max_points);
   read_input_file(document["continuation.start"], study, study.start);
 }
 
@@ -276,25 +259,22 @@ void read_watched(const Document &document, Case &study) {
 
 void read_stops(const Document &document, Case &study) {
   read_watched(document, study);
-  read_whole(document["continuation.stop_after_peaks"], study.stop_after_peaks, 1, most);
-  read_positive(document["continuation.stop_at_amplitude"], study.stop_at_amplitude);
+  read_whole(document["continuation.stop_after_peaks"], study.stop_after_peaks);
+  read_number(document["continuation.stop_at_amplitude"], study.stop_at_amplitude);
   if (const Entry enabled = document["stability.enabled"]) study.stability = enabled.truth();
 }
 
 void read_recovery(const Document &document, Case &study) {
   if (const Entry strategies = document["recovery.strategies"]) {
-    std::string names;
-    for (const Strategy &one : all_strategies) names += (names.empty() ? "\"" : ", \"") + std::string(one.name) + '"';
-    if (!strategies.is_list()) strategies.refuse("must be a list of names of " + names + "; [] is plain arc length");
+    if (!strategies.is_list())
+      strategies.refuse("must be a list of names of " + key_named("recovery.strategies")->value.words_text() +
+                        "; [] is plain arc length");
     study.strategies = {};
-    for (const Entry &item : strategies.items()) {
-      const Strategy *one = item.is_words() ? Strategies::named(item.words()) : nullptr;
-      if (!one) item.refuse("is none of " + names);
-      if (!study.strategies.add(one)) item.refuse("stands in the list twice");
-    }
+    for (const Entry &item : strategies.items())
+      if (!study.strategies.add(Strategies::named(item.word()))) item.refuse("stands in the list twice");
   }
-  if (const Entry allowed = document["recovery.allow_branch_change"]) study.allow_branch_change = allowed.truth();
-  read_positive(document["recovery.work"], study.work);
+  read_truth(document["recovery.allow_branch_change"], study.allow_branch_change);
+  read_number(document["recovery.work"], study.work);
 }
 
 } // namespace
@@ -321,9 +301,9 @@ Case read_case(const fs::path &file, const fs::path &out) {
   read_harmonic_balance(document, study);
   read_excitation(document, study);
   read_preload(document, study);
-  read_tolerance(document["newton.step_tolerance"], study.step_tolerance);
-  read_tolerance(document["newton.residual_tolerance"], study.residual_tolerance);
-  read_whole(document["newton.max_iterations"], study.max_iterations, 1, most);
+  read_number(document["newton.step_tolerance"], study.step_tolerance);
+  read_number(document["newton.residual_tolerance"], study.residual_tolerance);
+  read_whole(document["newton.max_iterations"], study.max_iterations);
   read_scaling(document, study);
   read_frequency_unit(document, study);
   read_continuation(document, study);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "case/number_text.hpp"
 #include "contact/samples.hpp"
@@ -10,14 +9,6 @@
 
 namespace dovetail {
 namespace {
-
-std::string names_of_parameters() {
-  std::string names;
-  for (const PathParameter &parameter : all_parameters)
-    if (&parameter != &frequency_parameter())
-      names += (names.empty() ? "\"" : ", \"") + std::string(parameter.name) + '"';
-  return names;
-}
 
 // Which contact points the parameter is of.
 void read_points(const Document &document, Path &path) {
@@ -31,7 +22,7 @@ void read_points(const Document &document, Path &path) {
   if (!points) return;
   if (!points.is_list()) points.refuse("must be a list of contact points, [3] or [1, 2, 5], numbered from 1");
   for (const Entry &item : points.items()) {
-    path.points.push_back(item.whole(1, std::numeric_limits<int>::max()));
+    path.points.push_back(item.whole());
     if (std::count(path.points.begin(), path.points.end(), path.points.back()) > 1) item.refuse("is there already");
   }
   if (path.points.empty()) points.refuse("names no contact point; leave it out for all of them");
@@ -39,8 +30,7 @@ void read_points(const Document &document, Path &path) {
 
 // What goes with a path over peaks, and what does not; what is looked for, from the one word.
 PeakKind read_peak(const Document &document, const Entry &peak, const Case &study) {
-  const std::string word = peak.is_words() ? peak.words() : "";
-  if (word != "amplitude" && word != "phase") peak.refuse("must be \"amplitude\" or \"phase\"");
+  const std::string word = peak.word();
   const std::pair<const char *, const char *> unwanted[] = {
       {"path.omega", "is the frequency of a path at one frequency, but path.peak follows a peak to where it goes; "
                      "continuation.omega = [from, to] is where the first one is sought. Delete one of the two"},
@@ -87,13 +77,13 @@ void read_path(const Document &document, Case &study) {
               points = document["path.points"];
   if (!parameter) {
     for (const Entry *entry : {&range, &omega, &at, &peak, &joint, &points})
-      if (*entry) entry->refuse("path.parameter is not given; write what is varied: one of " + names_of_parameters());
+      if (*entry)
+        entry->refuse("path.parameter is not given; write what is varied: " +
+                      key_named("path.parameter")->value.words_text());
     return;
   }
   Path path;
-  path.parameter = parameter.is_words() ? parameter_named(parameter.words()) : nullptr;
-  if (!path.parameter || path.parameter == &frequency_parameter())
-    parameter.refuse("must be one of " + names_of_parameters() + "; a sweep over the frequency is continuation.omega");
+  path.parameter = parameter_named(parameter.word("; a sweep over the frequency is continuation.omega"));
   for (const char *key : {"continuation.omega", "continuation.at"})
     if (const Entry entry = document[key]; entry && !peak)
       entry.refuse("[path] is given as well; its frequency is path.omega, and what it passes exactly path.at. Delete "
@@ -116,7 +106,6 @@ void read_path(const Document &document, Case &study) {
       document.missing("path.omega", std::string("the frequency, omega = 1.5 in ") + study.frequency_unit.name() +
                                          ", or peak = \"amplitude\" to follow a peak,");
     study.omega_from = study.omega_to = omega.number() * study.frequency_unit.radians();
-    if (study.omega_from <= 0) omega.refuse("must be greater than 0");
   }
   study.path = path;
   read_wanted(at, study.range(), study);

@@ -21,9 +21,13 @@ Amplitude cubic(const Amplitude &from, const Amplitude &to, double length, doubl
 
 } // namespace
 
-void BetweenPoints::begin(const Amplitude &here) { here_ = here, known_ = 1; }
+void BetweenPoints::begin(const Amplitude &here) {
+  here_ = here, known_ = 1;
+  largest_ = std::max(largest_, here.value);
+}
 
 double BetweenPoints::add(double step, const Amplitude &next) {
+  largest_ = std::max(largest_, next.value);
   const double bend = (next.slope - here_.slope) / step;
   double found = std::numeric_limits<double>::quiet_NaN();
   if (known_ > 1) {
@@ -38,8 +42,7 @@ double BetweenPoints::add(double step, const Amplitude &next) {
       if (known_ > 2) jump = std::min(jump, std::abs(bend - bend_before_));
       found = std::max(found, std::min(jump * step * step / 8, most * std::max(std::abs(off), askew)));
     }
-    const double size = std::max(here_.value, next.value);
-    found = size > 0 ? found / size : 0;
+    found = largest_ > 0 ? found / largest_ : 0;
     fourth_ = fourth;
   }
   before_ = here_, here_ = next, step_ = step;
@@ -57,6 +60,7 @@ void BetweenPoints::archive(Archive &archive) {
   archive.field("fourth", fourth_);
   archive.field("bend_before", bend_before_);
   archive.field("bend_here", bend_here_);
+  archive.field("largest", largest_);
   archive.field("known", known_);
 }
 

@@ -15,7 +15,7 @@ public:
   /// What came before does not count any more. `here`: the slope by arc length.
   void begin(const Amplitude &here);
   /// A further point, `step` of arc length after the last. Returns an estimate for the piece between the two, relative
-  /// to the larger amplitude: NaN while fewer than three points are known.
+  /// to the largest amplitude so far: NaN while fewer than three points are known.
   ///
   /// The last point but one and this one have a cubic, too, which the point between them is off by e. Of a smooth curve
   /// the error is e h2^2 / (16 h1^2). Where the fourth derivative e / (h1 h2)^2 is unlike the one before, or the slope
@@ -30,6 +30,7 @@ private:
   double step_ = 0;                        // between them
   double fourth_ = 0;                      // e / (h1 h2)^2 up to here_
   double bend_before_ = 0, bend_here_ = 0; // change of slope by arc length, along the last two steps
+  double largest_ = 0;                     // amplitude
   int known_ = 0;                          // points
 };
 

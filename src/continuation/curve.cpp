@@ -17,7 +17,7 @@ constexpr double least_reach = 0.01; // and such a part of all unknowns
 Curve::Curve(Problem &problem_, const NewtonSettings &newton, double unit, bool weighted, SolveCounts &counts)
     : metric_(problem_.metric(unit, weighted)), problem(problem_), norm(*metric_), corrector_(problem_, newton),
       counts_(counts), row_(problem_.unknowns()),
-      unit_(problem_.unknowns()), work_{problem_.unknowns(), problem_.unknowns(), problem_.unknowns()} {
+      unit_(problem_.unknowns()), work_{problem_.unknowns(), problem_.unknowns()} {
   set_parameter(unit_, 1);
 }
 
@@ -94,18 +94,18 @@ bool Curve::correct(const CurvePoint &s, Vec r, Vec c) {
   return correction.found;
 }
 
-double Curve::off_middle(const CurvePoint &a, const CurvePoint &b) {
+double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle) {
   constexpr const char *doing = "looking into a step";
-  const Vec r = work_[0], c = work_[1], middle = work_[2];
+  const Vec r = work_[0], c = work_[1];
   check(VecWAXPY(c, -1, a.y, b.y), doing);
   const double length = norm.length(c);
   check(VecWAXPY(middle, 0.5, c, a.y), doing);
   check(VecAXPBYPCZ(middle, length / 8, -length / 8, 1, a.t, b.t), doing);
   problem.residual(middle, r);
   set_parameter(r, 0); // along the step nothing is missing
-  const auto correction = corrector_.correct(r, c);
-  count(correction);
-  return correction.found ? norm.length(c) / length : std::nan("");
+  if (!correct(b, r, c)) return std::nan("");
+  check(VecAXPY(middle, -1, c), doing);
+  return norm.length(c) / length;
 }
 
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {

@@ -56,8 +56,8 @@ public:
 
   /// How far the middle of the cubic from a to b lies off the curve, over the length of the step: roughly, by one
   /// correction with the factors of the last solve, which led to b; NaN where that failed. Large where the step led to
-  /// another piece of the curve, or across a loop of it. Collective.
-  double off_middle(const CurvePoint &a, const CurvePoint &b);
+  /// another piece of the curve, or across a loop of it. `middle` becomes what the correction finds. Collective.
+  double off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle);
 
   double take_work() { return corrector_.take_work(); } ///< of the linear solver, see BorderedJacobian
   double memory() const { return corrector_.memory(); } ///< likewise
@@ -83,7 +83,7 @@ private:
 
   Corrector corrector_;
   SolveCounts &counts_;
-  UniqueVec row_, unit_, work_[3];
+  UniqueVec row_, unit_, work_[2];
   std::optional<long> solve_; // of which the corrector holds factors
 };
 

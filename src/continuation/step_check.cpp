@@ -1,5 +1,7 @@
 #include "continuation/step_check.hpp"
 
+#include <cmath>
+
 namespace dovetail {
 
 std::optional<std::string> check_angle(Trial &trial) {
@@ -13,9 +15,11 @@ std::optional<std::string> check_distance(Trial &trial) {
 }
 
 std::optional<std::string> check_middle(Trial &trial) {
-  if (trial.kink || !trial.curve.problem.is_smooth() || trial.step <= step_limits.close_to_kink ||
-      !(trial.curve.off_middle(trial.from, trial.to) > step_limits.most_off))
-    return std::nullopt;
+  if (trial.kink || !trial.curve.problem.is_smooth() || trial.step <= step_limits.close_to_kink) return std::nullopt;
+  trial.middle = trial.curve.problem.unknowns();
+  const double off = trial.curve.off_middle(trial.from, trial.to, trial.middle);
+  if (std::isfinite(off)) trial.off = off * trial.step;
+  if (!(off > step_limits.most_off)) return std::nullopt;
   return "the curve does not run smoothly from one end of the step to the other";
 }
 

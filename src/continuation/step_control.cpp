@@ -7,8 +7,11 @@ namespace dovetail {
 namespace {
 
 constexpr double alike_ratio = 0.75; // of successive angles, half of it of corrections: beyond, they do not shrink
+constexpr double aimed_off = 0.5;    // of what the cubic may miss the curve by, which goes with step^4
 constexpr int lengths_per_octave = 8;
 constexpr double rounding = 1e-9; // so that one of these lengths stays what it is
+
+const StepAims &aims_of(bool smooth) { return smooth ? smooth_aims : rough_aims; }
 
 } // namespace
 
@@ -24,17 +27,18 @@ bool Halvings::add(const StepMeasure &now) {
 
 double StepControl::shortest() const { return adaptive_ ? step_limits.shortest : step_limits.shortest * first_; }
 
-void StepControl::after(double step, double turned, int newton) {
+void StepControl::after(double step, double turned, int newton, double off, bool smooth) {
   if (!adaptive_) return;
-  const double by_newton = std::pow(2.0, (step_limits.aimed_newton - newton) / 2.0),
-               by_angle = step_limits.aimed_angle / turned;
-  step_ = step * std::clamp(std::min(by_newton, by_angle), 1 / step_limits.most_change, step_limits.most_change);
+  const StepAims &aims = aims_of(smooth);
+  const double by_newton = std::pow(2.0, (aims.newton - newton) / 2.0), by_angle = aims.angle / turned,
+               by_off = std::pow(aimed_off * between_ / off, 0.25);
+  step_ = step * std::clamp(std::min({by_newton, by_angle, by_off}), step_limits.most_shrinking, aims.most_growth);
 }
 
 void StepControl::limit(const Rates &rates, bool smooth) {
   if (!adaptive_) return;
-  step_ = std::min(step_, step_limits.longest);
-  if (rates.parameter > 0) step_ = std::min(step_, step_limits.longest_parameter_step / rates.parameter);
+  step_ = std::min(step_, aims_of(smooth).longest);
+  if (rates.parameter > 0) step_ = std::min(step_, aims_of(smooth).parameter / rates.parameter);
   if (rates.motion > 0)
     step_ = std::min(step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion, step_limits.careful));
   step_ = std::max(step_, 10 * step_limits.shortest);

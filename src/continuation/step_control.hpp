@@ -5,16 +5,22 @@
 
 namespace dovetail {
 
+/// What steps aim at, which are not longer than the first two.
+struct StepAims {
+  double longest, parameter; ///< arc; part of the range: a resonance narrower than this could be stepped over
+  double angle;              ///< between tangents [rad]
+  int newton;                ///< iterations
+  double most_growth;        ///< of the length, from one step to the next
+};
+/// The middle of a step along a smooth curve is looked at, so that it may be long.
+constexpr StepAims smooth_aims{1, 0.05, 0.5, 6, 4}, rough_aims{0.1, 0.01, 0.25, 4, 2};
+
 /// The numbers that rule steps, with what they are for.
 struct StepLimits {
-  double longest = 0.1;
-  double longest_parameter_step = 0.01; ///< of the range: a resonance narrower than this could be stepped over
-  double longest_motion_step = 0.25;    ///< of the motion at hand, which after a resonance is far below the largest
+  double longest_motion_step = 0.25; ///< of the motion at hand, which after a resonance is far below the largest
   double shortest = 1e-7;
   double careful = 1e-3;       ///< first step from a point that no step led to; and where the motion passes zero
-  double aimed_angle = 0.25;   ///< between tangents [rad]
-  int aimed_newton = 4;        ///< iterations
-  double most_change = 2;      ///< of the length, from one step to the next
+  double most_shrinking = 0.5; ///< of the length, from one step to the next
   double most_angle = 0.64;    ///< between the tangents before and after a step [rad]
   double most_correction = 2;  ///< distance from predicted to converged point, in steps, where a kink may be
   double most_off = 0.05;      ///< of a step, by which the curve may miss its middle; smooth ones: 1e-3 and less;
@@ -65,17 +71,20 @@ struct Rates {
 
 class StepControl {
 public:
-  /// `adaptive` false: `first` throughout.
-  StepControl(bool adaptive, double first) : adaptive_(adaptive), first_(first), step_(first) {}
+  /// `adaptive` false: `first` throughout. `between`: by how much the cubic between two points may miss the curve.
+  StepControl(bool adaptive, double first, double between)
+      : adaptive_(adaptive), first_(first), step_(first), between_(between) {}
 
   double step() const { return step_; }
   bool adaptive() const { return adaptive_; }
+  double between() const { return between_; }
   double shortest() const;
 
   /// A length from outside: `limited` follows.
   void set(double step) { step_ = step; }
-  /// After an accepted step of that length, along which the tangent turned [rad].
-  void after(double step, double turned, int newton);
+  /// After an accepted step of that length, along which the tangent turned [rad]. `off`: by how much its cubic misses
+  /// the curve; 0: not known.
+  void after(double step, double turned, int newton, double off, bool smooth);
   /// Not longer than the limits allow. `smooth`: of few lengths, for tangents are known to six digits only.
   void limit(const Rates &rates, bool smooth);
 
@@ -83,7 +92,7 @@ public:
 
 private:
   bool adaptive_;
-  double first_, step_;
+  double first_, step_, between_;
 };
 
 } // namespace dovetail

@@ -16,6 +16,14 @@ constexpr int kink_again = 64; // after all legs were tried in vain: so many tim
 } // namespace
 
 Stepper::Outcome Stepper::advance() {
+  if (!ahead_.empty()) {
+    trial_ = std::move(ahead_.back());
+    ahead_.pop_back();
+    const Outcome outcome = take_trial(length_to(trial_));
+    if (outcome == Outcome::on) stepped();
+    if (outcome == Outcome::on || outcome == Outcome::ended) return outcome;
+    ahead_.clear();
+  }
   const double least = control_.shortest();
   halvings_ = {};
   double kink_due = step_limits.kink_step;
@@ -25,6 +33,7 @@ Stepper::Outcome Stepper::advance() {
     for (int i = 0; i < step_limits.most_refinements && outcome == Outcome::refined; ++i) outcome = try_step(step);
     if (outcome == Outcome::on) stepped();
     if (outcome != Outcome::refused) return outcome;
+    ahead_.clear();
     halved(refusal_);
     if (!control_.adaptive() || step > kink_due) continue;
     const bool all = waiting-- <= 0;
@@ -38,11 +47,10 @@ Stepper::Outcome Stepper::advance() {
 
 // trial_ becomes the point a step along the curve, if Newton's method finds one.
 bool Stepper::solve_trial(double step) {
-  TangentPredictor().predict(here_, step, predicted_);
   if (before_ && step == control_.step()) // else there may be a kink
     CubicPredictor(curve_->norm, *before_).predict(here_, step, trial_.y);
   else
-    check(VecCopy(predicted_, trial_.y), "predicting");
+    TangentPredictor().predict(here_, step, trial_.y);
   branch_point_.reset();
   if (!curve_->problem.is_admissible(parameter_of(trial_.y))) {
     refusal_ = "the predicted " + curve_->problem.parameter().name + " is not positive";
@@ -58,7 +66,7 @@ bool Stepper::solve_trial(double step) {
 bool Stepper::belongs(double step, const StepMeasure &measure, bool kink) {
   Trial trial{*curve_, here_, trial_, step, measure, kink, locator()};
   const auto why = refused(trial);
-  branch_point_ = std::move(trial.branch_point);
+  branch_point_ = std::move(trial.branch_point), off_ = trial.off, middle_ = std::move(trial.middle);
   if (why) refusal_ = *why;
   return !why;
 }
@@ -68,19 +76,44 @@ Stepper::Outcome Stepper::try_step(double step) {
     halvings_ = {};
     return Outcome::refused;
   }
+  return take_trial(step);
+}
+
+// What the step to trial_, a solution that far along the tangent, is worth.
+Stepper::Outcome Stepper::take_trial(double step) {
+  TangentPredictor().predict(here_, step, predicted_);
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
   const StepMeasure measure{angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step,
                             allowed_astray(curve_->problem.is_smooth())};
   const bool kink = halvings_.add(measure);
+  off_ = 0;
   if (control_.adaptive() && !belongs(step, measure, kink)) return Outcome::refused;
+  if (off_ > control_.between()) return refine_drawing();
   const int newton = trial_.newton.newton;
   if (refine(trial_)) return Outcome::refined;
   const Outcome outcome = accept_step(here_.t, step);
   if (outcome != Outcome::on || !control_.adaptive()) return outcome;
   if (!kink) curvature_ = measure.angle / step;
-  control_.after(step, measure.angle, newton);
+  control_.after(step, measure.angle, newton, off_, curve_->problem.is_smooth());
   limit_step();
   return outcome;
+}
+
+// A point about half way to trial_ becomes the trial; what trial_ was is kept for the next step.
+Stepper::Outcome Stepper::refine_drawing() {
+  ahead_.push_back(std::move(trial_));
+  trial_ = curve_->point();
+  trial_.y = std::move(middle_);
+  branch_point_.reset();
+  const double step = length_to(trial_);
+  if (step > 0 && curve_->solve_across(here_.t, trial_, {false, step_limits.most_newton, step}))
+    return take_trial(step);
+  refusal_ = "the middle of the step is not found";
+  return Outcome::refused;
+}
+
+double Stepper::length_to(const CurvePoint &point) const {
+  return curve_->plane(here_.t, point.y) - curve_->plane(here_.t, here_.y);
 }
 
 // The step to trial_, on planes across `normal`, with all that lies within; or round a kink, to where it is.
@@ -139,7 +172,7 @@ void Stepper::take_curve(Curve &curve) {
   curve_ = &curve;
   here_ = curve.point(), trial_ = curve.point();
   predicted_ = curve.problem.unknowns();
-  before_.reset();
+  forget_steps();
 }
 
 void Stepper::archive_steps(Archive &archive) {

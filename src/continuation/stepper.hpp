@@ -1,8 +1,10 @@
 #pragma once
-// Steps along a curve: predict, correct, check, halve; round a kink where halving leads nowhere. What a step is worth,
-// and what else is done with it, says the class that derives from this.
+// Steps along a curve: predict, correct, check, halve; round a kink where halving leads nowhere. Where the cubic
+// between the ends of a step does not draw the curve, points in between are found first. What a step is worth, and what
+// else is done with it, says the class that derives from this.
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "continuation/curve.hpp"
 #include "continuation/event_locator.hpp"
@@ -30,8 +32,8 @@ protected:
   void take_curve(Curve &curve);
   /// Length of the next step by what limits it here.
   void limit_step();
-  /// here_ was not led to by a step: the next guess follows the tangent alone.
-  void forget_before() { before_.reset(); }
+  /// here_ was not led to by a step: the next guess follows the tangent alone, and leads where none has been.
+  void forget_steps() { before_.reset(), ahead_.clear(); }
   /// here_.t to length 1 by the metric as it is now.
   void measure_anew();
   /// Copies a point without what belongs to its solve.
@@ -60,6 +62,7 @@ protected:
   Curve *curve_ = nullptr;
   CurvePoint here_, trial_;          // last accepted point; the one being tried
   std::optional<CurvePoint> before_; // where the smooth step to here_ began
+  std::vector<CurvePoint> ahead_;    // ends of steps that pieces of are taken first, the nearest last
   UniqueVec predicted_;
   StepControl control_;
   const double unit_, newton_tolerance_;
@@ -69,13 +72,18 @@ protected:
 
 private:
   Outcome try_step(double step);
+  Outcome take_trial(double step);
+  Outcome refine_drawing();
   bool solve_trial(double step);
   bool belongs(double step, const StepMeasure &measure, bool kink);
+  double length_to(const CurvePoint &point) const;
   Outcome accept_step(Vec normal, double step, bool at_kink = false);
   bool round_kink(double step, KinkTurn::Extent extent, Outcome &outcome);
 
   Halvings halvings_;
   double curvature_ = 0; // at the last smooth step: angle per arc length
+  double off_ = 0;       // by how much the cubic to trial_ misses the curve; 0: not known
+  UniqueVec middle_;     // where that was found
 };
 
 } // namespace dovetail

@@ -83,6 +83,13 @@ PointRecord collect(const BranchPoint &point, double seconds) {
     ++(record.contact.open[p] > 0 ? record.open : record.contact.slip[p] > 0 ? record.slip : record.stick);
   for (double *share : {&record.stick, &record.slip, &record.open}) *share /= std::max<double>(1, layout.points);
   record.coefficients = physical_coefficients(layout, system.scales(), point.y);
+  if (!point.tangent) return record;
+  PetscReal length;
+  check(VecNorm(point.tangent, NORM_2, &length), "collecting a point");
+  record.tangent = physical_coefficients(layout, system.scales(), point.tangent);
+  for (double &value : record.tangent) value /= length;
+  record.tangent_parameter =
+      system.parameter_in(point.tangent) / length * system.scales().of(system.parameter().kind());
   return record;
 }
 

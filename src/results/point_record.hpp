@@ -43,6 +43,8 @@ struct PointRecord {
   double energy_error = 0;    ///< of the balance of energies, as a damping ratio
   ContactRecord contact;
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
+  std::vector<double> tangent;      ///< of a response: the same by arc length, and
+  double tangent_parameter = 0;     ///< what it is followed over by arc length
 };
 
 /// Something on the way along the branch.

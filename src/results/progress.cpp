@@ -30,9 +30,10 @@ bool on_terminal() {
 
 } // namespace
 
-Progress::Progress(bool speaks, Told told, PetscInt watched, const CurveRange &range, int points)
+Progress::Progress(bool speaks, Told told, PetscInt watched, const CurveRange &range, int points, StatusFile &status)
     : speaks_(speaks), terminal_(on_terminal()), told_(std::move(told)), watched_(watched), range_(range),
-      begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)), points_(points) {}
+      begin_(std::chrono::steady_clock::now()), last_line_(begin_ - std::chrono::hours(1)), points_(points),
+      status_(status) {}
 
 double Progress::elapsed() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
@@ -61,11 +62,13 @@ void Progress::point(const PointRecord &record) {
   if (before_ < 0) before_ = record.progress;
   const auto now = std::chrono::steady_clock::now();
   const bool last = record.progress >= 1;
+  const double made = record.progress - before_; // since this run was begun or continued
+  const double seconds_left = last ? 0 : made > 0.01 ? elapsed() * (1 - record.progress) / made : -1;
+  status_.point(range_, points_, record, seconds_left);
   if (!terminal_ && !last && now - last_line_ < std::chrono::duration<double>(quiet_seconds)) return;
   last_line_ = now;
-  const double made = record.progress - before_; // since this run was begun or continued
   char left[32] = "";
-  if (made > 0.01 && !last) std::snprintf(left, sizeof left, "%.0f s", elapsed() * (1 - record.progress) / made);
+  if (seconds_left > 0) std::snprintf(left, sizeof left, "%.0f s", seconds_left);
   if (of_mode())
     std::printf("%6d %21.8g %15.8g %12.5e", points_, record.parameter, record.omega / range_.unit.radians(),
                 record.damping_ratio);

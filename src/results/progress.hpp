@@ -4,6 +4,7 @@
 #include <chrono>
 #include <string>
 
+#include "results/status_file.hpp"
 #include "results/told.hpp"
 
 namespace dovetail {
@@ -12,7 +13,8 @@ class Progress {
 public:
   /// `speaks`: rank 0 only. `watched`: the unknown whose amplitude is shown, -1 where the case names none, or a node.
   /// `range`: of the curve. `points`: already there, of earlier parts.
-  Progress(bool speaks, Told told, PetscInt watched, const CurveRange &range, int points);
+  /// `status`: is told as well, and must outlive it.
+  Progress(bool speaks, Told told, PetscInt watched, const CurveRange &range, int points, StatusFile &status);
 
   void heading() const;
   void point(const PointRecord &record);
@@ -27,6 +29,7 @@ private:
   CurveRange range_;
   std::chrono::steady_clock::time_point begin_, last_line_;
   int points_;
+  StatusFile &status_;
   double before_ = -1; // progress at the first point seen
 };
 

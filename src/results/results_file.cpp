@@ -102,6 +102,12 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   };
   columns_.push_back({{*file_, "/points/coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, chunk, true},
                       [](const PointRecord &point) -> const void * { return point.coefficients.data(); }});
+  if (!study.mode && !study.follows_peaks()) {
+    columns_.push_back({{*file_, "/points/tangent", {dofs, width}, H5T_NATIVE_DOUBLE, chunk, true},
+                        [](const PointRecord &point) -> const void * { return point.tangent.data(); }});
+    wide_ = columns_.size();
+    real("tangent_parameter", &PointRecord::tangent_parameter);
+  }
   if (points > 0) { // HDF5 has no chunks of nothing
     per_contact("stick", H5T_NATIVE_DOUBLE, &ContactRecord::stick);
     per_contact("slip", H5T_NATIVE_DOUBLE, &ContactRecord::slip);
@@ -259,7 +265,7 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
 }
 
 void ResultsFile::widen(hsize_t width) {
-  columns_.front().table.widen(width);
+  for (std::size_t i = 0; i < wide_; ++i) columns_[i].table.widen(width);
   if (indices_) index_harmonics(static_cast<int>(indices_->rows()), static_cast<int>(width / 2));
   file_->flush(); // the attribute is never ahead of the tables
   file_->attribute("harmonics", static_cast<long>(width / 2));
@@ -269,10 +275,9 @@ void ResultsFile::append(const PointRecord &point) {
   on_all_ranks(comm_, [&] {
     if (!file_) return;
     const hsize_t width = coefficient_count(point.harmonics);
-    h5::Table &coefficients = columns_.front().table;
-    if (width > coefficients.width()) widen(width);
-    coefficients.append(point.coefficients.data(), 1, width);
-    for (std::size_t i = 1; i < columns_.size(); ++i) columns_[i].table.append(columns_[i].value(point));
+    if (width > columns_.front().table.width()) widen(width);
+    for (std::size_t i = 0; i < columns_.size(); ++i)
+      columns_[i].table.append(columns_[i].value(point), 1, i < wide_ ? width : 0);
     file_->flush();
     if (!named_) take_name();
     if (estimated_)

@@ -75,11 +75,12 @@ private:
   bool continued_, named_ = false;
   std::pair<std::uintmax_t, std::uintmax_t> identity_; // of the file, whatever its name
   std::unique_ptr<h5::Writer> file_;                   // rank 0 only, as all that follows
-  std::vector<Column<PointRecord>> columns_;           // coefficients first
+  std::vector<Column<PointRecord>> columns_;           // coefficients first, then tangents of a response
   std::optional<h5::Table> indices_;                   // of a sector, of every harmonic
   std::vector<Column<EventRecord>> event_columns_;
   std::vector<Column<SensitivityRecord>> sensitivity_columns_; // if asked for
   std::vector<EventRecord> events_;
+  std::size_t wide_ = 1; // columns whose rows grow with the harmonics: the first
   bool estimated_ = false, modes_estimated_ = false, over_path_ = false;
   std::vector<EstimateRecord> estimates_;
 };

@@ -18,6 +18,7 @@ Stages::Guard::Guard(Stages &stages, const char *name)
   PetscLogStageGetId(name, &stage);
   if (stage < 0) PetscLogStageRegister(name, &stage);
   PetscLogStagePush(stage);
+  if (stages_.begins) stages_.begins(name);
 }
 
 Stages::Guard::~Guard() {

@@ -2,6 +2,7 @@
 // Named stages of a run: seconds and peak memory of each, on every rank; also visible in PETSc's -log_view.
 #include <petscsys.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,8 @@ public:
     return work();
   }
   const std::vector<Record> &records() const { return records_; }
+
+  std::function<void(const char *)> begins; ///< if set, is told the name of each stage as it begins
 
 private:
   class Guard {

@@ -1,4 +1,5 @@
 #include "support/units.hpp"
+#include "support/unit_sizes.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -95,14 +96,18 @@ bool complete(Found &found) {
   return same(sizes[force], force_made) && (sizes[stress] == 0 || same(sizes[stress], stress_made));
 }
 
-} // namespace
-
-Units units_of(const std::string &label) {
+bool understand(const std::string &label, Found &found) {
   std::string letters;
   for (const char c : label)
     if (!std::isspace(static_cast<unsigned char>(c))) letters += std::toupper(static_cast<unsigned char>(c));
+  return read(letters == "SI" ? "kg, m, s, N" : label, found) && complete(found);
+}
+
+} // namespace
+
+Units units_of(const std::string &label) {
   Found found;
-  if (!read(letters == "SI" ? "kg, m, s, N" : label, found) || !complete(found)) return {};
+  if (!understand(label, found)) return {};
   const auto &[names, sizes] = found;
   Units units;
   units.length = names[length], units.mass = names[mass], units.time = names[time], units.force = names[force];
@@ -113,6 +118,12 @@ Units units_of(const std::string &label) {
   units.modal = units.length + " √" + (one_word ? units.mass : "(" + units.mass + ")");
   units.omega = "rad/" + units.time, units.seconds = sizes[time];
   return units;
+}
+
+std::optional<UnitSizes> unit_sizes_of(const std::string &label) {
+  Found found;
+  if (!understand(label, found)) return {};
+  return UnitSizes{found.sizes[length], found.sizes[mass], found.sizes[time]};
 }
 
 double Units::hertz(double value) const { return value / (2 * M_PI * seconds); }

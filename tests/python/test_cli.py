@@ -39,7 +39,7 @@ def python(*arguments, **environment):
 def test_new_folder_runs_as_it_stands(tmp_path, capsys):
     folder = tmp_path / "joint"
     assert main(["new", str(folder)]) == 0
-    assert sorted(path.name for path in folder.iterdir()) == ["README.md", "case.toml", "model.py"]
+    assert sorted(path.name for path in folder.iterdir()) == ["README.md", "case-file.schema.json", "case.toml", "model.py"]
     done = python(folder / "model.py", PYTHONPATH=str(ROOT / "python"))
     assert done.returncode == 0, done.stderr
     assert "area       0.0006 m^2" in done.stdout
@@ -76,7 +76,7 @@ def test_template_case_explains_every_key():
         "excitation": {"fourier", "engine_order"},
         "contact": {"law", "normal_stiffness", "tangential_stiffness", "normal_stiffness_per_area", "tangential_stiffness_per_area",
                     "friction", "gap"}, "preload": {"initial"},
-        "accuracy": {"tolerance", "estimates"}, "harmonic_balance": {"harmonics", "samples"},
+        "accuracy": {"tolerance", "estimates", "between"}, "harmonic_balance": {"harmonics", "samples"},
         "newton": {"step_tolerance", "residual_tolerance", "max_iterations"},
         "scaling": {"kind", "frequency", "modal", "contact"},
         "continuation": {"unit", "omega", "step", "adaptive", "max_points", "at", "start", "watch", "stop_after_peaks",

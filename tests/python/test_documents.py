@@ -2,6 +2,7 @@
 
 import argparse
 import inspect
+import json
 import re
 import tomllib
 
@@ -19,7 +20,21 @@ LINED = [page for page in PAGES if page.parent == ROOT or ROOT / "inputs" in pag
          or (DOCS in page.parents and page.parent.name != "notes")]
 FOLLOWED = [ROOT / "README.md", *(page for page in PAGES if page.parent in (DOCS / "tutorial", DOCS / "how-to"))]
 RUN = [page for page in FOLLOWED if any(block.is_run for block in blocks(page))]
-KEYS = dict(re.findall(r'\{"([a-z_.]+)", "([^"]*)",', (ROOT / "src/case/keys.cpp").read_text()))
+SCHEMA = json.loads((ROOT / "python/dovetail/template/case-file.schema.json").read_text())  # test_schema.py: it is the program's
+
+
+def keys_in(table, prefix=""):
+    """Of the case file: name -> what the schema says of it."""
+    for name, value in table["properties"].items():
+        if value.get("type") == "object":
+            yield from keys_in(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value
+        if value.get("type") == "array" and "properties" in value["items"]:
+            yield from keys_in(value["items"], f"{prefix}{name}.")
+
+
+KEYS = dict(keys_in(SCHEMA))
 SETUP_KEYS = {"units", *(f"{kind}.{key}" for kind, keys in setup_file.KEYS.items() for key in keys)}
 
 
@@ -153,8 +168,31 @@ def test_output_is_compared_as_meant():
 def test_case_file_reference_has_every_key_with_its_unit():
     shown = re.findall(r"^- `([a-z_.]+)`(?: \[([^\]]+)\])?,", reference("case-file"), re.MULTILINE)
     assert len(shown) == len(dict(shown)), "a key is there twice"
-    assert dict(shown) == {key: "" if unit == "-" else unit for key, unit in KEYS.items()}
-    assert len(KEYS) > 30 and KEYS["damping.stiffness"] == "s"
+    assert dict(shown) == {key: value.get("x-unit", "") for key, value in KEYS.items()}
+    assert len(KEYS) > 30 and KEYS["damping.stiffness"]["x-unit"] == "s"
+
+
+def test_case_file_reference_has_defaults_and_words():
+    """Of every key, as the program has them."""
+    def words(value):
+        if isinstance(value, list):
+            return [word for item in value for word in words(item)]
+        if isinstance(value, dict):
+            return [*value.get("enum", []), *(word for item in value.values() for word in words(item))]
+        return []
+
+    text = reference("case-file")
+    chosen = 0
+    for key, value in KEYS.items():
+        item = " ".join(re.search(rf"^- `{key}`.*?(?=^- `|^#|\n\n)", text, re.MULTILINE | re.DOTALL)[0].split())
+        standard = value["x-default"]
+        start = "required" if standard.startswith("required") else f"default {standard}".replace('"', "")
+        said = re.sub(r"^- \w[\w.]*( \[[^\]]*\])?, ", "", item.replace("`", "").replace('"', ""))
+        assert re.match(re.escape(start) + r"\b", said), f"{key}: {item[:80]}; the program: {start}"
+        for word in words(value):
+            chosen += 1
+            assert f'`"{word}"`' in item, f"{key}: {word}"
+    assert chosen > 30
 
 
 def test_case_file_reference_has_the_keys_in_their_sections():
@@ -204,6 +242,14 @@ def test_python_reference_has_every_public_name():
                   (inspect.isfunction(value) or isinstance(value, (property, classmethod)) or hasattr(value, "attrname"))]
         missing = [member for member in public if not re.search(rf"\b{member}\b", section)]
         assert not missing, f"{name}: {missing}"
+
+
+def test_page_of_checks_has_a_section_on_every_warning():
+    """dovetail check prints the link to it."""
+    names = [path.name for path in (ROOT / "src/app").glob("*.cpp") if path.name != "judge_curve.cpp"]  # of a curve that is there
+    said = "".join((ROOT / "src/app" / name).read_text() for name in names)
+    headings = re.findall(r"^### (\w+)$", (DOCS / "how-to/check-a-case.md").read_text(), re.MULTILINE)
+    assert len(headings) == len(set(headings)) and set(headings) == set(re.findall(r'push_back\(\s*\{"(\w+)"', said))
 
 
 def test_messages_on_the_page_of_stops_are_the_programs():

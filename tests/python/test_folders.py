@@ -295,7 +295,8 @@ def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
 
 
 # -------------------------------------------------------------------------------------------------- files of others
-OURS = ("results.h5", "state.h5", "reduced.h5", "summary.json", "results.h5.partial", "state.h5.partial", "reduced.h5.partial")
+OURS = ("results.h5", "state.h5", "reduced.h5", "summary.json", "results.h5.partial", "state.h5.partial", "reduced.h5.partial",
+        "status.json", "status.json.partial")
 
 
 @pytest.mark.parametrize("name, what", [  # every file in one way, and one file in every way, are quick

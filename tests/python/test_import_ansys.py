@@ -17,6 +17,7 @@ from scipy.sparse.linalg import eigsh
 
 from dovetail import Model
 from dovetail.importers import ansys, convert, harwell_boeing, setup_file
+from dovetail.material import Material
 from launch import BINARY, words_of
 
 if not importlib.util.find_spec("ansys"):
@@ -370,3 +371,8 @@ def test_components_of_a_cyclic_sector(tmp_path, beam):
     rows = model.mesh["dof_node"]
     np.testing.assert_allclose(structure.nodes[rows[model.cyclic["right"][:, 0]]],
                                [1, 1, 0] + structure.nodes[rows[model.cyclic["left"][:, 0]]] * [-1, -1, 1], atol=1e-12)
+
+
+def test_the_material_of_the_archive(beam):
+    assert beam.materials == [Material(7e10, 0.35, 2700.0, "material 1")]
+    assert {kind: set(numbers) for kind, numbers in beam.material.items()} == {kind: {0} for kind in beam.cells}

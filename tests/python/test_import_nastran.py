@@ -17,6 +17,7 @@ from scipy.sparse.linalg import eigsh
 
 from dovetail import Model
 from dovetail.importers import ansys, convert, nastran, nastran_loads, setup_file
+from dovetail.material import Material
 from launch import BINARY, words_of
 
 if not importlib.util.find_spec("pyNastran"):
@@ -123,6 +124,7 @@ def test_dmig_punch(beam, deck, tmp_path):
     np.testing.assert_allclose(frequencies(structure), [1283.20036921, 1283.20036921, 5781.97486169], rtol=1e-6)
     said = "\n".join(structure.notes)
     assert "NOT taken: matrices K4AAX" in said and "63 displacements of 21 nodes" in said
+    assert structure.materials == [Material(7e10, 0.35, 0.0, "MAT1 1")] and set(structure.material["hexahedron20"]) == {0}
 
 
 @pytest.mark.slow

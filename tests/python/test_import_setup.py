@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from dovetail import Joint, Structure
 from dovetail.__main__ import main
 from dovetail.importers import convert, setup_file
+from dovetail.material import Material
 
 SIDE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], dtype=float)
 
@@ -212,3 +213,15 @@ def test_without_a_joint_there_is_no_model(tmp_path):
 def test_files_that_know_their_contact_points_take_no_written(tmp_path):
     with pytest.raises(ValueError, match="joints.toml: csv files hold their contact points themselves"):
         convert("csv", ["x.csv"], tmp_path / "m.h5", setup=tmp_path / "joints.toml")
+
+
+def test_materials_of_the_set_up_file(tmp_path):
+    """Of all cells, and of those of a set; the model has them."""
+    ground = '[[joint]]\nground = "Foot"\n'
+    model = setup_file.apply(two_cubes(), written(tmp_path, '[[material]]\nyoung = 2.1e5\npoisson = 0.3\n' + ground))
+    assert model.mesh["materials"] == [Material(2.1e5, 0.3)] and model.mesh["material"]["hexahedron"].tolist() == [0, 0]
+    for text, words in (("young = 1.0", "poisson must be a finite number, found None"),
+                        ("young = 0.0\npoisson = 0.3", "must have a positive Young's modulus"),
+                        ('young = 1.0\npoisson = 0.3\nset = "top"', "there is no cell with all of its nodes among those of 'top'")):
+        with pytest.raises(ValueError, match=rf"\[\[material\]\] number 1: .*{words}"):
+            setup_file.apply(two_cubes(), written(tmp_path, f"[[material]]\n{text}\n{ground}"))

@@ -180,6 +180,20 @@ def test_restart_with_more_points_and_a_farther_end(copy, tmp_path):
     assert done.points["omega"][-1] == 1.35 and 1.3 not in done.points["omega"]
 
 
+@pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.slow
+def test_restart_between_the_ends_of_a_step(tmp_path, ranks):
+    """Stopped after every point that steps lead to: also where points in between come before one that has been found."""
+    keys = {"harmonics": 3, "samples": "exact", "adaptive": True, "step": 0.02, "omega": [0.95, 1.2]}
+    whole = run(cases.dof5(tmp_path, **keys), out="whole", ranks=ranks)
+    stops = 1 + np.flatnonzero(whole.points["located"] == 0)[5:]
+    for points in (*stops, 10**6):
+        options = ["--restart"] if points > stops[0] else []
+        done = run(cases.dof5(tmp_path, **keys, max_points=int(points)), *options, out="out", ranks=ranks)
+    same(done.points, whole.points)
+    assert done.summary["newton_iterations"] == whole.summary["newton_iterations"]
+
+
 @pytest.mark.slow
 def test_restart_while_harmonics_follow_a_tolerance(tmp_path):
     """Stopped before, amid and after the points that want more of them."""

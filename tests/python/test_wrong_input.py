@@ -158,7 +158,7 @@ CASES = [
     ("max_iterations = 50", "max_iterations = 50.0", ["newton.max_iterations = 50.0", "write 50"]),
     ("kind = \"none\"", "kind = \"some\"", ["scaling.kind = \"some\"", "manual"]),
     ("kind = \"none\"", "modal = 1.0\nkind = \"none\"", ["scaling.modal = 1.0", "manual"]),
-    ("omega = [0.9, 1.3]", "omega = [0, 1.3]", ["continuation.omega = [0, 1.3]", "greater than 0"]),
+    ("omega = [0.9, 1.3]", "omega = [0, 1.3]", ["entry 1 of continuation.omega = 0", "greater than 0"]),
     ("omega = [0.9, 1.3]", "omega = 1.3", ["continuation.omega = 1.3", "[from, to]"]),
     ("omega = [0.9, 1.3]", "omega = [1.1, 1.1000000000000003]", ["continuation.omega = [1.1, 1.1000000000000003]", "same number twice"]),
     ("omega = [0.9, 1.3]", "omega = [1.1, 1.0999999999999]", ["continuation.omega = [1.1, 1.0999999999999]", "last digits"]),

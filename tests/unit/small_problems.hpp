@@ -150,9 +150,9 @@ struct SmallCurve {
 /// Steps along a curve, with what happened on the way.
 class Walk : private SmallProblem, public Stepper {
 public:
-  /// `range`: of the parameter, which counts as much as the largest motion.
-  Walk(Equations equations, double range)
-      : SmallProblem(std::move(equations)), Stepper({true, 0.01}, range, tight.step_tolerance),
+  /// `range`: of the parameter, which counts as much as the largest motion. `between`: as in StepControl.
+  Walk(Equations equations, double range, double between = 1e-3)
+      : SmallProblem(std::move(equations)), Stepper({true, 0.01, between}, range, tight.step_tolerance),
         own_(*this, tight, range, true, counts) {
     take_curve(own_);
   }
@@ -168,7 +168,7 @@ public:
     own_.norm.see(here_.y);
     measure_anew();
     limit_step();
-    points = {values(here_.y)};
+    points = {values(here_.y)}, tangents = {values(here_.t)};
   }
   /// As long as `more` says so of the point where it stands, and at most so many steps. False: no step led on.
   bool go(const std::function<bool(const std::vector<double> &)> &more, int most = 2000) {
@@ -179,7 +179,7 @@ public:
 
   static constexpr NewtonSettings tight{1e-11, 1e-12, 30};
   SolveCounts counts;
-  std::vector<std::vector<double>> points; ///< [x; p]
+  std::vector<std::vector<double>> points, tangents; ///< [x; p]
   std::vector<std::vector<double>> folds, branch_points;
   std::vector<double> kinks; ///< angles [rad]
 
@@ -193,7 +193,7 @@ private:
     }
     if (branch_point_) branch_points.push_back(values(branch_point_->at.y));
     std::swap(here_, trial_);
-    points.push_back(values(here_.y));
+    points.push_back(values(here_.y)), tangents.push_back(values(here_.t));
     return Outcome::on;
   }
   void turned_kink(double angle, double) override { kinks.push_back(angle); }

@@ -286,7 +286,7 @@ TEST_F(CaseFile, NumbersOutOfRange) {
   refused(19, "samples = 10", {"too small"});
   refused(19, "samples = -3", {"samples = -3", "at least"});
   refused(19, "samples = \"many\"", {"harmonic_balance.samples = \"many\"", "\"exact\", or a number of samples"});
-  refused(19, "samples = 0", {"harmonic_balance.samples = 0", "at least 1"});
+  refused(19, "samples = 0", {"harmonic_balance.samples = 0", "at least 3"});
   refused(19, "samples = 64.0", {"harmonic_balance.samples = 64.0", "write 64"});
   refused(21, "step_tolerance = 0", {"newton.step_tolerance = 0", "greater than 0 and less than 1"});
   refused(21, "step_tolerance = 1.0", {"newton.step_tolerance = 1.0", "less than 1"});
@@ -361,8 +361,8 @@ TEST_F(CaseFile, Sweep) {
   refused(27, "omega = 1.0", {"continuation.omega = 1.0", "[from, to]"});
   refused(27, "omega = [1.0]", {"continuation.omega = [1.0]", "two numbers"});
   refused(27, "omega = [1.0, 2.0, 3.0]", {"two numbers", "not 3"});
-  refused(27, "omega = [0, 1.3]", {"continuation.omega = [0, 1.3]", "greater than 0"});
-  refused(27, "omega = [0.9, -1.3]", {"continuation.omega = [0.9, -1.3]", "greater than 0"});
+  refused(27, "omega = [0, 1.3]", {"entry 1 of continuation.omega = 0", "greater than 0"});
+  refused(27, "omega = [0.9, -1.3]", {"entry 2 of continuation.omega = -1.3", "greater than 0"});
   refused(31, "at = [1.0, 1.4]", {"entry 2 of continuation.at = 1.4", "outside continuation.omega = [0.9, 1.3]"});
   refused(31, "at = [1.1, 1.0]", {"entry 2 of continuation.at = 1.0", "order of the sweep", "1.1"});
   refused(31, "at = [1.1, 1.1]", {"entry 2 of continuation.at", "each once"});

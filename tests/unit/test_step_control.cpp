@@ -48,38 +48,51 @@ TEST(StepControl, a_sharp_kink_is_known_by_two_halvings) {
 }
 
 TEST(StepControl, a_step_grows_by_few_iterations_and_small_angles_only) {
-  StepControl control(true, 0.01);
-  control.after(0.01, 0.01, 2);
-  EXPECT_DOUBLE_EQ(control.step(), 0.02); // twice as long at most
-  control.after(0.02, 0.5, 2);
-  EXPECT_DOUBLE_EQ(control.step(), 0.01); // for an angle twice as large as aimed at
-  control.after(0.01, 0.01, 6);
-  EXPECT_DOUBLE_EQ(control.step(), 0.005); // for two iterations more
-  control.after(0.005, 3.0, 40);
-  EXPECT_DOUBLE_EQ(control.step(), 0.0025); // not shorter than half
+  for (const bool smooth : {false, true}) {
+    const StepAims &aims = smooth ? smooth_aims : rough_aims;
+    StepControl control(true, 0.01, 1e-3);
+    control.after(0.01, 0.01, 2, 0, smooth);
+    EXPECT_DOUBLE_EQ(control.step(), aims.most_growth * 0.01);
+    control.after(0.02, 2 * aims.angle, 2, 0, smooth);
+    EXPECT_DOUBLE_EQ(control.step(), 0.01); // for an angle twice as large as aimed at
+    control.after(0.01, 0.01, aims.newton + 2, 0, smooth);
+    EXPECT_DOUBLE_EQ(control.step(), 0.005); // for two iterations more
+    control.after(0.005, 3.0, 40, 0, smooth);
+    EXPECT_DOUBLE_EQ(control.step(), 0.0025); // not shorter than half
+  }
+}
+
+TEST(StepControl, a_step_is_as_long_as_a_cubic_draws_the_curve) {
+  StepControl control(true, 0.1, 1e-3);
+  const double off = 0.9e-3, fourth = off / std::pow(0.1, 4);
+  control.after(0.1, 0.01, 2, off, true);
+  EXPECT_LT(fourth * std::pow(control.step(), 4), 1e-3); // by the same fourth derivative
+  EXPECT_GT(fourth * std::pow(control.step(), 4), 0.3e-3);
+  control.after(0.1, 0.01, 2, 1e-9, true);
+  EXPECT_DOUBLE_EQ(control.step(), 0.4);
 }
 
 TEST(StepControl, a_fixed_step_stays) {
-  StepControl control(false, 0.01);
-  control.after(0.01, 1, 20);
+  StepControl control(false, 0.01, 1e-3);
+  control.after(0.01, 1, 20, 1, true);
   control.limit({1e6, 1e6, 1e-6}, true);
   EXPECT_EQ(control.step(), 0.01);
 }
 
 TEST(StepControl, limits_hold) {
   const auto limited = [](const Rates &rates) {
-    StepControl control(true, 1);
+    StepControl control(true, 1, 1e-3);
     control.limit(rates, false);
     return control.step();
   };
-  EXPECT_DOUBLE_EQ(limited({0, 0, 0}), step_limits.longest);
-  EXPECT_DOUBLE_EQ(limited({0.5, 0, 0}), step_limits.longest_parameter_step / 0.5);
+  EXPECT_DOUBLE_EQ(limited({0, 0, 0}), rough_aims.longest);
+  EXPECT_DOUBLE_EQ(limited({0.5, 0, 0}), rough_aims.parameter / 0.5);
   EXPECT_DOUBLE_EQ(limited({0, 1, 0.1}), step_limits.longest_motion_step * 0.1);
   EXPECT_DOUBLE_EQ(limited({0, 1, 0}), step_limits.careful);
 }
 
 TEST(StepControl, lengths_of_smooth_curves_are_few) {
-  StepControl control(true, 0.0123);
+  StepControl control(true, 0.0123, 1e-3);
   control.limit({0, 0, 0}, true);
   const double octaves = 8 * std::log2(control.step());
   EXPECT_NEAR(octaves, std::round(octaves), 1e-9);

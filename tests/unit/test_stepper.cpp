@@ -24,6 +24,27 @@ TEST(Stepper, a_circle_is_followed_all_round) {
   EXPECT_LT(walk.points.size(), 400u);
 }
 
+// Of radius 1, as large as the range: its norm is the plain one.
+TEST(Stepper, the_curve_between_points_is_drawn_by_cubics) {
+  std::size_t before = 0;
+  for (const double between : {1e-6, 1e-8, 1e-10}) { // the angle between tangents alone makes 1e-6
+    Walk walk(circle(), 1, between);
+    walk.begin({1}, 0, 1);
+    ASSERT_TRUE(walk.go([](const auto &y) { return y[0] > -0.9; }));
+    double worst = 0;
+    for (std::size_t i = 1; i < walk.points.size(); ++i) {
+      const auto &a = walk.points[i - 1], &b = walk.points[i], &t = walk.tangents[i - 1], &u = walk.tangents[i];
+      const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
+      const auto middle = [&](int k) { return (a[k] + b[k]) / 2 + length / 8 * (t[k] - u[k]); };
+      worst = std::max(worst, std::abs(std::hypot(middle(0), middle(1)) - 1));
+    }
+    EXPECT_LT(worst, between);
+    EXPECT_GT(walk.points.size(), before);
+    before = walk.points.size();
+  }
+  EXPECT_LT(before, 500u);
+}
+
 // The section of a cusp: x^3 - 3 a x + p has two turning points at x = sqrt(a), -sqrt(a).
 TEST(Stepper, both_folds_of_a_cusp_are_passed) {
   for (const double a : {0.5, 0.01}) {

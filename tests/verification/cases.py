@@ -25,7 +25,8 @@ SECTION_OF = {
     "step_tolerance": "newton", "residual_tolerance": "newton", "max_iterations": "newton",
     "kind": "scaling", "frequency": "scaling", "modal": "scaling", "contact": "scaling",
     "omega": "continuation", "step": "continuation", "adaptive": "continuation", "max_points": "continuation",
-    "at": "continuation", "unit": "continuation", "tolerance": "accuracy", "estimates": "accuracy", "enabled": "stability",
+    "at": "continuation", "unit": "continuation", "tolerance": "accuracy", "estimates": "accuracy", "between": "accuracy",
+    "enabled": "stability",
 }
 NAME_OF = {"damped_springs": "contact"}  # where a key has that name in two sections
 TIGHT = {"step_tolerance": 1e-10, "residual_tolerance": 1e-10}

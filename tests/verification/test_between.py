@@ -1,10 +1,12 @@
 """What a run says of the amplitude between its points, against runs with far more points."""
 
 import cases
+import h5py
 import numpy as np
 import pytest
 from launch import run
 from scipy.interpolate import Akima1DInterpolator, CubicHermiteSpline
+from scipy.spatial import cKDTree
 
 from dovetail import Results
 
@@ -39,7 +41,7 @@ def test_amplitude_between_points(tmp_path, scene):
     for i in range(1, len(s)):
         between = np.linspace(s[i - 1], s[i], 40)
         cubic = CubicHermiteSpline(s[i - 1:i + 1], amplitude[i - 1:i + 1], slope[i - 1:i + 1])
-        errors[i] = np.abs(cubic(between) - truth(between)).max() / amplitude[i - 1:i + 1].max()
+        errors[i] = np.abs(cubic(between) - truth(between)).max() / amplitude[:i + 1].max()
     known = np.isfinite(estimates)
     assert known.sum() > 0.9 * len(s)
     largest = np.nanmax(estimates)
@@ -48,3 +50,37 @@ def test_amplitude_between_points(tmp_path, scene):
     ratio = errors[count] / estimates[count]
     assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.75, ratio
     assert coarse.summary["accuracy"]["between"] == pytest.approx(largest, rel=1e-2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_curve_that_is_drawn(tmp_path, scene):
+    """Its distance from the points of a fine run, relative to its height and to the sweep, is what was asked for; fewer points draw it
+    less well."""
+    make, keys, fine = SCENES[scene]
+    keys = {**keys, "samples": None, **cases.TIGHT, "estimates": False}
+    finest, counts = Results(run(make(tmp_path, **keys, adaptive=False, step=fine), out="fine").folder / "results.h5"), []
+    dof = finest.watched
+    reach, top = abs(finest.omega[-1] - finest.omega[0]), finest.amplitude(dof).max()
+    for between in (1e-2, 1e-3, 1e-4):
+        results = Results(run(make(tmp_path, **keys, adaptive=True, step=0.02, between=between), out=f"{between}").folder / "results.h5")
+        along, amplitude = results.curve(dof, n=200)
+        drawn = np.c_[along / reach, amplitude / top]
+        distance = cKDTree(drawn).query(np.c_[finest.omega / reach, finest.amplitude(dof) / top])[0]
+        assert distance.max() < 3 * between, between
+        counts.append(len(results))
+    assert counts[0] < counts[1] < counts[2]
+
+
+def test_runs_without_tangents_are_drawn_through_their_points(tmp_path):
+    done = run(cases.dof5(tmp_path, harmonics=3, samples="exact", adaptive=True, step=0.02), out="out")
+    results = Results(done.folder / "results.h5")
+    along, amplitude = results.curve("x1.t1", n=4)
+    at = np.flatnonzero(np.isin(along, results.along))
+    np.testing.assert_allclose(amplitude[at], results.amplitude("x1.t1"), rtol=1e-12)
+    assert len(along) > 3 * len(results)
+    with h5py.File(done.folder / "results.h5", "r+") as file:
+        del file["points/tangent"]
+    along, amplitude = Results(done.folder / "results.h5").curve("x1.t1")
+    np.testing.assert_array_equal(along, results.along)
+    np.testing.assert_allclose(amplitude, results.amplitude("x1.t1"), rtol=1e-12)

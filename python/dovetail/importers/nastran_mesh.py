@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 
+from ..material import UNKNOWN, Material
+from ..solids import SHAPE
 from .deck_sector import of_cyjoin
 from .inp import Deck
 from .inp_blocks import LARGEST
@@ -64,8 +66,9 @@ def deck_of(model, path, notes):
         nodes = np.array([model.nodes[grid].get_position_no_xref(model) for grid in labels]).reshape(-1, 3)
     except (KeyError, AttributeError) as error:
         raise ValueError(f"{path}: a grid point stands in a coordinate system (CP) that is not there: {error}") from None
-    cells, others = _cells(model, path, labels)
+    cells, properties, others = _cells(model, path, labels)
     deck = Deck(str(path), labels, nodes, cells, _sets(model, labels, notes), shapeless=others)
+    _materials(model, deck, properties)
     take_loads(model, deck)
     deck.sector = of_cyjoin(model, deck)
     if any(any(getattr(card, "enforced", ())) for cards in model.spcs.values() for card in cards):
@@ -88,8 +91,23 @@ def held_by(model, deck):
     return held
 
 
+def _materials(model, deck, properties):
+    """Fills materials and material of the deck, from MAT1 of the PSOLID of the cells; properties: numbers of these for each kind."""
+    rows, strange = {}, set()
+    for number in sorted(set().union(*(numbers for kind, numbers in properties.items() if kind in SHAPE))):
+        mid = getattr(model.properties.get(number), "mid", None)
+        card = model.materials.get(mid)
+        if getattr(card, "type", "") != "MAT1" or card.e is None or card.nu is None:
+            strange.add(f"MAT of property {number}")
+            continue
+        rows[number] = len(deck.materials)
+        deck.materials.append(Material(card.e, card.nu, card.rho or 0.0, f"MAT1 {mid}"))
+    deck.material = {kind: np.array([rows.get(number, UNKNOWN) for number in numbers]) for kind, numbers in properties.items()}
+    deck.not_materials += sorted(strange)
+
+
 def _cells(model, path, labels):
-    rows, others = {}, set()
+    rows, properties, others = {}, {}, set()
     for number, element in model.elements.items():
         kind, members = element.type, list(element.nodes)
         while members and members[-1] is None:
@@ -103,11 +121,12 @@ def _cells(model, path, labels):
             others.add(kind)
             continue
         rows.setdefault(found[0], []).append([members[i] for i in found[1]])
+        properties.setdefault(found[0], []).append(element.pid)
     cells = {}
     for name, members in rows.items():
         members = np.array(members)
         cells[name] = _places(members.reshape(-1), labels, f"{path}, {name} cells").reshape(members.shape)
-    return cells, sorted(others)
+    return cells, properties, sorted(others)
 
 
 def _sets(model, labels, notes):

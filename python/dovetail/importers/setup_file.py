@@ -28,6 +28,7 @@ from . import echo, setup_bolts, setup_sector
 KEYS = {
     "clamp": {"set", "directions"},
     "spring": {"set", "stiffness"},
+    "material": {"set", "young", "poisson", "density", "name"},
     "force": {"set", "vector", "pattern", "phase"},
     "moment": {"set", "vector", "pattern", "phase"},
     "pressure": {"set", "value", "fourier", "pattern"},
@@ -87,6 +88,8 @@ def _applied(structure, path, notes):
                 structure = structure.clamped(_set(structure, _text(table, "set")), _directions(table))
             elif kind == "spring":
                 structure = structure.with_springs(_set(structure, _text(table, "set")), _vector(table, "stiffness"))
+            elif kind == "material":
+                structure = _with_material(structure, table)
             elif kind not in ("joint", "bolt"):
                 structure = _loaded(structure, kind, table)
     if structure.held_by_deck and any(kind == "gravity" for kind, _, _ in entries):
@@ -171,6 +174,15 @@ def _nearest(word, known):
     spelled = {name.lower(): name for name in known}
     close = difflib.get_close_matches(word.lower(), spelled, n=1)
     return f"did you mean {spelled[close[0]]!r}?" if close else f"known are {', '.join(sorted(known)) or 'none'}"
+
+
+def _with_material(structure, table):
+    for key in ("young", "poisson", "density"):
+        if key in table and (not _numeric(table[key]) or isinstance(table[key], list)) or key != "density" and key not in table:
+            raise ValueError(f"{key} must be a finite number, found {table.get(key)!r}")
+    where = _set(structure, _text(table, "set")) if "set" in table else None
+    name = _text(table, "name", "text") if "name" in table else "material"
+    return structure.with_material(table["young"], table["poisson"], table.get("density", 0.0), name=name, where=where)
 
 
 def _loaded(structure, kind, table):

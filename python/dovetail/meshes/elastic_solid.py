@@ -4,7 +4,6 @@ The mesh is known whole to every rank; matrices are distributed from the start a
 """
 
 import copy
-from dataclasses import dataclass
 
 import numpy as np
 import petsc4py
@@ -15,23 +14,14 @@ from dolfinx import fem, mesh as dolfinx_mesh
 from petsc4py import PETSc
 
 from .. import faces
+from ..material import Material
 from ..structure import Structure
 
 VTK_TO_DOLFINX = [0, 1, 2, 3, 9, 8, 5, 7, 6, 4]  # dolfinx counts mid-side nodes from the edge 2-3 backwards
 LOAD_QUADRATURE = np.array([(1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3)])  # each with weight 1/6: exact for flat six-node triangles
 
-
-@dataclass(frozen=True)
-class Material:
-    """Linear, isotropic."""
-
-    young: float  # [Pa]
-    poisson: float
-    density: float  # [kg/m^3]
-
-
-STEEL = Material(210e9, 0.3, 7800.0)
-TITANIUM = Material(114e9, 0.33, 4430.0)  # Ti-6Al-4V
+STEEL = Material(210e9, 0.3, 7800.0, "steel")
+TITANIUM = Material(114e9, 0.33, 4430.0, "Ti-6Al-4V")
 
 
 def on_first_rank(comm, make):
@@ -82,8 +72,9 @@ def structure(tetrahedra, material, comm, body_force=None):
     row = np.empty(len(labels), dtype=np.int64)
     row[labels] = np.arange(len(labels))
     sets = {name: row[nodes] for name, nodes in tetrahedra.node_sets.items()}
-    return Structure(K, M, tetrahedra.nodes[labels], np.repeat(np.arange(len(labels)), 3), np.tile(np.arange(3), len(labels)),
+    solid = Structure(K, M, tetrahedra.nodes[labels], np.repeat(np.arange(len(labels)), 3), np.tile(np.arange(3), len(labels)),
                      labels=labels, cells={"tetra10": row[tetrahedra.cells]}, node_sets=sets, preload=preload, comm=comm)
+    return solid.with_material(material.young, material.poisson, material.density, name=material.name)
 
 
 def _displacement_space(tetrahedra, comm):

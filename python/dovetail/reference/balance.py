@@ -84,17 +84,37 @@ class HarmonicBalance:
         complex_ones = [of(k) for k in range(self.H + 1)]
         return self.harmonic_blocks(lambda k: complex_ones[k].real, lambda k: complex_ones[k].imag)
 
-    def dynamic_stiffness(self, omega):
-        """D_k = K - k^2 omega^2 M + i (k omega C + S) for all harmonics k > 0; K for the mean."""
-        def of(k):
-            K, M = self.matrices(k)
-            return K - (k * omega) ** 2 * M + 1j * (k * omega * self.damping.viscous(K, M) + (k > 0) * self.damping.hysteretic(K))
+    def _at(self, k, omega):
+        """D_k = K - k^2 omega^2 M + i (k omega C + S) for harmonics k > 0; K for the mean."""
+        K, M = self.matrices(k)
+        return K - (k * omega) ** 2 * M + self.damper(k, omega)
 
-        return self._blocks(of)
+    def damper(self, k, omega):
+        """i (k omega C + S), what damping adds to harmonic k."""
+        K, M = self.matrices(k)
+        return 1j * (k * omega * self.damping.viscous(K, M) + (k > 0) * self.damping.hysteretic(K))
+
+    def dynamic_stiffness(self, omega):
+        """Matrix (n (2H+1), n (2H+1)) of all D_k."""
+        return self._blocks(lambda k: self._at(k, omega))
+
+    def times(self, of, q):
+        """Coefficients, in the shape of q, of the forces with the complex matrices of(k) on the motion q, harmonic by harmonic."""
+        out = np.zeros(self.shape)
+        out[:, 0] = of(0).real @ q[:, 0]
+        for k in range(1, self.H + 1):
+            c, s = 2 * k - 1, 2 * k
+            force = of(k) @ (q[:, c] - 1j * q[:, s])
+            out[:, c], out[:, s] = force.real, -force.imag
+        return out
+
+    def structure(self, q, omega):
+        """Coefficients of the forces of the structure, inertia and damping included, without contacts and loads, in the shape of q."""
+        return self.times(lambda k: self._at(k, omega), q)
 
     def residual(self, q, omega):
         """Left-hand side of (11) [N], in the shape of q."""
-        r = (self.dynamic_stiffness(omega) @ q.ravel()).reshape(self.shape) - self.excitation
+        r = self.structure(q, omega) - self.excitation
         G = contact_coefficients(self.contact_part(q), self.contact, self.preload, self.N)
         r[self.modes:] += G.reshape(-1, self.shape[1])
         return r

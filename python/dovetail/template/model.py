@@ -86,7 +86,8 @@ structure = Structure(
     node_sets={name: np.flatnonzero(inside) for name, inside in sets.items()},
 )
 structure = (
-    structure.clamped("ends")
+    structure.with_material(E, NU, RHO, name="steel")  # for stresses
+    .clamped("ends")
     .with_force("shaken", [0.0, 1.0, 0.0])  # F: f(t) of the case file times 1 N in y, on top of the joint
     .with_preload("lower face of A", [0.0, 0.0, -CLAMPING])
     .with_preload("upper face of B", [0.0, 0.0, CLAMPING])

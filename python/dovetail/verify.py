@@ -1,0 +1,211 @@
+"""Points of a results file computed again, without the program: are they solutions, and does the energy balance?
+
+Everything follows from the case's text and the reduced file by the NumPy reference. A point passes where
+  - what is missing of the equations (11), at the samples of the run, of exact forces at MANY, is small beside the load;
+  - work put in = damped + rubbed, where the rubbed work is summed along the ways of the sliders, at MANY samples;
+  - the energy that the file says each contact dissipates is that sum.
+"""
+
+import tomllib
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import reference
+from .hdf5_read import opened
+from .recovery import reduced_file
+from .reduced_system import equations, reduced_of
+from .reference.reduction import static_force
+from .results import Results
+from .study_runs import RunFailed
+from .units import bracket
+
+POINTS = 5  # that are looked at unless another number is asked for
+MANY = 65536  # samples of a period; sampled forces converge as 1/N^2
+OF_CONES = 512  # of the law cone, whose steps are exact, and dear
+AT_ONCE = 1 << 21  # samples of all contact points together that are in memory at a time
+LEAST = 1e-6  # of the load: smaller ones are no concern of a reader of the curve, and far above those that Newton's method leaves
+NEWTON = 1e-8  # default of newton.residual_tolerance
+PER_TOLERANCE = 10  # of a case with a loose one: scaled variables count forces of modes and contacts in other units
+NOT_JUDGED = ("not judged: stability, estimated errors, whether the curve has other branches, and how well the reduced model stands "
+              "for the structure")
+
+
+@dataclass(frozen=True)
+class Forces:
+    """What contact points do in a period, N samples: G (N_x, 3, 2H+1) coefficients of g(x + xp) - g(xp), rubbed (N_x,) work."""
+
+    G: np.ndarray
+    rubbed: np.ndarray
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Of one point: numbers found and their bounds. Residuals are relative to the load, energies to the work put in.
+
+    sampling : residual with MANY samples, of a run that took fewer, else None
+    work, damped, rubbed : energy of a period [J]
+    energy, stored : how far the balance is off, and the energy of the file from `rubbed`
+    """
+
+    point: int
+    residual: float
+    residual_bound: float
+    sampling: float | None
+    work: float
+    damped: float
+    rubbed: float
+    energy: float
+    energy_bound: float
+    stored: float
+
+    @property
+    def complaints(self):
+        found = []
+        if not self.residual <= self.residual_bound:
+            found.append(f"the residual is {self.residual:.1e} of the load, {self.residual_bound:.1e} allowed")
+        if not self.energy <= self.energy_bound:
+            found.append(f"the energy is off by {self.energy:.1e} of the work put in, {self.energy_bound:.1e} allowed")
+        if not self.stored <= self.energy_bound:
+            found.append(f"/points/contact/dissipation is off by {self.stored:.1e} of the work put in, {self.energy_bound:.1e} allowed")
+        return found
+
+
+def sampled_forces(system, q, samples, of_cones):
+    """`Forces` of the contacts of a `HarmonicBalance` in the motion q; `samples` of a period, those of the law cone `of_cones`."""
+    X, G, rubbed = system.contact_part(q), np.zeros_like(system.contact_part(q)), np.zeros(system.contact.points)
+    cones = system.contact.kind == reference.contact.CONE
+    for which, n in ((np.flatnonzero(~cones), samples), (np.flatnonzero(cones), of_cones)):
+        for part in np.array_split(which, -(-len(which) * n // AT_ONCE) or 1):
+            G[part], rubbed[part] = _period(system, X, part, n)
+    return Forces(G, rubbed)
+
+
+def _period(system, X, rows, samples):
+    contact, preload = system.contact, system.preload
+    kt, kind = contact.kt[rows], contact.kind[rows]
+    x = np.swapaxes(reference.synthesis(X[rows], samples), -1, -2)
+    force, _ = reference.law(x, preload.xp[rows], preload.w[rows], contact.kn[rows], kt, contact.mu[rows], contact.gap[rows], kind)
+    T = force[..., :2]
+    foot = x[..., :2] - T / np.where(kt > 0, kt, 1)[:, None]
+    way = foot - np.roll(foot, 1, axis=1)
+    rubbed = np.sum((T + np.roll(T, 1, axis=1)) / 2 * way, axis=(1, 2)) * (kind <= reference.contact.CONE)
+    return reference.analysis(np.swapaxes(force - preload.g[rows, None], -1, -2), system.H), rubbed
+
+
+def work(force, q):
+    """Energy [J] of a period that forces put into a motion, both coefficients (n, 2H+1)."""
+    k = np.arange(1, q.shape[1] // 2 + 1)
+    return np.pi * np.sum(k * (force[:, 1::2] * q[:, 2::2] - force[:, 2::2] * q[:, 1::2]))
+
+
+def verdict(results, point, samples=MANY):
+    """The `Verdict` of a point."""
+    i = results.number(point)
+    system = equations(results, samples, None if results.modal_amplitude is not None or results.parameter is None
+                       else results.parameter[i])
+    q, omega, modes = results.coefficients_at(i), results.omega[i], results.modes
+    q[modes:, 0] += 2 * (results.xp - system.preload.xp.ravel())
+    width = 2 * int(results.points("harmonics")[i]) + 1  # of a run that adds harmonics, those of this point
+    load, fed = system.excitation, np.zeros_like(q)
+    if results.modal_amplitude is not None:  # the load but for its mean is away, and negative damping feeds the motion
+        load, zeta = np.where(np.arange(q.shape[1]) == 0, load, 0.0), results.damping_ratio[i]
+        fed = system.times(lambda k: 2j * k * zeta * omega**2 * system.matrices(k)[1], q)
+    many, fewer = (sampled_forces(system, q, samples // part, OF_CONES // part) for part in (1, 2))
+    own, sampled = own_forces(system, q, results, width // 2, many)
+
+    def missing(forces):
+        r = system.structure(q, omega) - load - fed
+        r[modes:] += forces.G.reshape(-1, q.shape[1])
+        return r[:, :width]
+    scale = [size_of(part, elastic) for part, elastic in zip(
+        ((load[:modes],), (load[modes:], many.G)), np.split(system.times(lambda k: system.matrices(k)[0], q), [modes]))]
+
+    def relative(r):
+        return max((np.linalg.norm(part) / size for part, size in zip(np.split(r, [modes]), scale) if size > 0), default=0.0)
+    left_open = np.where(sampled[:, None, None], 0.0, many.G - fewer.G)  # of exact forces, by the last halving of the step
+    by_law, by_samples = (np.vstack([np.zeros((modes, q.shape[1])), values.reshape(-1, q.shape[1])])
+                          for values in (left_open, np.abs(own.G - many.G) + np.abs(many.G - fewer.G)))
+    bound = max(LEAST, PER_TOLERANCE * newton_tolerance(results)) + relative(by_law)
+
+    put_in, damped, rubbed = work(load + fed, q), work(system.times(lambda k: system.damper(k, omega), q), q), many.rubbed.sum()
+    most = max(abs(put_in), abs(damped) + abs(rubbed))
+    k = np.repeat(np.arange(q.shape[1] // 2 + 1), 2)[1:]
+    sizes = [np.linalg.norm(part, axis=0) for part in np.split(q, [modes])]
+    open_energy = np.pi * k @ (sum(bound * size * norm for size, norm in zip(scale, sizes))
+                               + np.linalg.norm(by_samples, axis=0) * sizes[1]) + abs(rubbed - fewer.rubbed.sum())
+    stored = abs(results.contact_activity(i).dissipation.sum() - rubbed) if results.has_activity and len(many.rubbed) else 0.0
+    per_work = 1 / most if most > 0 else 0.0
+    return Verdict(i, relative(missing(own)), bound, relative(missing(many)) if sampled.any() else None, put_in, damped, rubbed,
+                   abs(put_in - damped - rubbed) * per_work, open_energy * per_work, stored * per_work)
+
+
+def own_forces(system, q, results, harmonics, many):
+    """`Forces` at the samples that the run took, and (N_x,) whether it took any: of cones always, of others as the case says."""
+    sampled = np.full(system.contact.points, bool(results.samples)) | (system.contact.kind == reference.contact.CONE)
+    samples = results.samples or max(256, 1 << (40 * harmonics - 1).bit_length())
+    G, rubbed = many.G.copy(), many.rubbed.copy()
+    if sampled.any():
+        rows = np.flatnonzero(sampled)
+        G[rows], rubbed[rows] = _period(system, system.contact_part(q), rows, samples)
+    return Forces(G, rubbed), sampled
+
+
+def size_of(parts, elastic):
+    """What a residual of some rows is relative to: their load, or the elastic forces where nothing loads them."""
+    size = sum(map(np.linalg.norm, parts))
+    return size if size > 0 else np.linalg.norm(elastic)
+
+
+def newton_tolerance(results):
+    return tomllib.loads(results.case).get("newton", {}).get("residual_tolerance", NEWTON)
+
+
+def looked_at(results, points):
+    """Numbers of so many points, evenly over the curve, its ends and its largest among them."""
+    n = len(results)
+    even = {int(i) for i in np.linspace(0, n - 1, min(points, n)).round()}
+    if points > 2 and len(even) > 2:
+        largest = results.largest_point(results.watched)
+        even = even - {min(even - {0, n - 1}, key=lambda i: abs(i - largest))} | {largest}
+    return sorted(even)
+
+
+def preload_complaint(results):
+    """Whether the preload state is none: words, or "" where eq (7) and the law of contact hold. Of the case, not of a path's values."""
+    system = equations(results)
+    x = system.preload.xp
+    with opened(reduced_file(results)) as file:
+        r = reduced_of(file, results)[0].r
+    missing = system.K[results.modes:, results.modes:] @ x.ravel() + system.preload.g.ravel() + r
+    size = max(np.linalg.norm(r), np.linalg.norm(system.preload.g))
+    law = static_force(x, system.contact)[0] - system.preload.g
+    off = max(np.linalg.norm(missing), np.linalg.norm(law)) / size if size > 0 else 0.0
+    return f"preload: forces are off by {off:.1e} of the load, {LEAST:.1e} allowed" if off > LEAST else ""
+
+
+def verify(arguments):
+    """The command. Raises RunFailed where a point does not hold."""
+    results = Results(arguments.file)
+    if len(results) == 0:
+        raise ValueError(f"{results.path}: no point has been computed yet")
+    if arguments.points < 1:
+        raise ValueError(f"--points {arguments.points}: must be at least 1")
+    own = "exact" if results.samples == 0 else f"at {results.samples} samples"
+    print(f"{results.path}: {len(results)} points, forces {own}; recomputed at {MANY} samples of a period, of the law cone at {OF_CONES}")
+    failed = [complaint] if (complaint := preload_complaint(results)) else []
+    print(complaint or "preload: in equilibrium")
+    print(" " * 29 + "residual / load" + " " * 17 + "energy of a period" + bracket(results.unit.energy))
+    print(f"{'point':>6} {results.parameter_name or 'omega':>16} {'own':>9} {'allowed':>9} {f'at {MANY}':>9} {'put in':>12} "
+          f"{'damped':>12} {'rubbed':>12} {'off by':>9} {'allowed':>9}  verdict")
+    for point in looked_at(results, arguments.points):
+        one = verdict(results, point, MANY)
+        sampling = "" if one.sampling is None else f"{one.sampling:.1e}"
+        print(f"{point:6d} {results.along[point]:16.9g} {one.residual:9.1e} {one.residual_bound:9.1e} {sampling:>9} {one.work:12.4e} "
+              f"{one.damped:12.4e} {one.rubbed:12.4e} {one.energy:9.1e} {one.energy_bound:9.1e}  "
+              f"{'FAILS' if one.complaints else 'holds'}", flush=True)
+        failed += [f"point {point}: {complaint}" for complaint in one.complaints]
+    print(NOT_JUDGED)
+    if failed:
+        raise RunFailed(f"{results.path}: does not hold: " + "; ".join(failed))
+    print("verdict: all hold")

@@ -1,0 +1,56 @@
+"""Curves of several results in one picture."""
+
+import numpy as np
+import pytest
+
+import synthetic_results
+from dovetail import Results
+from dovetail.__main__ import main
+from dovetail.plot_several import names_of, several
+
+CONTACT = {"normal_stiffness": np.ones(1), "tangential_stiffness": np.ones((1, 2)), "friction": np.ones((1, 2)), "gap": np.zeros(1)}
+OMEGA = np.linspace(1, 3, 41)
+
+
+def written(folder, height, **more):
+    folder.mkdir()
+    coefficients = np.zeros((len(OMEGA), 4, 3))
+    coefficients[:, 1, 1] = height / np.hypot(1 - (OMEGA / 2) ** 2, 0.1)
+    return Results(synthetic_results.write(folder / "results.h5", OMEGA, coefficients, 1, CONTACT, watch="x1.t1", **more))
+
+
+def test_each_has_its_line_label_and_peak(tmp_path):
+    runs = [written(tmp_path / f"level{i}", i + 1.0) for i in range(8)]
+    figure = several(runs)
+    [axis] = figure.axes
+    lines = [line for line in axis.lines if len(line.get_xdata()) > 1]
+    np.testing.assert_allclose([line.get_ydata().max() for line in lines], [10 * (i + 1) for i in range(8)], rtol=1e-6)
+    assert [text.get_text() for text in axis.get_legend().get_texts()] == [f"level{i}" for i in range(8)]
+    assert len({(line.get_color(), line.get_linestyle(), line.get_marker()) for line in lines}) == 8
+    peaks = [line.get_xdata()[0] for line in axis.lines if len(line.get_xdata()) == 1]
+    assert len(peaks) == 8 and np.allclose(peaks, 2.0, atol=0.01)
+    assert axis.get_ylabel() == "amplitude of x1.t1" and axis.get_xlabel() == "excitation frequency [rad/s]"
+    in_hertz = several(runs[:2], hz=True).axes[0]
+    np.testing.assert_allclose(in_hertz.lines[0].get_xdata(), OMEGA / (2 * np.pi))
+
+
+def test_names_are_what_tells_them_apart(tmp_path):
+    a, b = (written(tmp_path / name, 1.0, title=f"level {name}") for name in "ab")
+    assert names_of([a, b]) == ["level a", "level b"]
+    assert names_of([a, a]) == [str(a.path)] * 2
+
+
+def test_the_command_draws_and_refuses(tmp_path, capsys):
+    a, b = (str(written(tmp_path / name, 1.0).path) for name in "ab")
+    picture = tmp_path / "both.png"
+    assert main(["plot", a, b, "--labels", "one", "two", "-o", str(picture)]) == 0 and picture.stat().st_size > 10000
+    other = str(written(tmp_path / "other", 1.0, units="mm, N, s").path)
+    for words, message in (([a, b, "--labels", "one"], "one for each"), ([a, b, "--kind", "map"], "several files"),
+                           ([a, other], "no picture holds both"), ([a, b, "--dof", "x1.t1", "x1.n"], "one unknown")):
+        assert main(["plot", *words]) == 2
+        assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["--labels", "one"]])
+def test_one_file_may_have_a_label(tmp_path, words):
+    assert main(["plot", str(written(tmp_path / "a", 1.0).path), *words]) == 0

@@ -1,0 +1,123 @@
+"""The command `verify`: runs of every kind hold, and results that were tampered with do not."""
+
+import h5py
+import pytest
+
+import cases
+import cyclic_sector
+import test_nonlinear_modes
+import test_paths
+from dovetail import Results, verify
+from dovetail.__main__ import main
+from launch import run
+
+FEW = {"harmonics": 3, "omega": [0.8, 1.2]}
+SAMPLES = 1024  # in place of MANY, for speed
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    monkeypatch.setattr(verify, "MANY", SAMPLES)
+
+
+@pytest.fixture(scope="module")
+def exact(tmp_path_factory):
+    case = cases.several_points(tmp_path_factory.mktemp("exact"), samples="exact", kind="auto", **FEW)
+    return run(case, out="out").folder
+
+
+@pytest.fixture
+def copy(exact, tmp_path):
+    for name in ("results.h5", "reduced.h5"):
+        (tmp_path / name).write_bytes((exact / name).read_bytes())
+    return tmp_path / "results.h5"
+
+
+def said(path, capsys, *options, status=0):
+    assert main(["verify", path, *options]) == status
+    return capsys.readouterr()
+
+
+def test_an_exact_run_holds(exact, capsys):
+    out = said(exact / "results.h5", capsys, "--points", 3).out
+    assert out.count("holds") == 3 and out.endswith("verdict: all hold\n") and f"{SAMPLES} samples" in out
+    found = verify.verdict(Results(exact / "results.h5"), 40, SAMPLES)
+    assert found.rubbed > 0.1 * found.work and found.residual < 1e-4 and found.sampling is None
+
+
+def test_forces_at_few_samples_hold_by_their_own_equations(tmp_path, capsys):
+    done = run(cases.several_points(tmp_path, **FEW), out="out")
+    assert "forces at 64 samples" in said(done.folder / "results.h5", capsys, "--points", 2).out
+    found = verify.verdict(Results(done.folder / "results.h5"), 40, SAMPLES)
+    assert found.residual < 1e-9 and 1e-5 < found.sampling < 1e-2 and not found.complaints
+
+
+@pytest.mark.parametrize("parameter", [
+    "gap", "damping", *(pytest.param(name, marks=pytest.mark.slow) for name in ("friction_1", "preload", "force"))])
+def test_values_of_a_path_are_in_the_equations(tmp_path, parameter, capsys):
+    case = test_paths.path_of(tmp_path, parameter, test_paths.RANGES[parameter], harmonics=3, samples=64)
+    said(run(case, out="out").folder / "results.h5", capsys, "--points", 3)
+
+
+def test_a_nonlinear_mode_is_fed_by_its_negative_damping(tmp_path, capsys):
+    case, _ = test_nonlinear_modes.scene(tmp_path, "dof5")
+    folder = run(case, out="out").folder
+    said(folder / "results.h5", capsys, "--points", 3)
+    with h5py.File(folder / "results.h5", "r+") as file:
+        file["points/damping_ratio"][-1] *= 1.01
+    assert "the energy is off" in said(folder / "results.h5", capsys, "--points", 2, status=3).err
+
+
+def motion(file):
+    file["points/coefficients"][-1, 7, 1] *= 1.001
+
+
+def frequency(file):
+    file["points/omega"][-1] *= 1.001
+
+
+def energy(file):
+    file["points/contact/dissipation"][-1] *= 1.01
+
+
+def preload(file):
+    file["preload/xp"][2] += 1e-3
+
+
+@pytest.mark.parametrize("change, words", [(motion, "residual"), (frequency, "residual"), (energy, "dissipation is off"),
+                                           (preload, "preload: forces are off")])
+def test_results_that_were_tampered_with_fail(copy, change, words, capsys):
+    with h5py.File(copy, "r+") as file:
+        change(file)
+    err = said(copy, capsys, "--points", 2, status=3).err
+    assert words in err and "does not hold" in err and "allowed" in err
+
+
+def test_what_cannot_be_judged_is_said(copy, capsys):
+    assert "not judged: stability" in said(copy, capsys, "--points", 1).out
+    (copy.parent / "reduced.h5").unlink()
+    assert "reduced.h5" in said(copy, capsys, status=2).err
+    assert "--points 0" in said(copy, capsys, "--points", 0, status=2).err
+
+
+def test_points_are_the_ends_the_largest_and_others(exact):
+    results = Results(exact / "results.h5")
+    found = verify.looked_at(results, 5)
+    assert len(found) == 5 and found[0] == 0 and found[-1] == len(results) - 1 and results.largest_point(results.watched) in found
+    assert verify.looked_at(results, 10**6) == list(range(len(results)))
+
+
+@pytest.mark.slow
+def test_a_cone_holds(tmp_path, capsys):
+    case = cases.several_points(tmp_path, law="cone", friction=0.3, samples="exact", kind="auto", harmonics=2, omega=[1.0, 1.0])
+    said(run(case, out="out").folder / "results.h5", capsys)
+
+
+@pytest.mark.slow
+def test_a_sector_holds(tmp_path, capsys):
+    name = list(cyclic_sector.CASES)[0]
+    omega = float(cyclic_sector.DATA[f"{name}/omega"][1])
+    path, models = cyclic_sector.write(tmp_path, name, omega, modes=20)
+    answer = cyclic_sector.FEW[f"{name}/X_modes20"][1]
+    cyclic_sector.write_start(tmp_path, name, omega, models, answer.reshape(-1, answer.shape[-1]))
+    said(run(cases.Case(path, None, None, {})).folder / "results.h5", capsys)
