@@ -1,4 +1,4 @@
-"""Whether a travelling wave stays: the program's word on a sector of whole_rotor.py."""
+"""Whether a travelling wave stays: of a sector, against the word on all sectors as one structure."""
 
 import re
 
@@ -8,10 +8,12 @@ import pytest
 import cases
 import cyclic_sector
 import launch
+import small_ring
 from whole_rotor import DATA
 
 NAME, MODES, LOAD = "eo3_aliased", 12, 2.0
 UNSTABLE = 3100.0  # [rad/s]
+NEAR = 0.003  # multipliers: so far 6 harmonics, and sliders without all of their lag, are off near 1
 
 
 def scene(folder, omega):
@@ -45,3 +47,25 @@ def test_ranks_and_a_restart_say_the_same(tmp_path):
         assert len(found[0][name]) == 3
         np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-8)
     assert (found[0]["stable"] == 0).all()
+
+
+@pytest.mark.slow
+def test_a_ring_of_sectors_as_one_structure_says_the_same(tmp_path):
+    """Contacts slip in every period and lift off in most; the ring is judged by the map over one period, sliders among the states."""
+    N, order, force = 4, 1, 0.5
+    sector, ring = small_ring.write(tmp_path, N, order, 6, force, (1.5, 0.9), points=100)
+    points = launch.run(sector).points
+    rows = np.argsort(points["multiplier"])[[0, 10, 40, 55, 75, 90, 99]]
+    verdicts = []
+    for row in rows:
+        omega, multiplier = float(points["omega"][row]), points["multiplier"][row]
+        X = small_ring.write_start(ring, N, order, force, omega, points["coefficients"][row])
+        found = launch.run(ring).points
+        np.testing.assert_allclose(found["coefficients"][0][-len(X):], X, rtol=0, atol=1e-9 * np.abs(X).max())
+        truth = found["multiplier"][0]
+        assert abs(multiplier - truth) < max(NEAR, 0.15 * abs(truth - 1)), (omega, multiplier, truth)
+        if abs(truth - 1) > NEAR:
+            assert points["stable"][row] == found["stable"][0] == (truth < 1), (omega, multiplier, truth)
+            assert points["instability"][row] == found["instability"][0]
+            verdicts.append(truth < 1)
+    assert 1 <= sum(verdicts) < len(verdicts)
