@@ -10,6 +10,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
+Complex turned(Complex a, double theta) { return std::exp(Complex(0, 1) * a * theta); }
+
 class Block {
 public:
   Block(const ComplexWaves &waves, Complex *values) : waves_(waves), n_(waves.count()), values_(values) {}
@@ -31,11 +33,13 @@ public:
   // -v while it holds, where v = by x at the beginning.
   void add_hold(const ContactHistory::Hold &hold, double by) {
     for (int i = 0; by != 0 && i < n_; ++i) {
-      const double a = waves_.turns(i);
-      const Complex share =
-          a == 0 ? (hold.end - hold.begin) / (2 * M_PI)
-                 : (std::polar(1.0, -a * hold.end) - std::polar(1.0, -a * hold.begin)) / Complex(0, -2 * M_PI * a);
-      for (int j = 0; j < n_; ++j) values_[i * n_ + j] -= share * by * std::polar(1.0, waves_.turns(j) * hold.begin);
+      const Complex a(waves_.turns(i), -waves_.growth);
+      const Complex share = a == 0.0 ? (hold.end - hold.begin) / (2 * M_PI)
+                                     : (turned(-a, hold.end) - turned(-a, hold.begin)) / (Complex(0, -2 * M_PI) * a);
+      for (int j = 0; j < n_; ++j) {
+        const Complex then = turned(Complex(waves_.turns(j), -waves_.growth), hold.begin);
+        values_[i * n_ + j] -= share * by * then;
+      }
     }
   }
 
@@ -68,7 +72,7 @@ private:
 
 } // namespace
 
-ComplexWaves::ComplexWaves(double of, int harmonics) : part(of) {
+ComplexWaves::ComplexWaves(double of, int harmonics, double grown) : part(of), growth(grown) {
   constexpr double beyond = 0.25 + 1e-9;
   for (int k = -harmonics - 1; k <= harmonics; ++k)
     if (std::abs(k + part) <= harmonics + beyond) numbers.push_back(k);

@@ -17,6 +17,11 @@ constexpr double accuracy = 1e-7; // of exponents over Omega
 
 int modulo(int a, int n) { return (a % n + n) % n; }
 
+// The exponents (over Omega) of one shift with the lag of sliders that each has itself, sought from those without it.
+// Others than the fastest, by more than this, are left alone.
+constexpr double contenders = 0.005;
+constexpr int rounds = 8;
+
 } // namespace
 
 SectorStabilityTest::SectorStabilityTest(const HarmonicSystem &system) : comm_(system.layout().comm) {
@@ -73,7 +78,29 @@ Stability SectorStabilityTest::judge(const std::vector<double> &coefficients, do
       if (all[i].strip != strip) continue;
       hill.assemble(all[i].shift, waves, omega, blocks, points_.contact);
       const SectorHill::Exponents exponents = hill.near_zero(width);
-      const Growth growth = exponents.found ? fastest_of(exponents.values, waves.part) : Growth{};
+      Growth growth = exponents.found ? fastest_of(exponents.values, waves.part) : Growth{};
+      if (growth.known() && !sampled && !reading.history().holds.empty()) {
+        std::vector<std::complex<double>> exact;
+        for (std::complex<double> s : exponents.values) {
+          if (s.real() < growth.value - contenders) continue;
+          s += std::complex<double>(0, waves.part);
+          for (int round = 0; round < rounds; ++round) {
+            const ComplexWaves own(s.imag(), harmonics, s.real());
+            const std::vector<std::complex<double>> lagging = answers(own, reading, points_.contact);
+            hill.assemble(all[i].shift, own, omega, lagging, points_.contact);
+            std::complex<double> next(INFINITY, 0);
+            for (const std::complex<double> t : hill.near_zero(width).values)
+              if (std::abs(t - s.real()) < std::abs(next - s.real())) next = t;
+            if (!std::isfinite(next.real())) break;
+            next += std::complex<double>(0, s.imag());
+            const double change = std::abs(next - s);
+            s = next;
+            if (change < accuracy) break;
+          }
+          exact.push_back(s);
+        }
+        growth = fastest_of(exact, 0);
+      }
       double *to = &found[numbers * i];
       to[0] = growth.known() ? growth.value : INFINITY, to[1] = static_cast<int>(growth.kind),
       to[2] = exponents.diameter;

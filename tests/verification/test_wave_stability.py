@@ -13,7 +13,7 @@ from whole_rotor import DATA
 
 NAME, MODES, LOAD = "eo3_aliased", 12, 2.0
 UNSTABLE = 3100.0  # [rad/s]
-NEAR = 0.003  # multipliers: so far 6 harmonics, and sliders without all of their lag, are off near 1
+NEAR = 5e-4  # multipliers: what 6 harmonics are off by
 
 
 def scene(folder, omega):
@@ -63,7 +63,9 @@ def test_a_ring_of_sectors_as_one_structure_says_the_same(tmp_path):
         found = launch.run(ring).points
         np.testing.assert_allclose(found["coefficients"][0][-len(X):], X, rtol=0, atol=1e-9 * np.abs(X).max())
         truth = found["multiplier"][0]
-        assert abs(multiplier - truth) < max(NEAR, 0.15 * abs(truth - 1)), (omega, multiplier, truth)
+        if found["stable"][0] == -1:  # its two methods disagree
+            continue
+        assert abs(multiplier - truth) < max(NEAR, 0.02 * abs(truth - 1)), (omega, multiplier, truth)
         if abs(truth - 1) > NEAR:
             assert points["stable"][row] == found["stable"][0] == (truth < 1), (omega, multiplier, truth)
             assert points["instability"][row] == found["instability"][0]
