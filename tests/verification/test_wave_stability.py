@@ -55,7 +55,7 @@ def test_a_ring_of_sectors_as_one_structure_says_the_same(tmp_path):
     N, order, force = 4, 1, 0.5
     sector, ring = small_ring.write(tmp_path, N, order, 6, force, (1.5, 0.9), points=100)
     points = launch.run(sector).points
-    rows = np.argsort(points["multiplier"])[[0, 10, 40, 55, 75, 90, 99]]
+    rows = np.argsort(points["multiplier"])[[0, 10, 55, 80, 99]]
     verdicts = []
     for row in rows:
         omega, multiplier = float(points["omega"][row]), points["multiplier"][row]
