@@ -422,7 +422,7 @@ TEST_F(CaseFile, WatchAndStops) {
 TEST_F(CaseFile, StabilityIsForSmallModels) {
   const auto settled = [&](const std::string &lines, int dofs) { // 5 harmonics
     Case study = read({{33, lines + "[output]"}});
-    settle_stability(study, dofs);
+    settle_stability(study, dofs, 0);
     return study.stability.value();
   };
   EXPECT_TRUE(settled("", 13));
@@ -434,7 +434,7 @@ TEST_F(CaseFile, StabilityIsForSmallModels) {
 
 TEST_F(CaseFile, HystereticDampingHasNoMotionInTime) {
   Case study = read({{7, "structural = 0.02"}});
-  settle_stability(study, 3); // a small model
+  settle_stability(study, 3, 0); // a small model
   EXPECT_FALSE(study.stability.value());
   EXPECT_FALSE(read({{7, "structural = 0.02"}, {33, "[stability]\nenabled = false\n[output]"}}).stability.value());
   refused({{7, "structural = 0.02"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
