@@ -138,7 +138,7 @@ void settle_solver(Case &study, int dofs) {
 // H = 5: 0.2, 1 and 7 ms to 3.3 ms; 18 dofs, 5 points, H = 7: 20 ms to 8 ms.)
 void settle_stability(Case &study, int dofs, int sectors) {
   constexpr double small = 150; // unknowns
-  if (!study.stability) study.stability = double(dofs) * std::max(1, sectors) * (2 * study.harmonics + 1) <= small;
+  if (!study.stability) study.stability = sectors == 0 && double(dofs) * (2 * study.harmonics + 1) <= small;
 }
 
 } // namespace dovetail

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "case/judged_sector.hpp"
 #include "contact/fourier.hpp"
@@ -17,10 +18,26 @@ constexpr double accuracy = 1e-7; // of exponents over Omega
 
 int modulo(int a, int n) { return (a % n + n) % n; }
 
-// The exponents (over Omega) of one shift with the lag of sliders that each has itself, sought from those without it.
-// Others than the fastest, by more than this, are left alone.
-constexpr double contenders = 0.005;
-constexpr int rounds = 8;
+constexpr double contenders = 0.005; // exponents slower than the fastest by more keep the lag of their strip
+constexpr int rounds = 8;            // of the search for one with its own
+
+// The exponent near s (over Omega) with the lag that sliders have under a change that grows so; nothing if the search
+// does not settle. `equations`: makes them with the lag of s.
+template <class Equations>
+std::optional<std::complex<double>> with_own_lag(SectorHill &hill, double width, std::complex<double> s,
+                                                 const Equations &equations) {
+  for (int round = 0; round < rounds; ++round) {
+    equations(s);
+    std::complex<double> next(INFINITY, 0);
+    for (const std::complex<double> t : hill.near_zero(width).values)
+      if (std::abs(t - s.real()) < std::abs(next - s.real())) next = t;
+    if (!std::isfinite(next.real())) return std::nullopt;
+    next += std::complex<double>(0, s.imag());
+    if (std::abs(next - s) < accuracy) return next;
+    s = next;
+  }
+  return std::nullopt;
+}
 
 } // namespace
 
@@ -81,25 +98,18 @@ Stability SectorStabilityTest::judge(const std::vector<double> &coefficients, do
       Growth growth = exponents.found ? fastest_of(exponents.values, waves.part) : Growth{};
       if (growth.known() && !sampled && !reading.history().holds.empty()) {
         std::vector<std::complex<double>> exact;
-        for (std::complex<double> s : exponents.values) {
-          if (s.real() < growth.value - contenders) continue;
-          s += std::complex<double>(0, waves.part);
-          for (int round = 0; round < rounds; ++round) {
-            const ComplexWaves own(s.imag(), harmonics, s.real());
-            const std::vector<std::complex<double>> lagging = answers(own, reading, points_.contact);
-            hill.assemble(all[i].shift, own, omega, lagging, points_.contact);
-            std::complex<double> next(INFINITY, 0);
-            for (const std::complex<double> t : hill.near_zero(width).values)
-              if (std::abs(t - s.real()) < std::abs(next - s.real())) next = t;
-            if (!std::isfinite(next.real())) break;
-            next += std::complex<double>(0, s.imag());
-            const double change = std::abs(next - s);
-            s = next;
-            if (change < accuracy) break;
+        const auto equations = [&](std::complex<double> s) {
+          const ComplexWaves own(s.imag(), harmonics, s.real());
+          hill.assemble(all[i].shift, own, omega, answers(own, reading, points_.contact), points_.contact);
+        };
+        bool settled = true;
+        for (const std::complex<double> &s : exponents.values)
+          if (s.real() >= growth.value - contenders) {
+            const auto found_again = with_own_lag(hill, width, s + std::complex<double>(0, waves.part), equations);
+            settled = settled && found_again;
+            if (found_again) exact.push_back(*found_again);
           }
-          exact.push_back(s);
-        }
-        growth = fastest_of(exact, 0);
+        growth = settled ? fastest_of(exact, 0) : Growth{};
       }
       double *to = &found[numbers * i];
       to[0] = growth.known() ? growth.value : INFINITY, to[1] = static_cast<int>(growth.kind),
