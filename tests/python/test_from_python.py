@@ -140,6 +140,7 @@ def test_tables_have_a_row_per_point(case, monkeypatch):
     assert {"omega", "frequency", "x1.t1", "x1.n", "stick", "slip", "open", "friction_energy"} <= set(table)
     assert {len(values) for values in table.values()} == {len(results)}
     np.testing.assert_array_equal(table["x1.n"], results.amplitude("x1.n"))
+    np.testing.assert_array_equal(results.columns("x1.n")["x1.n"], table["x1.n"])
     activity = results.contact_activity()
     assert activity.slip.shape == (len(results), 1) and activity.slip[3] == results.contact_activity(3).slip
     np.testing.assert_array_equal(results.amplitude(), results.amplitude(results.watched))

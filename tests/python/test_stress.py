@@ -240,6 +240,7 @@ def test_the_command(ringed, tmp_path, capsys):
     said = capsys.readouterr().out
     with open(table) as file:
         rows = list(csv.DictReader(file))
+    assert list(rows[0])[1:4] == [f"{axis} [m]" for axis in "xyz"]
     used = np.array([float(row["utilisation"]) for row in rows])
     worst = np.argsort(-used)[:4]
     listed = [line.split() for line in said.split("utilisation", 1)[1].splitlines()[1:5]]
