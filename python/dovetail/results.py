@@ -304,7 +304,7 @@ class Results:
 
     def columns(self, dofs: list | str | None = None) -> dict[str, np.ndarray]:
         """A table by name, a value per point in each: omega, frequency [Hz], the parameter, amplitudes (half the peak-to-peak) of the dofs
-        by their names, a list or one (default: what is watched), stick, slip, open, and what else the run has: friction_energy [J] per period,
+        by names, a list or one (default: what is watched), stick, slip, open, and what else the run has: friction_energy [J] per period,
         damping_ratio, force_level, stable, multiplier, error."""
         from .frames import columns_of
 
