@@ -285,14 +285,16 @@ def _looking_options(commands):
                                   "again in NumPy alone: what is missing of the equations, and whether the work put in is what damping "
                                   "and friction take. Exit status 3 where a point does not hold.")
     command.add_argument("file", metavar="RESULTS.h5")
-    command.add_argument("--points", metavar="N", type=int, default=5, help="how many, evenly over the curve, with its ends and its "
-                         "largest; default: %(default)s")
+    command.add_argument("--points", metavar="N", type=int, default=5, help="how many, evenly over the curve, from 2 on with its ends, "
+                         "from 3 on with its largest, too; default: %(default)s")
+    command.add_argument("--model", metavar="MODEL.h5", help="the model file, if it is not where it was when the run started")
     command.set_defaults(run=verify)
 
     command = commands.add_parser("watch", help="a run while it goes on", description="Draw the curve, the states of the contact points "
                                   "and the progress of a run in the terminal, anew each second, until the run ends.")
     command.add_argument("file", metavar="RESULTS.h5", help="the file, or the folder of the run")
     command.add_argument("--dof", metavar="NAME", help="the unknown that is drawn; default: the one that is watched or moves most")
+    command.add_argument("--model", metavar="MODEL.h5", help="the model file, for nodes, if it is not where it was when the run started")
     command.add_argument("--once", action="store_true", help="one picture, now")
     command.set_defaults(run=watch)
 

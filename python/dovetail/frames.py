@@ -20,7 +20,9 @@ def columns_of(results, dofs):
     table = {"omega": results.omega, "frequency": results.frequency}
     if results.parameter is not None:
         table[results.parameter_name] = results.parameter
-    table |= {curve.name: curve.amplitude for curve in results.response([results.watched] if dofs is None else list(dofs))}
+    dofs = results.watched if dofs is None else dofs
+    names = [dofs] if isinstance(dofs, (str, int)) else list(dofs)
+    table |= {curve.name: curve.amplitude for curve in results.response(names)}
     table |= {state: results.points(state) for state in STATES}
     if results.has_activity:
         table["friction_energy"] = per_period(results)

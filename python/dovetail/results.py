@@ -305,15 +305,15 @@ class Results:
             return peaks.point[peaks.unknown == self.dof_index(dof)]
         return peaks.point[(peaks.unknown == -1) & (self.watch == dof)]
 
-    def columns(self, dofs: list | None = None) -> dict[str, np.ndarray]:
+    def columns(self, dofs: list | str | None = None) -> dict[str, np.ndarray]:
         """A table by name, a value per point in each: omega, frequency [Hz], the parameter, amplitudes (half the peak-to-peak) of the dofs
-        by their names (default: what is watched), stick, slip, open, and what else the run has: friction_energy [J] per period,
+        by names, a list or one (default: what is watched), stick, slip, open, and what else the run has: friction_energy [J] per period,
         damping_ratio, force_level, stable, multiplier, error."""
         from .frames import columns_of
 
         return columns_of(self, dofs)
 
-    def to_frame(self, dofs: list | None = None):
+    def to_frame(self, dofs: list | str | None = None):
         """`columns` as a pandas.DataFrame, one row per point. Raises ImportError where there is no pandas."""
         from .frames import frame
 

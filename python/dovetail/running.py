@@ -17,23 +17,29 @@ ANSWER = "results.h5"
 
 
 class GivenCase(CaseFile):
-    """A case file, or a dict as if parsed from one whose files are named from the working directory."""
+    """A case file, or a dict as if parsed from one whose files are named from the working directory, with changes.
 
-    def __init__(self, case):
+    changes : values by key, as "contact.friction"; files among them are named from where those of the case are.
+    """
+
+    def __init__(self, case, changes=()):
         if isinstance(case, dict):
             self.path, self.content = Path("case.toml"), copy.deepcopy(case)
         else:
             super().__init__(case)
-
-    def text(self, folder, changes):
-        """A copy that lies in `folder` and leaves its results there; changes: values by key, as "contact.friction"."""
-        content = self.moved(folder)
-        for key, value in changes.items():
+        for key, value in dict(changes).items():
             *section, name = key.split(".")
-            if len(section) > 1 or not name:
+            place = self.content.setdefault(section[0], {}) if section else self.content
+            if len(section) > 1 or not name or not isinstance(place, dict):
                 raise ValueError(f"{key}: no key of a case file; wanted is one such as contact.friction")
-            place = content.setdefault(section[0], {}) if section else content
-            place[name] = value.tolist() if hasattr(value, "tolist") else list(value) if isinstance(value, tuple) else value
+            if isinstance(value, dict):
+                raise ValueError(f"{key}: a table would replace all that the case has there; change each key by its name, such as "
+                                 f"{key}.{next(iter(value), 'friction')}")
+            place[name] = value
+
+    def text(self, folder):
+        """A copy that lies in `folder` and leaves its results there."""
+        content = self.moved(folder)
         content.get("output", {}).pop("directory", None)
         return COPY + toml(content)
 
@@ -63,7 +69,8 @@ def run(case: str | os.PathLike | dict, ranks: int | None = None, out: str | os.
     binary : path-like, optional
         The program; default: build/dovetail of this source tree, or dovetail on the path.
     **changes
-        Values by key of the case file, in its units: run("case.toml", out="a", **{"contact.friction": 0.3}).
+        Values by key of the case file, in its units: run("case.toml", out="a", **{"contact.friction": 0.3}). Files
+        are named from where those of the case are.
 
     Returns
     -------
@@ -79,13 +86,13 @@ def run(case: str | os.PathLike | dict, ranks: int | None = None, out: str | os.
     need_no_launcher()
     if ranks is not None and ranks < 1:
         raise ValueError(f"ranks must be at least 1, found {ranks}")
-    program, given = Program(binary, ranks), GivenCase(case)
+    program, given = Program(binary, ranks), GivenCase(case, changes)
     file, folder = given.path, Path(out) if out else file_folder(given)
     if isinstance(case, dict) or changes:
         if out is None:
             raise ValueError("name a folder for the results of a changed case: out=...")
         need_own(folder)
-        text = given.text(folder, changes)
+        text = given.text(folder)
         folder.mkdir(parents=True, exist_ok=True)
         file = folder / "case.toml"
         file.write_text(text, encoding="utf-8")

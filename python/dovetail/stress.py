@@ -122,8 +122,8 @@ def _sets(mesh, node):
 
 def write(path, found, mesh, unit):
     """All nodes as a table: places, the mean tensor, and what the criterion makes of the course."""
-    stress, unit = found.stress, bracket(unit.stress)
-    table = {"node": stress.node, **dict(zip("xyz", mesh["nodes"][stress.node].T)),
+    stress, length, unit = found.stress, bracket(unit.length), bracket(unit.stress)
+    table = {"node": stress.node, **{axis + length: place for axis, place in zip("xyz", mesh["nodes"][stress.node].T)},
              "material": [stress.materials[number].name for number in stress.material]}
     table |= {f"static {name}{unit}": values for name, values in zip(COMPONENTS, stress.series[0].T / 2)}
     table |= {f"static von Mises{unit}": found.static, f"mean{unit}": found.mean, f"amplitude{unit}": found.amplitude}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import itertools
 import os
@@ -31,7 +32,7 @@ class Study:
     case : path-like or dict
         As for `dovetail.run`.
     values : dict
-        Lists of values by key, in units of the case file.
+        Lists of values by key, in units of the case file. Files are named from where those of the case are.
     out : path-like, optional
         Folder of the runs; default: CASE_runs beside the case. Needed for a dict.
     ranks : int, optional
@@ -53,16 +54,15 @@ class Study:
         for key, some in values.items():
             if isinstance(some, (str, bytes)) or not hasattr(some, "__len__") or not len(some):
                 raise ValueError(f"{key}: wanted is a list of values, found {some!r}")
-        given = GivenCase(case)
-        self.folder = Path(out) if out else given.path.with_name(f"{given.path.stem}_runs")
+        self.folder = Path(out) if out else Path(case).with_name(f"{Path(case).stem}_runs")
         self.settings = [dict(zip(values, each)) for each in itertools.product(*values.values())]
         self._program, self._values = Program(binary, ranks), values
-        identity = [self._program.hash, *map(hash_of, given.files().values())]
-        self._runs = [self._run(given, setting, identity) for setting in self.settings]
+        hashed = functools.cache(hash_of)  # most settings name the same files
+        self._runs = [self._run(GivenCase(case, setting), setting, hashed) for setting in self.settings]
 
-    def _run(self, given, setting, identity):
-        text = given.text(self.folder / "run", setting)  # all folders of runs lie as deep
-        fingerprint = hashlib.sha256("\n".join([text, *identity]).encode()).hexdigest()
+    def _run(self, given, setting, hashed):
+        text = given.text(self.folder / "run")  # all folders of runs lie as deep
+        fingerprint = hashlib.sha256("\n".join([text, self._program.hash, *map(hashed, given.files().values())]).encode()).hexdigest()
         return Run(setting, self.folder / fingerprint[:NAME], text, fingerprint)
 
     def run(self, jobs: int = 1, progress: bool = True) -> Study:

@@ -3,6 +3,7 @@
 import copy
 import hashlib
 import json
+import math
 import os
 import shutil
 import subprocess
@@ -81,8 +82,8 @@ class CaseFile:
         for keys in PATHS:
             value = self.content
             for key in keys:
-                value = value.get(key, {})
-            if value:
+                value = value.get(key) if isinstance(value, dict) else None
+            if value and isinstance(value, (str, os.PathLike)):
                 found[keys] = (self.path.parent / value).resolve()
         return found
 
@@ -160,19 +161,25 @@ class UserCase(CaseFile):
 
 def toml(content):
     """A case as text: keys first, then sections one level deep, which is all a case file has."""
-    lines = [f"{key} = {value_text(value)}" for key, value in content.items() if not isinstance(value, dict)]
+    lines = [f"{key} = {value_text(value, key)}" for key, value in content.items() if not isinstance(value, dict)]
     for name, section in content.items():
         if isinstance(section, dict):
-            lines += ["", f"[{name}]"] + [f"{key} = {value_text(value)}" for key, value in section.items()]
+            lines += ["", f"[{name}]"] + [f"{key} = {value_text(value, f'{name}.{key}')}" for key, value in section.items()]
     return "\n".join(lines) + "\n"
 
 
-def value_text(value):
-    """A value in TOML; words, numbers and truth values are written as in JSON, tables within brackets, as in excitation.load."""
-    if isinstance(value, list):
-        return f"[{', '.join(map(value_text, value))}]"
+def value_text(value, key=""):
+    """A value in TOML; words, numbers and truth values are written as in JSON, tables within brackets, as in excitation.load.
+
+    Paths and NumPy's numbers and arrays are taken, too. Raises ValueError by the name `key` for what no case file holds.
+    """
+    value = value.tolist() if hasattr(value, "tolist") else os.fspath(value) if isinstance(value, os.PathLike) else value
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(value_text(inner, key) for inner in value)}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{key} = {value_text(inner)}' for key, inner in value.items())}}}"
+        return f"{{{', '.join(f'{name} = {value_text(inner, key)}' for name, inner in value.items())}}}"
+    if not isinstance(value, (str, bool, int, float)) or isinstance(value, float) and not math.isfinite(value):
+        raise ValueError(f"{key}: wanted are words, finite numbers, true or false, or lists of them; found {value!r}")
     return json.dumps(value, ensure_ascii=False)
 
 

@@ -1,6 +1,7 @@
 """Points of a results file computed again, without the program: are they solutions, and does the energy balance?
 
-Everything follows from the case's text and the reduced file by the NumPy reference. A point passes where
+All but the values of the contact points, which are those of the results file, follows from the case's text and the reduced file by
+the NumPy reference. A point passes where
   - what is missing of the equations (11), at the samples of the run, of exact forces at MANY, is small beside the load;
   - work put in = damped + rubbed, where the rubbed work is summed along the ways of the sliders, at MANY samples;
   - the energy that the file says each contact dissipates is that sum.
@@ -27,8 +28,8 @@ AT_ONCE = 1 << 21  # samples of all contact points together that are in memory a
 LEAST = 1e-6  # of the load: smaller ones are no concern of a reader of the curve, and far above those that Newton's method leaves
 NEWTON = 1e-8  # default of newton.residual_tolerance
 PER_TOLERANCE = 10  # of a case with a loose one: scaled variables count forces of modes and contacts in other units
-NOT_JUDGED = ("not judged: stability, estimated errors, whether the curve has other branches, and how well the reduced model stands "
-              "for the structure")
+NOT_JUDGED = ("not judged: stability, estimated errors, whether the curve has other branches, whether the contact values in the file "
+              "are those of the case, and how well the reduced model stands for the structure")
 
 
 @dataclass(frozen=True)
@@ -112,11 +113,11 @@ def verdict(results, point, samples=MANY):
         load, zeta = np.where(np.arange(q.shape[1]) == 0, load, 0.0), results.damping_ratio[i]
         fed = system.times(lambda k: 2j * k * zeta * omega**2 * system.matrices(k)[1], q)
     many, fewer = (sampled_forces(system, q, samples // part, OF_CONES // part) for part in (1, 2))
-    own, sampled = own_forces(system, q, results, width // 2, many)
+    own, sampled = own_forces(system, q, results, width // 2, many.G)
 
-    def missing(forces):
+    def missing(G):
         r = system.structure(q, omega) - load - fed
-        r[modes:] += forces.G.reshape(-1, q.shape[1])
+        r[modes:] += G.reshape(-1, q.shape[1])
         return r[:, :width]
     scale = [size_of(part, elastic) for part, elastic in zip(
         ((load[:modes],), (load[modes:], many.G)), np.split(system.times(lambda k: system.matrices(k)[0], q), [modes]))]
@@ -124,31 +125,36 @@ def verdict(results, point, samples=MANY):
     def relative(r):
         return max((np.linalg.norm(part) / size for part, size in zip(np.split(r, [modes]), scale) if size > 0), default=0.0)
     left_open = np.where(sampled[:, None, None], 0.0, many.G - fewer.G)  # of exact forces, by the last halving of the step
-    by_law, by_samples = (np.vstack([np.zeros((modes, q.shape[1])), values.reshape(-1, q.shape[1])])
-                          for values in (left_open, np.abs(own.G - many.G) + np.abs(many.G - fewer.G)))
+    by_law = np.vstack([np.zeros((modes, q.shape[1])), left_open.reshape(-1, q.shape[1])])
+    by_samples = amplitudes(own - many.G) + amplitudes(many.G - fewer.G)
     bound = max(LEAST, PER_TOLERANCE * newton_tolerance(results)) + relative(by_law)
 
     put_in, damped, rubbed = work(load + fed, q), work(system.times(lambda k: system.damper(k, omega), q), q), many.rubbed.sum()
     most = max(abs(put_in), abs(damped) + abs(rubbed))
-    k = np.repeat(np.arange(q.shape[1] // 2 + 1), 2)[1:]
-    sizes = [np.linalg.norm(part, axis=0) for part in np.split(q, [modes])]
-    open_energy = np.pi * k @ (sum(bound * size * norm for size, norm in zip(scale, sizes))
-                               + np.linalg.norm(by_samples, axis=0) * sizes[1]) + abs(rubbed - fewer.rubbed.sum())
+    sizes = [amplitudes(part) for part in np.split(q, [modes])]
+    open_energy = np.pi * np.arange(1, system.H + 1) @ (sum(bound * size * norm for size, norm in zip(scale, sizes))
+                                                        + by_samples * sizes[1]) + abs(rubbed - fewer.rubbed.sum())
     stored = abs(results.contact_activity(i).dissipation.sum() - rubbed) if results.has_activity and len(many.rubbed) else 0.0
     per_work = 1 / most if most > 0 else 0.0
-    return Verdict(i, relative(missing(own)), bound, relative(missing(many)) if sampled.any() else None, put_in, damped, rubbed,
+    return Verdict(i, relative(missing(own)), bound, relative(missing(many.G)) if sampled.any() else None, put_in, damped, rubbed,
                    abs(put_in - damped - rubbed) * per_work, open_energy * per_work, stored * per_work)
 
 
-def own_forces(system, q, results, harmonics, many):
-    """`Forces` at the samples that the run took, and (N_x,) whether it took any: of cones always, of others as the case says."""
+def amplitudes(values):
+    """Size of each harmonic k >= 1 of coefficients (..., 2H+1), both columns of all rows together, whatever the phase: (H,)."""
+    size = np.linalg.norm(values.reshape(-1, values.shape[-1]), axis=0)
+    return np.hypot(size[1::2], size[2::2])
+
+
+def own_forces(system, q, results, harmonics, exact):
+    """`Forces.G` at the samples that the run took, and (N_x,) whether it took any: of cones always, of others as the case says."""
     sampled = np.full(system.contact.points, bool(results.samples)) | (system.contact.kind == reference.contact.CONE)
     samples = results.samples or max(256, 1 << (40 * harmonics - 1).bit_length())
-    G, rubbed = many.G.copy(), many.rubbed.copy()
+    G = exact.copy()
     if sampled.any():
         rows = np.flatnonzero(sampled)
-        G[rows], rubbed[rows] = _period(system, system.contact_part(q), rows, samples)
-    return Forces(G, rubbed), sampled
+        G[rows], _ = _period(system, system.contact_part(q), rows, samples)
+    return G, sampled
 
 
 def size_of(parts, elastic):
@@ -162,12 +168,13 @@ def newton_tolerance(results):
 
 
 def looked_at(results, points):
-    """Numbers of so many points, evenly over the curve, its ends and its largest among them."""
+    """Numbers of so many points, evenly over the curve: from 2 on its ends, from 3 on its largest among them."""
     n = len(results)
     even = {int(i) for i in np.linspace(0, n - 1, min(points, n)).round()}
     if points > 2 and len(even) > 2:
         largest = results.largest_point(results.watched)
-        even = even - {min(even - {0, n - 1}, key=lambda i: abs(i - largest))} | {largest}
+        if largest not in even:
+            even = even - {min(even - {0, n - 1}, key=lambda i: abs(i - largest))} | {largest}
     return sorted(even)
 
 
@@ -186,7 +193,7 @@ def preload_complaint(results):
 
 def verify(arguments):
     """The command. Raises RunFailed where a point does not hold."""
-    results = Results(arguments.file)
+    results = Results(arguments.file, arguments.model)
     if len(results) == 0:
         raise ValueError(f"{results.path}: no point has been computed yet")
     if arguments.points < 1:

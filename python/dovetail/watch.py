@@ -93,14 +93,14 @@ def watch(arguments):
     if not running and not path.is_file():
         raise ValueError(f"{path}: no such file, and no run goes on in that folder")
     if arguments.once:
-        return print(frame(path, running, arguments.dof))
+        return print(frame(path, running, arguments.dof, model=arguments.model))
     if not sys.stdout.isatty():
         raise ValueError("watch: standard output is no terminal; --once prints one picture")
     try:
         while True:
             began, running = time.monotonic(), is_running(path.parent)
             size = shutil.get_terminal_size()
-            print(CLEAR + frame(path, running, arguments.dof, size.columns, size.lines), flush=True)
+            print(CLEAR + frame(path, running, arguments.dof, size.columns, size.lines, arguments.model), flush=True)
             if not running:
                 return
             time.sleep(max(PAUSE, SHARE * (time.monotonic() - began)))

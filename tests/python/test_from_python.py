@@ -1,14 +1,17 @@
 """Runs and studies from a script: what they give, what they say where it goes wrong, and what is kept."""
 
+import pathlib
 import sys
 import types
 
+import h5py
 import numpy as np
 import pytest
 
 import cases
 import dovetail
 from dovetail import studies
+from dovetail.running import GivenCase
 from launch import BINARY, SURROUNDINGS, words_of
 
 SMALL = {"harmonics": 2, "omega": [1.0, 1.05], "step": 0.1}
@@ -124,6 +127,33 @@ def test_wrong_values_of_a_study_are_refused(case):
         dovetail.Study(case.path, {"contact.friction.static": [0.5]}, binary=BINARY)
 
 
+def test_files_among_the_values_are_named_from_the_case_and_read_anew(case, monkeypatch):
+    name, = cases_content(case).keys() & {"model", "reduced"}
+    stored = case.path.parent / cases_content(case)[name]
+    other = case.path.with_name("other.h5")
+    other.write_bytes(stored.read_bytes())
+    monkeypatch.chdir(case.path.parents[1])  # no file of the case lies there
+    for value in ("other.h5", pathlib.Path("other.h5"), other):
+        study = dovetail.Study(case.path, {name: [value]}, binary=BINARY)
+        assert study._runs[0].folder.parent == case.path.with_name("case_runs")
+        assert study.run(progress=False).columns()["status"] == [0]
+    before = study._runs[0].fingerprint
+    with h5py.File(other, "r+") as file:
+        file.attrs["note"] = "another file under the same name"
+    assert dovetail.Study(case.path, {name: ["other.h5"]}, binary=BINARY)._runs[0].fingerprint != before
+
+
+def test_values_that_no_case_holds_are_refused_by_key(case, tmp_path):
+    for key, value, words in (("contact.friction", None, "contact.friction: .*None"), ("newton.step_tolerance", np.inf, "newton.step.*inf"),
+                              ("contact.gap", [0.0, np.nan], "contact.gap: .*nan"),
+                              ("contact", {"friction": 0.5}, "such as contact.friction"), ("title.a", 1, "title.a: no key")):
+        with pytest.raises(ValueError, match=words):
+            run(case.path, out=tmp_path / "a", **{key: value})
+    assert not (tmp_path / "a").exists()
+    text = GivenCase(case.path, {"contact.friction": [np.float64(0.5), np.int64(1)], "contact.gap": np.zeros(2)}).text(tmp_path)
+    assert "friction = [0.5, 1]" in text and "gap = [0.0, 0.0]" in text
+
+
 def test_a_run_that_could_not_go_on_is_a_row(case):
     study = dovetail.Study(case.path, {"newton.max_iterations": [1, 50]}, binary=BINARY)
     for run_, status in zip(study._runs, (3, 0)):
@@ -140,6 +170,7 @@ def test_tables_have_a_row_per_point(case, monkeypatch):
     assert {"omega", "frequency", "x1.t1", "x1.n", "stick", "slip", "open", "friction_energy"} <= set(table)
     assert {len(values) for values in table.values()} == {len(results)}
     np.testing.assert_array_equal(table["x1.n"], results.amplitude("x1.n"))
+    np.testing.assert_array_equal(results.columns("x1.n")["x1.n"], table["x1.n"])
     activity = results.contact_activity()
     assert activity.slip.shape == (len(results), 1) and activity.slip[3] == results.contact_activity(3).slip
     np.testing.assert_array_equal(results.amplitude(), results.amplitude(results.watched))

@@ -18,6 +18,7 @@ from dovetail.motion import read_model_parts
 from dovetail.nodal_stress import nodal_stress, of_displacements
 from dovetail.reactions import held_forces
 from dovetail.strains import cell_forces, cell_stress
+from dovetail.units import bracket
 
 YOUNG, POISSON = 3.0, 0.3
 SHEAR = YOUNG / (2 * (1 + POISSON))
@@ -240,6 +241,7 @@ def test_the_command(ringed, tmp_path, capsys):
     said = capsys.readouterr().out
     with open(table) as file:
         rows = list(csv.DictReader(file))
+    assert list(rows[0])[1:4] == [axis + bracket(ringed.unit.length) for axis in "xyz"]
     used = np.array([float(row["utilisation"]) for row in rows])
     worst = np.argsort(-used)[:4]
     listed = [line.split() for line in said.split("utilisation", 1)[1].splitlines()[1:5]]

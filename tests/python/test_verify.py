@@ -52,6 +52,17 @@ def test_forces_at_few_samples_hold_by_their_own_equations(tmp_path, capsys):
     assert found.residual < 1e-9 and 1e-5 < found.sampling < 1e-2 and not found.complaints
 
 
+def test_the_phase_of_the_load_does_not_matter(tmp_path):
+    bounds = []
+    for name, fourier in (("a", [0, 0, 1]), ("b", [0, 0.5**0.5, 0.5**0.5])):  # an eighth of a period, two samples of the run
+        (tmp_path / name).mkdir()
+        done = run(cases.dof5(tmp_path / name, samples=16, harmonics=3, fourier=fourier, omega=[1.0, 1.0]), out="out")
+        found = verify.verdict(Results(done.folder / "results.h5"), 0, SAMPLES)
+        assert not found.complaints and found.energy > 1e-6
+        bounds.append(found.energy_bound)
+    assert bounds[1] == pytest.approx(bounds[0], rel=1e-3)
+
+
 @pytest.mark.parametrize("parameter", [
     "gap", "damping", *(pytest.param(name, marks=pytest.mark.slow) for name in ("friction_1", "preload", "force"))])
 def test_values_of_a_path_are_in_the_equations(tmp_path, parameter, capsys):
@@ -100,10 +111,23 @@ def test_what_cannot_be_judged_is_said(copy, capsys):
     assert "--points 0" in said(copy, capsys, "--points", 0, status=2).err
 
 
+class LargestFirst:
+    """Of 11 points, the first is the largest."""
+
+    watched = "a1"
+
+    def __len__(self):
+        return 11
+
+    def largest_point(self, _):
+        return 0
+
+
 def test_points_are_the_ends_the_largest_and_others(exact):
     results = Results(exact / "results.h5")
     found = verify.looked_at(results, 5)
     assert len(found) == 5 and found[0] == 0 and found[-1] == len(results) - 1 and results.largest_point(results.watched) in found
+    assert verify.looked_at(LargestFirst(), 5) == [0, 2, 5, 8, 10]  # an end is the largest: no other goes for it
     assert verify.looked_at(results, 10**6) == list(range(len(results)))
 
 

@@ -83,3 +83,11 @@ def test_a_text_plot_is_the_curve():
     broken = text_plot(x, x, width=34, height=13, jumps=[4])
     assert sum(line.count("*") for line in broken) < sum(line.count("*") for line in lines)
     assert max(map(len, lines)) <= 34 and text_plot(np.ones(1), np.zeros(1))
+
+
+def test_a_text_plot_leaves_out_what_is_not_finite():
+    x = np.linspace(0, 10, 11)
+    y = np.where(x == 4, np.nan, np.where(x == 10, np.inf, x))
+    lines = text_plot(x, y, width=34, height=13)
+    assert "9 |" in lines[1] and "*" in "".join(lines) and "@" not in "".join(lines)
+    assert text_plot(x, np.full(11, np.nan)) == ["  no finite number to draw"]
