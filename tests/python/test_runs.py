@@ -68,7 +68,7 @@ def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
             time.sleep(0.01 * i)
         points = read_points(folder)
         lengths = [len(values) for values in points.values()]
-        assert len(lengths) == 23 and max(lengths) - min(lengths) <= 1
+        assert len(lengths) == 25 and max(lengths) - min(lengths) <= 1
         left.append((min(lengths), points))
     case.edit("max_points = 1000000", f"max_points = {max(length for length, _ in left)}")
     whole = run(case, out="whole").points
@@ -117,7 +117,7 @@ def test_results_open_while_the_run_goes_on(tmp_path):
             for look in range(20):
                 try:
                     with h5py.File(folder / "results.h5", "r") as file:
-                        assert len(file["points"]) == 19 and len(file["points/contact"]) == 5 and len(file["events"]) == 5
+                        assert len(file["points"]) == 21 and len(file["points/contact"]) == 5 and len(file["events"]) == 5
                 except OSError as error:
                     assert "truncated" in str(error)
                     refused += 1
@@ -225,7 +225,7 @@ def limited(size):
 
 # Largest file [bytes], the file that cannot be written then, and whether reduced.h5 is there already.
 FULL = {"at once": (400, "reduced.h5", False), "reduced.h5 half written": (4000, "reduced.h5", False),
-        "before the first point": (9000, "results.h5", True), "after 47 points": (400_000, "results.h5", True)}
+        "before the first point": (9000, "results.h5", True), "after 47 points": (700_000, "results.h5", True)}
 
 
 @pytest.mark.parametrize("name, ranks", [("at once", 1), ("reduced.h5 half written", 2), ("before the first point", 1),

@@ -140,7 +140,7 @@ def test_a_track_ends_on_the_highest_peak_of_a_sweep(tmp_path, scene, parameter,
     (folder := tmp_path / "anew").mkdir()
     _, anew = track(folder, scene, parameter, end, 1.001 * end, omega=omega)  # begins with what an ordinary sweep finds there
     assert abs(results.tracked_amplitude[-1] / anew.tracked_amplitude[0] - 1) < 1e-10
-    assert abs(results.omega[-1] / anew.omega[0] - 1) < 1e-9 and len(results.events.of("corner")) >= 2
+    assert abs(results.omega[-1] / anew.omega[0] - 1) < 1e-9
 
 
 @pytest.mark.slow
