@@ -166,9 +166,6 @@ def _stability(results):
     said = ", ".join(f"{count} points {words}" for words, count in counts if count)
     named = ", ".join(INSTABILITIES[kind] for kind in kinds if 0 < kind < len(INSTABILITIES))
     lines = [("stability", said + (f" ({named})" if named else ""))]
-    if results.unstable_diameter is not None and np.any(results.unstable_diameter >= 0):
-        diameters = np.unique(results.unstable_diameter[results.unstable_diameter >= 0])
-        lines.append(("what grows", "nodal diameter " + ", ".join(str(h) for h in diameters)))
     return lines + [("changes", results.place(place)) for place in results.events.of("stability").place]
 
 

@@ -61,8 +61,7 @@ class Results:
         may add harmonics on its way; `points("harmonics")` holds those of each, the rest of its coefficients is zero.
     stable : (n,) int array or None
         STABLE, UNSTABLE or UNCERTAIN; None where the run did not ask. `multiplier` is the largest modulus of a Floquet multiplier,
-        `instability` the number of a name in INSTABILITIES. Of a sector, `unstable_diameter` is the nodal diameter of what grows,
-        -1 where nothing does; None of other structures.
+        `instability` the number of a name in INSTABILITIES.
     wave : travelling_wave.TravellingWave or None
         Of a sector of a cyclic structure: `sectors`, `engine_order`, `index`, the signed nodal diameter of every harmonic, and
         `frequencies` [rad/s] of the stuck structure by nodal diameter. All numbers here are those of sector 0 unless `sector` is
@@ -131,7 +130,6 @@ class Results:
             self._points.get(name) for name in OF_MODES)
         self.parameter = self._points.get("parameter", self.modal_amplitude)
         self.stable = self.multiplier = self.instability = None
-        self.unstable_diameter = self._points.get("unstable_diameter")
         if "stable" in points:
             self.stable, self.multiplier, self.instability = (
                 numbers(file, f"points/{name}", (None,), kind)[:self._n] for name, kind in JUDGED.items())

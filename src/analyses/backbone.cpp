@@ -13,9 +13,9 @@ namespace {
 using End = BranchSummary::End;
 
 constexpr const char *doing = "following a mode";
-constexpr double decade = 1;            // counts as much as the largest motion
-constexpr double longest_unit = 2;      // StepAims::parameter of it is a tenth of a decade, which readers interpolate in
-constexpr double begin_below = 0.5;     // of the onset, where the mode is a straight line there
+constexpr double decade = 1;        // counts as much as the largest motion
+constexpr double longest_unit = 2;  // StepAims::parameter of it is a tenth of a decade, which readers interpolate in
+constexpr double begin_below = 0.5; // of the onset, where the mode is a straight line there
 constexpr double begin_slipping = 1e-3; // of the next onset, where some point slips from amplitude 0 on
 constexpr double short_of = 1e-9;       // relative, of the onset: the step to it ends before the corner
 constexpr double least_alike = 0.9;     // cosine between the shape and the one that the phase is referred to

@@ -26,9 +26,7 @@ StabilityWatch::StabilityWatch(HarmonicSystem *system) : system_(system) {
 }
 
 void StabilityWatch::begin() {
-  if (system_->is_cyclic())
-    sector_ = std::make_unique<SectorStabilityTest>(*system_);
-  else if (judged_densely(system_->layout().dofs()))
+  if (judged_densely(system_->layout().dofs()))
     small_ = std::make_unique<StabilityTest>(dense_model(*system_));
   else
     large_ = std::make_unique<LargeStabilityTest>(*system_);
@@ -37,7 +35,7 @@ void StabilityWatch::begin() {
 void StabilityWatch::match(HarmonicSystem &system) {
   if (!system_) return;
   system_ = &system;
-  if (large_ || sector_) begin();
+  if (large_) begin();
 }
 
 std::optional<Stability> StabilityWatch::judge(const CurvePoint &s) {
@@ -46,9 +44,7 @@ std::optional<Stability> StabilityWatch::judge(const CurvePoint &s) {
   if (large_) return large_->judge(s.y);
   const PathParameter &kind = system_->parameter().kind();
   if (kind.changes_joint || kind.changes_damping) begin(); // of the model there
-  const std::vector<double> coefficients = all_coefficients(system_->layout(), s.y);
-  const double omega = system_->setting().omega;
-  return sector_ ? sector_->judge(coefficients, omega) : small_->judge(coefficients, omega);
+  return small_->judge(all_coefficients(system_->layout(), s.y), system_->setting().omega);
 }
 
 std::optional<StabilityWatch::Change> StabilityWatch::go_to(const CurvePoint &next) {
@@ -63,12 +59,9 @@ std::optional<StabilityWatch::Change> StabilityWatch::go_to(const CurvePoint &ne
 }
 
 void StabilityWatch::tell(BranchReport &report, double parameter, double amplitude) const {
-  const std::string diameter = verdict_->diameter < 0 ? ""
-                                                      : "the wave loses its stability to nodal diameter " +
-                                                            std::to_string(verdict_->diameter) + ", ";
   report.event(report.counts.stability_changes, BranchEvent::Kind::stability,
-               last_ == 1 ? "stable from here on" : "unstable from here on: " + diameter + in_words(verdict_->kind),
-               parameter, amplitude);
+               last_ == 1 ? "stable from here on" : "unstable from here on: " + in_words(verdict_->kind), parameter,
+               amplitude);
 }
 
 } // namespace dovetail

@@ -5,7 +5,6 @@
 
 #include "analyses/branch_report.hpp"
 #include "stability/large_stability.hpp"
-#include "stability/sector_stability.hpp"
 
 namespace dovetail {
 
@@ -46,7 +45,6 @@ private:
   HarmonicSystem *system_;
   std::unique_ptr<StabilityTest> small_;
   std::unique_ptr<LargeStabilityTest> large_;
-  std::unique_ptr<SectorStabilityTest> sector_;
   std::optional<Stability> verdict_;
   int last_ = -1;            // the last verdict that was certain: 1 stable, 0 unstable; -1: none yet
   std::optional<Fold> fold_; // the last turning point since then

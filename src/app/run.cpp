@@ -14,7 +14,6 @@
 #include "app/own_files.hpp"
 #include "app/tell_resonances.hpp"
 #include "app/tell_sectors.hpp"
-#include "case/judged_sector.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
 #include "support/blas_kernel.hpp"
@@ -75,8 +74,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     if (modes + points == 0)
       throw InputError(study.given.at("reduction.modes") + ": reduction.modes = 0: " + study.model.string() +
                        " has no contact points, so modes are all that can move; write at least 1");
-    settle_stability(study, modes + 3 * points, sectors);
-    check_stability(study, points, sectors);
+    settle_stability(study, modes + 3 * points);
     check_damping(study, modes, points, checked.has_c);
     watched_dof(study, modes, points);
     if (!study.start.empty()) check_start(study.start, modes + 3 * points, study.wave(sectors));

@@ -206,9 +206,8 @@ void check_damping(const Case &study, int modes, int points, bool has_matrix);
 /// wants an engine order, where another model has one, and where the case asks for what sectors do not have.
 void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excited);
 
-/// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs; of a
-/// cyclic structure, on each of its sectors.
-void settle_stability(Case &study, int dofs, int sectors);
+/// Sets `stability` where the case does not say: on while a point costs little, with that many reduced dofs.
+void settle_stability(Case &study, int dofs);
 
 /// Sets how a nonlinear mode is solved where the case does not say: by factors while they are quick, with that many
 /// reduced dofs.

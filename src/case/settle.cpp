@@ -136,9 +136,9 @@ void settle_solver(Case &study, int dofs) {
 // Where judging a point takes hardly more time than computing it. (Measured: five dofs, one point, H = 10: 0.03 ms
 // where nothing slips, 0.2 ms where it does, 1.5 ms with Hill's method, to some 1 ms for the point; 15 dofs, 4 points,
 // H = 5: 0.2, 1 and 7 ms to 3.3 ms; 18 dofs, 5 points, H = 7: 20 ms to 8 ms.)
-void settle_stability(Case &study, int dofs, int sectors) {
+void settle_stability(Case &study, int dofs) {
   constexpr double small = 150; // unknowns
-  if (!study.stability) study.stability = sectors == 0 && double(dofs) * (2 * study.harmonics + 1) <= small;
+  if (!study.stability) study.stability = double(dofs) * (2 * study.harmonics + 1) <= small;
 }
 
 } // namespace dovetail

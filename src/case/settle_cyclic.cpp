@@ -1,5 +1,5 @@
 // What a case may ask of a sector of a cyclic structure, once it is known whether the model is one.
-#include "case/judged_sector.hpp"
+#include "case/case.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -31,6 +31,11 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
   if (study.exact_modes && study.check_modes)
     refuse(study, "reduction.exact_modes",
            "reduction.check_modes counts interior modes, on which exact ones do not depend; keep one of the two keys");
+  if (study.stability.value_or(false))
+    refuse(study, "stability.enabled",
+           sector + "stability is not judged: the travelling wave may lose it to motions of any number of nodal "
+                    "diameters, which one sector does not have; write false, or delete this key");
+  study.stability = false;
   if (study.strategies.has("integration"))
     refuse(study, "recovery.strategies",
            sector +
@@ -48,15 +53,6 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
     refuse(study, "damping.structural",
            sector + "a structural matrix of its own is not taken yet; take it out of " + file +
                " for hysteretic damping by K");
-}
-
-void check_stability(const Case &study, int points, int sectors) {
-  const int unknowns = 3 * points * (2 * study.harmonics + 1);
-  if (sectors == 0 || !study.stability.value_or(false) || unknowns <= most_judged_of_sector) return;
-  refuse(study, "stability.enabled",
-         "on a sector of a cyclic structure it is judged up to " + std::to_string(most_judged_of_sector) +
-             " unknowns of contact points, 3 N_x (2H+1), and these are " + std::to_string(unknowns) +
-             "; write false, or delete this key");
 }
 
 } // namespace dovetail

@@ -1,12 +1,29 @@
 #include "harmonic/dense_model.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "harmonic/dampers.hpp"
 #include "support/error.hpp"
-#include "support/gathered.hpp"
 
 namespace dovetail {
+namespace {
+
+// The values of all ranks, in rank order, on every rank.
+template <class T> std::vector<T> all_of(MPI_Comm comm, const std::vector<T> &own) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  int size;
+  MPI_Comm_size(comm, &size);
+  const int bytes = static_cast<int>(own.size() * sizeof(T));
+  std::vector<int> counts(size), starts(size + 1);
+  MPI_Allgather(&bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  for (int r = 0; r < size; ++r) starts[r + 1] = starts[r] + counts[r];
+  std::vector<T> all(starts[size] / sizeof(T));
+  MPI_Allgatherv(own.data(), bytes, MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE, comm);
+  return all;
+}
+
+} // namespace
 
 DenseModel dense_model(const HarmonicSystem &system) {
   const Layout &layout = system.layout();
@@ -18,32 +35,32 @@ DenseModel dense_model(const HarmonicSystem &system) {
   std::vector<PetscInt> place(n); // of each row of the harmonic system in the order of the results
   for (PetscInt i = 0; i < layout.dofs(); ++i)
     place[i < layout.modes ? layout.mode_row(i) : layout.contact_row(i - layout.modes)] = i;
-  for (const Coupling &c : everywhere(layout.comm, system.couplings())) {
+  for (const Coupling &c : all_of(layout.comm, system.couplings())) {
     const std::size_t at = place[c.row] * n + place[c.column];
     dense.K[at] += c.k, dense.M[at] += c.m;
   }
   if (const Dampers *dampers = system.dampers(); dampers && dampers->is_viscous()) {
     dense.C.resize(n * n);
-    for (const Dampers::Entry &c : everywhere(layout.comm, dampers->entries()))
+    for (const Dampers::Entry &c : all_of(layout.comm, dampers->entries()))
       dense.C[place[c.row] * n + place[c.column]] += c.viscous * system.setting().damping;
   }
   for (const LoadCase &load : system.loads()) {
     const auto contact = load.vector.begin() + layout.own_modes.size();
-    LoadCase all{everywhere(layout.comm, std::vector<double>(load.vector.begin(), contact)), load.fourier};
-    const std::vector<double> fx = everywhere(layout.comm, std::vector<double>(contact, load.vector.end()));
+    LoadCase all{all_of(layout.comm, std::vector<double>(load.vector.begin(), contact)), load.fourier};
+    const std::vector<double> fx = all_of(layout.comm, std::vector<double>(contact, load.vector.end()));
     all.vector.insert(all.vector.end(), fx.begin(), fx.end());
     for (double &f : all.fourier) f *= system.setting().load;
     dense.loads.push_back(std::move(all));
   }
-  if (const std::vector<double> forces = everywhere(layout.comm, system.constant()); !forces.empty()) {
+  if (const std::vector<double> forces = all_of(layout.comm, system.constant()); !forces.empty()) {
     LoadCase constant{std::vector<double>(layout.modes, 0.0), {-2}}; // a load that is -1 in the mean, a0 / 2
     constant.vector.insert(constant.vector.end(), forces.begin(), forces.end());
     dense.loads.push_back(std::move(constant));
   }
   dense.file = scaled.model.reduced.file;
   dense.damping = system.damping();
-  dense.contact = everywhere(layout.comm, system.contact());
-  dense.standstill = everywhere(layout.comm, system.standstill());
+  dense.contact = all_of(layout.comm, system.contact());
+  dense.standstill = all_of(layout.comm, system.standstill());
   return dense;
 }
 
@@ -54,8 +71,8 @@ std::vector<double> all_coefficients(const Layout &layout, Vec y) {
   const std::vector<double> own_modal(values, values + modal),
       own_contact(values + modal, values + layout.own_coefficients());
   check(VecRestoreArrayRead(y, &values), "collecting coefficients");
-  std::vector<double> all = everywhere(layout.comm, own_modal);
-  const std::vector<double> contact = everywhere(layout.comm, own_contact);
+  std::vector<double> all = all_of(layout.comm, own_modal);
+  const std::vector<double> contact = all_of(layout.comm, own_contact);
   all.insert(all.end(), contact.begin(), contact.end());
   return all;
 }

@@ -10,10 +10,8 @@
 #include "harmonic/dense_model.hpp"
 #include "harmonic/modal.hpp"
 #include "harmonic/sector_assembled.hpp"
-#include "harmonic/sector_modes.hpp"
 #include "support/error.hpp"
 #include "support/event.hpp"
-#include "support/gathered.hpp"
 
 namespace dovetail {
 namespace {
@@ -29,15 +27,6 @@ std::unique_ptr<AssembledForm> assembled_part(const ReducedModel &model, const T
             return ContactRow<double>{model.mxa.data() + at * model.modes, &model.mxx[at * nc], &model.kxx[at * nc]};
           }),
       layout, damps_mass);
-}
-
-std::shared_ptr<const std::vector<HermitianPencil>> kept_indices(const ScaledModel &scaled) {
-  if (!scaled.keeps_indices) return nullptr;
-  auto kept = std::make_shared<std::vector<HermitianPencil>>();
-  const ReducedModel &model = scaled.model.reduced;
-  for (int h = 0; h <= model.sectors / 2; ++h)
-    kept->push_back(pencil(model, h, std::vector<double>(model.own_contact_dofs(), 0.0), on_all));
-  return kept;
 }
 
 // All of a sector's indices but the loads.
@@ -81,7 +70,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
                                LinearForm form)
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
       form_(form), loose_(scaled_.model.reduced, layout_),
-      forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples), every_index_(kept_indices(scaled_)),
+      forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(linear_part(scaled_.model, wave(), scaled_.damping, layout_, form)) {
   ReducedModel &reduced = scaled_.model.reduced;
   for (const LoadCourse &load : loads) {
@@ -105,7 +94,7 @@ HarmonicSystem::HarmonicSystem(const HarmonicSystem &like, int harmonics, int sa
     : scaled_(like.scaled_), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
       form_(like.form_), loads_(like.loads_), left_out_loads_(like.left_out_loads_), loose_(like.loose_),
       parameter_(like.parameter_), preload_(like.preload_),
-      forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples), every_index_(like.every_index_),
+      forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
       linear_(like.linear_->like(layout_)) {
   fit_courses();
 }

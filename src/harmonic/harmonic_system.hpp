@@ -8,7 +8,6 @@
 #include "harmonic/load_case.hpp"
 #include "harmonic/loose_body.hpp"
 #include "harmonic/response_parameter.hpp"
-#include "harmonic/sector_pencil.hpp"
 #include "preload/varied_preload.hpp"
 #include "scaling/scaled_model.hpp"
 
@@ -49,8 +48,6 @@ public:
   const Scales &scales() const { return scaled_.scales; }
   TravellingWave wave() const { return {scaled_.model.reduced.sectors, scaled_.engine_order}; }
   bool is_cyclic() const { return wave().sectors > 0; } ///< one sector of several, and every harmonic with its own K, M
-  /// (N/2 + 1) by |h|, whole on every rank, of a sector that keeps them.
-  const std::vector<HermitianPencil> &every_index() const { return *every_index_; }
   int harmonics() const { return harmonics_; }
   int samples() const { return samples_; }
   const ScaledModel &scaled() const { return scaled_; }                           ///< without the matrices
@@ -144,7 +141,6 @@ private:
   std::optional<double> value_;  // of the parameter, in setting_
   std::vector<double> constant_; // (3 own), or empty
   ContactForces forces_;
-  std::shared_ptr<const std::vector<HermitianPencil>> every_index_; // or none
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
   std::unique_ptr<LinearPart> linear_;
   std::vector<double> motion_, stiffness_force_, inertia_force_; // (own coefficients) of the last products

@@ -17,7 +17,7 @@ HermitianPencil pencil(const ReducedModel &model, const SectorIndex &index, cons
   const std::vector<Complex> kxx = whole(stiffness), mxx = whole(index.mxx), mxa = whole(index.mxa);
   int rank;
   MPI_Comm_rank(model.comm, &rank);
-  if (root != on_all && rank != root) return {};
+  if (rank != root) return {};
   HermitianPencil made{ComplexDense(na + nc, na + nc), ComplexDense(na + nc, na + nc)};
   for (PetscInt j = 0; j < na; ++j) made.K(j, j) = index.kaa[j], made.M(j, j) = 1;
   for (PetscInt i = 0; i < nc; ++i) {

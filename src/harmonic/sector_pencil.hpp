@@ -11,7 +11,7 @@ struct HermitianPencil { // of the modes and the contact dofs
   ComplexDense K, M;
 };
 
-/// With `springs`, (own contact dofs), in K; on rank `root`, elsewhere empty, or on_all. Collective.
+/// With `springs`, (own contact dofs), in K; on rank `root`, elsewhere empty. Collective.
 HermitianPencil pencil(const ReducedModel &model, const SectorIndex &index, const std::vector<double> &springs,
                        int root);
 

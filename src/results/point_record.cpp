@@ -72,7 +72,6 @@ PointRecord collect(const BranchPoint &point, double seconds) {
     record.stable = static_cast<int>(point.stability->verdict);
     record.instability = static_cast<int>(point.stability->kind);
     record.multiplier = point.stability->multiplier;
-    record.unstable_diameter = point.stability->diameter;
   }
   if (const ErrorEstimate *error = point.error)
     record.harmonics_error = error->harmonics, record.sampling_error = error->sampling,

@@ -30,7 +30,6 @@ struct PointRecord {
   double progress = 0;
   int stable = 0, instability = 0; ///< numbers of Stability's Verdict and Kind, where points are judged
   double multiplier = 0;
-  int unstable_diameter = -1;                                      ///< of a sector: nodal diameter of what grows, or -1
   double harmonics_error = 0, sampling_error = 0, modes_error = 0; ///< where they are estimated
   double amplitude = 0;                                            ///< of what is watched, half its peak-to-peak
   double tracked = 0;       ///< of the same, sqrt(sum over k >= 1 of a_k^2 + b_k^2)

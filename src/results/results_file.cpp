@@ -119,7 +119,6 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
     whole("stable", &PointRecord::stable);
     whole("instability", &PointRecord::instability);
     real("multiplier", &PointRecord::multiplier);
-    if (model.sectors > 0) whole("unstable_diameter", &PointRecord::unstable_diameter);
   }
   if ((estimated_ = study.estimates)) {
     real("error_harmonics", &PointRecord::harmonics_error);

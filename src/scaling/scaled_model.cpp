@@ -140,7 +140,6 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
 ScaledModel scaled(PreloadedModel model, const Case &study, const Scales &scales) {
   ScaledModel out = scaled(std::move(model), study.damping, scales);
   out.engine_order = study.wave(out.model.reduced.sectors).engine_order;
-  out.keeps_indices = out.model.reduced.sectors > 0 && study.stability.value_or(false);
   return out;
 }
 

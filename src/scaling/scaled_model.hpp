@@ -20,8 +20,7 @@ struct ScaledModel {
   PreloadedModel model;
   Damping damping; ///< b w0, a / w0, eta [-]; of_parts if the model has a structural matrix
   Scales scales;
-  int engine_order = 0;       ///< of a cyclic sector
-  bool keeps_indices = false; ///< of that the matrices of every index are wanted on every rank, for stability
+  int engine_order = 0; ///< of a cyclic sector
 };
 
 /// The scales in force: given by hand, all 1, or taken from the model (first mode, its static answer, friction limit).

@@ -46,17 +46,6 @@ Growth largest_of(std::vector<Complex> exponents, Waves waves, int indifferent) 
   return out;
 }
 
-Growth fastest_of(const std::vector<Complex> &exponents, double part) {
-  constexpr double same = 1e-5;
-  Growth out{no_nearer};
-  for (const Complex s : exponents) {
-    if (!(s.real() > out.value)) continue;
-    const double turns = std::abs(std::remainder(s.imag() + part, 1.0)); // 0 .. 1/2
-    out = {s.real(), turns < same ? Kind::jump : turns > 0.5 - same ? Kind::period_doubling : Kind::second_frequency};
-  }
-  return out;
-}
-
 Growth larger(const Growth &a, const Growth &b) {
   if (!a.known() || !b.known()) return {};
   return a.value > b.value ? a : b;

@@ -25,9 +25,6 @@ Growth largest_of(const std::vector<std::complex<double>> &multipliers);
 /// are those near zero; further ones grow no faster than a little below zero, which is the answer if there are none.
 Growth largest_of(std::vector<std::complex<double>> exponents, Waves waves, int indifferent = 0);
 
-/// Of exponents over Omega less i part, from complex waves of that part (complex_waves.hpp), likewise.
-Growth fastest_of(const std::vector<std::complex<double>> &exponents, double part);
-
 /// The larger one; not known unless both are.
 Growth larger(const Growth &a, const Growth &b);
 

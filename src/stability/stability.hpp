@@ -20,7 +20,6 @@ struct Stability {
   enum class Kind { none, jump, period_doubling, second_frequency } kind = Kind::none;
   double multiplier = 0; ///< largest modulus, by the method that is trusted more at this point
   double growth = 0;     ///< log(multiplier) / (2 pi): largest real part of an exponent over Omega
-  int diameter = -1;     ///< of a travelling wave that is not stable: nodal diameter of what grows; -1: none
 };
 
 /// Whether StabilityTest is the one to take, and LargeStabilityTest (large_stability.hpp) for more than that.

@@ -2,9 +2,7 @@
 // Numbers of all ranks in one place.
 #include <mpi.h>
 
-#include <algorithm>
 #include <numeric>
-#include <type_traits>
 #include <vector>
 
 namespace dovetail {
@@ -26,16 +24,6 @@ std::vector<Number> gathered(MPI_Comm comm, MPI_Datatype type, const std::vector
     MPI_Allgatherv(own.data(), count, type, all.data(), counts.data(), places.data(), type, comm);
   else
     MPI_Gatherv(own.data(), count, type, all.data(), counts.data(), places.data(), type, root, comm);
-  return all;
-}
-
-/// The same of anything that is plain memory, on all ranks. Collective.
-template <class T> std::vector<T> everywhere(MPI_Comm comm, const std::vector<T> &own) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  const char *first = reinterpret_cast<const char *>(own.data());
-  const std::vector<char> bytes = gathered(comm, MPI_BYTE, std::vector<char>(first, first + own.size() * sizeof(T)));
-  std::vector<T> all(bytes.size() / sizeof(T));
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char *>(all.data()));
   return all;
 }
 

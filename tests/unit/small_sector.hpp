@@ -41,7 +41,7 @@ inline ReducedModel small_sector() {
 
 inline HarmonicSystem sector_system(int engine_order, int samples = exactly, const std::vector<Law> &laws = {},
                                     const Damping &damping = 0.05, const Scales &scales = {}, bool cyclic = true,
-                                    LinearForm form = LinearForm::assembled, bool judged = false) {
+                                    LinearForm form = LinearForm::assembled) {
   ReducedModel model = cyclic ? small_sector() : small_reduced(PETSC_COMM_WORLD);
   std::vector<ContactPoint> contact = small_contact(model);
   std::string note;
@@ -50,7 +50,7 @@ inline HarmonicSystem sector_system(int engine_order, int samples = exactly, con
   for (std::size_t p = 0; !laws.empty() && p < preloaded.contact.size(); ++p)
     preloaded.contact[p].law = laws[preloaded.reduced.own_points.begin + p];
   ScaledModel made = scaled(std::move(preloaded), damping, scales);
-  made.engine_order = engine_order, made.keeps_indices = judged;
+  made.engine_order = engine_order;
   return HarmonicSystem(std::move(made), harmonics, samples, course(fourier), form);
 }
 

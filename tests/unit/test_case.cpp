@@ -422,7 +422,7 @@ TEST_F(CaseFile, WatchAndStops) {
 TEST_F(CaseFile, StabilityIsForSmallModels) {
   const auto settled = [&](const std::string &lines, int dofs) { // 5 harmonics
     Case study = read({{33, lines + "[output]"}});
-    settle_stability(study, dofs, 0);
+    settle_stability(study, dofs);
     return study.stability.value();
   };
   EXPECT_TRUE(settled("", 13));
@@ -434,19 +434,19 @@ TEST_F(CaseFile, StabilityIsForSmallModels) {
 
 TEST_F(CaseFile, HystereticDampingHasNoMotionInTime) {
   Case study = read({{7, "structural = 0.02"}});
-  settle_stability(study, 3, 0); // a small model
+  settle_stability(study, 3); // a small model
   EXPECT_FALSE(study.stability.value());
   EXPECT_FALSE(read({{7, "structural = 0.02"}, {33, "[stability]\nenabled = false\n[output]"}}).stability.value());
   refused({{7, "structural = 0.02"}, {33, "[stability]\nenabled = true\n[output]"}}, 34,
           {"stability.enabled = true", "damping.structural = 0.02", "case.toml:7", "write false"});
   study = read({{7, "ratios = [[2, 0.01]]"}});
-  settle_stability(study, 3, 0);
+  settle_stability(study, 3);
   EXPECT_TRUE(study.stability.value());
   ASSERT_EQ(study.damping.ratios.size(), 1u);
   EXPECT_EQ(study.damping.ratios[0].mode, 2);
   EXPECT_FALSE(study.damping.of_fixed);
   study = read({{7, "mass = 0.02"}});
-  settle_stability(study, 3, 0);
+  settle_stability(study, 3);
   EXPECT_TRUE(study.stability.value());
 }
 
@@ -473,7 +473,7 @@ TEST_F(CaseFile, DampingOfTheModelAndOfContacts) {
 TEST_F(CaseFile, RestartKnowsAnotherProblem) {
   const auto points = [](const Case &study) { return contact_points(study.contact, {}, 2); };
   const auto problem = [&](Case study) {
-    settle_stability(study, 8, 0);
+    settle_stability(study, 8);
     return problem_of(study, points(study));
   };
   const std::string before = problem(read());
@@ -505,7 +505,7 @@ TEST_F(CaseFile, RestartKnowsAnotherProblem) {
   EXPECT_FALSE(same({{27, "omega = [1.3, 0.9]"}, {31, ""}}));
 
   Case study = read({{18, "harmonics = 7"}});
-  settle_stability(study, 8, 0);
+  settle_stability(study, 8);
   expect_words(message_of([&] { refuse_other_problem(study, points(study), before); }),
                {"case.toml:18: harmonic_balance.harmonics = 7: this run began with 5", "without --restart"});
   expect_words(message_of([&] { refuse_other_problem(study, points(study), "written by another version"); }),

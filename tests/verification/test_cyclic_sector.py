@@ -210,7 +210,7 @@ def test_estimated_errors_are_those_of_more_harmonics(tmp_path):
 REFUSED = {
     "engine order missing": ("excitation.engine_order = 1\n", "", "one of 6 equal sectors; write engine_order"),
     "not whole": ("engine_order = 1", "engine_order = 1.5", "must be a whole number"),
-    "stability": ("continuation.omega", "stability.enabled = true\ncontinuation.omega", "judged up to 2500 unknowns"),
+    "stability": ("continuation.omega", "stability.enabled = true\ncontinuation.omega", "stability is not judged"),
     "integration": ("continuation.omega", 'recovery.strategies = ["jump", "integration"]\ncontinuation.omega',
                     "nothing is integrated in time"),
     "ratios": ("damping.stiffness", "damping.ratios = [[1, 0.01]]\ndamping.stiffness", "modes differ with the nodal diameter"),
@@ -221,7 +221,7 @@ REFUSED = {
 def test_what_a_sector_does_not_have_is_refused_in_words(tmp_path, what):
     old, new, words = REFUSED[what]
     path, _ = cyclic_sector.write(tmp_path, "eo1_root", 2000.0, samples='"exact"', modes=4)
-    text = path.read_text().replace("harmonics = 7", "harmonics = 80" if what == "stability" else "harmonics = 7")
+    text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
     refused = launch.run(cases.Case(path, None, None, {}), status=2)
