@@ -28,8 +28,7 @@ OTHERS = (".vtu", ".pvd", ".vtk", ".png")  # endings of files that -o cannot nam
 def export(arguments):
     """The command."""
     results = Results(arguments.file, arguments.model)
-    if len(results) == 0:
-        raise ValueError(f"{results.path}: no point has been computed yet")
+    results.need_points()
     dofs = arguments.dof or default_dofs(results)
     if arguments.output and Path(arguments.output).suffix == ".csv":
         path = Path(arguments.output)

@@ -79,13 +79,8 @@ def _point_of_motion(results, arguments):
     """The point that an export shows, too: by default the peak of the loaded node."""
     from .shown import chosen_point, default_dofs
 
-    _need_points(results)
+    results.need_points()
     return chosen_point(results, arguments.at, arguments.hz, arguments.dof or default_dofs(results))
-
-
-def _need_points(results):
-    if len(results) == 0:
-        raise ValueError(f"{results.path}: no point has been computed yet")
 
 
 def _picture_of_model(path, up):
@@ -111,7 +106,7 @@ def _picture_of_results(results, arguments):
         from .pressure_map import pressure_map
 
         return pressure_map(results, arguments.model), "_pressure.png"
-    _need_points(results)
+    results.need_points()
     if arguments.kind == "diameters":
         from .diameters_picture import diameters
 

@@ -31,8 +31,7 @@ def several(runs, labels=None, dof=None, hz=False):
         raise ValueError(f"--labels: {len(labels)} for {len(runs)} files; one for each is wanted")
     first, dof = runs[0], dof or runs[0].watched
     for run in runs:
-        if len(run) == 0:
-            raise ValueError(f"{run.path}: no point has been computed yet")
+        run.need_points()
         if (run.unit, run.parameter_name) != (first.unit, first.parameter_name):
             raise ValueError(f"{run.path}: has units {run.units} and is over {run.parameter_name or 'the frequency'}, {first.path} has "
                              f"{first.units} and is over {first.parameter_name or 'the frequency'}; no picture holds both")

@@ -1,7 +1,7 @@
 """Read a results file: amplitudes, time histories, contact forces, hysteresis loops, fields of the full model."""
 
 import re
-from functools import cached_property, lru_cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -226,7 +226,7 @@ class Results:
 
     def at(self, value: float) -> int:
         """Index of the point nearest to a value of `along`, omega [rad/s]; the first one where the branch passes it several times."""
-        self._need_points()
+        self.need_points()
         return int(np.argmin(np.abs(self.along - value)))
 
     def amplitude(self, dof: str | int | None = None) -> np.ndarray:
@@ -256,7 +256,7 @@ class Results:
 
     def _slopes_of(self, dof):
         """`Response.slopes`: read when they are wanted."""
-        return lru_cache(lambda: (self.points("tangent_parameter"), self._of_dof(dof, name="points/tangent")))
+        return cache(lambda: (self.points("tangent_parameter"), self._of_dof(dof, name="points/tangent")))
 
     def harmonic(self, dof: str | int, k: int) -> np.ndarray:
         """Amplitude sqrt(a_k^2 + b_k^2) of harmonic k at every point, (n,); |a0|/2 for k = 0."""
@@ -289,7 +289,7 @@ class Results:
 
     def largest_point(self, dof: str | int | None = None) -> int:
         """Index of the point with the largest amplitude, be it a peak or an end of the branch."""
-        self._need_points()
+        self.need_points()
         return self.response(dof).largest_point()
 
     def ends(self, dof: str | int | None = None) -> list[tuple[float, float, str]]:
@@ -380,12 +380,13 @@ class Results:
         """
         return recovery.full(self, point, n, times, sector)
 
-    def _need_points(self):
+    def need_points(self) -> None:
+        """Raises ValueError where no point has been computed yet."""
         if self._n == 0:
             raise ValueError(f"{self.path}: no point has been computed yet")
 
     def _refuse_no_peak(self, curve):
-        self._need_points()
+        self.need_points()
         said = " and ".join(f"{words}, {units.with_unit(f'{amplitude:.7g}', curve.unit)} at {self.place(value)}"
                             for value, amplitude, words in curve.ends())
         raise ValueError(f"{self.path}: {curve.name} has no peak between the ends of the sweep" + (f": it is {said}" if said else ""))

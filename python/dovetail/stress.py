@@ -24,8 +24,7 @@ ENDINGS = (".csv", ".png")
 def stress(arguments):
     """The command."""
     results = Results(arguments.file, arguments.model)
-    if len(results) == 0:
-        raise ValueError(f"{results.path}: no point has been computed yet")
+    results.need_points()
     if arguments.worst < 1:
         raise ValueError(f"--worst: 1 or more points are wanted, found {arguments.worst}")
     outputs = [Path(name) for name in arguments.output]

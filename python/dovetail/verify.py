@@ -194,8 +194,7 @@ def preload_complaint(results):
 def verify(arguments):
     """The command. Raises RunFailed where a point does not hold."""
     results = Results(arguments.file, arguments.model)
-    if len(results) == 0:
-        raise ValueError(f"{results.path}: no point has been computed yet")
+    results.need_points()
     if arguments.points < 1:
         raise ValueError(f"--points {arguments.points}: must be at least 1")
     own = "exact" if results.samples == 0 else f"at {results.samples} samples"

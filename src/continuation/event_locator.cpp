@@ -1,6 +1,7 @@
 #include "continuation/event_locator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -14,11 +15,12 @@ namespace {
 constexpr const char *doing = "locating an event";
 constexpr double usual_tolerance = 1e-8; // of the step, and of the measured quantity, unless Newton's is larger
 constexpr int most_solves = 80;
-constexpr double least_part = 0.01;         // of an interval, cut off by regula falsi
-constexpr double branch_tolerance = 1e-5;   // of the step
-constexpr double back_missed = 0.1;         // part of a correction, by which the way back along a curve may miss
-constexpr double least_missed = 1e-3;       // of the step: smaller corrections tell nothing
-constexpr double least_sine_squared = 1e-3; // of the angle between lines that can be said to meet
+constexpr double least_part = 0.01;               // of an interval, cut off by regula falsi
+constexpr double branch_tolerance = 1e-5;         // of the step
+constexpr std::array branch_parts{0.5, 0.3, 0.7}; // of an interval, in turn: at the place itself none is found
+constexpr double back_missed = 0.1;               // part of a correction, by which the way back along a curve may miss
+constexpr double least_missed = 1e-3;             // of the step: smaller corrections tell nothing
+constexpr double least_sine_squared = 1e-3;       // of the angle between lines that can be said to meet
 
 } // namespace
 
@@ -106,12 +108,14 @@ Located EventLocator::branch_point(double step) const {
   check(VecCopy(trial_.y, yb), doing);
   Located place = located_at(curve_, trial_, step), middle{step, curve_.point()};
   double a = 0, b = step;
-  while (b - a > branch_tolerance * step) {
+  const auto found_at = [&](double part) {
     check(VecWAXPY(middle.at.y, -1, ya, yb), doing);
-    check(VecAYPX(middle.at.y, 0.5, ya), doing);
-    if (!curve_.solve_across(here_.t, middle.at) || angle(curve_.norm, here_.t, middle.at.t) > step_limits.straight)
-      break;
-    middle.along = (a + b) / 2;
+    check(VecAYPX(middle.at.y, part, ya), doing);
+    middle.along = a + part * (b - a);
+    return curve_.solve_across(here_.t, middle.at) && angle(curve_.norm, here_.t, middle.at.t) <= step_limits.straight;
+  };
+  while (b - a > branch_tolerance * step) {
+    if (std::none_of(branch_parts.begin(), branch_parts.end(), found_at)) break;
     (middle.at.sign == here_.sign ? a : b) = middle.along;
     check(VecCopy(middle.at.y, middle.along == a ? ya : yb), doing);
     std::swap(place, middle);

@@ -5,7 +5,7 @@
 
 namespace dovetail {
 
-/// What steps aim at, which are not longer than the first two.
+/// What the length of a step aims at; it never exceeds the first two.
 struct StepAims {
   double longest, parameter; ///< arc; part of the range: a resonance narrower than this could be stepped over
   double angle;              ///< between tangents [rad]

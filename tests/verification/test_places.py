@@ -171,6 +171,6 @@ def test_branch_points_of_two_masses_in_step(tmp_path):
                      for i in range(len(A) - 1) if values[i] * values[i + 1] < 0]
     found, _, point = events(tmp_path, "branch")
     assert len(expected) >= 2 and len(found) == done.summary["branch_points"]
-    np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=2e-5)  # located to 1e-5 of a step
+    np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=1e-5)  # located to 1e-5 of a step
     apart = Results(tmp_path / "results.h5")
     np.testing.assert_allclose(apart.amplitude("x1.n")[point], apart.amplitude("x2.n")[point], rtol=1e-6)  # in step there
