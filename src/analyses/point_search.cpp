@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "analyses/load_steps.hpp"
 #include "problems/needed_harmonics.hpp"
 #include "support/error.hpp"
 
@@ -11,8 +12,9 @@ namespace dovetail {
 namespace {
 
 constexpr double most_unknowns = 1500; // of a system whose harmonics are raised
-constexpr int most_integrated = 300;   // dofs
-constexpr int most_periods = 4000;     // little damping takes many
+constexpr StepEffort downhill{.line_search = true};
+constexpr int most_integrated = 300; // dofs
+constexpr int most_periods = 4000;   // little damping takes many
 
 } // namespace
 
@@ -25,22 +27,31 @@ std::optional<PointSearch::Found> PointSearch::by_newton(double value, Vec y) {
   return std::nullopt;
 }
 
-// From one number of harmonics to the next the motion is guess enough.
-std::optional<PointSearch::Found> PointSearch::by_fewer_harmonics(double value, Vec y) {
+// From one number of harmonics to the next the motion is guess enough. Quickly, one harmonic comes from smaller loads
+// if need be.
+std::optional<PointSearch::Found> PointSearch::by_fewer_harmonics(double value, Vec y, bool quickly) {
+  const auto solve = [&](Curve &curve, CurvePoint &s) {
+    return quickly ? curve.solve_at(value, s, hurried) || curve.solve_at(value, s, downhill)
+                   : curve.solve_at(value, s, true);
+  };
   HarmonicSystem &system = response_.system();
-  if (system.harmonics() == 1) return std::nullopt;
+  if (system.harmonics() == 1 && !quickly) return std::nullopt;
+  Found found{response_.curve().point(), "fewer harmonics", nullptr};
   std::vector<double> q = all_coefficients(system.layout(), y);
   for (int H = 1; H < system.harmonics(); H = std::max(H + 1, static_cast<int>(std::lround(1.4 * H)))) {
     const std::unique_ptr<HarmonicSystem> simpler = response_.with(H);
     ResponseCurve curve = response_.curve_of(*simpler);
     CurvePoint s = curve.point();
     set_coefficients(simpler->layout(), q, s.y);
-    if (!curve.solve_at(value, s)) return std::nullopt;
+    const bool solved = quickly && H == 1
+                            ? curve.solve_at(value, s, hurried) || solve_by_load_steps(response_, *simpler, value, s.y)
+                            : solve(curve, s);
+    if (!solved) return std::nullopt;
     q = all_coefficients(simpler->layout(), s.y);
   }
-  Found found{response_.curve().point(), "fewer harmonics", nullptr};
   set_coefficients(system.layout(), q, found.point.y);
-  if (!response_.curve().solve_at(value, found.point)) return std::nullopt;
+  if (system.harmonics() == 1 && !solve_by_load_steps(response_, system, value, found.point.y)) return std::nullopt;
+  if (!solve(response_.curve(), found.point)) return std::nullopt;
   return found;
 }
 

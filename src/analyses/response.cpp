@@ -23,7 +23,9 @@ std::unique_ptr<HarmonicSystem> Response::with(int harmonics) const {
   return std::make_unique<HarmonicSystem>(*system_, harmonics, system_->samples());
 }
 
-ResponseCurve Response::curve_of(HarmonicSystem &system) const { return {system, newton_, unit_, weighted_, counts_}; }
+ResponseCurve Response::curve_of(HarmonicSystem &system, double unit) const {
+  return {system, newton_, unit, weighted_, counts_};
+}
 
 std::unique_ptr<HarmonicSystem> Response::exchange(std::unique_ptr<HarmonicSystem> system) {
   const double largest = metric().largest_motion();

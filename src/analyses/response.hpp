@@ -24,7 +24,8 @@ public:
 
   /// The same model with other harmonics; and the curve of such a system.
   std::unique_ptr<HarmonicSystem> with(int harmonics) const;
-  ResponseCurve curve_of(HarmonicSystem &system) const;
+  ResponseCurve curve_of(HarmonicSystem &system) const { return curve_of(system, unit_); }
+  ResponseCurve curve_of(HarmonicSystem &system, double unit) const;
   /// That system from here on. Returns the one before, unless it was the one given. Collective.
   std::unique_ptr<HarmonicSystem> exchange(std::unique_ptr<HarmonicSystem> system);
 

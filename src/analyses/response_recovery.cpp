@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "analyses/last_iterate.hpp"
+#include "analyses/load_steps.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -26,12 +27,16 @@ bool ResponseRecovery::recovers(Failure::Kind kind, const std::string &why, doub
 bool ResponseRecovery::first_point(double value) {
   how_.clear();
   CurvePoint &here = stepper_.here();
-  if (stepper_.response.curve().solve_at(value, here)) return true;
-  starting_ = true;
+  ResponseCurve &curve = stepper_.response.curve();
+  const bool other_ways = settings_.strategies.has("fewer_harmonics"); // quicker than Newton's method where it wanders
+  if (other_ways ? curve.solve_at(value, here, hurried) : curve.solve_at(value, here)) return true;
   report_.summary.why = "no solution was found at the first " + stepper_.response.parameter_name() + ": " +
                         here.newton.why + difference(stepper_.response.system(), here);
-  const bool found = recovers(Failure::Kind::no_start, report_.summary.why, value);
-  how_ = "Newton does not converge from rest; the first point comes from " + how_;
+  starting_ = true;
+  const bool found = (other_ways && (stand_on(search_.by_fewer_harmonics(value, here.y, true)) ||
+                                     curve.solve_at(value, here, true))) ||
+                     recovers(Failure::Kind::no_start, report_.summary.why, value);
+  if (!how_.empty()) how_ = "Newton does not converge from rest; the first point comes from " + how_;
   starting_ = false;
   return found;
 }

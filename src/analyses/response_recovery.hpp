@@ -35,7 +35,7 @@ private:
   bool solve_at(double value) override { return stand_on(search_.by_newton(value, stepper_.here().y)); }
   bool integrate_at(double value, double share) override;
   bool solve_by_simpler(double value) override {
-    return stand_on(search_.by_fewer_harmonics(value, stepper_.here().y));
+    return stand_on(search_.by_fewer_harmonics(value, stepper_.here().y, false));
   }
   bool begin_at(double from, double to) override;
   void go_on(const Failure &failure, bool integrated) override;

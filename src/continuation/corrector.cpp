@@ -75,7 +75,13 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
   const auto met = [&](const Iterate &then) {
     return std::abs(f - then.residual) < again * f && std::abs(dy - then.correction) < again * dy;
   };
+  const auto grows = [&] { // the first iteration often leads out of rest
+    const std::vector<Iterate> &all = self.iterates_;
+    return all.size() > 2 && f > all.back().residual && all.back().residual > all[all.size() - 2].residual;
+  };
   const NewtonSettings &settings = self.settings_;
+  const LinearEffort spent = self.jacobian_->take_effort(0);
+  self.spent_.iterations += spent.iterations, self.spent_.inexact += spent.inexact;
   *reason = SNES_CONVERGED_ITERATING;
   if (!std::isfinite(f))
     *reason = SNES_DIVERGED_FNORM_NAN;
@@ -83,6 +89,10 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
     *reason = SNES_CONVERGED_SNORM_RELATIVE;
   else if (effort.most > 0 && it >= effort.most)
     self.given_up_ = "too many Newton iterations";
+  else if (effort.exact && self.spent_.inexact > 0)
+    self.given_up_ = "linear solves leave more than was asked";
+  else if (effort.steady && grows())
+    self.given_up_ = "Newton runs astray";
   else if (effort.reach > 0 && dy > effort.reach)
     self.given_up_ = "Newton runs far away";
   else if (!effort.line_search && std::any_of(self.iterates_.begin(), self.iterates_.end(), met))
@@ -94,7 +104,7 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
 
 Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const NewtonEffort &effort) {
   border_ = border, target_ = target, effort_ = effort;
-  iterates_.clear(), given_up_ = nullptr;
+  iterates_.clear(), given_up_ = nullptr, spent_ = {};
   recall(memory());
   SNESLineSearch search;
   check(SNESGetLineSearch(snes_, &search), "Newton");
@@ -119,7 +129,7 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
   outcome.converged = reason > 0;
   outcome.newton = static_cast<int>(newton);
   const LinearEffort spent = jacobian_->take_effort(static_cast<int>(linear));
-  outcome.linear = spent.iterations, outcome.inexact = spent.inexact;
+  outcome.linear = spent.iterations + spent_.iterations, outcome.inexact = spent.inexact + spent_.inexact;
   if (outcome.converged)
     check(VecCopy(trial_, y), "Newton");
   else if (outcome.why.empty())

@@ -16,8 +16,10 @@ struct NewtonSettings {
 /// What a solve may take.
 struct NewtonEffort {
   bool line_search = false;
-  int most = 0;     ///< iterations, if that is fewer than the settings'; 0: those
-  double reach = 0; ///< longest correction, plain norm: beyond, nothing is wanted; 0: any
+  int most = 0;        ///< iterations, if that is fewer than the settings'; 0: those
+  double reach = 0;    ///< longest correction, plain norm: beyond, nothing is wanted; 0: any
+  bool exact = false;  ///< given up once a linear solve leaves more than was asked
+  bool steady = false; ///< given up once the residual grows twice in succession
 };
 
 class Corrector {
@@ -77,6 +79,7 @@ private:
   Vec border_ = nullptr;     // of the solve in progress
   double target_ = 0;
   NewtonEffort effort_; // of the solve in progress
+  LinearEffort spent_;  // likewise, so far
   struct Iterate {
     double residual, correction; // norms
   };

@@ -38,17 +38,17 @@ bool Curve::solve_across(Vec normal, CurvePoint &s, const StepEffort &effort) {
   }
   norm.weigh(normal, row_);
   check(VecDot(row_, s.y, &target), "predicting");
-  s.newton = corrector_.solve(s.y, row_, target, {effort.line_search, effort.most, reach});
+  s.newton = corrector_.solve(s.y, row_, target, {effort.line_search, effort.most, reach, effort.exact, effort.steady});
   return finish(s);
 }
 
-bool Curve::solve_at(double value, CurvePoint &s) {
+bool Curve::solve_at(double value, CurvePoint &s, bool exact) {
+  return solve_at(value, s, {.exact = exact}) || solve_at(value, s, {.line_search = true, .exact = exact});
+}
+
+bool Curve::solve_at(double value, CurvePoint &s, const StepEffort &effort) {
   set_parameter(s.y, value);
-  s.newton = corrector_.solve(s.y, unit_, value, {});
-  if (!s.newton.converged) {
-    count(s.newton);
-    s.newton = corrector_.solve(s.y, unit_, value, {.line_search = true});
-  }
+  s.newton = corrector_.solve(s.y, unit_, value, {effort.line_search, effort.most, 0, effort.exact, effort.steady});
   if (!finish(s)) return false;
   set_parameter(s.y, value); // to the last bit
   s.parameter = value;

@@ -28,6 +28,7 @@ struct StepEffort {
   bool line_search = false;
   int most = 0;    ///< iterations, unless 0
   double step = 0; ///< length of the step that led to the guess, if a solution far beyond it is not wanted
+  bool exact = false, steady = false; ///< see NewtonEffort
 };
 
 class Curve {
@@ -41,8 +42,10 @@ public:
   /// to the same side as `normal`. If it fails s.newton.why says so, and s.y is what it was. Collective.
   bool solve_across(Vec normal, CurvePoint &s, const StepEffort &effort = {});
   /// Newton from the guess in s.y at that value of the parameter, plainly, then with a line search. The tangent looks
-  /// to growing values. Collective.
-  bool solve_at(double value, CurvePoint &s);
+  /// to growing values. `exact`: as NewtonEffort. Collective.
+  bool solve_at(double value, CurvePoint &s, bool exact = false);
+  /// The same one way only.
+  bool solve_at(double value, CurvePoint &s, const StepEffort &effort);
 
   /// From now on tangents as accurate as possible, or as usual: places are located by them.
   void precisely(bool yes) { corrector_.tangent_accuracy = yes ? Corrector::high_accuracy : Corrector::usual_accuracy; }

@@ -11,6 +11,9 @@ public:
       : kind_(&kind), changes_joint_(kind.changes_joint) {
     others_.omega = omega;
   }
+  /// `others`: all else that is set.
+  ResponseParameter(const PathParameter &kind, const Setting &others, bool changes_joint)
+      : kind_(&kind), others_(others), changes_joint_(changes_joint) {}
   /// The same while another parameter, too, has a value, scaled.
   ResponseParameter beside(const PathParameter &other, double value) const {
     ResponseParameter both = *this;

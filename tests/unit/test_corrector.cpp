@@ -6,6 +6,7 @@
 #include "one_mass.hpp"
 #include "problems/forced_response.hpp"
 #include "small_model.hpp"
+#include "small_problems.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -66,6 +67,20 @@ TEST(Corrector, gives_up_beyond_its_reach) {
   EXPECT_EQ(outcome.newton, 1);
   EXPECT_DOUBLE_EQ(norm(y), 0.7);
   EXPECT_TRUE(corrector.solve(y, e, 0.7, {false, 0, 1e3}).converged);
+}
+
+// atan(x) = 0 from 3: each iteration is farther off than the one before.
+TEST(Corrector, gives_up_where_the_residual_keeps_growing) {
+  SmallProblem problem({1, [](const double *y, double *f) { f[0] = std::atan(y[0]); },
+                        [](const double *y, double *J) { J[0] = 1 / (1 + y[0] * y[0]), J[1] = 0; }});
+  Corrector corrector(problem, tight);
+  UniqueVec y = problem.unknowns(), e = problem.unknowns();
+  check(VecSetValue(y, 0, 3, INSERT_VALUES), "");
+  set_parameter(e, 1);
+  EXPECT_GT(corrector.solve(y, e, 0).newton, 4);
+  const auto outcome = corrector.solve(y, e, 0, {.steady = true});
+  EXPECT_EQ(outcome.why, "Newton runs astray");
+  EXPECT_EQ(outcome.newton, 3);
 }
 
 // Stiff contacts that open: where it runs in a circle no number of iterations would help.
