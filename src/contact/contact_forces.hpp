@@ -21,6 +21,7 @@ public:
   ContactForces(ContactForces &&) noexcept;
 
   int size() const { return static_cast<int>(points_.size()); }
+  int width() const { return 2 * harmonics_ + 1; } ///< coefficients of a motion
   const std::vector<ContactPoint> &points() const { return points_; }
   const std::vector<Standstill> &standstill() const { return standstill_; }
   /// Other parameters of the same laws, and what they stand on. Forces wait for the next motion.

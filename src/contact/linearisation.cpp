@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "contact/fourier.hpp"
 #include "contact/wide.hpp"
@@ -138,10 +139,18 @@ void write_normal(int n, const MaskMeans &closed, double kn, double *block) {
 
 } // namespace
 
-const std::vector<BlockPlace> &block_places(Law law) {
-  static const std::vector<BlockPlace> coulomb{{0, 0}, {0, 2}, {1, 1}, {1, 2}, {2, 2}},
+const std::vector<BlockPlace> &block_places(Law law, bool transposed) {
+  using Places = std::vector<BlockPlace>;
+  static const Places coulomb{{0, 0}, {0, 2}, {1, 1}, {1, 2}, {2, 2}},
       cone{{0, 0}, {0, 1}, {0, 2}, {1, 0}, {1, 1}, {1, 2}, {2, 2}}, normal{{2, 2}};
-  return law == Law::coulomb ? coulomb : law == Law::cone ? cone : normal;
+  const auto turned = [](Places places) {
+    for (BlockPlace &place : places) std::swap(place.row, place.column);
+    return places;
+  };
+  static const Places coulomb_turned = turned(coulomb), cone_turned = turned(cone);
+  if (law == Law::coulomb) return transposed ? coulomb_turned : coulomb;
+  if (law == Law::cone) return transposed ? cone_turned : cone;
+  return normal;
 }
 
 void MaskMeans::reset(int harmonics) {

@@ -12,8 +12,8 @@ namespace dovetail {
 struct BlockPlace {
   int row, column;
 };
-/// The blocks that a law can make different from zero, in the order in which they are stored.
-const std::vector<BlockPlace> &block_places(Law law);
+/// The blocks that a law can make different from zero, in the order in which they are stored; or of the transpose.
+const std::vector<BlockPlace> &block_places(Law law, bool transposed = false);
 
 /// Means over the period, of a mask (1 in one state, 0 elsewhere) times cos m theta and sin m theta, m = 0..2H. They
 /// are all it takes to multiply by the mask in the frequency domain: "gram" = analysis * mask * synthesis is a Toeplitz

@@ -41,7 +41,7 @@ void AssembledForm::multiply_by(Mat K, Mat M, const double *q, double *stiffness
   for (const Vec v : {Vec(motion_), Vec(stiffness_force_), Vec(inertia_force_)}) check(VecResetArray(v), "multiplying");
 }
 
-UniqueMat AssembledForm::matrix(const ContactForces &contact) const {
+UniqueMat AssembledForm::matrix(const ContactDerivative &contact) const {
   EntryPlaces places; // the order of fill() below
   const int n = layout_.width, harmonics = n / 2;
   place_structure(places);
@@ -51,7 +51,7 @@ UniqueMat AssembledForm::matrix(const ContactForces &contact) const {
           places.add(c.row * n + sine(k), c.column * n + cosine(k));
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const PetscInt first = layout_.first_dof() * n + layout_.own_point_offset(p);
-    for (const BlockPlace block : block_places(contact.points()[p].law))
+    for (const BlockPlace block : contact.places(static_cast<int>(p)))
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) places.add(first + block.row * n + i, first + block.column * n + j);
   }
@@ -79,7 +79,7 @@ void AssembledForm::fill(Mat J, const JacobianParts &parts) {
       values_.push_back(quadrature), values_.push_back(-quadrature);
     }
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
-    const auto &places = block_places(parts.contact.points()[p].law);
+    const auto &places = parts.contact.places(static_cast<int>(p));
     const std::size_t at = values_.size(), size = static_cast<std::size_t>(n) * n;
     values_.resize(at + places.size() * size);
     parts.contact.write(static_cast<int>(p), &values_[at]);

@@ -21,7 +21,7 @@ public:
 
   void take(std::shared_ptr<const Dampers> dampers); ///< Collective.
   void damp_mass() override { damps_mass_ = true; }
-  UniqueMat matrix(const ContactForces &contact) const override;
+  UniqueMat matrix(const ContactDerivative &contact) const override;
   void fill(Mat J, const JacobianParts &parts) override;
   void set_up(KSP ksp, Mat J) const override;
   std::string recover(KSP ksp, Mat J) const override;

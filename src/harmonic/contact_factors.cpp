@@ -10,7 +10,7 @@
 
 namespace dovetail {
 
-void ContactFactors::look_at(const ContactForces &contact, bool all) {
+void ContactFactors::look_at(const ContactDerivative &contact, bool all) {
   moving_.clear();
   for (int p = 0; p < contact.size(); ++p) {
     const auto springs = stuck_springs(contact.points()[p]);
@@ -59,7 +59,7 @@ void ContactFactors::gather_deltas(const JacobianParts &parts) {
     if (owner(block) != layout_.rank) continue;
     const PetscInt p = factored_[block.row] / 3 - layout_.own_points.begin;
     const int row = static_cast<int>(factored_[block.row] % 3), column = static_cast<int>(factored_[block.column] % 3);
-    const auto &places = block_places(parts.contact.points()[p].law);
+    const auto &places = parts.contact.places(static_cast<int>(p));
     if (std::exchange(point, p) != p) parts.contact.write(static_cast<int>(p), written_.data());
     const auto place = std::find_if(places.begin(), places.end(),
                                     [&](const BlockPlace &at) { return at.row == row && at.column == column; });

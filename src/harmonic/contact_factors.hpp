@@ -16,7 +16,7 @@ public:
   ContactFactors(const StuckBases &bases, const Layout &layout) : ModalFactors(bases, layout) {}
 
   /// Looks at which points move at the Jacobian to come, or takes all of them to. Before factor(). Collective.
-  void look_at(const ContactForces &contact, bool all);
+  void look_at(const ContactDerivative &contact, bool all);
   PetscInt size() const override { return static_cast<PetscInt>(all_moving_.size()) * layout_.width; }
   double work() const override;
   double work_to_solve() const override;

@@ -123,22 +123,6 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
   return system;
 }
 
-std::unique_ptr<HarmonicSystem> HarmonicSystem::assembled(const HarmonicSystem &like, int samples) {
-  auto system = std::make_unique<HarmonicSystem>(like, like.harmonics_, samples);
-  if (like.form_ == LinearForm::assembled) return system;
-  const bool damps_mass = like.structure(1).damps_mass();
-  std::unique_ptr<AssembledForm> part;
-  if (like.is_cyclic())
-    part = std::make_unique<SectorAssembled>(std::make_shared<SectorCouplings>(like.linear_->sector_couplings()),
-                                             like.wave(), system->layout_, damps_mass);
-  else
-    part = std::make_unique<Assembled>(like.couplings(), system->layout_, damps_mass);
-  if (auto dampers = like.linear_->shared_dampers()) part->take(std::move(dampers));
-  system->linear_ = std::move(part);
-  system->form_ = LinearForm::assembled;
-  return system;
-}
-
 UniqueVec HarmonicSystem::unknowns() const {
   UniqueVec y;
   check(VecCreateMPI(layout_.comm, layout_.own_unknowns(), layout_.unknowns(), y.out()), "creating the unknowns");
@@ -262,9 +246,25 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
 }
 
+void HarmonicSystem::transposed_jacobian(Vec y, Vec border, Mat J) {
+  constexpr const char *doing = "evaluating the transposed Jacobian";
+  const double *q, *last;
+  check(VecGetArrayRead(y, &q), doing);
+  set(shared_parameter(q));
+  evaluate(q);
+  differentiate(q, parameter_.kind());
+  check(VecRestoreArrayRead(y, &q), doing);
+  check(VecGetArrayRead(border, &last), doing);
+  if (layout_.owns_omega()) column_.push_back(last[layout_.own_coefficients()]);
+  const double *held = holding();
+  linear_->fill(J,
+                {structure(setting_.omega).transposed(), ContactDerivative(forces_, true), held, last, column_.data()});
+  check(VecRestoreArrayRead(border, &last), doing);
+}
+
 void HarmonicSystem::fill(Mat J, const DynamicStiffness &structure, const double *column, const double *border) {
   const double *held = holding();
-  linear_->fill(J, {structure, forces_, held, column, border});
+  linear_->fill(J, {structure, ContactDerivative(forces_), held, column, border});
 }
 
 std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {

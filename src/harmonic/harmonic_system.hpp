@@ -28,9 +28,6 @@ public:
   /// Collective.
   static std::unique_ptr<HarmonicSystem> modal(const HarmonicSystem &like, int harmonics, int samples);
 
-  /// The same equations in the assembled form, with other samples. Collective.
-  static std::unique_ptr<HarmonicSystem> assembled(const HarmonicSystem &like, int samples);
-
   /// From here on the last unknown is that, in place of Omega. `preload`: of this model, where it changes the joint.
   void vary(ResponseParameter parameter, std::shared_ptr<VariedPreload> preload = nullptr);
   const ResponseParameter &parameter() const { return parameter_; }
@@ -62,7 +59,7 @@ public:
   void residual(Vec y, Vec f);
   void damp_mass() { linear_->damp_mass(); } ///< see linear_part.hpp
   /// Empty Jacobian, bordered by Omega's row and column; `ksp` made to solve with it, before SetFromOptions.
-  UniqueMat matrix() const { return linear_->matrix(forces_); }
+  UniqueMat matrix(bool transposed = false) const { return linear_->matrix(ContactDerivative(forces_, transposed)); }
   void set_up(KSP ksp, Mat J) const { linear_->set_up(ksp, J); }
   std::string recover(KSP ksp, Mat J) const { return linear_->recover(ksp, J); } ///< see linear_part.hpp
   int determinant_sign(KSP ksp) const { return linear_->determinant_sign(ksp); } ///< see linear_part.hpp
@@ -73,6 +70,8 @@ public:
   /// J = [d residual / d y; border^T], border (unknowns,). Collective.
   void jacobian(Vec y, Vec border, Mat J);
 
+  /// Its transpose: [d residual / d Y^T, border; column^T, corner], into a matrix of that kind. Collective.
+  void transposed_jacobian(Vec y, Vec border, Mat J);
   /// The same of D_k with the contacts as evaluated last, and any column (own coefficients) and border (own unknowns).
   /// Collective.
   void fill(Mat J, const DynamicStiffness &structure, const double *column, const double *border);

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/contact_forces.hpp"
+#include "contact/contact_derivative.hpp"
 #include "harmonic/layout.hpp"
 #include "scaling/dynamic_stiffness.hpp"
 #include "support/handle.hpp"
@@ -39,11 +39,11 @@ std::vector<CouplingOf<Number>> list_couplings(const Layout &layout, const std::
 
 /// What a Jacobian at some motion consists of, besides K and M. Arrays are of the own rows.
 struct JacobianParts {
-  DynamicStiffness structure;   ///< scaled
-  const ContactForces &contact; ///< evaluated at that motion
-  const double *held;           ///< (own contact dofs) added to the derivative of the mean forces, or none
-  const double *column;         ///< (own coefficients) derivative by the last unknown
-  const double *border;         ///< (own unknowns) last row
+  DynamicStiffness structure; ///< scaled
+  ContactDerivative contact;  ///< at that motion
+  const double *held;         ///< (own contact dofs) added to the derivative of the mean forces, or none
+  const double *column;       ///< (own coefficients) derivative by the last unknown
+  const double *border;       ///< (own unknowns) last row
 };
 
 class Dampers;
@@ -61,16 +61,13 @@ public:
   virtual void multiply(const double *q, double *stiffness_force, double *inertia_force) = 0;
   /// Damping that is not proportional to K and M, or none.
   const Dampers *dampers() const { return dampers_.get(); }
-  std::shared_ptr<const Dampers> shared_dampers() const { return dampers_; }
   /// This rank's share of K and M. ComputeError of a sector.
   virtual std::vector<Coupling> couplings() const = 0;
-  /// Of a sector, of every |h| that harmonics can have; of others empty.
-  virtual SectorCouplings sector_couplings() const { return {}; }
 
   /// From here on Jacobians have room for M in Q, also where the damping of the case has not.
   virtual void damp_mass() {}
   /// Empty Jacobian, bordered by the last unknown's row and column; fill() fills it. Collective.
-  virtual UniqueMat matrix(const ContactForces &contact) const = 0;
+  virtual UniqueMat matrix(const ContactDerivative &contact) const = 0;
   virtual void fill(Mat J, const JacobianParts &parts) = 0;
   /// Makes `ksp` solve with J. Before SetFromOptions.
   virtual void set_up(KSP ksp, Mat J) const = 0;

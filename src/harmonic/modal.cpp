@@ -185,36 +185,7 @@ std::vector<Coupling> Modal::couplings() const {
   });
 }
 
-// Of all indices that harmonics can have, made here or not yet.
-SectorCouplings Modal::sector_couplings() const {
-  SectorCouplings all(model_->matrices.size());
-  const std::size_t na = layout_.modes, nc = 3 * layout_.points;
-  std::vector<std::complex<double>> mxa(na), mxx(nc), kxx(nc); // of a row
-  const auto joined = [](const double *from, std::vector<std::complex<double>> &to, bool complex) {
-    for (std::size_t j = 0; j < to.size(); ++j) to[j] = {from[j], complex ? from[to.size() + j] : 0};
-    return to.data();
-  };
-  for (int k = 0; k < model_->wave.sectors; ++k) {
-    const int h = std::abs(model_->wave.index(k));
-    if (!all[h].empty()) continue;
-    if (model_->bases.of_index[h]) {
-      const Matrices &of = model_->matrices[h];
-      all[h] = list_couplings<std::complex<double>>(layout_, of.kaa, [&](PetscInt i) {
-        return ContactRow<std::complex<double>>{joined(of.mass.row(i), mxa, h > 0),
-                                                joined(of.mass.row(i) + (h > 0 ? 2 : 1) * na, mxx, h > 0),
-                                                joined(of.stiffness.row(i), kxx, h > 0)};
-      });
-    } else {
-      const SectorIndex &of = model_->indices[h - 1];
-      all[h] = list_couplings<std::complex<double>>(layout_, of.kaa, [&](PetscInt i) {
-        return ContactRow<std::complex<double>>{&of.mxa[i * na], &of.mxx[i * nc], &of.kxx[i * nc]};
-      });
-    }
-  }
-  return all;
-}
-
-UniqueMat Modal::matrix(const ContactForces &) const {
+UniqueMat Modal::matrix(const ContactDerivative &) const {
   UniqueMat J;
   auto solver = std::make_unique<ModalSolver>(
       std::shared_ptr<const StuckBases>(model_, &model_->bases),

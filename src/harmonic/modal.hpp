@@ -20,8 +20,7 @@ public:
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
   std::vector<Coupling> couplings() const override;
-  SectorCouplings sector_couplings() const override;
-  UniqueMat matrix(const ContactForces &contact) const override;
+  UniqueMat matrix(const ContactDerivative &contact) const override;
   void fill(Mat J, const JacobianParts &parts) override;
   void set_up(KSP ksp, Mat J) const override;
   std::string recover(KSP ksp, Mat J) const override;

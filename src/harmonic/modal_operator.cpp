@@ -52,7 +52,7 @@ ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
 }
 
-void ModalOperator::take(const ContactForces &contact, const double *held, const DynamicStiffness &structure) {
+void ModalOperator::take(const ContactDerivative &contact, const double *held, const DynamicStiffness &structure) {
   const Timed timed(Work::contact);
   const int n = layout_.width;
   const std::size_t size = static_cast<std::size_t>(n) * padded_;
@@ -66,7 +66,7 @@ void ModalOperator::take(const ContactForces &contact, const double *held, const
     const auto own = stuck_springs(contact.points()[p]);
     point.stuck = contact.springs_only(p) && std::equal(own.begin(), own.end(), springs);
     if (point.stuck) continue;
-    const auto &places = block_places(contact.points()[p].law);
+    const auto &places = contact.places(p);
     contact.write(p, written_.data());
     if (blocks_.size() < (count + places.size()) * size) { // room for all points at once
       Aligned<Real> larger(static_cast<std::size_t>(contact.size()) * 7 * size);

@@ -7,7 +7,7 @@
 // times as many points.
 #include <vector>
 
-#include "contact/contact_forces.hpp"
+#include "contact/contact_derivative.hpp"
 #include "harmonic/index_groups.hpp"
 #include "harmonic/strands.hpp"
 #include "harmonic/stuck_basis.hpp"
@@ -23,7 +23,7 @@ public:
   ModalOperator(const StuckBases &bases, const Layout &layout);
 
   /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts.
-  void take(const ContactForces &contact, const double *held, const DynamicStiffness &structure);
+  void take(const ContactDerivative &contact, const double *held, const DynamicStiffness &structure);
 
   /// out (own modal unknowns) = Phi^H r, of r (own coefficients). Collective.
   void to_modes(const double *r, double *out);

@@ -51,7 +51,7 @@ ModalSolver::ModalSolver(std::shared_ptr<const StuckBases> bases, std::shared_pt
 }
 
 void ModalSolver::fill(const JacobianParts &parts, LinearPart &linear) {
-  contact_ = &parts.contact, linear_ = &linear;
+  contact_ = parts.contact, linear_ = &linear;
   structure_ = parts.structure;
   held_.clear();
   if (parts.held) held_.assign(parts.held, parts.held + 3 * layout_.own_points.size());
@@ -154,7 +154,8 @@ void ModalSolver::choose() {
 }
 
 bool ModalSolver::take_windows(double worth) {
-  const bool take = windows_ && held_.empty() && windows_->look_at(*contact_, worth);
+  const bool take =
+      windows_ && held_.empty() && !contact_->is_transposed() && windows_->look_at(contact_->forces(), worth);
   if (take) chosen_ = &*windows_;
   return take;
 }

@@ -19,7 +19,7 @@ public:
   ModalSolver(std::shared_ptr<const StuckBases> bases, std::shared_ptr<const StuckBases> open, const Layout &layout);
   ModalSolver(const ModalSolver &) = delete; // PETSc knows where it is
 
-  /// `parts.contact` and `linear` must outlive the solves.
+  /// the forces of `parts.contact` and `linear` must outlive the solves.
   void fill(const JacobianParts &parts, LinearPart &linear);
   /// The bordered Jacobian itself, in the unknowns of the harmonic system and in double precision. Collective.
   void multiply(Vec x, Vec y);
@@ -66,7 +66,7 @@ private:
   int taken_ = 0;                           // and with this one
   bool for_one_ = false;                    // Jacobian
   bool stale_ = true;                       // not chosen yet
-  const ContactForces *contact_ = nullptr;
+  std::optional<ContactDerivative> contact_;
   LinearPart *linear_ = nullptr;
   DynamicStiffness structure_;
   std::vector<double> held_, column_, border_; // (own contact dofs), (own coefficients), (own unknowns)

@@ -11,10 +11,8 @@ namespace dovetail {
 
 class SectorAssembled : public AssembledForm {
 public:
-  /// Scaled, with the matrices of all indices; or these listed. Collective.
+  /// Scaled, with the matrices of all indices. Collective.
   SectorAssembled(const ReducedModel &model, const TravellingWave &wave, const Layout &layout, bool damps_mass);
-  SectorAssembled(std::shared_ptr<const SectorCouplings> couplings, const TravellingWave &wave, const Layout &layout,
-                  bool damps_mass);
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
   /// ComputeError: no one K and M is that of all harmonics.
@@ -27,6 +25,8 @@ protected:
   void write_structure(const DynamicStiffness &structure, std::vector<double> &values) const override;
 
 private:
+  SectorAssembled(std::shared_ptr<const SectorCouplings> couplings, const TravellingWave &wave, const Layout &layout,
+                  bool damps_mass);
   void build_products();
   /// visit(k, coupling, K_i and M_i have that sign, cosine and sine are coupled), harmonic by harmonic.
   template <class Visit> void for_each(Visit &&visit) const;

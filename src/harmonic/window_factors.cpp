@@ -159,7 +159,7 @@ int WindowFactors::decompose(const JacobianParts &parts, bool) {
   std::vector<double> own;
   for (const Window &window : own_) own.insert(own.end(), window.weights.begin(), window.weights.end());
   gather(layout_, std::move(own), weights_, MPI_DOUBLE);
-  gather_deltas(parts.contact);
+  gather_deltas(parts.contact.forces());
   fill();
   return factor_in_place(matrix_, pivots_);
 }

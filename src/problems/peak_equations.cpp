@@ -10,6 +10,7 @@ namespace {
 constexpr const char *doing = "differentiating a peak";
 constexpr int most_corrections = 12;    // of a motion at one frequency; from a point of the curve one or two are enough
 constexpr int most_moves = 12;          // of the frequency
+constexpr double accuracy = 1e-10;      // relative, of solves that iterate
 constexpr double exact = 1e-11;         // relative change of the last correction
 constexpr double still = 1e-10;         // of the frequency, when it is the peak's
 constexpr double farthest = 0.02;       // of the frequency: a peak beyond is another one
@@ -32,13 +33,19 @@ WatchedRow row_of(PetscInt dof, const Layout &layout) {
 } // namespace
 
 PeakEquations::PeakEquations(const HarmonicSystem &like, const Watched &watched)
-    : system_(HarmonicSystem::assembled(like, exactly)), fixed_(system_->unknowns()), jacobian_(system_->matrix()),
+    : system_(std::make_unique<HarmonicSystem>(like, like.harmonics(), exactly)), fixed_(system_->unknowns()),
+      plain_(solver(false)), transposed_(solver(true)),
       row_(watched.row ? *watched.row : row_of(watched.dof, system_->layout())) {
-  const Layout &layout = system_->layout();
   for (UniqueVec *v : {&y_, &f_, &along_, &gradient_, &adjoint_, &turned_, &at_}) *v = system_->unknowns();
   set_last(fixed_, 1);
-  check(KSPCreate(layout.comm, ksp_.out()), doing);
-  system_->set_up(ksp_, jacobian_);
+}
+
+PeakEquations::Solver PeakEquations::solver(bool transposed) const {
+  Solver made{system_->matrix(transposed), {}};
+  check(KSPCreate(system_->layout().comm, made.ksp.out()), doing);
+  system_->set_up(made.ksp, made.matrix);
+  check(KSPSetTolerances(made.ksp, accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), doing);
+  return made;
 }
 
 void PeakEquations::set(const PathParameter &parameter, double value, const std::shared_ptr<VariedPreload> &preload) {
@@ -146,15 +153,17 @@ void PeakEquations::set_last(Vec v, double value) const {
 }
 
 void PeakEquations::factor(Vec border) {
-  system_->jacobian(y_, border, jacobian_);
-  check(KSPSetOperators(ksp_, jacobian_, jacobian_), doing);
+  system_->jacobian(y_, border, plain_.matrix);
+  system_->transposed_jacobian(y_, border, transposed_.matrix);
+  for (const Solver *one : {&plain_, &transposed_}) check(KSPSetOperators(one->ksp, one->matrix, one->matrix), doing);
 }
 
 bool PeakEquations::solve(Vec right, Vec x, bool transposed) {
+  const Solver &by = transposed ? transposed_ : plain_;
   KSPConvergedReason reason;
-  check(transposed ? KSPSolveTranspose(ksp_, right, x) : KSPSolve(ksp_, right, x), doing);
-  check(KSPGetConvergedReason(ksp_, &reason), doing);
-  if (reason <= 0) system_->recover(ksp_, jacobian_);
+  check(KSPSolve(by.ksp, right, x), doing);
+  check(KSPGetConvergedReason(by.ksp, &reason), doing);
+  if (reason <= 0) system_->recover(by.ksp, by.matrix);
   return reason > 0;
 }
 
@@ -179,8 +188,8 @@ void PeakEquations::watch(Vec v, Vec out) const {
 void PeakEquations::add_transposed(double h, double turn, double weight) {
   check(VecWAXPY(at_, h, along_, y_), doing);
   set_last(at_, omega() + turn);
-  system_->jacobian(at_, fixed_, jacobian_);
-  check(MatMultTranspose(jacobian_, adjoint_, f_), doing);
+  system_->transposed_jacobian(at_, fixed_, transposed_.matrix);
+  check(MatMult(transposed_.matrix, adjoint_, f_), doing);
   check(VecAXPY(turned_, weight, f_), doing);
 }
 

@@ -9,7 +9,7 @@ namespace dovetail {
 
 class PeakEquations {
 public:
-  /// Equations like those, in the assembled form with exact forces, over the frequency. Collective, like all that
+  /// Equations like those, with exact forces, over the frequency. Collective, like all that
   /// follows.
   PeakEquations(const HarmonicSystem &like, const Watched &watched);
 
@@ -42,7 +42,7 @@ public:
 
 protected:
   void set_last(Vec v, double value) const;
-  void factor(Vec border);
+  void factor(Vec border);   // J, and its transpose
   double omega_by_damping(); // lambda . d R_Omega / d factor on damping: no other parameter is in R_Omega
   bool solve(Vec right, Vec x, bool transposed);
 
@@ -55,8 +55,13 @@ private:
   void watch(Vec v, Vec out) const;
   void add_transposed(double h, double turn, double weight);
 
-  UniqueMat jacobian_;
-  UniqueKSP ksp_;
+  struct Solver {
+    UniqueMat matrix;
+    UniqueKSP ksp;
+  };
+  Solver solver(bool transposed) const;
+
+  Solver plain_, transposed_;
   WatchedRow row_; // what is watched, by q
   UniqueVec f_;
   double c_ = 0;

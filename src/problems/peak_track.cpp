@@ -5,9 +5,8 @@
 
 #include "problems/forced_response.hpp"
 #include "problems/response_metric.hpp"
-#include "problems/wider_matrix.hpp"
+#include "problems/track_jacobian.hpp"
 #include "support/error.hpp"
-#include "support/mumps.hpp"
 
 namespace dovetail {
 namespace {
@@ -37,43 +36,6 @@ private:
 };
 
 } // namespace
-
-// [J R_Omega R_p; condition's row; border]
-class TrackJacobian : public BorderedJacobian {
-public:
-  explicit TrackJacobian(PeakTrack &track)
-      : track_(track), system_(track.peak_.system()), response_(system_.matrix()), row_(system_.unknowns()),
-        column_(system_.unknowns()) {
-    system_.jacobian(track_.peak_.y(), row_, response_); // to have its pattern
-    matrix_ = std::make_unique<WiderMatrix>(system_.layout(), response_, 1);
-  }
-
-  Mat matrix() const override { return matrix_->get(); }
-  void set_up(KSP ksp) override { factor_by_lu(ksp, matrix()); }
-  int determinant_sign(KSP ksp) override { return dovetail::determinant_sign(ksp); }
-  std::string recover(KSP ksp) override { return recover_lu(ksp, matrix()); }
-
-  void assemble(Vec y, Vec border) override {
-    track_.evaluate(y);
-    const double by_parameter = track_.condition_.derivative(track_.kind_, row_);
-    system_.by_parameter(track_.peak_.y(), track_.kind_, column_);
-    set_parameter(column_, by_parameter); // in the condition's row
-    system_.jacobian(track_.peak_.y(), row_, response_);
-    const double *column, *last;
-    check(VecGetArrayRead(column_, &column), doing);
-    check(VecGetArrayRead(border, &last), doing);
-    matrix_->fill(response_, {column}, {last}, last + system_.layout().own_unknowns());
-    check(VecRestoreArrayRead(border, &last), doing);
-    check(VecRestoreArrayRead(column_, &column), doing);
-  }
-
-private:
-  PeakTrack &track_;
-  HarmonicSystem &system_;
-  UniqueMat response_;
-  std::unique_ptr<WiderMatrix> matrix_;
-  UniqueVec row_, column_;
-};
 
 PeakTrack::PeakTrack(PeakEquations &peak, const PathParameter &kind, std::shared_ptr<VariedPreload> preload,
                      TrackCondition &condition, double omega_unit)

@@ -28,12 +28,13 @@ public:
   /// [Y; Omega] of the peak's equations, and p, into y.
   void give(double p, Vec y) const;
   const PathParameter &kind() const { return kind_; }
+  TrackCondition &condition() const { return condition_; }
+  /// The condition's value at y, which the peak's equations take. Collective.
+  double evaluate(Vec y);
 
 private:
-  friend class TrackJacobian;
   PetscInt own_unknowns() const { return peak_.system().layout().own_unknowns(); } // without p
   void hand_over(Vec y);
-  double evaluate(Vec y);
 
   PeakEquations &peak_;
   const PathParameter &kind_;

@@ -167,25 +167,6 @@ TEST(SectorAssembled, residual_is_the_same_in_other_units) {
   check(VecRestoreArrayRead(g, &b), "");
 }
 
-TEST(SectorAssembled, from_the_modal_form) { // as peaks take it
-  for (const int engine_order : {1, -2, 6}) {
-    HarmonicSystem plain = sector_system(engine_order),
-                   modal = sector_system(engine_order, exactly, {}, 0.05, {}, true, LinearForm::modal);
-    const auto made = HarmonicSystem::assembled(modal, exactly);
-    EXPECT_EQ(made->form(), LinearForm::assembled);
-    const UniqueVec y = vector_of(plain, 0.3, 5, 1.3), v = vector_of(plain, 1, 9, 0.4),
-                    last = vector_of(plain, 1, 2, 1);
-    UniqueVec f = plain.unknowns(), g = plain.unknowns();
-    plain.residual(y, f), made->residual(y, g);
-    EXPECT_LT(relative_difference(g, f), 1e-14);
-    const UniqueMat A = plain.matrix(), B = made->matrix();
-    plain.jacobian(y, last, A), made->jacobian(y, last, B);
-    check(MatMult(A, v, f), "");
-    check(MatMult(B, v, g), "");
-    EXPECT_LT(relative_difference(g, f), 1e-14);
-  }
-}
-
 TEST(TravellingWave, index_is_the_nodal_diameter_with_its_sense) {
   const auto indices = [](int n, int engine_order) {
     std::vector<int> out;

@@ -99,22 +99,6 @@ TEST(SectorModal, more_and_fewer_harmonics_have_indices_of_their_own) {
   }
 }
 
-TEST(SectorModal, becomes_the_assembled_form) { // as peaks want it, with indices that harmonics have had, and others
-  HarmonicSystem assembled = sector_as(forms[0], 1), modal = sector_as(forms[1], 1);
-  const auto made = HarmonicSystem::assembled({modal, 2, exactly}, exactly);
-  for (const int other : {2, 5}) {
-    HarmonicSystem a(assembled, other, exactly), b(*made, other, exactly);
-    const UniqueVec y = vector_of(a, 0.3, 5, 1.1), v = vector_of(a, 1, 9, 0.4), border = vector_of(a, 1, 2, 1);
-    UniqueVec f = a.unknowns(), g = a.unknowns();
-    const UniqueMat A = a.matrix(), B = b.matrix();
-    a.jacobian(y, border, A), b.jacobian(y, border, B);
-    check(MatMult(A, v, f), "");
-    check(MatMult(B, v, g), "");
-    EXPECT_EQ(b.form(), LinearForm::assembled);
-    EXPECT_LT(relative_difference(g, f), 1e-14) << other;
-  }
-}
-
 // Shapes are orthonormal in the energy of the stuck structure, orthogonal in that of the springs, and the first ones
 // hold what the largest eigenvalues of the springs' energy are.
 TEST(SectorModal, joint_shapes_of_a_complex_basis) {
