@@ -115,6 +115,15 @@ def going(case, *options, **where):
         kill(process)
 
 
+@contextmanager
+def held(process):
+    """The process stands still, wherever it is, for one look at its files."""
+    process.send_signal(signal.SIGSTOP)
+    wait_for(lambda: Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "T", "a halt")
+    yield
+    process.send_signal(signal.SIGCONT)
+
+
 def kill(process):
     """SIGKILL to the program: the process itself, or under mpirun every rank; returns when all are gone."""
     ranks = children(process.pid)

@@ -33,18 +33,18 @@ def test_sizes(mesh):
         assert len(mesh.node_sets[name]) == (2 * divisions[0] + 1) * (2 * divisions[1] + 1)
 
 
-def test_sides_with_divisions_of_their_own():
+@pytest.mark.parametrize("dofs", [18_000, pytest.param(30_000, marks=pytest.mark.slow)])
+def test_sides_with_divisions_of_their_own(dofs):
     """As many nodes as they say at any size, and the sector still meets itself."""
-    for dofs in (18_000, 30_000):
-        mesh = mesh_sector(dofs, (1, 2), (1, 1), side_divisions=(2, 3))
-        left, right = (mesh.node_sets[side] for side in ("left", "right"))
-        assert len(left) == len(right) == 5 * 7 and mesh.jacobians().min() > 0
-        assert abs(3 * (len(mesh.nodes) - len(mesh.node_sets["bore"])) / dofs - 1) < 0.06
-        distance, partner = cKDTree(mesh.nodes[right]).query(mesh.nodes[left] @ turn(AXIS, DISK.pitch).T)
-        image = np.full(len(mesh.nodes), -1)
-        image[left] = right[partner]
-        faces = [{frozenset(corners) for corners in _triangles(mesh, rows)} for rows in (left, right)]
-        assert distance.max() < 1e-12 and {frozenset(image[list(face)]) for face in faces[0]} == faces[1] and faces[1]
+    mesh = mesh_sector(dofs, (1, 2), (1, 1), side_divisions=(2, 3))
+    left, right = (mesh.node_sets[side] for side in ("left", "right"))
+    assert len(left) == len(right) == 5 * 7 and mesh.jacobians().min() > 0
+    assert abs(3 * (len(mesh.nodes) - len(mesh.node_sets["bore"])) / dofs - 1) < 0.06
+    distance, partner = cKDTree(mesh.nodes[right]).query(mesh.nodes[left] @ turn(AXIS, DISK.pitch).T)
+    image = np.full(len(mesh.nodes), -1)
+    image[left] = right[partner]
+    faces = [{frozenset(corners) for corners in _triangles(mesh, rows)} for rows in (left, right)]
+    assert distance.max() < 1e-12 and {frozenset(image[list(face)]) for face in faces[0]} == faces[1] and faces[1]
 
 
 @pytest.mark.parametrize("name", ["{}", "shroud_{}"])

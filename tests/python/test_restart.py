@@ -80,7 +80,7 @@ def test_signal_finishes_the_point_and_restart_goes_on(tmp_path, number):
 @pytest.mark.parametrize("number", [signal.SIGHUP, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_signal_that_was_ignored_stays_so(tmp_path, number):
     """As behind nohup, or in the background of a script."""
-    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=3000, **SMALL)
+    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=1000, **SMALL)
     command, _ = line(case, out="out")
     with at_start(number, signal.SIG_IGN):
         watched = Watched(command)
