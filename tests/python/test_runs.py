@@ -7,6 +7,7 @@ import json
 import os
 import pty
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -360,11 +361,18 @@ NEW_MODELS = {
 }
 
 
-@pytest.fixture
-def reduced(tmp_path):
-    done = run(cases.dof5(tmp_path, **POINT), command="reduce")
+@pytest.fixture(scope="module")
+def reduced_once(tmp_path_factory):
+    done = run(cases.dof5(tmp_path_factory.mktemp("reduced"), **POINT), command="reduce")
     assert REUSED not in done.out
-    return done.folder / "reduced.h5"
+    return done.folder
+
+
+@pytest.fixture
+def reduced(reduced_once, tmp_path):
+    """The reduced file of the model of POINT, in a folder of the test's own."""
+    shutil.copytree(reduced_once, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "reduced.h5"
 
 
 def test_reduce_stops_after_the_reduction(tmp_path, reduced):

@@ -64,7 +64,8 @@ def run_of(name, folder, where=None, **keys):
     return run(make(folder, **{"at": list(frequencies), **keys}), **(where or {}))
 
 
-@pytest.mark.parametrize("harmonics, samples", [(1, None), (3, None), (5, None), (8, None), (8, 32)])
+@pytest.mark.parametrize("harmonics, samples", [(1, None), (3, None), (8, 32), *(pytest.param(*other, marks=pytest.mark.slow) for other in
+                                                                                [(5, None), (8, None)])])
 def test_estimates_are_near_the_true_errors(scene, tmp_path, harmonics, samples):
     """Within a factor of 5 at nine points of ten, where there is any error."""
     name, truth = scene
