@@ -23,7 +23,7 @@ SURROUNDINGS = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_R
                              "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",
                              "OMPI_MCA_hwloc_base_binding_policy": "none",
                              "PYTHONPATH": f"{ROOT}/python:{ROOT}/tests:{ROOT}/build/extras"}
-SECONDS = int(os.environ.get("DOVETAIL_TEST_SECONDS", 120))  # far more than any run here needs, far less than a hang
+SECONDS = int(os.environ.get("DOVETAIL_TEST_SECONDS", 300))  # far more than any run needs, also beside ten other jobs
 
 
 @dataclass
