@@ -59,6 +59,7 @@ def test_tolerance_is_kept(tmp_path, truth, tolerance, ranks):
         assert len(results.wave.index) == results.harmonics + 1 == done.points["harmonics"].max() + 1
 
 
+@pytest.mark.slow
 def test_a_tolerance_in_parts(tmp_path):
     """A run that is continued has the points of one that is not."""
     case = scene(tmp_path, ORDER, harmonics=None, more=WATCH + "accuracy.tolerance = 3e-3\n")

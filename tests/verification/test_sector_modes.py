@@ -186,7 +186,7 @@ def test_ranks_do_not_change_the_mode(tmp_path, ranks):
     found = []
     for count in (None, ranks):
         (folder := tmp_path / str(count)).mkdir()
-        done = mode(folder, 1, wish="number = 1, at = [1.2e-4]", ranks=count)
+        done = mode(folder, 1, wish="number = 1, at = [1.2e-4]", amplitude=(6e-5, 1.25e-4), ranks=count, harmonics=3)
         points = done.points
         balanced(points)
         with h5py.File(done.folder / "results.h5") as file:

@@ -28,6 +28,7 @@ def test_all_sectors_move_as_an_independent_program_says(tmp_path, name, point):
     np.testing.assert_allclose(xp, np.broadcast_to(expected, xp.shape), rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_a_preload_that_newton_does_not_find_is_found_by_lower_friction(tmp_path):
     case = cases.Case(whole_rotor.write(tmp_path, "eo2_separation", 2000.0, samples=64), None, None, {})
     assert "friction lowered in steps" in launch.run(case, command="modes").out
