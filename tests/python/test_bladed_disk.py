@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from dovetail import Joint, Model
 from dovetail.cyclic import turn
 from dovetail.meshes.bladed_disk import AXIS, BladedDisk, Shroud, mesh_sector
-from launch import SURROUNDINGS
+from launch import SECONDS, SURROUNDINGS
 
 DOFS, DIVISIONS, SHROUD_DIVISIONS = 20_000, (2, 4), (1, 4)
 DISK = BladedDisk()
@@ -105,7 +105,7 @@ def test_a_model_of_it_on_one_and_two_ranks(mesh, tmp_path):
     for ranks in (1, 2):
         path = tmp_path / f"model_{ranks}.h5"
         done = subprocess.run(["mpirun", "-n", str(ranks), sys.executable, __file__, tmp_path / "mesh.pickle", path], env=SURROUNDINGS,
-                              text=True, capture_output=True, timeout=240)
+                              text=True, capture_output=True, timeout=SECONDS)
         assert done.returncode == 0, done.stderr
         assert done.stdout.count("the constraint between the sides is in the matrices already") == ranks, done.stdout
         models.append(Model.read(path))

@@ -15,7 +15,7 @@ import pytest
 import cases
 import truth
 from dovetail import reference
-from launch import BINARY, SURROUNDINGS
+from launch import BINARY, SECONDS, SURROUNDINGS
 
 
 @dataclass
@@ -35,7 +35,7 @@ def run(case, ranks=1):
     assert BINARY.is_file(), f"there is no program at {BINARY}: build it, or name it in $DOVETAIL"
     directory = case.path.parent / f"out{ranks}"
     command = ["mpirun", "-n", str(ranks), str(BINARY), "run", str(case.path), "--out", str(directory)]
-    done = subprocess.run(command, env=SURROUNDINGS, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, env=SURROUNDINGS, capture_output=True, text=True, timeout=SECONDS)
     assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}\n{done.stdout}\n{done.stderr}"
     with h5py.File(directory / "results.h5", "r") as file:
         assert file.attrs["ranks"] == ranks, "the ranks did not work together"
