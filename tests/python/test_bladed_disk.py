@@ -33,7 +33,8 @@ def test_sizes(mesh):
         assert len(mesh.node_sets[name]) == (2 * divisions[0] + 1) * (2 * divisions[1] + 1)
 
 
-@pytest.mark.parametrize("dofs", [18_000, pytest.param(30_000, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("dofs", [18_000, 30_000])
 def test_sides_with_divisions_of_their_own(dofs):
     """As many nodes as they say at any size, and the sector still meets itself."""
     mesh = mesh_sector(dofs, (1, 2), (1, 1), side_divisions=(2, 3))

@@ -40,6 +40,7 @@ def test_divisions_are_two_numbers(text):
         pair(text)
 
 
+@pytest.mark.slow
 def test_root_and_shroud(make):
     """Contact points by the divisions, those of the shroud to the next sector, pressed by the interference."""
     model, path, said = make("--flank", "1x2", "--shroud", "1x1", "--interference", "0.07")
@@ -54,6 +55,7 @@ def test_root_and_shroud(make):
     np.testing.assert_array_equal(np.sort(model.mesh["sets"]["surface"]), surface)
 
 
+@pytest.mark.slow
 def test_the_program_takes_the_case(make, tmp_path):
     _, path, _ = make("--flank", "1x2", "--shroud", "1x1", "--interference", "0.07")
     shutil.copy(path, tmp_path)

@@ -64,7 +64,7 @@ def test_the_phase_of_the_load_does_not_matter(tmp_path):
 
 
 @pytest.mark.parametrize("parameter", [
-    "gap", "damping", *(pytest.param(name, marks=pytest.mark.slow) for name in ("friction_1", "preload", "force"))])
+    "gap", *(pytest.param(name, marks=pytest.mark.slow) for name in ("damping", "friction_1", "preload", "force"))])
 def test_values_of_a_path_are_in_the_equations(tmp_path, parameter, capsys):
     case = test_paths.path_of(tmp_path, parameter, test_paths.RANGES[parameter], harmonics=3, samples=64)
     said(run(case, out="out").folder / "results.h5", capsys, "--points", 3)

@@ -29,7 +29,7 @@ def settings(name, **keys):
     return make, {**own, "samples": None, "adaptive": True, "step": 0.02, **cases.TIGHT, **keys}, frequencies, abs(end - begin)
 
 
-@pytest.fixture(scope="module", params=SCENES)
+@pytest.fixture(scope="module", params=["slip", "lift-off", pytest.param("both", marks=pytest.mark.slow)])
 def scene(request, tmp_path_factory):
     """Name, and a function that gives the true errors of the points of a run at common frequencies, and these points."""
     name = request.param

@@ -100,6 +100,7 @@ def test_ranks_do_not_change_the_branch(over_friction):
     close(together["coefficients"], alone["coefficients"], 1e-8)
 
 
+@pytest.mark.slow
 def test_both_forms_end_at_the_same_point(over_friction, tmp_path):
     assembled = run(path_of(tmp_path, "friction", RANGES["friction"], fourier=MILD, solver="assembled"))[1]
     close(assembled["coefficients"][-1], over_friction[1]["coefficients"][-1], 1e-8)

@@ -308,6 +308,7 @@ def test_friction_that_bounds_a_resonance_is_no_missing_damping(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------------------------------- Hz
+@pytest.mark.slow
 def test_hertz_gives_the_same_bits(tmp_path):
     hertz, at = [0.13, 0.22], [0.15, 0.2]
     in_hertz = cases.several_points(tmp_path, unit="Hz", omega=hertz, at=at)

@@ -38,7 +38,7 @@ def truth(tmp_path_factory):
     return errors
 
 
-@pytest.mark.parametrize("harmonics", [3, 6])
+@pytest.mark.parametrize("harmonics", [3, pytest.param(6, marks=pytest.mark.slow)])
 def test_estimates_are_near_the_true_errors(tmp_path, truth, harmonics):
     """By default, and of the indices that further harmonics have."""
     results, points, true = truth(launch.run(scene(tmp_path, ORDER, harmonics=harmonics, more=at(FREQUENCIES))).folder)

@@ -210,6 +210,7 @@ def test_a_load_of_another_nodal_diameter_does_no_work(tmp_path):
     assert "does no work on mode 1" in refused.err
 
 
+@pytest.mark.slow
 def test_forced_motions_from_the_mode(tmp_path):
     """Synthesised, refined by the NumPy equations, and solved by the program at that frequency."""
     (folder := tmp_path / "mode").mkdir()

@@ -99,7 +99,8 @@ def test_a_track_against_a_dense_sweep(tmp_path, order, parameter, end):
     assert abs(amplitude / np.sqrt(fit(tops[0])) - 1) < 1e-8 and abs(2e-4 * tops[0]) < 1e-6
 
 
-@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [2, 3])
 def test_ranks_do_not_change_the_track(tmp_path, ranks):
     found = []
     for count in (None, ranks):
