@@ -23,7 +23,7 @@ SURROUNDINGS = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_R
                              "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",
                              "OMPI_MCA_hwloc_base_binding_policy": "none",
                              "PYTHONPATH": f"{ROOT}/python:{ROOT}/tests:{ROOT}/build/extras"}
-SECONDS = int(os.environ.get("DOVETAIL_TEST_SECONDS", 120))  # far more than any run here needs, far less than a hang
+SECONDS = int(os.environ.get("DOVETAIL_TEST_SECONDS", 300))  # far more than any run needs, also beside ten other jobs
 
 
 @dataclass
@@ -113,6 +113,15 @@ def going(case, *options, **where):
         assert process.poll() is None, f"the run ended of itself, with {process.returncode}"
     finally:
         kill(process)
+
+
+@contextmanager
+def held(process):
+    """The process stands still, wherever it is, for one look at its files."""
+    process.send_signal(signal.SIGSTOP)
+    wait_for(lambda: Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "T", "a halt")
+    yield
+    process.send_signal(signal.SIGCONT)
 
 
 def kill(process):

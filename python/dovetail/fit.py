@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from .case_changes import CONTACT, need, need_damping, split
 from .case_runs import CaseRuns, CurveCase
@@ -134,7 +134,7 @@ def fitted(runs, file, names, by_joint=False, harmonic=None):
     there = np.isfinite(search.amplitudes(solution.x))
     deviation, correlation = uncertainty(solution.fun[there], solution.jac[there])
     free = np.count_nonzero(there) - len(unknowns)
-    width = student.ppf((1 + CONFIDENCE) / 2, free) * deviation if free > 0 else deviation
+    width = stdtrit(free, (1 + CONFIDENCE) / 2) * deviation if free > 0 else deviation
     width = np.where(limited(solution.x) | (solution.status == 0), np.nan, width)
     with np.errstate(over="ignore"):
         found = Fit(runs.case, file, runs.dof, results.unit, results.unit_of(runs.dof), measured, harmonic, runs.contact, unknowns,

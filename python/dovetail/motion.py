@@ -138,6 +138,12 @@ def node_row(results, name, h=0):
     Of a set with several nodes it is the mean; a node that is held in the direction counts as zero. In a sector of a cyclic
     structure the row is that of a spatial index h, complex unless h = 0.
     """
+    dofs, parts = _dofs_of_node(results, name)
+    return parts @ rows(results, dofs, h)
+
+
+def _dofs_of_node(results, name):
+    """Dofs (k,) of the model whose motion that of a node or node set is made of, and their parts (k,) in it."""
     path = find_model(results)
     mesh, _ = read_model_parts(path)
     if mesh is None:
@@ -155,12 +161,13 @@ def node_row(results, name, h=0):
         raise ValueError(f"{path}: {where} does not move along {axis}: it is held there, or has no such degree of freedom")
     mean = np.asarray(_rows_of_T(mesh, wanted).sum(axis=0)).ravel() / len(nodes)
     dofs = np.flatnonzero(mean)
-    return mean[dofs] @ rows(results, dofs, h)
+    return dofs, mean[dofs]
 
 
 def node_rows_by_harmonic(results, name):
     """The `node_row` of every harmonic of a sector of a cyclic structure, (H+1, N_a + 3 N_x), for complex amplitudes."""
-    found = {h: node_row(results, name, h) for h in np.unique(results.wave.index)}
+    dofs, parts = _dofs_of_node(results, name)
+    found = {h: parts @ rows(results, dofs, h) for h in np.unique(results.wave.index)}
     return np.array([found[h] for h in results.wave.index])
 
 

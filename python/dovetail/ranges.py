@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import qmc
 
 from .case_changes import CONTACT, FACTORS, NAMES, Range, contact_values, need, need_damping, split
 from .case_runs import CaseRuns, CurveCase, has_peak, largest_at, largest_peak
@@ -12,6 +11,7 @@ from .curves import is_reduced
 from .peak_tracks import follow
 from .ranges_report import write
 from .slider_states import slider_states, sticking
+from .sobol import sobol
 from .study_runs import Program, RunFailed
 
 SAMPLES = 128  # a power of two suits Sobol's points
@@ -186,9 +186,7 @@ def spread(given, samples, seed, points=0):
     width = {wanted.name: points if points and wanted.name in CONTACT else 1 for wanted in given}
     if not samples:
         return []
-    power = int(np.ceil(np.log2(samples)))
-    cube = 2 * qmc.Sobol(sum(width.values()), seed=seed).random_base2(power)[:samples] - 1
-    parts = np.split(cube, np.cumsum(list(width.values()))[:-1], axis=1)
+    parts = np.split(sobol(sum(width.values()), samples, seed), np.cumsum(list(width.values()))[:-1], axis=1)
     return [{name: part[i] if width[name] > 1 else float(part[i, 0]) for name, part in zip(width, parts)} for i in range(samples)]
 
 

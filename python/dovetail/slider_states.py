@@ -5,10 +5,10 @@ at zero. It reaches any other state in coordinates x_t - w_0: the law is the sam
 """
 
 import numpy as np
-from scipy.stats import qmc
 
 from .hdf5_read import numbers, opened
 from .reference.contact import CONE
+from .sobol import sobol
 
 ROUNDS = 30  # in which the bounds follow the normal forces
 NAMED = {"no friction": (0.0, 0.0), "all along t1": (1.0, 0.0), "all against t1": (-1.0, 0.0), "all along t2": (0.0, 1.0),
@@ -26,8 +26,7 @@ def slider_states(results, reduced, count, seed, factor=1.0):
     parts = [(name, np.tile(part, (points, 1))) for name, part in NAMED.items()]
     rubs = sticking(results)
     if count and rubs.any():
-        cube = 2 * qmc.Sobol(2 * rubs.sum(), seed=seed).random_base2(int(np.ceil(np.log2(count))))[:count] - 1
-        for i, row in enumerate(cube):
+        for i, row in enumerate(sobol(2 * rubs.sum(), count, seed)):
             part = np.zeros((points, 2))
             part[rubs] = row.reshape(-1, 2)
             parts.append((f"state {i + 1}", part))

@@ -7,6 +7,8 @@ import subprocess
 import numpy as np
 import pytest
 
+from launch import SECONDS
+
 CCX = shutil.which("ccx")
 EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 CORNERS = np.array([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)])
@@ -63,7 +65,7 @@ def run_ccx(folder, name, text):
         pytest.skip("CalculiX (ccx) is not installed")
     path = folder / f"{name}.inp"
     path.write_text(text)
-    done = subprocess.run([CCX, name], cwd=folder, capture_output=True, text=True, timeout=120)
+    done = subprocess.run([CCX, name], cwd=folder, capture_output=True, text=True, timeout=SECONDS)
     assert "Job finished" in done.stdout and "*ERROR" not in done.stdout, done.stdout[-2000:]
     return path
 

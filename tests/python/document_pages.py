@@ -8,9 +8,9 @@ import signal
 import subprocess
 from dataclasses import dataclass
 
-from launch import ROOT
+from launch import ROOT, SECONDS
 
-PAGE_SECONDS = 300  # far more than any page takes
+PAGE_SECONDS = 3 * SECONDS  # far more than any page takes
 MARK = "@@@ block"
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
 EFFORT = r"(?=\s+(?:s|ms|MiB|GiB)\b)"  # behind a number that the machine decides

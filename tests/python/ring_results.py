@@ -11,7 +11,7 @@ reduction.modes = 8
 damping.stiffness = 5e-3
 excitation = {{ fourier = [0, 1]{order} }}
 harmonic_balance.harmonics = 3
-continuation.omega = [1.0, 1.6]
+continuation.omega = {omega}
 stability.enabled = false
 output.motion = {motion}
 """
@@ -27,6 +27,8 @@ def computed(folder, cyclic=True, motion='"all"'):
     else:
         joint = Joint.ground(structure.surface("over_right"), gap=-1e-3, **STIFF)
     structure.join(joint).write(folder / "model.h5")
-    (folder / "case.toml").write_text(CASE.format(order=f", engine_order = {ORDER}" if cyclic else "", motion=motion))
+    omega = "[1.0, 1.6]" if cyclic else "[1.1, 1.25]"
+    order = f", engine_order = {ORDER}" if cyclic else ""
+    (folder / "case.toml").write_text(CASE.format(order=order, omega=omega, motion=motion))
     words_of([BINARY, "run", folder / "case.toml", "--out", folder, "-modes_eps_type", "lapack"])
     return Results(folder / "results.h5")

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from dovetail.meshes import blade_root
 from dovetail.meshes.rounded_outline import rounding
 from dovetail.meshes.tetrahedra import Tetrahedra
-from launch import ROOT, SURROUNDINGS
+from launch import ROOT, SECONDS, SURROUNDINGS
 
 EXAMPLE = ROOT / "inputs" / "blade_root"
 DENSITY = 4430.0  # [kg/m^3]
@@ -29,7 +29,7 @@ STRAIN = 1e-4 * np.array([[1.0, 0.3, -0.2], [0.3, -0.5, 0.7], [-0.2, 0.7, 0.4]])
 
 def run(ranks, *command, status=0):
     done = subprocess.run(["mpirun", "-n", str(ranks), sys.executable, *map(str, command)], env=SURROUNDINGS, text=True,
-                          capture_output=True, timeout=120)
+                          capture_output=True, timeout=SECONDS)
     assert (done.returncode == 0) == (status == 0), done.stderr
     return done
 

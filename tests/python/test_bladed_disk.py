@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from dovetail import Joint, Model
 from dovetail.cyclic import turn
 from dovetail.meshes.bladed_disk import AXIS, BladedDisk, Shroud, mesh_sector
-from launch import SURROUNDINGS
+from launch import SECONDS, SURROUNDINGS
 
 DOFS, DIVISIONS, SHROUD_DIVISIONS = 20_000, (2, 4), (1, 4)
 DISK = BladedDisk()
@@ -33,18 +33,19 @@ def test_sizes(mesh):
         assert len(mesh.node_sets[name]) == (2 * divisions[0] + 1) * (2 * divisions[1] + 1)
 
 
-def test_sides_with_divisions_of_their_own():
+@pytest.mark.slow
+@pytest.mark.parametrize("dofs", [18_000, 30_000])
+def test_sides_with_divisions_of_their_own(dofs):
     """As many nodes as they say at any size, and the sector still meets itself."""
-    for dofs in (18_000, 30_000):
-        mesh = mesh_sector(dofs, (1, 2), (1, 1), side_divisions=(2, 3))
-        left, right = (mesh.node_sets[side] for side in ("left", "right"))
-        assert len(left) == len(right) == 5 * 7 and mesh.jacobians().min() > 0
-        assert abs(3 * (len(mesh.nodes) - len(mesh.node_sets["bore"])) / dofs - 1) < 0.06
-        distance, partner = cKDTree(mesh.nodes[right]).query(mesh.nodes[left] @ turn(AXIS, DISK.pitch).T)
-        image = np.full(len(mesh.nodes), -1)
-        image[left] = right[partner]
-        faces = [{frozenset(corners) for corners in _triangles(mesh, rows)} for rows in (left, right)]
-        assert distance.max() < 1e-12 and {frozenset(image[list(face)]) for face in faces[0]} == faces[1] and faces[1]
+    mesh = mesh_sector(dofs, (1, 2), (1, 1), side_divisions=(2, 3))
+    left, right = (mesh.node_sets[side] for side in ("left", "right"))
+    assert len(left) == len(right) == 5 * 7 and mesh.jacobians().min() > 0
+    assert abs(3 * (len(mesh.nodes) - len(mesh.node_sets["bore"])) / dofs - 1) < 0.06
+    distance, partner = cKDTree(mesh.nodes[right]).query(mesh.nodes[left] @ turn(AXIS, DISK.pitch).T)
+    image = np.full(len(mesh.nodes), -1)
+    image[left] = right[partner]
+    faces = [{frozenset(corners) for corners in _triangles(mesh, rows)} for rows in (left, right)]
+    assert distance.max() < 1e-12 and {frozenset(image[list(face)]) for face in faces[0]} == faces[1] and faces[1]
 
 
 @pytest.mark.parametrize("name", ["{}", "shroud_{}"])
@@ -105,7 +106,7 @@ def test_a_model_of_it_on_one_and_two_ranks(mesh, tmp_path):
     for ranks in (1, 2):
         path = tmp_path / f"model_{ranks}.h5"
         done = subprocess.run(["mpirun", "-n", str(ranks), sys.executable, __file__, tmp_path / "mesh.pickle", path], env=SURROUNDINGS,
-                              text=True, capture_output=True, timeout=240)
+                              text=True, capture_output=True, timeout=SECONDS)
         assert done.returncode == 0, done.stderr
         assert done.stdout.count("the constraint between the sides is in the matrices already") == ranks, done.stdout
         models.append(Model.read(path))

@@ -11,7 +11,7 @@ import pytest
 from dovetail import Model
 from dovetail.cells import outer_faces
 from dovetail.meshes.divisions import pair
-from launch import BINARY, ROOT, SURROUNDINGS, words_of
+from launch import BINARY, ROOT, SECONDS, SURROUNDINGS, words_of
 
 EXAMPLE = ROOT / "inputs/blisk"
 
@@ -25,7 +25,7 @@ def make(tmp_path_factory):
         if options not in made:
             path = tmp_path_factory.mktemp("blisk") / "model.h5"
             command = [sys.executable, EXAMPLE / "model.py", "--dofs", "18000", *options, "-o", path]
-            done = subprocess.run(command, env=SURROUNDINGS, text=True, capture_output=True, timeout=240)
+            done = subprocess.run(command, env=SURROUNDINGS, text=True, capture_output=True, timeout=SECONDS)
             assert done.returncode == 0, done.stderr
             made[options] = Model.read(path), path, done.stdout
         return made[options]
@@ -40,6 +40,7 @@ def test_divisions_are_two_numbers(text):
         pair(text)
 
 
+@pytest.mark.slow
 def test_root_and_shroud(make):
     """Contact points by the divisions, those of the shroud to the next sector, pressed by the interference."""
     model, path, said = make("--flank", "1x2", "--shroud", "1x1", "--interference", "0.07")
@@ -54,6 +55,7 @@ def test_root_and_shroud(make):
     np.testing.assert_array_equal(np.sort(model.mesh["sets"]["surface"]), surface)
 
 
+@pytest.mark.slow
 def test_the_program_takes_the_case(make, tmp_path):
     _, path, _ = make("--flank", "1x2", "--shroud", "1x1", "--interference", "0.07")
     shutil.copy(path, tmp_path)

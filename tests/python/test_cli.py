@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +12,8 @@ import synthetic_results
 from dovetail import Model, Results, __version__, plot
 from dovetail.__main__ import main
 from dovetail.importers import FORMATS
+from launch import BINARY, ROOT, SECONDS
 
-ROOT = Path(__file__).resolve().parents[2]
-BINARY = ROOT / "build" / "dovetail"
 CONTACT = {"normal_stiffness": np.full(2, 1e3), "tangential_stiffness": np.full((2, 2), 5e2), "friction": np.full((2, 2), 0.3),
            "gap": np.zeros(2)}
 
@@ -32,7 +30,7 @@ def results(tmp_path):
 
 
 def python(*arguments, **environment):
-    return subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True, timeout=120,
+    return subprocess.run([sys.executable, *map(str, arguments)], capture_output=True, text=True, timeout=SECONDS,
                           env={**os.environ, "OMP_NUM_THREADS": "1", **environment})
 
 
@@ -52,7 +50,7 @@ def test_new_folder_runs_as_it_stands(tmp_path, capsys):
     pressed[model.contact_dofs[:, 2]] = 0
     np.testing.assert_allclose(pressed, 0, atol=1e-12)  # equal and opposite on the two beams
     if BINARY.exists():
-        done = subprocess.run([BINARY, "run", "case.toml", "--dry-run"], cwd=folder, capture_output=True, text=True, timeout=60)
+        done = subprocess.run([BINARY, "run", "case.toml", "--dry-run"], cwd=folder, capture_output=True, text=True, timeout=SECONDS)
         assert done.returncode == 0, done.stderr
 
     capsys.readouterr()

@@ -104,6 +104,9 @@ def test_contact_points_of_a_wheel(wave, wheel):
         cyclic = read_cyclic(file)
     samples, points = samples_of(FRAMES, wave.wave), wave.contact_points
     assert samples % (FRAMES * N) == 0
+    of = {(j, contact): (*wave.contact_force(point, contact + 1, samples, sector=j),
+                         [wave.hysteresis(point, contact + 1, d, samples, sector=j)[0] for d in (0, 1)])
+          for j in range(N) for contact in range(points)}
     for i, (grid, data) in enumerate(wheel[1]):
         at = i * samples // FRAMES
         for j in range(N):
@@ -112,13 +115,13 @@ def test_contact_points_of_a_wheel(wave, wheel):
             R = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
             np.testing.assert_allclose(places(grid)[mine], joint["position"] @ R.T, atol=1e-6)
             for contact in range(points):
-                force, state = wave.contact_force(point, contact + 1, samples, sector=j)
+                force, state, loop = of[j, contact]
                 largest, row = np.abs(force).max(), j * points + contact
                 assert data["normal_force"][row] == pytest.approx(force[at, 2], abs=1e-5 * largest)
                 friction = R @ joint["axes"][contact][:2].T @ force[at, :2]
                 np.testing.assert_allclose(data["friction_force"][row], friction, rtol=0, atol=1e-5 * largest)
                 assert (data["state"][row] == OPEN) == (state[at, 0] == 2)
-                x = [wave.hysteresis(point, contact + 1, d, samples, sector=j)[0][at] for d in (0, 1)]
+                x = [values[at] for values in loop]
                 along = joint["axes"][contact][:2] @ R.T @ data["relative_displacement"][row]
                 np.testing.assert_allclose(along, x, rtol=0, atol=1e-5 * np.abs(x).max() + 1e-12)
         np.testing.assert_allclose(data["pressure"], data["normal_force"] / data["area"], rtol=1e-5)

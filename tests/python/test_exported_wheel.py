@@ -69,7 +69,7 @@ def exported(folder, results, *options):
     return found
 
 
-@pytest.mark.parametrize("order", [2, -1])
+@pytest.mark.parametrize("order", [2, pytest.param(-1, marks=pytest.mark.slow)])
 def test_a_wheel_moves_as_the_one_computed_whole(tmp_path, order):
     sector, whole = of_a_sector(tmp_path / "sector", order), of_the_whole(tmp_path / "whole", order)
     assert sector.points("slip")[-1] + sector.points("open")[-1] > 0.3  # else the contacts would not be seen

@@ -281,7 +281,7 @@ def test_fields_come_from_the_reduced_file_of_the_results(copy):
 @pytest.mark.parametrize("replaced, ranks", [(True, None), *(pytest.param(*other, marks=pytest.mark.slow) for other in
                                                             [(False, 2), (False, None), (True, 2)])])
 def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
-    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=1000 if ranks else 4000, **SMALL)  # for a second
+    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=1000 if ranks else 2000, **SMALL)  # for half a second
     command, folder = line(case, out="out", ranks=ranks)
     process = subprocess.Popen(command, env=SURROUNDINGS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     wait_for((folder / "results.h5").exists, "the first point")

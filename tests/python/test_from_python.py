@@ -32,7 +32,7 @@ def run(case, **more):
     return dovetail.run(case, binary=BINARY, **more)
 
 
-@pytest.mark.parametrize("ranks", [None, 2])
+@pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_case_gives_its_results(case, ranks, tmp_path, capfd):
     results = run(case.path, ranks=ranks, out=tmp_path / "out")
     assert results.omega[[0, -1]].tolist() == [1.0, 1.05] and results.path == tmp_path / "out/results.h5"

@@ -11,7 +11,7 @@ import pytest
 from brick_deck import CCX
 from dovetail import Model
 from dovetail.importers import calculix, convert
-from launch import ROOT
+from launch import ROOT, SECONDS
 
 PAGE = ROOT / "docs" / "how-to" / "import-calculix.md"
 
@@ -27,8 +27,8 @@ def folder(tmp_path_factory):
     assert len(blocks) == 4
     for name, block in zip(("bars.geo", "commands", "job.inp", "joints.toml"), blocks):
         (folder / name).write_text(block)
-    subprocess.run(["bash", "-e", "commands"], cwd=folder, check=True, capture_output=True, timeout=120)
-    done = subprocess.run([CCX, "job"], cwd=folder, capture_output=True, text=True, timeout=120)
+    subprocess.run(["bash", "-e", "commands"], cwd=folder, check=True, capture_output=True, timeout=SECONDS)
+    done = subprocess.run([CCX, "job"], cwd=folder, capture_output=True, text=True, timeout=SECONDS)
     assert "Job finished" in done.stdout, done.stdout[-1000:]
     return folder
 

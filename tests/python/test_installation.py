@@ -85,7 +85,7 @@ def test_pip_installs_the_package(tmp_path):
     """Into an environment that sees the distribution's packages, without the network."""
     source, environment = tmp_path / "python", tmp_path / "venv"
     shutil.copytree(ROOT / "python", source, ignore=shutil.ignore_patterns("__pycache__", "build", "*.egg-info"))
-    output(sys.executable, "-m", "venv", "--system-site-packages", environment)
+    output(sys.executable, "-m", "venv", "--system-site-packages", "--without-pip", environment)  # pip is the distribution's
     python = environment / "bin/python"
     if subprocess.run([python, "-c", "import setuptools"], env={}, capture_output=True, timeout=SECONDS).returncode:
         pytest.skip("no setuptools to build with, and the network is not asked")

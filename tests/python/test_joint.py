@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu, spsolve
 
 from dovetail import Joint, Surface
-from launch import SURROUNDINGS
+from launch import SECONDS, SURROUNDINGS
 
 TURNED = brick.turned((1, 2, 3), 0.7, (0.3, -2, 5))
 
@@ -336,7 +336,7 @@ def test_distributed_matrices_give_the_same_model(tmp_path, over):
         path = tmp_path / f"{kind}{ranks}.h5"
         command = ["mpirun", "-n", str(ranks), sys.executable, str(tmp_path / "write.py"), str(path), over, kind]
         search = SURROUNDINGS | {"PYTHONPATH": SURROUNDINGS["PYTHONPATH"] + ":" + str(re.sub("[^/]*$", "", __file__))}
-        done = subprocess.run(command, env=search, capture_output=True, text=True, timeout=120)
+        done = subprocess.run(command, env=search, capture_output=True, text=True, timeout=SECONDS)
         assert done.returncode == 0, done.stderr
         models.append(Model.read(path))
     for model in models[1:]:

@@ -9,7 +9,7 @@ import pytest
 import scipy.sparse as sp
 
 from dovetail import Model, hdf5_parts
-from launch import SURROUNDINGS
+from launch import SECONDS, SURROUNDINGS
 
 
 DISTRIBUTED = """
@@ -201,7 +201,7 @@ def run_distributed(folder, ranks, how):
     path = folder / f"{how}{ranks}.h5"
     command = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
     done = subprocess.run(command + [sys.executable, str(script), str(path), how, str(ranks)], env=SURROUNDINGS,
-                          capture_output=True, text=True, timeout=120)
+                          capture_output=True, text=True, timeout=SECONDS)
     assert done.returncode == 0, done.stderr
     return path, done.stdout
 

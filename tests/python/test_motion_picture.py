@@ -9,7 +9,7 @@ from ring import N
 from ring_results import ORDER, computed
 
 from dovetail.__main__ import main
-from dovetail.motion_picture import FRAMES, enlargement, largest_at, motion_picture, view
+from dovetail.motion_picture import enlargement, largest_at, motion_picture, view
 from dovetail.moving_mesh import moving_mesh
 from dovetail.shown import chosen_point, default_dofs
 
@@ -96,7 +96,8 @@ def test_picture_film_and_export_show_one_point(wave, tmp_path, monkeypatch):
     assert found == [wanted, wanted]
 
 
-def test_a_film_is_one_period(wave, tmp_path, capsys):
+def test_a_film_is_one_period(wave, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("dovetail.motion_picture.FRAMES", 6)
     path = tmp_path / "new/wheel.gif"
     assert main(["plot", str(wave.path), "--kind", "motion", "-o", str(path)]) == 0
     with Image.open(path) as film:
@@ -104,7 +105,7 @@ def test_a_film_is_one_period(wave, tmp_path, capsys):
         for i in range(film.n_frames):
             film.seek(i)
             pictures.append(np.asarray(film.convert("L"), dtype=float))
-    assert len(pictures) == FRAMES
+    assert len(pictures) == 6
     steps = [np.abs(a - b).mean() for a, b in zip(pictures, pictures[1:] + pictures[:1])]
     assert min(steps) > 0 and steps[-1] < 2 * max(steps[:-1])  # it moves, and the end leads to the beginning
     for options, words in ((["--kind", "map"], "a film is of --kind motion"), ([], "a film is of --kind motion")):

@@ -35,10 +35,12 @@ def stopped(case, points, out="out", ranks=None, number=signal.SIGTERM, whom=Non
 
     `whom`: picks from the process and those of its ranks the ones that get the signal; default: the process."""
     command, folder = line(case, out=out, ranks=ranks)
-    with Watched(command) as watched:
+    with Watched(command, halt=None if ranks else points) as watched:  # mpirun would stand still without its ranks
         watched.wait_for_point(points)
         for pid in whom(watched.process.pid, children(watched.process.pid)) if whom else [watched.process.pid]:
             os.kill(pid, number)
+        if not ranks:
+            watched.go_on()
         watched.process.wait(SECONDS)
         assert watched.process.returncode == 3, watched.said
     return watched.said, folder
@@ -80,7 +82,7 @@ def test_signal_finishes_the_point_and_restart_goes_on(tmp_path, number):
 @pytest.mark.parametrize("number", [signal.SIGHUP, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_signal_that_was_ignored_stays_so(tmp_path, number):
     """As behind nohup, or in the background of a script."""
-    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=3000, **SMALL)
+    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=1000, **SMALL)
     command, _ = line(case, out="out")
     with at_start(number, signal.SIG_IGN):
         watched = Watched(command)
@@ -224,12 +226,13 @@ def test_nothing_to_do(halted):
 @pytest.mark.slow
 def test_run_whose_summary_is_missing_has_not_ended(tmp_path):
     """All points are there, but the summary could not be written: --restart gives it."""
-    case = cases.dof5(tmp_path, step=0.002, **SMALL)
+    case = cases.dof5(tmp_path, adaptive=False, step=0.03, **SMALL)  # so many points that it cannot end before it is halted
     whole = run(case, out="whole")
     command, folder = line(case, out="out")
-    with Watched(command) as watched:
+    with Watched(command, halt=1) as watched:
         watched.wait_for_point(1)
         (folder / "summary.json").symlink_to("/dev/full")
+        watched.go_on()
         assert watched.process.wait(SECONDS) == 3
         assert "is the disk full" in watched.said
     (folder / "summary.json").unlink()

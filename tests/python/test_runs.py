@@ -7,18 +7,17 @@ import json
 import os
 import pty
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from launch import BINARY, SECONDS, SURROUNDINGS, finite, going, line, read_points, run, tables, wait_for, words_of
+from launch import BINARY, SECONDS, SURROUNDINGS, finite, going, held, line, read_points, run, tables, wait_for, words_of
 from on_terminal import Watched
 from dovetail import Model, reference
 
@@ -75,15 +74,6 @@ def test_killed_run_leaves_its_points(tmp_path, ranks, kills):
     for length, points in left:
         for name in set(points) - {"seconds", "residual", "contact/dissipation", "error_between"}:  # round-off: all points stick
             close(points[name][:length], whole[name][:length])
-
-
-@contextmanager
-def held(process):
-    """The process stands still, wherever it is, for one look at its files."""
-    process.send_signal(signal.SIGSTOP)
-    wait_for(lambda: Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "T", "a halt")
-    yield
-    process.send_signal(signal.SIGCONT)
 
 
 @pytest.mark.slow
@@ -371,11 +361,18 @@ NEW_MODELS = {
 }
 
 
-@pytest.fixture
-def reduced(tmp_path):
-    done = run(cases.dof5(tmp_path, **POINT), command="reduce")
+@pytest.fixture(scope="module")
+def reduced_once(tmp_path_factory):
+    done = run(cases.dof5(tmp_path_factory.mktemp("reduced"), **POINT), command="reduce")
     assert REUSED not in done.out
-    return done.folder / "reduced.h5"
+    return done.folder
+
+
+@pytest.fixture
+def reduced(reduced_once, tmp_path):
+    """The reduced file of the model of POINT, in a folder of the test's own."""
+    shutil.copytree(reduced_once, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "reduced.h5"
 
 
 def test_reduce_stops_after_the_reduction(tmp_path, reduced):

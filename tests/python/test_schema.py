@@ -8,7 +8,7 @@ import tomllib
 import pytest
 
 from document_pages import tracked
-from launch import BINARY, ROOT
+from launch import BINARY, ROOT, SECONDS
 
 jsonschema = pytest.importorskip("jsonschema")
 
@@ -36,7 +36,7 @@ def keys_of(schema):
 
 
 def test_published_schema_is_the_programs():
-    said = subprocess.run([BINARY, "--schema"], capture_output=True, text=True, timeout=60, check=True).stdout
+    said = subprocess.run([BINARY, "--schema"], capture_output=True, text=True, timeout=SECONDS, check=True).stdout
     assert FILE.read_text() == said, f"build/dovetail --schema >{FILE.relative_to(ROOT)}"
     assert len(said) < 100_000
 

@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from launch import ROOT, SURROUNDINGS
+from launch import ROOT, SECONDS, SURROUNDINGS
 
 EXAMPLE = ROOT / "inputs" / "two_solids"
 PUBLISHED = {"held": [808.6, 1508.8, 2727.2, 2989.6, 4226.1], "stuck": [672.6], "open": [633.8, 634.8, 1508.7, 1517.2]}  # [Hz]
 PUBLISHED_PRELOAD = 3363.0  # [N], four points closed by 1 mm
-RANKS = (1, 2, 3)
+RANKS = (1, 3)  # parts of uneven size
 
 
 def run(ranks, *command):
     done = subprocess.run(["mpirun", "-n", str(ranks), sys.executable, *map(str, command)], env=SURROUNDINGS, text=True,
-                          capture_output=True, timeout=120)
+                          capture_output=True, timeout=SECONDS)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -41,14 +41,14 @@ def said(path, capsys, *options, status=0):
 def test_an_exact_run_holds(exact, capsys):
     out = said(exact / "results.h5", capsys, "--points", 3).out
     assert out.count("holds") == 3 and out.endswith("verdict: all hold\n") and f"{SAMPLES} samples" in out
-    found = verify.verdict(Results(exact / "results.h5"), 40, SAMPLES)
+    found = verify.verdict(Results(exact / "results.h5"), 12, SAMPLES)
     assert found.rubbed > 0.1 * found.work and found.residual < 1e-4 and found.sampling is None
 
 
 def test_forces_at_few_samples_hold_by_their_own_equations(tmp_path, capsys):
     done = run(cases.several_points(tmp_path, **FEW), out="out")
     assert "forces at 64 samples" in said(done.folder / "results.h5", capsys, "--points", 2).out
-    found = verify.verdict(Results(done.folder / "results.h5"), 40, SAMPLES)
+    found = verify.verdict(Results(done.folder / "results.h5"), 12, SAMPLES)
     assert found.residual < 1e-9 and 1e-5 < found.sampling < 1e-2 and not found.complaints
 
 
@@ -64,7 +64,7 @@ def test_the_phase_of_the_load_does_not_matter(tmp_path):
 
 
 @pytest.mark.parametrize("parameter", [
-    "gap", "damping", *(pytest.param(name, marks=pytest.mark.slow) for name in ("friction_1", "preload", "force"))])
+    "gap", *(pytest.param(name, marks=pytest.mark.slow) for name in ("damping", "friction_1", "preload", "force"))])
 def test_values_of_a_path_are_in_the_equations(tmp_path, parameter, capsys):
     case = test_paths.path_of(tmp_path, parameter, test_paths.RANGES[parameter], harmonics=3, samples=64)
     said(run(case, out="out").folder / "results.h5", capsys, "--points", 3)

@@ -3,6 +3,7 @@
 The sector and its loads are those of whole_rotor.py; cyclic.npz holds what an independent program says of few modes.
 """
 
+from functools import lru_cache
 from pathlib import Path
 
 import h5py
@@ -42,6 +43,11 @@ def reduced(K, M, F, P, elastic, modes):
 
 def of_every_index(name, modes=None):
     """Reduced models of h = 0 .. N/2 of a case, the first one real; "basis": displacements of the sector's free dofs."""
+    return [dict(model) for model in _of_every_index(name, modes)]
+
+
+@lru_cache
+def _of_every_index(name, modes):
     case = given(name)
     points = contacts()[:len(case["gap"])]
     free = np.repeat(3 * FREE, 3) + np.tile(range(3), len(FREE))

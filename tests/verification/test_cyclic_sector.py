@@ -78,7 +78,7 @@ def test_frequencies_by_nodal_diameter(tmp_path):
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
 
-@pytest.mark.parametrize("name", ["eo2_separation", "eo-1_two_loads"])
+@pytest.mark.parametrize("name", ["eo2_separation", pytest.param("eo-1_two_loads", marks=pytest.mark.slow)])
 def test_from_the_model_of_the_sector(tmp_path, name):
     """The reduction of the program itself, with all modes, in place of that of these tests."""
     point, case = 1, given(name)

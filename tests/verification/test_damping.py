@@ -74,13 +74,14 @@ def test_the_reference_finds_the_same_points(tmp_path, kind, solver, ranks):
 def test_linear_cases_equal_the_full_model(tmp_path, make, closed, kind):
     """All modes kept and nothing slips. Springs of the contacts take no part in any damping."""
     case = make(tmp_path, omega=[0.9, 1.1], **NONE | KINDS[kind])
-    points, s, damping = run(case).points, case.structure, case.system().damping
+    points, s, system = run(case).points, case.structure, case.system()
+    damping = system.damping
     springs = np.zeros(len(s.K))
     springs[s.contact_dofs] = closed * np.column_stack([case.contact.kt, case.contact.kn])
     for omega, q in zip(points["omega"], points["coefficients"]):
         exact = truth.linear_response(s.K, s.M, damping.viscous(s.K, s.M), s.force, case.settings["fourier"], omega, springs,
                                       damping.structural * s.K)[s.contact_dofs]
-        close(case.system().contact_part(q)[:, :, :5], exact, 1e-8)
+        close(system.contact_part(q)[:, :, :5], exact, 1e-8)
 
 
 def stuck_modes(K, M, springs):
@@ -92,7 +93,7 @@ def test_ratios_of_a_stuck_structure_are_those_of_its_modes(tmp_path):
     """The sum over the full model's modes, each with the ratio that it was given."""
     case = cases.always_stuck(tmp_path, fourier=[0, 1], harmonics=1, stiffness=0.0, omega=[0.9, 1.6],
                               ratios=[[mode, 0.002 * mode] for mode in range(1, 25)])
-    points, s = run(case).points, case.structure
+    points, s, system = run(case).points, case.structure, case.system()
     springs = np.zeros(len(s.K))
     springs[s.contact_dofs] = np.column_stack([case.contact.kt, case.contact.kn])
     squares, modes = stuck_modes(s.K, s.M, springs)
@@ -101,7 +102,7 @@ def test_ratios_of_a_stuck_structure_are_those_of_its_modes(tmp_path):
     for omega, q in zip(points["omega"], points["coefficients"]):
         z = modes @ (modes.T @ s.force / (squares - omega ** 2 + 2j * ratios * np.sqrt(squares) * omega))
         exact = np.stack([z.real, -z.imag], axis=-1)[s.contact_dofs]
-        close(case.system().contact_part(q)[:, :, 1:3], exact, 1e-8)
+        close(system.contact_part(q)[:, :, 1:3], exact, 1e-8)
 
 
 @pytest.mark.slow

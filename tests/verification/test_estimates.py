@@ -29,7 +29,7 @@ def settings(name, **keys):
     return make, {**own, "samples": None, "adaptive": True, "step": 0.02, **cases.TIGHT, **keys}, frequencies, abs(end - begin)
 
 
-@pytest.fixture(scope="module", params=SCENES)
+@pytest.fixture(scope="module", params=["slip", "lift-off", pytest.param("both", marks=pytest.mark.slow)])
 def scene(request, tmp_path_factory):
     """Name, and a function that gives the true errors of the points of a run at common frequencies, and these points."""
     name = request.param
@@ -64,7 +64,8 @@ def run_of(name, folder, where=None, **keys):
     return run(make(folder, **{"at": list(frequencies), **keys}), **(where or {}))
 
 
-@pytest.mark.parametrize("harmonics, samples", [(1, None), (3, None), (5, None), (8, None), (8, 32)])
+@pytest.mark.parametrize("harmonics, samples", [(1, None), (3, None), (8, 32), *(pytest.param(*other, marks=pytest.mark.slow) for other in
+                                                                                [(5, None), (8, None)])])
 def test_estimates_are_near_the_true_errors(scene, tmp_path, harmonics, samples):
     """Within a factor of 5 at nine points of ten, where there is any error."""
     name, truth = scene

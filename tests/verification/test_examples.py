@@ -12,7 +12,7 @@ import cases
 import launch
 import truth
 from dovetail import Results
-from launch import BINARY, ROOT, SURROUNDINGS
+from launch import BINARY, ROOT, SECONDS, SURROUNDINGS
 from test_against_core import run
 
 
@@ -98,7 +98,7 @@ def posts(tmp_path_factory):
         case.write_text(text + ("max_points = 25\n" if ranks > 1 else "") +
                         "\n[newton]\nstep_tolerance = 1e-10\nresidual_tolerance = 1e-9\n")
         command = ["mpirun", "-n", str(ranks), BINARY, "run", case, "--out", folder / f"out{ranks}"]
-        subprocess.run(command, check=True, capture_output=True, env=SURROUNDINGS, timeout=600)
+        subprocess.run(command, check=True, capture_output=True, env=SURROUNDINGS, timeout=SECONDS)
         done[ranks] = Results(folder / f"out{ranks}" / "results.h5")
     return done
 

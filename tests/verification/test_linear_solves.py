@@ -24,6 +24,7 @@ def test_steps_lead_on(sweep):
     assert told["step_cuts"] < 0.1 * told["points"] and told["newton_iterations"] < 4 * told["points"]
 
 
+@pytest.mark.slow
 def test_the_assembled_form_finds_the_same(sweep, tmp_path):
     path = free_beams.write(tmp_path, omega=(1000.0, 1000.0))
     path.write_text(path.read_text().replace('"modal"', '"assembled"'))

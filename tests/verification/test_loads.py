@@ -47,6 +47,7 @@ def test_reduction(branch):
         close(file["Fx"][()][rows], r.fx, 1e-9)
 
 
+@pytest.mark.slow
 def test_ranks_do_not_change_the_branch(branch):
     together = run(branch.case, 2)
     close(together.omega, branch.omega, 1e-8)
@@ -158,6 +159,7 @@ def test_in_time(tmp_path):
     np.testing.assert_allclose(reference.synthesis(q[2:], integrated.shape[1]), integrated, rtol=0, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_restart_knows_the_loads(tmp_path):
     case = two_patterns(tmp_path, omega=[0.8, 1.2], max_points=4)
     text = case.path.read_text()

@@ -135,6 +135,7 @@ def test_blade_root_with_few_motions_in_the_preconditioner(blade, assembled_blad
     assert other["linear_iterations"].sum() < 6 * other["newton_iterations"].sum()
 
 
+@pytest.mark.slow
 def test_mass_that_lifts_off(tmp_path):
     """Check 1 of the single mass: two great turning points, and small ones among corners close to each other."""
     points, folds = {}, {}

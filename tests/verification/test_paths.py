@@ -61,9 +61,12 @@ def run(case, ranks=None, *options):
 
 
 OF_POINTS = [(name, [2, 3]) for name in ("normal_stiffness", "tangential_stiffness_1", "friction", "gap")]
+QUICK = [("force", None), ("preload", None), ("damping", None), ("gap", None), ("tangential_stiffness", None), ("friction_2", None),
+         ("normal_stiffness", [2, 3]), ("tangential_stiffness_1", [2, 3])]  # every kind, direction and choice of points
 
 
-@pytest.mark.parametrize("parameter, of", [*((name, None) for name in RANGES), *OF_POINTS])
+@pytest.mark.parametrize("parameter, of", [pytest.param(*one, marks=() if one in QUICK else pytest.mark.slow) for one in
+                                           (*((name, None) for name in RANGES), *OF_POINTS)])
 def test_points_solve_the_equations_with_its_value(tmp_path, parameter, of):
     case = path_of(tmp_path, parameter, RANGES[parameter], of, samples=64)
     _, points = run(case)
@@ -97,6 +100,7 @@ def test_ranks_do_not_change_the_branch(over_friction):
     close(together["coefficients"], alone["coefficients"], 1e-8)
 
 
+@pytest.mark.slow
 def test_both_forms_end_at_the_same_point(over_friction, tmp_path):
     assembled = run(path_of(tmp_path, "friction", RANGES["friction"], fourier=MILD, solver="assembled"))[1]
     close(assembled["coefficients"][-1], over_friction[1]["coefficients"][-1], 1e-8)

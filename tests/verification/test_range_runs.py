@@ -46,7 +46,7 @@ def test_given_samples(tmp_path, name):
 def test_mean_and_deviation_of_samples(tmp_path, options, name, tolerance):
     """mu from 0.25 to 0.75. Against 200 and 60 random samples, whose own error of the mean is a tenth or so of the deviation."""
     case, _ = given(tmp_path, "chain")
-    assert main(["range", str(case.path), "--friction", "0.25", "0.75", "--samples", "64", "--along", "0", *options, *CHAIN]) == 0
+    assert main(["range", str(case.path), "--friction", "0.25", "0.75", "--samples", "32", "--along", "0", *options, *CHAIN]) == 0
     with h5py.File(tmp_path / "case_range/ranges.h5") as file:
         rms, factor = file["samples/rms"][()], file["samples/friction"][()] / 0.5
     data = np.load(DATA / f"{name}.npz")

@@ -120,7 +120,7 @@ def test_rigid_motions_are_zero(tmp_path):
 # -------------------------------------------------------------------------------------------------------------- command
 @pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_modes_prints_a_table_and_spares_what_is_there(tmp_path, ranks):
-    case = cases.several_points(tmp_path, **ALL_MODES | {"omega": [0.9, 1.3]})
+    case = cases.several_points(tmp_path, **ALL_MODES | {"omega": [0.9, 1.3], "max_points": 2})
     wanted, _ = expected(case)
     done = run(case, out="out")
     before = {path: path.stat().st_mtime_ns for path in done.folder.iterdir()}
@@ -195,7 +195,8 @@ def test_no_resonance_in_the_sweep(tmp_path):
 def test_harmonics_of_the_load_meet_resonances(tmp_path):
     case = cases.several_points(tmp_path, **ALL_MODES | {"harmonics": 2, "fourier": [0, 0, 0, 1, 0], "max_points": 1})
     w = run(case).summary["resonances"]["stuck"][0]
-    case = cases.several_points(tmp_path, **ALL_MODES | {"harmonics": 2, "fourier": [0, 0, 0, 1, 0], "omega": [0.45 * w, 0.55 * w]})
+    case = cases.several_points(tmp_path, **ALL_MODES | {"harmonics": 2, "fourier": [0, 0, 0, 1, 0], "omega": [0.45 * w, 0.55 * w],
+                                                     "max_points": 2})
     done = run(case)
     assert done.summary["resonances"]["in_sweep"]["stuck"][0] == 1
     assert "rad/s in the sweep by harmonic 2" in done.out
@@ -307,6 +308,7 @@ def test_friction_that_bounds_a_resonance_is_no_missing_damping(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------------------------------- Hz
+@pytest.mark.slow
 def test_hertz_gives_the_same_bits(tmp_path):
     hertz, at = [0.13, 0.22], [0.15, 0.2]
     in_hertz = cases.several_points(tmp_path, unit="Hz", omega=hertz, at=at)
@@ -334,7 +336,7 @@ def test_hertz_is_told_as_it_was_written(tmp_path):
 
 
 def test_a_run_goes_on_in_the_other_unit(tmp_path):
-    run(cases.several_points(tmp_path, unit="Hz", omega=[0.13, 0.22], max_points=5), out="out")
+    run(cases.several_points(tmp_path, unit="Hz", omega=[0.13, 0.15], max_points=3), out="out")
     turn = 2 * np.pi
-    done = run(cases.several_points(tmp_path, omega=[turn * 0.13, turn * 0.22]), "--restart", out="out")
-    assert done.summary["parts"] == 2 and Results(tmp_path / "out/results.h5").omega[-1] == turn * 0.22
+    done = run(cases.several_points(tmp_path, omega=[turn * 0.13, turn * 0.15]), "--restart", out="out")
+    assert done.summary["parts"] == 2 and Results(tmp_path / "out/results.h5").omega[-1] == turn * 0.15

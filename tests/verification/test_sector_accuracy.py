@@ -38,7 +38,7 @@ def truth(tmp_path_factory):
     return errors
 
 
-@pytest.mark.parametrize("harmonics", [3, 6])
+@pytest.mark.parametrize("harmonics", [3, pytest.param(6, marks=pytest.mark.slow)])
 def test_estimates_are_near_the_true_errors(tmp_path, truth, harmonics):
     """By default, and of the indices that further harmonics have."""
     results, points, true = truth(launch.run(scene(tmp_path, ORDER, harmonics=harmonics, more=at(FREQUENCIES))).folder)
@@ -46,8 +46,8 @@ def test_estimates_are_near_the_true_errors(tmp_path, truth, harmonics):
     assert true.min() > 1e-4 and np.all((ratio > 0.5) & (ratio < 2)), ratio
 
 
-@pytest.mark.parametrize("tolerance, ranks", [(1e-2, None), (1e-2, 2), pytest.param(1e-3, None, marks=pytest.mark.slow),
-                                              pytest.param(1e-3, 3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("tolerance, ranks", [(1e-2, None), *(pytest.param(*other, marks=pytest.mark.slow) for other in
+                                                             ((1e-2, 2), (1e-3, None), (1e-3, 3)))])
 def test_tolerance_is_kept(tmp_path, truth, tolerance, ranks):
     case = scene(tmp_path, ORDER, harmonics=None, more=at(FREQUENCIES) + f"accuracy.tolerance = {tolerance}\n")
     done = launch.run(case, ranks=ranks)
@@ -59,6 +59,7 @@ def test_tolerance_is_kept(tmp_path, truth, tolerance, ranks):
         assert len(results.wave.index) == results.harmonics + 1 == done.points["harmonics"].max() + 1
 
 
+@pytest.mark.slow
 def test_a_tolerance_in_parts(tmp_path):
     """A run that is continued has the points of one that is not."""
     case = scene(tmp_path, ORDER, harmonics=None, more=WATCH + "accuracy.tolerance = 3e-3\n")

@@ -186,7 +186,7 @@ def test_ranks_do_not_change_the_mode(tmp_path, ranks):
     found = []
     for count in (None, ranks):
         (folder := tmp_path / str(count)).mkdir()
-        done = mode(folder, 1, wish="number = 1, at = [1.2e-4]", ranks=count)
+        done = mode(folder, 1, wish="number = 1, at = [1.2e-4]", amplitude=(6e-5, 1.25e-4), ranks=count, harmonics=3)
         points = done.points
         balanced(points)
         with h5py.File(done.folder / "results.h5") as file:
@@ -210,6 +210,7 @@ def test_a_load_of_another_nodal_diameter_does_no_work(tmp_path):
     assert "does no work on mode 1" in refused.err
 
 
+@pytest.mark.slow
 def test_forced_motions_from_the_mode(tmp_path):
     """Synthesised, refined by the NumPy equations, and solved by the program at that frequency."""
     (folder := tmp_path / "mode").mkdir()

@@ -19,7 +19,7 @@ TIP = np.load(Path(__file__).with_name("data") / "cyclic_tip.npz")
 NODES, POINT, N = TIP["set_tip"], 1, cyclic_sector.N
 
 
-@pytest.fixture(scope="module", params=[pytest.param(name, marks=() if name in ("eo-1_two_loads", "eo2_separation") else pytest.mark.slow)
+@pytest.fixture(scope="module", params=[pytest.param(name, marks=() if name == "eo2_separation" else pytest.mark.slow)
                                         for name in CASES])
 def run(request, tmp_path_factory):
     """Name of a case, and its results at one frequency, with all modes."""

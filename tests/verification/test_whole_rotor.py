@@ -10,7 +10,8 @@ import whole_rotor
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name, point", [(name, point) for name in whole_rotor.CASES for point in (1, -1)])
+@pytest.mark.parametrize("name, point", [("eo-1_two_loads", 1), ("eo1_root", -1), ("eo2_separation", 1), ("eo2_separation", -1),
+                                         ("eo3_aliased", -1)])
 def test_all_sectors_move_as_an_independent_program_says(tmp_path, name, point):
     """From a motion a thousandth away. Its preload is what friction lowered in steps finds."""
     omega, X = float(whole_rotor.DATA[f"{name}/omega"][point]), whole_rotor.DATA[f"{name}/X_rotor"][point]
@@ -27,6 +28,7 @@ def test_all_sectors_move_as_an_independent_program_says(tmp_path, name, point):
     np.testing.assert_allclose(xp, np.broadcast_to(expected, xp.shape), rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_a_preload_that_newton_does_not_find_is_found_by_lower_friction(tmp_path):
     case = cases.Case(whole_rotor.write(tmp_path, "eo2_separation", 2000.0, samples=64), None, None, {})
     assert "friction lowered in steps" in launch.run(case, command="modes").out
