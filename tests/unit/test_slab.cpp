@@ -79,16 +79,17 @@ TEST(SlabProducts, are_sums_in_every_width_and_form) {
 }
 
 TEST(SlabProducts, are_sums_of_any_numbers_of_rows_and_columns) { // several pieces of a strand, and what is left over
-  for (const ProductForm &form : product_forms())
-    for (const std::size_t count : {0, 1, 2, 3, 5, 24, 31})
-      for (const std::size_t columns : {1, 16, 17, 130, 1100})
-        for (const int width : {1, 2, 11, 21}) {
-          const auto slab = waves<float>(first + count, columns);
+  for (const std::size_t count : {0, 1, 3, 24, 31})
+    for (const std::size_t columns : {1, 17, 130, 1100}) {
+      const auto slab = waves<float>(first + count, columns);
+      for (const ProductForm &form : product_forms())
+        for (const int width : {1, 11, 21}) {
           EXPECT_LT(error_of_product(slab, count, width, form.multiply), 1e-6 * (columns + 10))
               << form.name << ", " << count << " rows, " << columns << " columns, width " << width;
           EXPECT_LT(error_of_transposed(slab, count, width, form), 1e-6 * (count + 10))
               << form.name << ", " << count << " rows, " << columns << " columns, width " << width;
         }
+    }
 }
 
 TEST(SlabProducts, of_the_program_are_sums_as_well) {
