@@ -78,12 +78,20 @@ template <class V, class Real> inline V load(const Real *from) {
 template <class V, class Real> inline void store(const V &value, Real *to) {
   __builtin_memcpy(to, &value, sizeof value);
 }
-template <class Real = double, class V> inline Real sum_of(const V &value) { // pairwise
-  Real part[sizeof value / sizeof(Real)];
-  __builtin_memcpy(part, &value, sizeof value);
-  for (std::size_t half = sizeof value / sizeof(Real) / 2; half > 0; half /= 2)
-    for (std::size_t i = 0; i < half; ++i) part[i] += part[i + half];
-  return part[0];
+template <class Real = double, class V> inline Real sum_of(const V &value) { // pairwise, in registers
+  if constexpr (sizeof(V) > 16) {
+    typedef Real Half __attribute__((vector_size(sizeof(V) / 2)));
+    Half low, high;
+    __builtin_memcpy(&low, &value, sizeof low);
+    __builtin_memcpy(&high, reinterpret_cast<const char *>(&value) + sizeof low, sizeof high);
+    return sum_of<Real>(Half(low + high));
+  } else {
+    Real part[sizeof(V) / sizeof(Real)];
+    __builtin_memcpy(part, &value, sizeof value);
+    for (std::size_t half = sizeof(V) / sizeof(Real) / 2; half > 0; half /= 2)
+      for (std::size_t i = 0; i < half; ++i) part[i] += part[i + half];
+    return part[0];
+  }
 }
 
 } // namespace dovetail

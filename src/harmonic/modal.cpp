@@ -95,8 +95,8 @@ Modal::Modal(std::shared_ptr<Model> model, const Layout &layout)
   model_->make(groups, layout);
   for (const IndexGroup &group : groups) {
     const Matrices &of = model_->matrices[group.index];
-    Bundle<double> all(of.mass, group.columns(), group.whole), contact(of.stiffness, group.columns(), group.whole);
-    const std::size_t product = static_cast<std::size_t>(layout.own_dofs()) * all.room();
+    Bundle<double> all(of.mass, group.columns()), contact(of.stiffness, group.columns());
+    const std::size_t product = static_cast<std::size_t>(layout.own_dofs()) * all.strands();
     sheaves_.push_back({group, std::move(all), std::move(contact), Aligned<double>(product)});
   }
   for (int r = 0; r < layout.size; ++r) {
@@ -164,7 +164,7 @@ void Modal::multiply(const double *q, double *stiffness_force, double *inertia_f
       columns.multiplied(matrix, 0, rows, sheaf.product.data());
       for (PetscInt i = 0; i < rows; ++i)
         for (int c = 0; c < sheaf.of.columns(); ++c)
-          to[i * w + sheaf.of.coefficients[c]] = sheaf.product[i * columns.room() + c];
+          to[i * w + sheaf.of.coefficients[c]] = sheaf.product[i * columns.strands() + c];
     };
     put(sheaf.contact, of.max, own_modes, inertia_force);
     for (PetscInt j = 0; j < own_modes; ++j)

@@ -5,7 +5,7 @@
 #include "contact/law.hpp"
 #include "harmonic/index_groups.hpp"
 #include "harmonic/linear_part.hpp"
-#include "harmonic/strands.hpp"
+#include "harmonic/slab_products.hpp"
 #include "harmonic/stuck_basis.hpp"
 
 namespace dovetail {

@@ -44,9 +44,9 @@ ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
   all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
   for (const IndexGroup &group : groups_of(bases.wave, layout.width)) {
     const StuckBasis &basis = *bases.of_index[group.index];
-    Bundle<Real> given(basis.phi, group.columns(), group.whole), summed(basis.phi, group.columns(), group.whole);
-    const int room = given.room();
-    sheaves_.push_back({group, basis, std::move(given), std::move(summed), Aligned<Real>(3 * points_at_once * room)});
+    Bundle<Real> given(basis.phi, group.columns()), summed(basis.phi, group.columns());
+    const std::size_t few = 3 * points_at_once * group.columns();
+    sheaves_.push_back({group, basis, std::move(given), std::move(summed), Aligned<Real>(few)});
   }
   const std::size_t rows = std::max<std::size_t>(layout.own_dofs(), 3 * points_at_once);
   motion_ = Aligned<Real>(rows * padded_), force_ = Aligned<Real>(rows * padded_);
@@ -114,21 +114,21 @@ void ModalOperator::spread(const double *y, double last) {
 // motion (count, padded) = rows of Phi times what was spread, from `row` on, few at a time.
 void ModalOperator::move(PetscInt row, PetscInt count, Real *motion) {
   for (Sheaf &sheaf : sheaves_) {
-    const int room = sheaf.all.room();
+    const int strands = sheaf.all.strands();
     sheaf.all.multiplied(sheaf.basis.phi, row, count, sheaf.few.data());
     for (PetscInt i = 0; i < count; ++i)
       for (int c = 0; c < sheaf.of.columns(); ++c)
-        motion[i * padded_ + sheaf.of.coefficients[c]] = sheaf.few[i * room + c];
+        motion[i * padded_ + sheaf.of.coefficients[c]] = sheaf.few[i * strands + c];
   }
 }
 
 // Adds those rows' transpose, times the force, to the sums.
 void ModalOperator::press(PetscInt row, PetscInt count, const Real *force) {
   for (Sheaf &sheaf : sheaves_) {
-    const int room = sheaf.sum.room();
+    const int strands = sheaf.sum.strands();
     for (PetscInt i = 0; i < count; ++i)
       for (int c = 0; c < sheaf.of.columns(); ++c)
-        sheaf.few[i * room + c] = force[i * padded_ + sheaf.of.coefficients[c]];
+        sheaf.few[i * strands + c] = force[i * padded_ + sheaf.of.coefficients[c]];
     sheaf.sum.add_transposed_of(sheaf.basis.phi, row, count, sheaf.few.data());
   }
 }
@@ -265,13 +265,14 @@ std::vector<float> ModalOperator::among(const std::vector<Motions> &motions) con
   return sum;
 }
 
-// Of strands every number of a slab comes from memory: as long as 8 to 15 operations, for 300 to 1800 rows, measured.
+// With two strands every number of a slab comes from memory: as long as 8 to 15 operations, for 300 to 1800 rows,
+// measured.
 double ModalOperator::work() const {
   constexpr double from_memory = 12;
   double sum = 0;
   for (const Sheaf &sheaf : sheaves_) {
     const double entries = 3.0 * layout_.points * static_cast<double>(sheaf.basis.phi.columns());
-    sum += entries * (4 * sheaf.all.room() + (sheaf.of.whole ? 0 : from_memory));
+    sum += entries * (4 * sheaf.all.strands() + (sheaf.of.whole ? 0 : from_memory));
   }
   return sum;
 }
@@ -299,14 +300,14 @@ void ModalOperator::apply(const double *y, double *out, double &last, double &su
 
 void ModalOperator::add_dampers(const Slab<float> &rows, double (DynamicStiffness::*factor)(int) const, double *out) {
   if (rows.columns() == 0) return;
-  const std::size_t own = own_.size();
-  if (damped_.size() < own * padded_) damped_ = Aligned<Real>(own * padded_);
-  multiply(rows, 0, own, all_.data(), padded_, damped_.data());
+  const std::size_t own = own_.size(), w = layout_.width;
+  if (damped_.size() < own * w) damped_ = Aligned<Real>(own * w);
+  sheaves_.front().all.multiplied(rows, 0, own, damped_.data()); // there are no sectors: it has all coefficients
   for (std::size_t i = 0; i < own; ++i)
     for (int k = 1; k <= layout_.width / 2; ++k) {
       const double times = (structure_.*factor)(k);
-      out[i * layout_.width + cosine(k)] += times * damped_[i * padded_ + sine(k)];
-      out[i * layout_.width + sine(k)] -= times * damped_[i * padded_ + cosine(k)];
+      out[i * layout_.width + cosine(k)] += times * damped_[i * w + sine(k)];
+      out[i * layout_.width + sine(k)] -= times * damped_[i * w + cosine(k)];
     }
 }
 

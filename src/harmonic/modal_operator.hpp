@@ -9,7 +9,7 @@
 
 #include "contact/contact_derivative.hpp"
 #include "harmonic/index_groups.hpp"
-#include "harmonic/strands.hpp"
+#include "harmonic/slab_products.hpp"
 #include "harmonic/stuck_basis.hpp"
 #include "scaling/dynamic_stiffness.hpp"
 
@@ -79,7 +79,7 @@ private:
   std::vector<double> written_;     // of one point, as the contact law gives them
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more
   Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
-  Aligned<Real> damped_;            // (own modal unknowns, padded), of dampers that are not diagonal
+  Aligned<Real> damped_;            // (own modal unknowns, width), of dampers that are not diagonal
   DynamicStiffness structure_;
 };
 

@@ -1,29 +1,27 @@
 #pragma once
-// A slab, many rows of many columns, times a sheaf, few numbers for each column: the products that the stuck-modal form
-// spends its time in. A slab is read once per product; on one that fits into the cache, the product with its transpose
-// comes almost for nothing.
+// A slab: many rows of many columns, one after the other. What is done with it: slab_products.hpp.
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
-#include <new>
 
 namespace dovetail {
 
-/// Numbers in a row of a sheaf of `width`: whole cache lines, the rest is zero.
+/// `width` numbers, rounded up to whole cache lines.
 template <class Real> constexpr int padded(int width) {
   constexpr int line = 64 / sizeof(Real);
   return (width + line - 1) / line * line;
 }
 
+/// Memory from the beginning of a cache line on, to be given back by std::free.
+/// bad_alloc: there is none.
+void *allocate_lines(std::size_t bytes);
+
 /// Zeros, at the beginning of a cache line.
 template <class Real> class Aligned {
 public:
   Aligned() = default;
-  explicit Aligned(std::size_t size) : size_(size) {
-    const std::size_t bytes = (size * sizeof(Real) + 63) / 64 * 64;
-    values_.reset(static_cast<Real *>(std::aligned_alloc(64, bytes > 0 ? bytes : 64)));
-    if (!values_) throw std::bad_alloc();
+  explicit Aligned(std::size_t size) : size_(size), values_(static_cast<Real *>(allocate_lines(size * sizeof(Real)))) {
     clear();
   }
   void clear() { std::fill_n(values_.get(), size_, Real{}); }
@@ -63,13 +61,5 @@ private:
   std::size_t rows_ = 0, columns_ = 0, stride_ = 0;
   Aligned<Real> values_;
 };
-
-/// out (count, padded) = rows first .. first + count of the slab times b (columns, padded).
-void multiply(const Slab<double> &slab, std::size_t first, std::size_t count, const double *b, int padded, double *out);
-void multiply(const Slab<float> &slab, std::size_t first, std::size_t count, const float *b, int padded, float *out);
-
-/// out (columns, padded) += (those rows)^T times f (count, padded).
-void add_transposed(const Slab<float> &slab, std::size_t first, std::size_t count, const float *f, int padded,
-                    float *out);
 
 } // namespace dovetail
