@@ -45,6 +45,14 @@ bool fits_its_file(hid_t set, const Extent &extent) {
   return bytes <= densest * static_cast<double>(size);
 }
 
+// What HDF5 says of something's being there. It may not know: then nothing is taken to be absent, as a default would
+// stand in.
+bool is_there(htri_t answer, const std::string &place) {
+  if (answer < 0)
+    throw InputError(place + ": cannot be looked up: the file is damaged, or a dataset stands where a group is wanted");
+  return answer > 0;
+}
+
 bool is_single(hid_t attribute) {
   Id space(H5Aget_space(attribute), H5Sclose);
   return H5Sget_simple_extent_npoints(space) == 1;
@@ -55,11 +63,12 @@ enum class Manner { plain, ordered };
 Id create(const std::filesystem::path &path, Manner manner, MPI_Comm comm = MPI_COMM_NULL) {
   silence();
   Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_file_locking(access, false, true);
-  H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18); // attributes above 64 KiB: the text of a long case
-  if (manner == Manner::ordered) use_ordered_driver(access);
-  if (comm != MPI_COMM_NULL) H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL);
-  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  constexpr auto format = H5F_LIBVER_V18; // attributes above 64 KiB: the text of a long case
+  const bool good = H5Pset_file_locking(access, false, true) >= 0 &&
+                    H5Pset_libver_bounds(access, format, format) >= 0 &&
+                    (manner != Manner::ordered || use_ordered_driver(access)) &&
+                    (comm == MPI_COMM_NULL || H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL) >= 0);
+  const hid_t file = good ? H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access) : -1;
   if (file < 0) throw WriteError(path.string() + ": cannot be created");
   return Id(file, H5Fclose);
 }
@@ -70,7 +79,7 @@ Reader::Reader(const std::filesystem::path &path) : path_(path), file_(open_to_r
 
 bool Reader::has(const std::string &name) const {
   for (std::size_t slash = name.find('/', 1);; slash = name.find('/', slash + 1)) { // every group on the way
-    if (H5Lexists(file_, name.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
+    if (!is_there(H5Lexists(file_, name.substr(0, slash).c_str(), H5P_DEFAULT), place(name))) return false;
     if (slash == std::string::npos) return true;
   }
 }
@@ -83,7 +92,8 @@ Extent Reader::extent(const std::string &dataset) const {
   const int axes = H5Sget_simple_extent_ndims(space);
   if (axes < 0 || H5Sget_simple_extent_type(space) == H5S_NULL) throw InputError(place(dataset) + ": holds nothing");
   Extent extent(axes);
-  H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+  if (H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0)
+    throw InputError(place(dataset) + ": has no shape: the file is damaged");
   if (!fits_its_file(set, extent))
     throw InputError(place(dataset) + ": has shape " + shown(extent) +
                      ", more than the file can hold: it is damaged, or this was never written");
@@ -124,25 +134,30 @@ std::vector<long> Reader::integers(const std::string &dataset, Extent offset, Ex
 }
 
 std::string Reader::text_attribute(const std::string &name) const {
-  if (H5Aexists(file_, name.c_str()) <= 0) return "";
+  if (!is_there(H5Aexists(file_, name.c_str()), place("/") + ": attribute " + name)) return "";
   Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
   Id stored(H5Aget_type(attribute), H5Tclose);
+  const std::string unread = place("/") + ": attribute " + name + " cannot be read";
+  if (stored < 0) throw InputError(unread);
   if (H5Tget_class(stored) != H5T_STRING || !is_single(attribute)) return "";
   Id type(H5Tcopy(stored), H5Tclose);
   if (H5Tis_variable_str(stored) > 0) {
     char *text = nullptr;
-    if (H5Aread(attribute, type, &text) < 0 || !text) return "";
+    if (H5Aread(attribute, type, &text) < 0) throw InputError(unread);
+    if (!text) return "";
     const std::string copy(text);
     H5free_memory(text);
     return copy;
   }
   std::string text(H5Tget_size(stored), '\0');
-  if (H5Aread(attribute, type, text.data()) < 0) return "";
+  if (H5Aread(attribute, type, text.data()) < 0) throw InputError(unread);
   return text.substr(0, text.find('\0'));
 }
 
 std::vector<std::string> Reader::words_attribute(const std::string &name, const std::string &object) const {
-  if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return {};
+  if (!is_there(H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT),
+                place(object) + ": attribute " + name))
+    return {};
   Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   const hssize_t count = H5Sget_simple_extent_npoints(space);
@@ -196,7 +211,9 @@ std::vector<double> Reader::doubles_attribute(const std::string &name, const std
 }
 
 long Reader::integer_attribute(const std::string &name, long otherwise, const std::string &object) const {
-  if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return otherwise;
+  if (!is_there(H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT),
+                place(object) + ": attribute " + name))
+    return otherwise;
   Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   long value = otherwise;
   if (attribute < 0 || !is_single(attribute) || H5Aread(attribute, H5T_NATIVE_LONG, &value) < 0)
@@ -226,8 +243,8 @@ void Writer::set_attribute(const std::string &name, const std::string &object, h
 
 void Writer::attribute(const std::string &name, const std::string &text, const std::string &object) {
   Id type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, text.size() + 1);
-  H5Tset_cset(type, H5T_CSET_UTF8);
+  if (H5Tset_size(type, text.size() + 1) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0)
+    throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
   set_attribute(name, object, type, text.c_str());
 }
 
@@ -271,9 +288,7 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
   } else {
     H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr);
   }
-  int failed = H5Dwrite(set, type, memory, space, transfer, values) < 0;
-  if (comm_ != MPI_COMM_NULL) MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_LOR, comm_); // all stop together
-  if (failed) throw WriteError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
+  together(H5Dwrite(set, type, memory, space, transfer, values) >= 0, dataset + ": cannot be written");
 }
 
 void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
@@ -286,10 +301,16 @@ void Writer::slab(const std::string &dataset, const Extent &extent, const Extent
   write(dataset, H5T_NATIVE_LONG, extent, offset, count, values);
 }
 
-void Writer::flush() {
-  if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0)
-    throw WriteError(path_.string() + ": cannot be written (is the disk full?)");
+// All ranks that write together stop together.
+void Writer::together(bool good, const std::string &what) const {
+  int all_good = good;
+  if (comm_ != MPI_COMM_NULL) least_of_all(comm_, all_good, !good);
+  if (!all_good) throw WriteError(path_.string() + ": " + what + " (is the disk full?)");
 }
+
+void Writer::flush() { together(H5Fflush(file_, H5F_SCOPE_LOCAL) >= 0, "cannot be written"); }
+
+void Writer::close() { together(file_.close_now(), "cannot be closed"); }
 
 Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows, bool wider)
     : name_(name), row_(row), chunk_width_(width()), type_(type), dataset_(-1, H5Dclose) {

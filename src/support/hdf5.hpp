@@ -26,6 +26,11 @@ public:
     if (id_ >= 0 && std::uncaught_exceptions() == 0) close_(id_);
   }
   operator hid_t() const { return id_; }
+  /// Now, and says whether that went well. Nothing is left for the destructor.
+  bool close_now() {
+    const hid_t id = std::exchange(id_, -1);
+    return id < 0 || close_(id) >= 0;
+  }
 
 private:
   hid_t id_;
@@ -93,9 +98,12 @@ public:
     slab(dataset, extent, offset, count, values);
   }
   void flush();
+  /// The last call: some file systems only say then that something could not be stored. Collective when the file is.
+  void close();
   operator hid_t() const { return file_; }
 
 private:
+  void together(bool good, const std::string &what) const;
   Writer(const std::filesystem::path &path, MPI_Comm comm, Id file);
   void set_attribute(const std::string &name, const std::string &object, hid_t type, const void *value);
   void write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count,
