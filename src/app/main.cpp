@@ -151,7 +151,6 @@ int main(int argc, char **argv) {
   char **petsc_argv = petsc.data();
   // Without mpirun Open MPI would start a daemon, and fail where it finds no ssh on the path.
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
-  setenv("OMPI_MCA_sharedfp", "^sm,lockedfile", 0); // nobody shares file pointers: these make files for them
   if (SlepcInitialize(&petsc_argc, &petsc_argv, nullptr, nullptr)) return 3;
   dovetail::install_error_handler();
   dovetail::expect_no_exit();

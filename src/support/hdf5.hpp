@@ -76,7 +76,8 @@ public:
   /// Likewise, and opens at any moment from the first flush on, while it is written as well as after a SIGKILL, with
   /// all that was flushed (ordered_file.hpp). No lock is taken.
   static Writer that_survives(const std::filesystem::path &path);
-  /// Opened by all ranks of `comm` together (collective, as is every write of a slab).
+  /// Of all ranks of `comm` together: rank 0 writes, also what the others have. Every call is collective then. Parallel
+  /// HDF5 would wait for ever where one rank alone cannot write.
   Writer(MPI_Comm comm, const std::filesystem::path &path);
 
   /// Of the root group, or of another object; one that is there already gets a new value.
@@ -84,8 +85,8 @@ public:
   void attribute(const std::string &name, long number, const std::string &object = "/");
   void attribute(const std::string &name, const std::vector<std::string> &words); ///< of the root group, a new one
   /// This rank's slab [offset, offset + count) of a dataset of `extent`, row-major; groups on the way are
-  /// made. The next call may give another slab of the same dataset.
-  /// Collective when the file is; a rank with nothing to write gives a zero in `count`.
+  /// made. The next call may give another slab of the same dataset. A rank with nothing to write gives a zero in
+  /// `count`.
   void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
             const double *values);
   void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
@@ -103,13 +104,16 @@ public:
   operator hid_t() const { return file_; }
 
 private:
-  void together(bool good, const std::string &what) const;
+  template <class Work> void on_the_first(Work &&work);
+  void write_own(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
+                 const Extent &count, const void *values);
   Writer(const std::filesystem::path &path, MPI_Comm comm, Id file);
   void set_attribute(const std::string &name, const std::string &object, hid_t type, const void *value);
   void write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count,
              const void *values);
   std::filesystem::path path_;
   MPI_Comm comm_; // of the ranks that write together, or none
+  int rank_ = 0, ranks_ = 1;
   Id file_;
   std::string written_; // the last dataset
 };
