@@ -27,6 +27,7 @@ Id open_to_read(const std::filesystem::path &path) {
   if (H5Fis_hdf5(path.c_str()) <= 0) throw InputError(path.string() + ": not an HDF5 file (or empty, or cut off)");
   Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access, false, true);
+  H5Pset_fclose_degree(access, H5F_CLOSE_STRONG); // with what an error left open in it
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
   if (file < 0) throw InputError(path.string() + ": cannot be opened: truncated, damaged, or still being written");
   return Id(file, H5Fclose);

@@ -11,8 +11,8 @@
 
 namespace dovetail::h5 {
 
-/// Owner of one HDF5 identifier. While an exception unwinds it is left open: closing may be collective, and flushes,
-/// which crashes when it is a full disk that ended the run.
+/// Owner of one HDF5 identifier. While an exception unwinds it is left open: closing flushes, which crashes when it is
+/// a full disk that ended the run.
 class Id {
 public:
   Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -43,6 +43,8 @@ using Extent = std::vector<hsize_t>;
 class Reader {
 public:
   explicit Reader(const std::filesystem::path &path);
+  Reader(const Reader &) = delete;
+  ~Reader() { file_.close_now(); } // also while an exception unwinds: else nobody could write it again in this run
 
   bool has(const std::string &name) const; ///< group or dataset of this absolute name
   Extent extent(const std::string &dataset) const;
