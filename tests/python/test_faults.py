@@ -13,14 +13,14 @@ from faults import attempt, told, trials_of
 from trial import KINDS, Scene, Trial
 
 LIBRARY = BINARY.parent / "tests" / "faults" / "libfault.so"
-# By scene, what fails, and its which-th call, from the end if negative.
+# By scene: what fails, its which-th call (from the end if negative), and the exit status.
 ONCE_WRONG = {
-    "fresh": [("MPI_Gatherv", 20),  # PETSc has errors returned: wrong numbers were written
-              ("H5Aread", 3), ("H5Lexists", 12),  # units, and a sector: taken for not there
-              ("truncate", -1), ("H5Fclose", 28),  # of results and of a state: a crash without a word, and none heard
-              ("H5Tset_size", 1),  # an attribute cut short, and reduced.h5 was another's
-              ("full", -6)],  # half a state.h5.partial stood in the way of --restart
-    "restart": [("mumps", 42)]}  # a frequency was missed for which a factorisation lacked room
+    "fresh": [("MPI_Gatherv", 20, 3),  # PETSc has errors returned: wrong numbers were written
+              ("H5Aread", 3, 2), ("H5Lexists", 12, 2),  # units, and a sector: taken for not there
+              ("truncate", -1, 0), ("H5Fclose", 28, 3),  # of results: a crash without a word; of a state: nobody heard
+              ("H5Tset_size", 1, 3),  # an attribute was cut short, and reduced.h5 then another's
+              ("full", -6, 3)],  # half a state.h5.partial stood in the way of --restart
+    "restart": [("mumps", 42, 0)]}  # a frequency was missed for which a factorisation lacked room
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +43,8 @@ def check(trials, folder):
 def test_what_once_was_wrong(scenes, tmp_path, name):
     scene = scenes(name)
     counts = scene.count(tmp_path / "count")[0]
-    trials = [Trial(scene, kind, 0, k if k > 0 else counts[kind] + 1 + k) for kind, k in ONCE_WRONG[name]]
-    check(trials, tmp_path)
+    trials = [Trial(scene, kind, 0, k if k > 0 else counts[kind] + 1 + k) for kind, k, _ in ONCE_WRONG[name]]
+    assert [trial.status for trial in check(trials, tmp_path)] == [status for _, _, status in ONCE_WRONG[name]]
 
 
 @pytest.mark.slow
