@@ -53,6 +53,7 @@ ResultsFile::~ResultsFile() {
 void ResultsFile::take_name() {
   make_room_();
   std::filesystem::rename(partial_, path_);
+  file_->was_renamed(path_);
   named_ = true;
 }
 

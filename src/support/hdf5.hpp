@@ -103,6 +103,7 @@ public:
   void flush();
   /// The last call: some file systems only say then that something could not be stored. Collective when the file is.
   void close();
+  void was_renamed(const std::filesystem::path &path) { path_ = path; } ///< what messages call it
   operator hid_t() const { return file_; }
 
 private:
