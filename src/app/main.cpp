@@ -2,13 +2,12 @@
 #include <slepc.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <string>
-#include <thread>
 #include <vector>
 #if defined(__SSE2__)
 #include <pmmintrin.h>
@@ -124,21 +123,6 @@ void tell_unused_options() {
   PetscOptionsLeftRestore(nullptr, &count, &names, &values);
 }
 
-// True if all ranks get here within a few seconds. An error can strike one rank alone, and the others then wait for it
-// inside some collective call; a communicator of its own keeps this roll call apart from what they wait in.
-bool all_arrive(MPI_Comm roll_call) {
-  constexpr double patience = 10; // [s]
-  MPI_Request request;
-  MPI_Ibarrier(roll_call, &request);
-  const double begin = MPI_Wtime();
-  for (int arrived = 0; MPI_Wtime() - begin < patience;) {
-    MPI_Test(&request, &arrived, MPI_STATUS_IGNORE);
-    if (arrived) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
-}
-
 } // namespace
 
 int main(int argc, char **argv) {
@@ -167,9 +151,9 @@ int main(int argc, char **argv) {
   char **petsc_argv = petsc.data();
   // Without mpirun Open MPI would start a daemon, and fail where it finds no ssh on the path.
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
-  setenv("OMPI_MCA_sharedfp", "^sm", 0); // nobody shares file pointers; two such processes would share its file
   if (SlepcInitialize(&petsc_argc, &petsc_argv, nullptr, nullptr)) return 3;
   dovetail::install_error_handler();
+  dovetail::expect_no_exit();
   dovetail::catch_signals();
   take_tiny_for_zero();
 
@@ -189,12 +173,19 @@ int main(int argc, char **argv) {
     status = 2, failure = error.what();
   } catch (const dovetail::WriteError &error) {
     status = 3, failure = error.what(), in_order = false;
+  } catch (const dovetail::MemoryError &error) {
+    status = 3, failure = error.what(), in_order = false;
+  } catch (const std::bad_alloc &error) {
+    status = 3, failure = dovetail::text_of(error), in_order = false;
   } catch (const std::exception &error) {
-    status = 3, failure = dovetail::text_of(error);
+    status = 3, failure = error.what();
   }
+  dovetail::main_leaves();
   if (!failure.empty()) {
     dovetail::ignore_signals(); // by which the launcher ends what is left when the first rank has gone
-    const bool together = all_arrive(roll_call);
+    MPI_Request here;           // on a communicator of its own, apart from what others wait in
+    MPI_Ibarrier(roll_call, &here);
+    const bool together = dovetail::all_arrive(here);
     if (rank == 0 || !together) std::fprintf(stderr, "dovetail: %s\n", failure.c_str());
     if (!together) MPI_Abort(PETSC_COMM_WORLD, status);
     if (!in_order) std::fflush(nullptr), std::_Exit(status);

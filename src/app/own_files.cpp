@@ -32,14 +32,17 @@ bool is_status(const fs::path &file) {
   return text.empty() || text.rfind("{\"program\": \"dovetail ", 0) == 0;
 }
 
-// Whole, or cut short by a kill: then with HDF5's first bytes, or nothing yet.
-bool has_format(const fs::path &file, const std::string &format, bool unfinished) {
+enum class Whole { yes, or_short, or_begun }; // begun: an attribute that says what it is may be missing yet
+
+// Whole, or cut short by a kill or a full disk: then with HDF5's first bytes, or nothing yet.
+bool has_format(const fs::path &file, const std::string &format, Whole whole) {
   try {
-    return h5::Reader(file).text_attribute("format") == format;
+    const std::string found = h5::Reader(file).text_attribute("format");
+    return found == format || (whole == Whole::or_begun && found.empty());
   } catch (const InputError &) {
     const std::string text = beginning(file);
     const bool nothing = std::all_of(text.begin(), text.end(), [](char byte) { return byte == 0; });
-    return unfinished && (nothing || text.rfind("\x89HDF\r\n\x1a\n", 0) == 0);
+    return whole != Whole::yes && (nothing || text.rfind("\x89HDF\r\n\x1a\n", 0) == 0);
   }
 }
 
@@ -65,12 +68,12 @@ void refuse_foreign_files(const Case &study, bool reduce_only) {
   if (study.reduced.empty()) kinds.emplace_back("reduced", "dovetail-reduced");
   if (!reduce_only) kinds.insert(kinds.end(), {{"results", "dovetail-results"}, {"state", "dovetail-state"}});
   for (const auto &[name, format] : kinds) {
-    const auto is = [&, &format = format](bool unfinished) {
-      return [&, unfinished](const fs::path &file) { return has_format(file, format, unfinished); };
+    const auto is = [&, &format = format](Whole whole) {
+      return [&, whole](const fs::path &file) { return has_format(file, format, whole); };
     };
     // What is cut short can be made again, but for results.
-    look(study.directory / (name + ".h5"), is(name != "results"));
-    look(study.directory / (name + ".h5.partial"), is(true));
+    look(study.directory / (name + ".h5"), is(name == "results" ? Whole::yes : Whole::or_short));
+    look(study.directory / (name + ".h5.partial"), is(Whole::or_begun));
   }
   look(study.directory / "summary.json", is_summary);
   for (const char *name : {"status.json", "status.json.partial"}) look(study.directory / name, is_status);

@@ -102,7 +102,18 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
   return 0;
 }
 
+// A factorisation without room gets more of it, and the solve a second chance: a wanted frequency has but one.
 Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const NewtonEffort &effort) {
+  bool lacked_memory = false;
+  const Outcome first = solve_once(y, border, target, effort, lacked_memory);
+  if (!lacked_memory) return first;
+  Outcome second = solve_once(y, border, target, effort, lacked_memory);
+  second.newton += first.newton, second.linear += first.linear, second.inexact += first.inexact;
+  return second;
+}
+
+Corrector::Outcome Corrector::solve_once(Vec y, Vec border, double target, const NewtonEffort &effort,
+                                         bool &lacked_memory) {
   border_ = border, target_ = target, effort_ = effort;
   iterates_.clear(), given_up_ = nullptr, spent_ = {};
   recall(memory());
@@ -123,7 +134,12 @@ Corrector::Outcome Corrector::solve(Vec y, Vec border, double target, const Newt
   check(SNESGetFunctionNorm(snes_, &outcome.residual), "Newton");
   if (reason == SNES_DIVERGED_LINEAR_SOLVE) {
     KSP ksp;
+    PC pc;
+    PCFailedReason failed;
     check(SNESGetKSP(snes_, &ksp), "Newton");
+    check(KSPGetPC(ksp, &pc), "Newton");
+    check(PCGetFailedReason(pc, &failed), "Newton");
+    lacked_memory = failed == PC_FACTOR_OUTMEMORY;
     outcome.why = jacobian_->recover(ksp);
   }
   outcome.converged = reason > 0;

@@ -67,6 +67,7 @@ private:
   static PetscErrorCode jacobian(SNES, Vec y, Mat J, Mat, void *context);
   static PetscErrorCode converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f, SNESConvergedReason *,
                                   void *context);
+  Outcome solve_once(Vec y, Vec border, double target, const NewtonEffort &effort, bool &lacked_memory);
   Direction solve_again(Vec r, Vec x, double accuracy);
 
   Problem &problem_;

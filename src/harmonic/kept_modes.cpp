@@ -105,6 +105,7 @@ void keep_modes(const Layout &layout, const std::filesystem::path &path, std::ui
             });
           }
           file.flush();
+          file.close();
         }
         std::filesystem::rename(partial, path);
       }

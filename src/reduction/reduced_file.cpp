@@ -154,6 +154,7 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     file.rows("/recovery/Psi", {total, nc}, before, kept, recovery.psi.data());
     if (model.sectors > 0) write_sectors(file, reduction, before, total);
     file.flush();
+    file.close();
   }
   on_all_ranks(model.comm, [&] {
     int rank;

@@ -53,6 +53,7 @@ ResultsFile::~ResultsFile() {
 void ResultsFile::take_name() {
   make_room_();
   std::filesystem::rename(partial_, path_);
+  file_->was_renamed(path_);
   named_ = true;
 }
 
@@ -73,6 +74,7 @@ bool ResultsFile::finish() {
     columns_.clear(), event_columns_.clear(), sensitivity_columns_.clear(), indices_.reset();
     file_->flush();
     if (!named_) std::filesystem::remove(partial_);
+    file_->close();
     file_.reset();
     if (named_ && identity_of(path_) != identity_)
       throw ComputeError(path_.string() +

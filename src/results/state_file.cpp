@@ -112,6 +112,7 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
     list(file, "/seconds", std::vector{run.seconds});
     file.attribute("fingerprint", fingerprint(run));
     file.flush();
+    file.close();
   }
   std::filesystem::rename(partial, path);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 
 #include "support/error.hpp"
 #include "support/ordered_file.hpp"
@@ -26,6 +27,7 @@ Id open_to_read(const std::filesystem::path &path) {
   if (H5Fis_hdf5(path.c_str()) <= 0) throw InputError(path.string() + ": not an HDF5 file (or empty, or cut off)");
   Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_file_locking(access, false, true);
+  H5Pset_fclose_degree(access, H5F_CLOSE_STRONG); // with what an error left open in it
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
   if (file < 0) throw InputError(path.string() + ": cannot be opened: truncated, damaged, or still being written");
   return Id(file, H5Fclose);
@@ -45,6 +47,14 @@ bool fits_its_file(hid_t set, const Extent &extent) {
   return bytes <= densest * static_cast<double>(size);
 }
 
+// What HDF5 says of something's being there. It may not know: then nothing is taken to be absent, as a default would
+// stand in.
+bool is_there(htri_t answer, const std::string &place) {
+  if (answer < 0)
+    throw InputError(place + ": cannot be looked up: the file is damaged, or a dataset stands where a group is wanted");
+  return answer > 0;
+}
+
 bool is_single(hid_t attribute) {
   Id space(H5Aget_space(attribute), H5Sclose);
   return H5Sget_simple_extent_npoints(space) == 1;
@@ -52,14 +62,14 @@ bool is_single(hid_t attribute) {
 
 enum class Manner { plain, ordered };
 
-Id create(const std::filesystem::path &path, Manner manner, MPI_Comm comm = MPI_COMM_NULL) {
+Id create(const std::filesystem::path &path, Manner manner) {
   silence();
   Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_file_locking(access, false, true);
-  H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_V18); // attributes above 64 KiB: the text of a long case
-  if (manner == Manner::ordered) use_ordered_driver(access);
-  if (comm != MPI_COMM_NULL) H5Pset_fapl_mpio(access, comm, MPI_INFO_NULL);
-  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  constexpr auto format = H5F_LIBVER_V18; // attributes above 64 KiB: the text of a long case
+  const bool good = H5Pset_file_locking(access, false, true) >= 0 &&
+                    H5Pset_libver_bounds(access, format, format) >= 0 &&
+                    (manner != Manner::ordered || use_ordered_driver(access));
+  const hid_t file = good ? H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access) : -1;
   if (file < 0) throw WriteError(path.string() + ": cannot be created");
   return Id(file, H5Fclose);
 }
@@ -70,7 +80,7 @@ Reader::Reader(const std::filesystem::path &path) : path_(path), file_(open_to_r
 
 bool Reader::has(const std::string &name) const {
   for (std::size_t slash = name.find('/', 1);; slash = name.find('/', slash + 1)) { // every group on the way
-    if (H5Lexists(file_, name.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
+    if (!is_there(H5Lexists(file_, name.substr(0, slash).c_str(), H5P_DEFAULT), place(name))) return false;
     if (slash == std::string::npos) return true;
   }
 }
@@ -83,7 +93,8 @@ Extent Reader::extent(const std::string &dataset) const {
   const int axes = H5Sget_simple_extent_ndims(space);
   if (axes < 0 || H5Sget_simple_extent_type(space) == H5S_NULL) throw InputError(place(dataset) + ": holds nothing");
   Extent extent(axes);
-  H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+  if (H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0)
+    throw InputError(place(dataset) + ": has no shape: the file is damaged");
   if (!fits_its_file(set, extent))
     throw InputError(place(dataset) + ": has shape " + shown(extent) +
                      ", more than the file can hold: it is damaged, or this was never written");
@@ -124,25 +135,30 @@ std::vector<long> Reader::integers(const std::string &dataset, Extent offset, Ex
 }
 
 std::string Reader::text_attribute(const std::string &name) const {
-  if (H5Aexists(file_, name.c_str()) <= 0) return "";
+  if (!is_there(H5Aexists(file_, name.c_str()), place("/") + ": attribute " + name)) return "";
   Id attribute(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
   Id stored(H5Aget_type(attribute), H5Tclose);
+  const std::string unread = place("/") + ": attribute " + name + " cannot be read";
+  if (stored < 0) throw InputError(unread);
   if (H5Tget_class(stored) != H5T_STRING || !is_single(attribute)) return "";
   Id type(H5Tcopy(stored), H5Tclose);
   if (H5Tis_variable_str(stored) > 0) {
     char *text = nullptr;
-    if (H5Aread(attribute, type, &text) < 0 || !text) return "";
+    if (H5Aread(attribute, type, &text) < 0) throw InputError(unread);
+    if (!text) return "";
     const std::string copy(text);
     H5free_memory(text);
     return copy;
   }
   std::string text(H5Tget_size(stored), '\0');
-  if (H5Aread(attribute, type, text.data()) < 0) return "";
+  if (H5Aread(attribute, type, text.data()) < 0) throw InputError(unread);
   return text.substr(0, text.find('\0'));
 }
 
 std::vector<std::string> Reader::words_attribute(const std::string &name, const std::string &object) const {
-  if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return {};
+  if (!is_there(H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT),
+                place(object) + ": attribute " + name))
+    return {};
   Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
   const hssize_t count = H5Sget_simple_extent_npoints(space);
@@ -196,7 +212,9 @@ std::vector<double> Reader::doubles_attribute(const std::string &name, const std
 }
 
 long Reader::integer_attribute(const std::string &name, long otherwise, const std::string &object) const {
-  if (H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) return otherwise;
+  if (!is_there(H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT),
+                place(object) + ": attribute " + name))
+    return otherwise;
   Id attribute(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   long value = otherwise;
   if (attribute < 0 || !is_single(attribute) || H5Aread(attribute, H5T_NATIVE_LONG, &value) < 0)
@@ -207,10 +225,23 @@ long Reader::integer_attribute(const std::string &name, long otherwise, const st
 Writer::Writer(const std::filesystem::path &path, MPI_Comm comm, Id file)
     : path_(path), comm_(comm), file_(std::move(file)) {}
 Writer::Writer(const std::filesystem::path &path) : Writer(path, MPI_COMM_NULL, create(path, Manner::plain)) {}
-Writer::Writer(MPI_Comm comm, const std::filesystem::path &path)
-    : Writer(path, comm, create(path, Manner::plain, comm)) {}
+Writer::Writer(MPI_Comm comm, const std::filesystem::path &path) : Writer(path, comm, Id(-1, H5Fclose)) {
+  MPI_Comm_rank(comm, &rank_);
+  MPI_Comm_size(comm, &ranks_);
+  on_all_ranks(comm, [&] {
+    if (rank_ == 0) file_ = create(path, Manner::plain);
+  });
+}
 Writer Writer::that_survives(const std::filesystem::path &path) {
   return Writer(path, MPI_COMM_NULL, create(path, Manner::ordered));
+}
+
+// On rank 0; if it fails, all ranks throw.
+template <class Work> void Writer::on_the_first(Work &&work) {
+  if (comm_ == MPI_COMM_NULL) return work();
+  on_all_ranks(comm_, [&] {
+    if (rank_ == 0) work();
+  });
 }
 
 void Writer::set_attribute(const std::string &name, const std::string &object, hid_t type, const void *value) {
@@ -225,30 +256,34 @@ void Writer::set_attribute(const std::string &name, const std::string &object, h
 }
 
 void Writer::attribute(const std::string &name, const std::string &text, const std::string &object) {
-  Id type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, text.size() + 1);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  set_attribute(name, object, type, text.c_str());
+  on_the_first([&] {
+    Id type(H5Tcopy(H5T_C_S1), H5Tclose);
+    if (H5Tset_size(type, text.size() + 1) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0)
+      throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
+    set_attribute(name, object, type, text.c_str());
+  });
 }
 
 void Writer::attribute(const std::string &name, long number, const std::string &object) {
-  set_attribute(name, object, H5T_NATIVE_LONG, &number);
+  on_the_first([&] { set_attribute(name, object, H5T_NATIVE_LONG, &number); });
 }
 
 void Writer::attribute(const std::string &name, const std::vector<std::string> &words) {
   std::vector<const char *> texts;
   for (const std::string &word : words) texts.push_back(word.c_str());
   const hsize_t count = texts.size();
-  Id type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate_simple(1, &count, nullptr), H5Sclose);
-  H5Tset_size(type, H5T_VARIABLE);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  Id attribute(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  if (attribute < 0 || H5Awrite(attribute, type, texts.data()) < 0)
-    throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
+  on_the_first([&] {
+    Id type(H5Tcopy(H5T_C_S1), H5Tclose), space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+    H5Tset_size(type, H5T_VARIABLE);
+    H5Tset_cset(type, H5T_CSET_UTF8);
+    Id attribute(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    if (attribute < 0 || H5Awrite(attribute, type, texts.data()) < 0)
+      throw WriteError(path_.string() + ": attribute " + name + " cannot be written");
+  });
 }
 
-void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
-                   const Extent &count, const void *values) {
+void Writer::write_own(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
+                       const Extent &count, const void *values) {
   Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
   H5Pset_create_intermediate_group(links, 1);
   Id space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
@@ -258,22 +293,63 @@ void Writer::write(const std::string &dataset, hid_t type, const Extent &extent,
          H5Dclose);
   if (set < 0) throw WriteError(path_.string() + ": " + dataset + ": cannot be created (is the disk full?)");
   written_ = dataset;
-  if (std::find(extent.begin(), extent.end(), 0u) != extent.end())
-    return; // HDF5 1.10 refuses collective writes of nothing
-  Id transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose);
-  if (comm_ != MPI_COMM_NULL) H5Pset_dxpl_mpio(transfer, H5FD_MPIO_COLLECTIVE);
   hsize_t total = 1;
   for (const hsize_t n : count) total *= n;
+  if (total == 0) return;
   Id memory(H5Screate_simple(1, &total, nullptr), H5Sclose);
-  if (total == 0) {
-    H5Sselect_none(space);
-    H5Sselect_none(memory);
-  } else {
-    H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr);
+  if (H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr) < 0 ||
+      H5Dwrite(set, type, memory, space, H5P_DEFAULT, values) < 0)
+    throw WriteError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
+}
+
+// Rank 0 writes what it has, then what the others send it, piece by piece. What fails is told when all has come.
+void Writer::write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
+                   const Extent &count, const void *values) {
+  if (comm_ == MPI_COMM_NULL) return write_own(dataset, type, extent, offset, count, values);
+  constexpr hsize_t most = 1 << 26; // bytes of a piece
+  constexpr int tag = 1;
+  const std::size_t axes = extent.size();
+  const auto each_piece = [&](const Extent &from, Extent size, const auto &take) { // of whole rows
+    hsize_t row = H5Tget_size(type);
+    for (std::size_t i = 1; i < axes; ++i) row *= size[i];
+    const hsize_t rows = std::exchange(size[0], std::max<hsize_t>(1, most / std::max<hsize_t>(1, row)));
+    Extent at = from;
+    for (hsize_t done = 0; row > 0 && done < rows; done += size[0], at[0] += size[0]) {
+      size[0] = std::min(size[0], rows - done);
+      take(at, size, done * row, static_cast<int>(size[0] * row));
+    }
+  };
+  if (rank_ > 0) {
+    Extent place = offset;
+    place.insert(place.end(), count.begin(), count.end());
+    MPI_Send(place.data(), static_cast<int>(sizeof(hsize_t) * 2 * axes), MPI_BYTE, 0, tag, comm_);
+    each_piece(offset, count, [&](const Extent &, const Extent &, hsize_t begin, int bytes) {
+      MPI_Send(static_cast<const char *>(values) + begin, bytes, MPI_BYTE, 0, tag, comm_);
+    });
   }
-  int failed = H5Dwrite(set, type, memory, space, transfer, values) < 0;
-  if (comm_ != MPI_COMM_NULL) MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_LOR, comm_); // all stop together
-  if (failed) throw WriteError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
+  on_the_first([&] {
+    std::exception_ptr failed;
+    const auto write = [&](const Extent &at, const Extent &size, const void *piece) {
+      try {
+        if (!failed) write_own(dataset, type, extent, at, size, piece);
+      } catch (const WriteError &) {
+        failed = std::current_exception();
+      }
+    };
+    write(offset, count, values);
+    Extent place(2 * axes);
+    std::vector<char> buffer;
+    for (int r = 1; r < ranks_; ++r) {
+      MPI_Recv(place.data(), static_cast<int>(sizeof(hsize_t) * 2 * axes), MPI_BYTE, r, tag, comm_, MPI_STATUS_IGNORE);
+      each_piece({place.begin(), place.begin() + axes}, {place.begin() + axes, place.end()},
+                 [&](const Extent &at, const Extent &size, hsize_t, int bytes) {
+                   buffer.resize(bytes);
+                   MPI_Recv(buffer.data(), bytes, MPI_BYTE, r, tag, comm_, MPI_STATUS_IGNORE);
+                   write(at, size, buffer.data());
+                 });
+    }
+    if (failed) std::rethrow_exception(failed);
+  });
 }
 
 void Writer::slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
@@ -287,8 +363,16 @@ void Writer::slab(const std::string &dataset, const Extent &extent, const Extent
 }
 
 void Writer::flush() {
-  if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0)
-    throw WriteError(path_.string() + ": cannot be written (is the disk full?)");
+  on_the_first([&] {
+    if (H5Fflush(file_, H5F_SCOPE_LOCAL) < 0)
+      throw WriteError(path_.string() + ": cannot be written (is the disk full?)");
+  });
+}
+
+void Writer::close() {
+  on_the_first([&] {
+    if (!file_.close_now()) throw WriteError(path_.string() + ": cannot be closed (is the disk full?)");
+  });
 }
 
 Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t type, hsize_t chunk_rows, bool wider)

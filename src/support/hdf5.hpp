@@ -11,8 +11,8 @@
 
 namespace dovetail::h5 {
 
-/// Owner of one HDF5 identifier. While an exception unwinds it is left open: closing may be collective, and flushes,
-/// which crashes when it is a full disk that ended the run.
+/// Owner of one HDF5 identifier. While an exception unwinds it is left open: closing flushes, which crashes when it is
+/// a full disk that ended the run.
 class Id {
 public:
   Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -26,6 +26,11 @@ public:
     if (id_ >= 0 && std::uncaught_exceptions() == 0) close_(id_);
   }
   operator hid_t() const { return id_; }
+  /// Now, and says whether that went well. Nothing is left for the destructor.
+  bool close_now() {
+    const hid_t id = std::exchange(id_, -1);
+    return id < 0 || close_(id) >= 0;
+  }
 
 private:
   hid_t id_;
@@ -38,6 +43,8 @@ using Extent = std::vector<hsize_t>;
 class Reader {
 public:
   explicit Reader(const std::filesystem::path &path);
+  Reader(const Reader &) = delete;
+  ~Reader() { file_.close_now(); } // also while an exception unwinds: else nobody could write it again in this run
 
   bool has(const std::string &name) const; ///< group or dataset of this absolute name
   Extent extent(const std::string &dataset) const;
@@ -71,7 +78,8 @@ public:
   /// Likewise, and opens at any moment from the first flush on, while it is written as well as after a SIGKILL, with
   /// all that was flushed (ordered_file.hpp). No lock is taken.
   static Writer that_survives(const std::filesystem::path &path);
-  /// Opened by all ranks of `comm` together (collective, as is every write of a slab).
+  /// Of all ranks of `comm` together: rank 0 writes, also what the others have. Every call is collective then. Parallel
+  /// HDF5 would wait for ever where one rank alone cannot write.
   Writer(MPI_Comm comm, const std::filesystem::path &path);
 
   /// Of the root group, or of another object; one that is there already gets a new value.
@@ -79,8 +87,8 @@ public:
   void attribute(const std::string &name, long number, const std::string &object = "/");
   void attribute(const std::string &name, const std::vector<std::string> &words); ///< of the root group, a new one
   /// This rank's slab [offset, offset + count) of a dataset of `extent`, row-major; groups on the way are
-  /// made. The next call may give another slab of the same dataset.
-  /// Collective when the file is; a rank with nothing to write gives a zero in `count`.
+  /// made. The next call may give another slab of the same dataset. A rank with nothing to write gives a zero in
+  /// `count`.
   void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
             const double *values);
   void slab(const std::string &dataset, const Extent &extent, const Extent &offset, const Extent &count,
@@ -93,15 +101,22 @@ public:
     slab(dataset, extent, offset, count, values);
   }
   void flush();
+  /// The last call: some file systems only say then that something could not be stored. Collective when the file is.
+  void close();
+  void was_renamed(const std::filesystem::path &path) { path_ = path; } ///< what messages call it
   operator hid_t() const { return file_; }
 
 private:
+  template <class Work> void on_the_first(Work &&work);
+  void write_own(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset,
+                 const Extent &count, const void *values);
   Writer(const std::filesystem::path &path, MPI_Comm comm, Id file);
   void set_attribute(const std::string &name, const std::string &object, hid_t type, const void *value);
   void write(const std::string &dataset, hid_t type, const Extent &extent, const Extent &offset, const Extent &count,
              const void *values);
   std::filesystem::path path_;
   MPI_Comm comm_; // of the ranks that write together, or none
+  int rank_ = 0, ranks_ = 1;
   Id file_;
   std::string written_; // the last dataset
 };

@@ -17,7 +17,7 @@
 
 namespace dovetail::h5 {
 
-/// Makes files created with this list of file access properties such files.
-void use_ordered_driver(hid_t access);
+/// Makes files created with this list of file access properties such files, or says that it cannot.
+bool use_ordered_driver(hid_t access);
 
 } // namespace dovetail::h5

@@ -42,7 +42,11 @@ void on_signal(int signal) {
 
 void on_crash(int signal) {
   say("dovetail: crashed (");
-  say(signal == SIGSEGV ? "SIGSEGV" : signal == SIGBUS ? "SIGBUS" : signal == SIGILL ? "SIGILL" : "SIGFPE");
+  say(signal == SIGSEGV   ? "SIGSEGV"
+      : signal == SIGBUS  ? "SIGBUS"
+      : signal == SIGILL  ? "SIGILL"
+      : signal == SIGABRT ? "SIGABRT"
+                          : "SIGFPE");
   say("), in the program or one of its libraries; some of them do where memory runs out. Every point that was computed "
       "is in the results file, and --restart goes on from there\n");
   std::signal(signal, SIG_DFL);
@@ -66,7 +70,7 @@ void catch_signals() {
   for (std::size_t i = 0; i < std::size(stopping); ++i)
     if (!unwanted[i]) sigaction(stopping[i], &action, nullptr);
   action.sa_handler = on_crash;
-  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGFPE}) sigaction(signal, &action, nullptr);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGABRT, SIGFPE}) sigaction(signal, &action, nullptr);
 }
 
 void only_note_signals() { patient = 1; }

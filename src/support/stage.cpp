@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <ctime>
 
+#include "support/error.hpp"
 #include "support/memory.hpp"
 
 namespace dovetail {
@@ -15,9 +16,9 @@ double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 Stages::Guard::Guard(Stages &stages, const char *name)
     : stages_(stages), name_(name), begin_(MPI_Wtime()), cpu_begin_(cpu_seconds()) {
   PetscLogStage stage = -1;
-  PetscLogStageGetId(name, &stage);
-  if (stage < 0) PetscLogStageRegister(name, &stage);
-  PetscLogStagePush(stage);
+  check(PetscLogStageGetId(name, &stage), "beginning a stage");
+  if (stage < 0) check(PetscLogStageRegister(name, &stage), "beginning a stage");
+  check(PetscLogStagePush(stage), "beginning a stage");
   if (stages_.begins) stages_.begins(name);
 }
 
