@@ -28,16 +28,20 @@ CurvePoint Curve::point() const {
 }
 
 bool Curve::solve_across(Vec normal, CurvePoint &s, const StepEffort &effort) {
-  double target;
-  PetscReal reach = 0;
-  if (effort.step > 0) {
-    PetscReal size, unit;
-    check(VecNorm(s.y, NORM_2, &size), "predicting");
-    check(VecNorm(normal, NORM_2, &unit), "predicting");
-    reach = std::max(most_steps * effort.step * unit / norm.length(normal), least_reach * size);
-  }
+  constexpr const char *doing = "predicting";
+  PetscScalar target, square;
+  PetscReal size, unit;
   norm.weigh(normal, row_);
-  check(VecDot(row_, s.y, &target), "predicting");
+  check(VecDotBegin(row_, s.y, &target), doing); // by one message
+  check(VecDotBegin(row_, normal, &square), doing);
+  check(VecNormBegin(s.y, NORM_2, &size), doing);
+  check(VecNormBegin(normal, NORM_2, &unit), doing);
+  check(VecDotEnd(row_, s.y, &target), doing);
+  check(VecDotEnd(row_, normal, &square), doing);
+  check(VecNormEnd(s.y, NORM_2, &size), doing);
+  check(VecNormEnd(normal, NORM_2, &unit), doing);
+  const double reach =
+      effort.step > 0 ? std::max(most_steps * effort.step * unit / std::sqrt(square), least_reach * size) : 0;
   s.newton = corrector_.solve(s.y, row_, target, {effort.line_search, effort.most, reach});
   return finish(s);
 }
@@ -72,11 +76,10 @@ bool Curve::finish(CurvePoint &s) {
   const auto direction = corrector_.tangent(s.t);
   count(direction);
   s.sign = direction.sign;
-  if (!direction.found) {
+  if (!direction.found || !normalise(s.t)) {
     s.newton.converged = false, s.newton.why = "the bordered Jacobian is singular";
     return false;
   }
-  check(VecScale(s.t, 1 / norm.length(s.t)), "computing a tangent");
   static long solves = 0;
   s.solve = ++solves;
   solve_ = s.solve;
@@ -114,8 +117,15 @@ bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   const auto direction = corrector_.tangent_at(y, row_, t);
   count(direction);
   sign = direction.sign;
-  if (direction.found) check(VecScale(t, 1 / norm.length(t)), "computing a tangent");
-  return direction.found;
+  return direction.found && normalise(t);
+}
+
+// To length 1; false where it has none.
+bool Curve::normalise(Vec t) {
+  const double length = norm.length(t);
+  if (!(std::isfinite(length) && length > 0)) return false;
+  check(VecScale(t, 1 / length), "computing a tangent");
+  return true;
 }
 
 void turn(CurvePoint &s) {
@@ -123,6 +133,8 @@ void turn(CurvePoint &s) {
   s.sign = -s.sign;
 }
 
-double angle(const ArcLengthMetric &norm, Vec t, Vec u) { return std::acos(std::clamp(norm.product(t, u), -1.0, 1.0)); }
+double angle_of(double product) { return std::acos(std::clamp(product, -1.0, 1.0)); }
+
+double angle(const ArcLengthMetric &norm, Vec t, Vec u) { return angle_of(norm.product(t, u)); }
 
 } // namespace dovetail

@@ -78,6 +78,7 @@ public:
 
 private:
   bool finish(CurvePoint &s);
+  bool normalise(Vec t);
   void count(const Corrector::Outcome &newton);
   void count(const Corrector::Direction &solve);
 
@@ -89,7 +90,8 @@ private:
 
 /// Other way round: the same point, the tangent turned.
 void turn(CurvePoint &s);
-/// Angle between two tangents of weighted length 1 [rad].
+/// Angle between two tangents of weighted length 1 [rad], also by their product.
 double angle(const ArcLengthMetric &norm, Vec t, Vec u);
+double angle_of(double product);
 
 } // namespace dovetail

@@ -1,5 +1,7 @@
 #include "continuation/problem.hpp"
 
+#include <petsc/private/petscimpl.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -39,18 +41,25 @@ private:
 
 MPI_Comm comm_of(Vec y) { return PetscObjectComm(reinterpret_cast<PetscObject>(y)); }
 
+std::vector<double> added_up(std::vector<double> sums, MPI_Comm comm) {
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm);
+  return sums;
+}
+
 // x by the largest met so far, the parameter by its unit.
 class PlainMetric : public ArcLengthMetric {
 public:
   PlainMetric(double unit, bool weighted) : unit_(weighted ? unit : 1), weighted_(weighted) {}
 
-  double product(Vec a, Vec b) const override {
-    const Own x(a), y(b);
-    double sum = 0;
-    for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * y[i];
-    sum = sum * weight() + x.parameter() * y.parameter() / (unit_ * unit_);
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm_of(a));
-    return sum;
+  std::vector<double> products(const std::vector<Pair> &pairs) const override {
+    std::vector<double> sums;
+    for (const auto &[a, b] : pairs) {
+      const Own x(a), y(b);
+      double sum = 0;
+      for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * y[i];
+      sums.push_back(sum * weight() + x.parameter() * y.parameter() / (unit_ * unit_));
+    }
+    return added_up(std::move(sums), comm_of(pairs[0][0]));
   }
   void weigh(Vec t, Vec row) const override {
     const double p = parameter_of(t);
@@ -58,15 +67,19 @@ public:
     check(VecScale(row, weight()), doing);
     set_parameter(row, p / (unit_ * unit_));
   }
-  double motion(Vec y) const override {
-    const Own x(y);
-    double sum = 0;
-    for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * x[i];
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm_of(y));
-    return std::sqrt(sum);
+  std::vector<double> motions(const std::vector<Vec> &of) const override {
+    std::vector<double> sums;
+    for (const Vec y : of) {
+      const Own x(y);
+      sums.push_back(0);
+      for (PetscInt i = 0; i < x.size(); ++i) sums.back() += x[i] * x[i];
+    }
+    sums = added_up(std::move(sums), comm_of(of[0]));
+    for (double &sum : sums) sum = std::sqrt(sum);
+    return sums;
   }
   double largest_motion() const override { return largest_; }
-  void see(Vec y) override { largest_ = std::max(largest_, motion(y)); }
+  void see(Vec y) override { largest_ = std::max(largest_, motions({y})[0]); }
 
 private:
   double weight() const { return weighted_ && largest_ > 0 ? 1 / (largest_ * largest_) : 1; }
@@ -83,21 +96,40 @@ std::unique_ptr<ArcLengthMetric> Problem::metric(double unit, bool weighted) con
   return std::make_unique<PlainMetric>(unit, weighted);
 }
 
-std::array<double, Problem::projections> Problem::projected(Vec y) const {
-  const Own x(y);
-  std::array<double, projections> out{};
-  out[0] = x.parameter();
-  for (PetscInt i = 0; i < x.size(); ++i)
-    for (int k = 1; k < projections; ++k) out[k] += pseudo_random(x.first() + i, 0, k) * x[i];
-  MPI_Allreduce(MPI_IN_PLACE, out.data(), projections, MPI_DOUBLE, MPI_SUM, comm_of(y));
+double Problem::residual_and_plane(Vec y, Vec f, Vec border) {
+  double along;
+  residual(y, f);
+  check(VecDot(border, y, &along), "evaluating the arc-length equation");
+  return along;
+}
+
+std::vector<Problem::Projected> Problem::projected(const std::vector<Vec> &of) const {
+  std::vector<Projected> out(of.size());
+  for (std::size_t v = 0; v < of.size(); ++v) {
+    const Own x(of[v]);
+    out[v][0] = x.parameter();
+    for (PetscInt i = 0; i < x.size(); ++i)
+      for (int k = 1; k < projections; ++k) out[v][k] += pseudo_random(x.first() + i, 0, k) * x[i];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, out.data(), static_cast<int>(of.size()) * projections, MPI_DOUBLE, MPI_SUM,
+                comm_of(of[0]));
   return out;
 }
 
+// PETSc keeps a number with a vector until that changes, on all ranks alike.
 double parameter_of(Vec y) {
-  double value = Own(y).parameter();
+  static PetscInt number = -1;
+  const auto object = reinterpret_cast<PetscObject>(y);
+  double value;
+  PetscBool known;
+  if (number < 0) check(PetscObjectComposedDataRegister(&number), doing);
+  check(PetscObjectComposedDataGetReal(object, number, value, known), doing);
+  if (known) return value;
+  value = Own(y).parameter();
   int size;
   MPI_Comm_size(comm_of(y), &size);
   MPI_Bcast(&value, 1, MPI_DOUBLE, size - 1, comm_of(y));
+  check(PetscObjectComposedDataSetReal(object, number, value), doing);
   return value;
 }
 

@@ -86,7 +86,8 @@ Stepper::Outcome Stepper::try_step(double step) {
 Stepper::Outcome Stepper::take_trial(double step) {
   TangentPredictor().predict(here_, step, predicted_);
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  const StepMeasure measure{angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step,
+  const std::vector<double> products = curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}});
+  const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step,
                             allowed_astray(curve_->problem.is_smooth())};
   const bool kink = halvings_.add(measure);
   off_ = 0;
@@ -170,8 +171,8 @@ void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const 
 
 void Stepper::limit_step() {
   if (!control_.adaptive()) return;
-  control_.limit({std::abs(parameter_of(here_.t)) / unit_, curve_->norm.motion(here_.t), curve_->norm.motion(here_.y)},
-                 curve_->problem.is_smooth());
+  const std::vector<double> motions = curve_->norm.motions({here_.t, here_.y});
+  control_.limit({std::abs(parameter_of(here_.t)) / unit_, motions[0], motions[1]}, curve_->problem.is_smooth());
 }
 
 void Stepper::take_curve(Curve &curve) {

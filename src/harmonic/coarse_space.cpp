@@ -21,8 +21,8 @@ PetscInt worth_factoring(const Layout &layout) {
 
 } // namespace
 
-CoarseSpace::CoarseSpace(const StuckBases &bases, const Layout &layout)
-    : layout_(layout), own_(own_share(layout.comm, layout.dofs())), most_(worth_factoring(layout)) {
+CoarseSpace::CoarseSpace(const StuckBases &bases, const Layout &layout, const ModalShare &share)
+    : layout_(layout), own_(share.own), most_(worth_factoring(layout)) {
   PetscBool given;
   check(PetscOptionsGetInt(nullptr, "hb_modal_", "-lowest", &most_, &given), "reading options");
   given_ = given;

@@ -12,7 +12,7 @@ namespace dovetail {
 class CoarseSpace {
 public:
   /// `bases` must outlive this.
-  CoarseSpace(const StuckBases &bases, const Layout &layout);
+  CoarseSpace(const StuckBases &bases, const Layout &layout, const ModalShare &share);
 
   bool used() const { return most_ > 0; }
   /// Of the Jacobian that `contacts` has taken. Collective.

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
 
+#include "continuation/problem.hpp"
 #include "harmonic/assembled.hpp"
 #include "harmonic/dampers.hpp"
 #include "harmonic/dense_model.hpp"
@@ -146,13 +148,7 @@ UniqueVec HarmonicSystem::unknowns() const {
   return y;
 }
 
-double HarmonicSystem::parameter_in(Vec y) const {
-  const double *own;
-  check(VecGetArrayRead(y, &own), "reading the parameter");
-  const double value = shared_parameter(own);
-  check(VecRestoreArrayRead(y, &own), "reading the parameter");
-  return value;
-}
+double HarmonicSystem::parameter_in(Vec y) const { return parameter_of(y); }
 
 double HarmonicSystem::shared_parameter(const double *own) const {
   double value = layout_.owns_omega() ? own[layout_.own_coefficients()] : 0;
@@ -177,11 +173,23 @@ bool HarmonicSystem::set(double value) {
   return found;
 }
 
+bool HarmonicSystem::has_products(const double *q) const {
+  return motion_.size() == static_cast<std::size_t>(layout_.own_coefficients()) &&
+         std::equal(motion_.begin(), motion_.end(), q);
+}
+
+// Sets the parameter and makes the products, of unknowns y. Returns border . y. All ranks learn these by one message.
+double HarmonicSystem::go_to(const double *y, const double *border) {
+  double sums[] = {layout_.owns_omega() ? y[layout_.own_coefficients()] : 0, has_products(y) ? 0.0 : 1.0,
+                   border ? std::inner_product(y, y + layout_.own_unknowns(), border, 0.0) : 0};
+  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  set(sums[0]);
+  if (sums[1] > 0) products(y);
+  return sums[2];
+}
+
 void HarmonicSystem::products(const double *q) {
   const std::size_t count = layout_.own_coefficients();
-  int same = motion_.size() == count && std::equal(motion_.begin(), motion_.end(), q);
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
-  if (same) return;
   stiffness_force_.resize(count), inertia_force_.resize(count);
   const Timed timed(Work::matrices);
   linear_->multiply(q, stiffness_force_.data(), inertia_force_.data());
@@ -205,7 +213,9 @@ void HarmonicSystem::evaluate_contact(const double *q) {
 }
 
 void HarmonicSystem::evaluate(const double *q) {
-  products(q);
+  int same = has_products(q);
+  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
+  if (!same) products(q);
   evaluate_contact(q);
 }
 
@@ -238,23 +248,26 @@ void HarmonicSystem::balance(const DynamicStiffness &structure, double constant,
   for (std::size_t i = 0; i < constant_.size(); ++i) contact[i * n] += 2 * constant_[i];
 }
 
-void HarmonicSystem::residual(Vec y, Vec f) {
-  const double *q;
+double HarmonicSystem::residual(Vec y, Vec f, Vec border) {
+  const double *q, *row = nullptr;
   double *out;
   check(VecGetArrayRead(y, &q), "evaluating the residual");
-  set(shared_parameter(q));
-  evaluate(q);
+  if (border) check(VecGetArrayRead(border, &row), "evaluating the residual");
+  const double along = go_to(q, row);
+  if (border) check(VecRestoreArrayRead(border, &row), "evaluating the residual");
+  evaluate_contact(q);
   check(VecGetArray(f, &out), "evaluating the residual");
   balance(structure(setting_.omega), setting_.load, setting_.load, out);
   check(VecRestoreArray(f, &out), "evaluating the residual");
   check(VecRestoreArrayRead(y, &q), "evaluating the residual");
+  return along;
 }
 
 void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   const double *q, *last;
   check(VecGetArrayRead(y, &q), "evaluating the Jacobian");
-  set(shared_parameter(q));
-  evaluate(q);
+  go_to(q);
+  evaluate_contact(q);
   differentiate(q, parameter_.kind());
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
@@ -296,8 +309,7 @@ double HarmonicSystem::by_damping(std::size_t i) const {
 double HarmonicSystem::weighed_damping(Vec y, Vec weights) {
   const double *q, *w;
   check(VecGetArrayRead(y, &q), "differentiating by damping");
-  set(shared_parameter(q));
-  products(q);
+  go_to(q);
   check(VecRestoreArrayRead(y, &q), "differentiating by damping");
   double sum = 0;
   check(VecGetArrayRead(weights, &w), "differentiating by damping");
@@ -311,8 +323,8 @@ void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
   const double *q;
   double *column;
   check(VecGetArrayRead(y, &q), "differentiating by a parameter");
-  set(shared_parameter(q));
-  evaluate(q);
+  go_to(q);
+  evaluate_contact(q);
   differentiate(q, by);
   check(VecRestoreArrayRead(y, &q), "differentiating by a parameter");
   check(VecSet(out, 0), "differentiating by a parameter");

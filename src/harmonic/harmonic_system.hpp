@@ -58,8 +58,9 @@ public:
   UniqueVec unknowns() const;       ///< y = [X; parameter], zero
   double parameter_in(Vec y) const; ///< last unknown, on every rank. Collective.
 
-  /// f = residual of eq (11); its last entry, the parameter's row, is left alone. Collective.
-  void residual(Vec y, Vec f);
+  /// f = residual of eq (11); its last entry, the parameter's row, is left alone. Returns border . y if there is a
+  /// border. Collective.
+  double residual(Vec y, Vec f, Vec border = nullptr);
   void damp_mass() { linear_->damp_mass(); } ///< see linear_part.hpp
   /// Empty Jacobian, bordered by Omega's row and column; `ksp` made to solve with it, before SetFromOptions.
   UniqueMat matrix() const { return linear_->matrix(forces_); }
@@ -121,7 +122,9 @@ public:
 
 private:
   void evaluate_contact(const double *q); // unless done at this motion
-  void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, likewise
+  bool has_products(const double *q) const;
+  void products(const double *q); // stiffness_force_ = K q, inertia_force_ = M q
+  double go_to(const double *y, const double *border = nullptr);
   bool hold_adrift();
   void fit_courses(); // to the harmonics
   double shared_parameter(const double *own) const;

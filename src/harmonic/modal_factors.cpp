@@ -76,10 +76,21 @@ void ModalFactors::press(const Sheaf &of, std::size_t rows, const double *phi, s
           c, parted[j * columns + c], of.of.complex ? parted[(n_ + j) * columns + of.of.partners[c]] : 0.0);
 }
 
+// One letter for each contact dof: all ranks know how many of these others have.
 void ModalFactors::share_moving() {
-  std::vector<PetscInt> numbers;
-  for (const int dof : moving_) numbers.push_back(3 * layout_.own_points.begin + dof);
-  gather(layout_, std::move(numbers), all_moving_, MPIU_INT);
+  std::vector<char> moves(3 * layout_.points, false);
+  for (const int dof : moving_) moves[3 * layout_.own_points.begin + dof] = true;
+  std::vector<int> counts(layout_.size), starts(layout_.size);
+  for (int r = 0; r < layout_.size; ++r) {
+    const Range points = share_of(layout_.points, r, layout_.size);
+    counts[r] = static_cast<int>(3 * points.size()), starts[r] = static_cast<int>(3 * points.begin);
+  }
+  if (layout_.size > 1)
+    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, moves.data(), counts.data(), starts.data(), MPI_CHAR,
+                   layout_.comm);
+  all_moving_.clear();
+  for (std::size_t dof = 0; dof < moves.size(); ++dof)
+    if (moves[dof]) all_moving_.push_back(static_cast<PetscInt>(dof));
 }
 
 void ModalFactors::gather_rows() {

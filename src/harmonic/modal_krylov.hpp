@@ -54,6 +54,7 @@ private:
 
   const StuckBases &bases_;
   Layout layout_;
+  ModalShare share_;
   Range own_;          // modal unknowns
   PetscInt own_modal_; // their coefficients
   ModalOperator operator_;
@@ -61,7 +62,7 @@ private:
   enum class Coarse { none, stale, fresh, idle };
   Coarse coarse_state_ = Coarse::none; // factored of no Jacobian yet, an earlier one, this one; not at all
   DynamicStiffness structure_;
-  double corner_ = 0;                                 // last entry of the border, on the last rank
+  double corner_ = 0;                                 // last entry of the border, where that is held
   std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
   std::vector<double> among_;                         // the coarse space's unknowns, and one more
   double schur_ = 1;

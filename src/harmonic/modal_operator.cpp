@@ -31,8 +31,8 @@ DOVETAIL_WIDE void add_outer(float scale, const float *__restrict factors, int r
 
 } // namespace
 
-ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
-    : basis_(bases.mean()), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout, const ModalShare &share)
+    : basis_(bases.mean()), layout_(layout), everywhere_(share.everywhere), own_(share.own),
       padded_(padded<Real>(layout.width)), counts_(layout.size), starts_(layout.size),
       points_(layout.own_points.size()), cross_(padded_),
       written_(9 * static_cast<std::size_t>(layout.width) * layout.width) {
@@ -40,7 +40,7 @@ ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
     const Range share = share_of(layout.dofs(), r, layout.size);
     counts_[r] = share.size() * padded_ + (r == layout.size - 1), starts_[r] = share.begin * padded_;
   }
-  const std::size_t all = static_cast<std::size_t>(layout.dofs()) * padded_ + 1;
+  const std::size_t all = static_cast<std::size_t>(layout.dofs()) * padded_ + 2;
   all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
   for (const IndexGroup &group : groups_of(bases.wave, layout.width)) {
     const StuckBasis &basis = *bases.of_index[group.index];
@@ -93,13 +93,13 @@ void ModalOperator::take(const ContactForces &contact, const double *held, const
 
 // all_ = the modal unknowns of all ranks, and of each basis those of its harmonics.
 void ModalOperator::spread(const double *y, double last) {
-  Real *own = &all_[starts_[layout_.rank]];
+  Real *own = &all_[own_.begin * padded_];
   const PetscInt rows = own_.size();
   for (PetscInt i = 0; i < rows; ++i)
     for (int j = 0; j < layout_.width; ++j) own[i * padded_ + j] = static_cast<Real>(y[i * layout_.width + j]);
-  if (layout_.owns_omega()) own[rows * padded_] = static_cast<Real>(last);
+  if (everywhere_ || layout_.owns_omega()) own[rows * padded_] = static_cast<Real>(last);
   const Timed timed(Work::exchange);
-  if (layout_.size > 1)
+  if (layout_.size > 1 && !everywhere_)
     MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), MPI_FLOAT,
                    layout_.comm);
   const std::size_t n = layout_.dofs();
@@ -148,16 +148,21 @@ void ModalOperator::collect(double *out, double *sum) {
 
   const Timed timed(Work::exchange);
   const Real *share = sum_.data();
-  if (layout_.size > 1) {
+  if (everywhere_) {
+    Real *more = &sum_[n * padded_]; // in two parts, so that no digit of it is lost
+    more[0] = sum ? static_cast<Real>(*sum) : 0, more[1] = sum ? static_cast<Real>(*sum - more[0]) : 0;
+    MPI_Allreduce(MPI_IN_PLACE, sum_.data(), static_cast<int>(n * padded_ + 2), MPI_FLOAT, MPI_SUM, layout_.comm);
+    if (sum) *sum = static_cast<double>(more[0]) + more[1];
+  } else if (layout_.size > 1) {
     MPI_Reduce_scatter(sum_.data(), share_.data(), counts_.data(), MPI_FLOAT, MPI_SUM, layout_.comm);
     share = share_.data();
   }
   for (PetscInt i = 0; i < own_.size(); ++i)
     for (int j = 0; j < layout_.width; ++j) out[i * layout_.width + j] = share[i * padded_ + j];
-  if (layout_.owns_omega() && sum) *sum = share[own_.size() * padded_];
+  if (!everywhere_ && layout_.owns_omega() && sum) *sum = share[own_.size() * padded_];
 }
 
-void ModalOperator::to_modes(const double *r, double *out) {
+void ModalOperator::to_modes(const double *r, double *out, double *sum) {
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
   clear_sum();
@@ -166,7 +171,8 @@ void ModalOperator::to_modes(const double *r, double *out) {
     for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
       press(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
   }
-  collect(out, nullptr);
+  collect(out, everywhere_ ? sum : nullptr);
+  if (sum && !everywhere_) MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
 }
 
 void ModalOperator::from_modes(const double *y, double *q) {
@@ -278,7 +284,7 @@ double ModalOperator::work() const {
 
 void ModalOperator::apply(const double *y, double *out, double &last, double &sum) {
   spread(y, last);
-  last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
+  if (!everywhere_) last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
   clear_sum();
   {
     const Timed timed(Work::modes);
@@ -291,7 +297,7 @@ void ModalOperator::apply(const double *y, double *out, double &last, double &su
     }
   }
   sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);
-  collect(out, &sum);
+  collect(out, everywhere_ ? nullptr : &sum);
   if (basis_.dampers_are_diagonal()) return;
   add_dampers(basis_.viscous, &DynamicStiffness::turn, out);
   add_dampers(basis_.hysteretic, &DynamicStiffness::hysteresis, out);

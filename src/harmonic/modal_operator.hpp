@@ -9,6 +9,7 @@
 
 #include "contact/contact_forces.hpp"
 #include "harmonic/index_groups.hpp"
+#include "harmonic/modal_share.hpp"
 #include "harmonic/strands.hpp"
 #include "harmonic/stuck_basis.hpp"
 #include "scaling/dynamic_stiffness.hpp"
@@ -20,17 +21,19 @@ public:
   using Real = float;
 
   /// `bases` must outlive this.
-  ModalOperator(const StuckBases &bases, const Layout &layout);
+  ModalOperator(const StuckBases &bases, const Layout &layout, const ModalShare &share);
 
   /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts.
   void take(const ContactForces &contact, const double *held, const DynamicStiffness &structure);
 
-  /// out (own modal unknowns) = Phi^H r, of r (own coefficients). Collective.
-  void to_modes(const double *r, double *out);
+  /// out (own modal unknowns) = Phi^H r, of r (own coefficients). `sum`, if given, becomes the sum over all ranks, on
+  /// all. Collective.
+  void to_modes(const double *r, double *out, double *sum = nullptr);
   /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
   void from_modes(const double *y, double *q);
-  /// out (own modal unknowns) = Phi_c^H { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers; y's last,
-  /// which the last rank holds, made known to all, and `sum` made the sum over all ranks, on the last. Collective.
+  /// out (own modal unknowns) = Phi_c^H { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers. Where each
+  /// rank has its share: y's last, which the last rank holds, made known to all, and `sum` made the sum over all ranks,
+  /// on the last. Collective.
   void apply(const double *y, double *out, double &last, double &sum);
 
   /// Of apply() but for the contacts' blocks, as ContactFactors::work.
@@ -69,6 +72,7 @@ private:
 
   const StuckBasis &basis_; // of the mean
   Layout layout_;
+  bool everywhere_;
   Range own_;
   int padded_;
   std::vector<Sheaf> sheaves_;
@@ -77,7 +81,7 @@ private:
   std::vector<Real> cross_;         // Im kappa_k per coefficient, with the sign that the other of its pair enters with
   Aligned<Real> blocks_;            // (width, padded) each: columns, one after the other
   std::vector<double> written_;     // of one point, as the contact law gives them
-  Aligned<Real> all_, sum_, share_; // (n, padded) and one more
+  Aligned<Real> all_, sum_, share_; // (n, padded) and two more
   Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
   Aligned<Real> damped_;            // (own modal unknowns, padded), of dampers that are not diagonal
   DynamicStiffness structure_;

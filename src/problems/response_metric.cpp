@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 
 namespace dovetail {
 
@@ -11,17 +12,25 @@ constexpr double least_motion = 0.02; // of the largest dof's: what moves less i
 
 ResponseMetric::ResponseMetric(const Layout &layout, double omega_unit, bool weighted)
     : comm_(layout.comm), width_(layout.width), own_coefficients_(layout.own_coefficients()),
+      all_dofs_(layout.dofs()),
       owns_omega_(layout.owns_omega()), weighted_(weighted), omega_(omega_unit), dofs_(layout.own_dofs(), 0.0),
       weights_(layout.own_dofs(), 1.0) {}
 
-double ResponseMetric::motion(Vec y) const {
+double ResponseMetric::square(Vec y) const {
   const double *own;
   check(VecGetArrayRead(y, &own), "measuring arc length");
   double sum = 0;
   for (PetscInt i = 0; i < own_coefficients_; ++i) sum += own[i] * own[i];
   check(VecRestoreArrayRead(y, &own), "measuring arc length");
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm_);
-  return std::sqrt(sum);
+  return sum;
+}
+
+std::vector<double> ResponseMetric::motions(const std::vector<Vec> &of) const {
+  std::vector<double> sums;
+  for (const Vec y : of) sums.push_back(square(y));
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  for (double &sum : sums) sum = std::sqrt(sum);
+  return sums;
 }
 
 void ResponseMetric::see(Vec y) {
@@ -33,24 +42,25 @@ void ResponseMetric::see(Vec y) {
     dofs_[d] = std::max(dofs_[d], std::sqrt(sum));
   }
   check(VecRestoreArrayRead(y, &own), "measuring arc length");
-  motion_ = std::max(motion_, motion(y));
-  choose_weights();
+  choose_weights(square(y));
 }
 
 void ResponseMetric::restore(double motion, std::vector<double> dofs) {
   motion_ = motion, dofs_ = std::move(dofs);
-  choose_weights();
+  choose_weights(0);
 }
 
-void ResponseMetric::choose_weights() {
-  double largest = 0, count = static_cast<double>(dofs_.size());
+// `own`: square of a motion seen, this rank's part. A sum and a maximum, by one message.
+void ResponseMetric::choose_weights(double own) {
+  double sum = 0, largest = 0;
   for (const double dof : dofs_) largest = std::max(largest, dof);
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm_);
-  MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_DOUBLE, MPI_SUM, comm_);
+  const std::vector<double> all = gathered(comm_, MPI_DOUBLE, std::array{own, largest});
+  for (std::size_t i = 0; i < all.size(); i += 2) sum += all[i], largest = std::max(largest, all[i + 1]);
+  motion_ = std::max(motion_, std::sqrt(sum));
   if (!weighted_ || motion_ == 0) return;
   for (std::size_t d = 0; d < dofs_.size(); ++d) {
-    const double own = std::max(dofs_[d], least_motion * largest);
-    weights_[d] = 0.5 / (motion_ * motion_) + 0.5 / (count * own * own);
+    const double own_motion = std::max(dofs_[d], least_motion * largest);
+    weights_[d] = 0.5 / (motion_ * motion_) + 0.5 / (static_cast<double>(all_dofs_) * own_motion * own_motion);
   }
 }
 
@@ -64,29 +74,33 @@ void ResponseMetric::weigh(Vec t, Vec row) const {
   check(VecRestoreArray(row, &own), "measuring arc length");
 }
 
-double ResponseMetric::swing(Vec t) const {
+ResponseMetric::Lengths ResponseMetric::lengths(Vec t) const {
   const double *own;
   check(VecGetArrayRead(t, &own), "measuring arc length");
-  double sum = 0;
+  double sums[2] = {0, 0}; // of mean values, of the rest
   for (PetscInt i = 0; i < own_coefficients_; ++i)
-    if (i % width_ > 0) sum += weights_[i / width_] * own[i] * own[i];
-  if (owns_omega_) sum += own[own_coefficients_] * own[own_coefficients_] / (weighted_ ? omega_ * omega_ : 1);
+    sums[i % width_ > 0] += weights_[i / width_] * own[i] * own[i];
+  if (owns_omega_) sums[1] += own[own_coefficients_] * own[own_coefficients_] / square_of_unit();
   check(VecRestoreArrayRead(t, &own), "measuring arc length");
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm_);
-  return std::sqrt(sum);
+  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm_);
+  return {std::sqrt(sums[0] + sums[1]), std::sqrt(sums[1])};
 }
 
-double ResponseMetric::product(Vec a, Vec b) const {
-  const double *x, *y;
-  check(VecGetArrayRead(a, &x), "measuring arc length");
-  check(VecGetArrayRead(b, &y), "measuring arc length");
-  double parts[2] = {0, 0};
-  for (PetscInt i = 0; i < own_coefficients_; ++i) parts[0] += weights_[i / width_] * x[i] * y[i];
-  if (owns_omega_) parts[1] = x[own_coefficients_] * y[own_coefficients_];
-  check(VecRestoreArrayRead(b, &y), "measuring arc length");
-  check(VecRestoreArrayRead(a, &x), "measuring arc length");
-  MPI_Allreduce(MPI_IN_PLACE, parts, 2, MPI_DOUBLE, MPI_SUM, comm_);
-  return parts[0] + (weighted_ ? parts[1] / (omega_ * omega_) : parts[1]);
+std::vector<double> ResponseMetric::products(const std::vector<Pair> &pairs) const {
+  std::vector<double> sums;
+  for (const auto &[a, b] : pairs) {
+    const double *x, *y;
+    check(VecGetArrayRead(a, &x), "measuring arc length");
+    check(VecGetArrayRead(b, &y), "measuring arc length");
+    double sum = 0;
+    for (PetscInt i = 0; i < own_coefficients_; ++i) sum += weights_[i / width_] * x[i] * y[i];
+    if (owns_omega_) sum += x[own_coefficients_] * y[own_coefficients_] / square_of_unit();
+    check(VecRestoreArrayRead(b, &y), "measuring arc length");
+    check(VecRestoreArrayRead(a, &x), "measuring arc length");
+    sums.push_back(sum);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  return sums;
 }
 
 } // namespace dovetail

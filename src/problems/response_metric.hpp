@@ -16,22 +16,27 @@ public:
 
   void see(Vec y) override;
   void weigh(Vec t, Vec row) const override;
-  double product(Vec a, Vec b) const override;
-  double motion(Vec y) const override;
+  std::vector<double> products(const std::vector<Pair> &pairs) const override;
+  std::vector<double> motions(const std::vector<Vec> &of) const override;
   double largest_motion() const override { return motion_; }
-  /// Length of t without the mean values of the motion. Collective.
-  double swing(Vec t) const;
+  struct Lengths {
+    double whole, swing; ///< the latter without the mean values of the motion
+  };
+  /// Of t. Collective.
+  Lengths lengths(Vec t) const;
 
   /// The largest motion seen of each own dof.
   const std::vector<double> &largest_of_dofs() const { return dofs_; }
   void restore(double motion, std::vector<double> dofs); ///< Collective.
 
 private:
-  void choose_weights();
+  void choose_weights(double own);
+  double square(Vec y) const; // of the own motion, plain
+  double square_of_unit() const { return weighted_ ? omega_ * omega_ : 1; }
 
   MPI_Comm comm_;
   int width_;
-  PetscInt own_coefficients_;
+  PetscInt own_coefficients_, all_dofs_;
   bool owns_omega_, weighted_;
   double omega_;                // unit of frequency
   double motion_ = 0;           // largest seen, plain norm
