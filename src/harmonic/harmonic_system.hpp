@@ -123,9 +123,14 @@ public:
 private:
   void evaluate_contact(const double *q); // unless done at this motion
   bool has_products(const double *q) const;
-  void products(const double *q); // stiffness_force_ = K q, inertia_force_ = M q
-  double go_to(const double *y, const double *border = nullptr);
-  bool hold_adrift();
+  void products(const double *q, std::vector<double> *sums = nullptr); // stiffness_force_ = K q, inertia_force_ = M q
+  double go_to(const double *y, const double *border);
+  bool stand_at(const double *y, std::vector<double> *more = nullptr);
+  struct Stiffness { // of contact dofs: on average over the period, and closed and stuck
+    std::vector<double> mean, springs;
+  };
+  Stiffness contact_stiffness() const;
+  const double *hold_adrift(const Stiffness &of);
   void fit_courses(); // to the harmonics
   double shared_parameter(const double *own) const;
   void differentiate(const double *q, const PathParameter &by); // column_ = d residual / d that parameter

@@ -89,6 +89,10 @@ public:
   /// What was done with J since last asked; `solves` iterations, where every solve is one.
   virtual LinearEffort take_effort(Mat J, int solves) const = 0;
 
+  /// multiply(), and `sums` become those over all ranks: by the same message, if the form has one. Collective.
+  virtual void multiply_and_share(const double *q, double *stiffness_force, double *inertia_force,
+                                  std::vector<double> &sums, MPI_Comm comm);
+
 protected:
   std::shared_ptr<const Dampers> dampers_;
 };

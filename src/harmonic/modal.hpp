@@ -19,6 +19,8 @@ public:
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
+  void multiply_and_share(const double *q, double *stiffness_force, double *inertia_force, std::vector<double> &sums,
+                          MPI_Comm comm) override;
   std::vector<Coupling> couplings() const override;
   SectorCouplings sector_couplings() const override;
   UniqueMat matrix(const ContactForces &contact) const override;
@@ -56,7 +58,7 @@ private:
     Aligned<double> product; // (own dofs, columns)
   };
   Modal(std::shared_ptr<Model> model, const Layout &layout);
-  void gather(const double *q);
+  void gather(const double *q, std::vector<double> &sums);
 
   std::shared_ptr<Model> model_;
   Layout layout_;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "support/shell.hpp"
 
@@ -42,10 +43,10 @@ void ModalKrylov::begin(bool for_one) {
   coarse_state_ = for_one && layout_.dofs() < large ? Coarse::idle : Coarse::none;
 }
 
-void ModalKrylov::take(const JacobianParts &parts) {
+void ModalKrylov::take(const JacobianParts &parts, Vec r) {
   structure_ = parts.structure;
   operator_.take(parts.contact, parts.held, structure_);
-  prepare_border(parts);
+  prepare_border(parts, r);
   if (coarse_state_ == Coarse::none)
     factor_coarse();
   else if (coarse_state_ == Coarse::fresh)
@@ -61,14 +62,16 @@ double ModalKrylov::work() const {
 bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
   if (accuracy < usual_accuracy_ && coarse_state_ == Coarse::stale)
     factor_coarse(), prepare_inverse(); // its sign may be asked
-  {
+  if (std::exchange(taken_, nullptr) != r) {
     const ReadValues from(r);
     const Values to(right_);
-    double last = layout_.owns_omega() ? from[layout_.own_coefficients()] : 0;
-    operator_.to_modes(from, to, share_.everywhere ? &last : nullptr);
-    if (share_.holds_last) to[own_modal_] = last;
-    weigh(to);
+    const double last = layout_.owns_omega() ? from[layout_.own_coefficients()] : 0;
+    std::vector<double> sums;
+    if (share_.everywhere) sums = {last};
+    operator_.to_modes({{from, to}}, sums);
+    if (share_.holds_last) to[own_modal_] = share_.everywhere ? sums[0] : last;
   }
+  weigh(Values(right_));
   PetscInt count;
   KSPConvergedReason reason;
   check(KSPSetTolerances(ksp_, std::max(accuracy, best_accuracy), 0, 1e30, std::min<PetscInt>(most, most_)), doing);
@@ -130,14 +133,28 @@ template <class Work> void ModalKrylov::pairs(Work &&work) {
   }
 }
 
-void ModalKrylov::prepare_border(const JacobianParts &parts) {
+// The border stays the same all through Newton's method.
+void ModalKrylov::prepare_border(const JacobianParts &parts, Vec r) {
   b_.resize(own_modal_), c_.resize(own_modal_);
   const std::vector<double> border(parts.border, parts.border + layout_.own_unknowns());
-  double others = border != moved_border_, corner = layout_.owns_omega() ? border.back() : 0;
-  operator_.to_modes(parts.column, b_.data(), layout_.size > 1 ? &others : nullptr);
-  if (others == 0) return; // it stays the same all through Newton's method
-  operator_.to_modes(border.data(), c_.data(), share_.everywhere ? &corner : nullptr);
-  moved_border_ = border, corner_ = corner;
+  const ReadValues from(r);
+  const Values to(right_);
+  const double *const column = parts.column;
+  enum { right, corner, others };
+  std::vector<double> sums(3);
+  if (layout_.owns_omega()) sums[right] = from[layout_.own_coefficients()], sums[corner] = border.back();
+  std::vector<ModalOperator::Forces> forces{{column, b_.data()}, {from, to}};
+  const bool first = weights_.empty();
+  if (first)
+    forces.push_back({border.data(), c_.data()});
+  else
+    sums[others] = border != moved_border_;
+  operator_.to_modes(forces, sums);
+  std::vector<double> none;
+  if (!first && sums[others] > 0) operator_.to_modes({{border.data(), c_.data()}}, none);
+  moved_border_ = border, taken_ = r;
+  if (!share_.holds_last) return;
+  to[own_modal_] = sums[right], corner_ = sums[corner];
 }
 
 void ModalKrylov::factor_coarse() {

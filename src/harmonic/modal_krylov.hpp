@@ -24,7 +24,8 @@ public:
   ModalKrylov(const ModalKrylov &) = delete; // PETSc knows where it is
 
   void begin(bool for_one);              ///< of another Newton solve, or of one Jacobian, of which nothing is factored
-  void take(const JacobianParts &parts); ///< Collective.
+  /// `r`: the right-hand side that is solved for first. Collective.
+  void take(const JacobianParts &parts, Vec r);
   /// x = inverse times r, unknowns of the harmonic system, to a relative `accuracy` no better than `best_accuracy`.
   /// False: not within `most` iterations, or the fewer that PETSc's options allow. Collective.
   bool solve(Vec r, Vec x, double accuracy, int most);
@@ -42,7 +43,7 @@ public:
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 
 private:
-  void prepare_border(const JacobianParts &parts);
+  void prepare_border(const JacobianParts &parts, Vec r);
   void factor_coarse();
   void prepare_inverse();
   void prepare_weights();
@@ -72,6 +73,7 @@ private:
   UniqueMat matrix_;
   UniqueKSP ksp_;
   UniqueVec right_, answer_; // modal; right_ weighed
+  Vec taken_ = nullptr;      // whose modal form right_ is, not yet weighed
   std::vector<double> forces_;
   PetscReal usual_accuracy_; // and most iterations, unless options say otherwise
   PetscInt most_;

@@ -40,7 +40,7 @@ ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout, cons
     const Range share = share_of(layout.dofs(), r, layout.size);
     counts_[r] = share.size() * padded_ + (r == layout.size - 1), starts_[r] = share.begin * padded_;
   }
-  const std::size_t all = static_cast<std::size_t>(layout.dofs()) * padded_ + 2;
+  const std::size_t all = static_cast<std::size_t>(layout.dofs()) * padded_ + 1;
   all_ = Aligned<Real>(all), sum_ = Aligned<Real>(all), share_ = Aligned<Real>(counts_[layout.rank]);
   for (const IndexGroup &group : groups_of(bases.wave, layout.width)) {
     const StuckBasis &basis = *bases.of_index[group.index];
@@ -137,42 +137,69 @@ void ModalOperator::clear_sum() {
   for (Sheaf &sheaf : sheaves_) sheaf.sum.clear();
 }
 
-// out = own part of the sums over all ranks.
-void ModalOperator::collect(double *out, double *sum) {
+// to (n, padded) = the sums of this rank.
+void ModalOperator::list_sum(Real *to) const {
   const std::size_t n = layout_.dofs();
   for (const Sheaf &sheaf : sheaves_)
     for (std::size_t j = 0; j < n; ++j)
       for (int c = 0; c < sheaf.of.columns(); ++c)
-        sum_[j * padded_ + sheaf.of.coefficients[c]] = sheaf.of.joined(
+        to[j * padded_ + sheaf.of.coefficients[c]] = sheaf.of.joined(
             c, sheaf.sum.at(j, c), sheaf.of.complex ? sheaf.sum.at(n + j, sheaf.of.partners[c]) : Real{});
+}
 
+void ModalOperator::take_own(const Real *share, double *out) const {
+  for (PetscInt i = 0; i < own_.size(); ++i)
+    for (int j = 0; j < layout_.width; ++j) out[i * layout_.width + j] = share[i * padded_ + j];
+}
+
+// out = own part of the sums over all ranks.
+void ModalOperator::collect(double *out, double *sum) {
+  list_sum(sum_.data());
   const Timed timed(Work::exchange);
   const Real *share = sum_.data();
   if (everywhere_) {
-    Real *more = &sum_[n * padded_]; // in two parts, so that no digit of it is lost
-    more[0] = sum ? static_cast<Real>(*sum) : 0, more[1] = sum ? static_cast<Real>(*sum - more[0]) : 0;
-    MPI_Allreduce(MPI_IN_PLACE, sum_.data(), static_cast<int>(n * padded_ + 2), MPI_FLOAT, MPI_SUM, layout_.comm);
-    if (sum) *sum = static_cast<double>(more[0]) + more[1];
+    MPI_Allreduce(MPI_IN_PLACE, sum_.data(), static_cast<int>(layout_.dofs()) * padded_, MPI_FLOAT, MPI_SUM,
+                  layout_.comm);
   } else if (layout_.size > 1) {
     MPI_Reduce_scatter(sum_.data(), share_.data(), counts_.data(), MPI_FLOAT, MPI_SUM, layout_.comm);
     share = share_.data();
   }
-  for (PetscInt i = 0; i < own_.size(); ++i)
-    for (int j = 0; j < layout_.width; ++j) out[i * layout_.width + j] = share[i * padded_ + j];
+  take_own(share, out);
   if (!everywhere_ && layout_.owns_omega() && sum) *sum = share[own_.size() * padded_];
 }
 
-void ModalOperator::to_modes(const double *r, double *out, double *sum) {
+// The sums of Phi^H r of this rank.
+void ModalOperator::press_all(const double *r) {
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
   clear_sum();
-  {
-    const Timed timed(Work::modes);
-    for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
-      press(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
+  const Timed timed(Work::modes);
+  for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
+    press(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
+}
+
+// Sums travel in two parts, so that no digit is lost.
+void ModalOperator::to_modes(const std::vector<Forces> &forces, std::vector<double> &sums) {
+  if (!everywhere_) {
+    for (const Forces &of : forces) press_all(of.given), collect(of.modal, nullptr);
+    if (layout_.size > 1 && !sums.empty())
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+    return;
   }
-  collect(out, everywhere_ ? sum : nullptr);
-  if (sum && !everywhere_) MPI_Allreduce(MPI_IN_PLACE, sum, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  const std::size_t each = static_cast<std::size_t>(layout_.dofs()) * padded_;
+  message_.assign(forces.size() * each + 2 * sums.size(), 0);
+  Real *const behind = &message_[forces.size() * each];
+  for (std::size_t i = 0; i < forces.size(); ++i) press_all(forces[i].given), list_sum(&message_[i * each]);
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    behind[2 * i] = static_cast<Real>(sums[i]);
+    behind[2 * i + 1] = static_cast<Real>(sums[i] - behind[2 * i]);
+  }
+  {
+    const Timed timed(Work::exchange);
+    MPI_Allreduce(MPI_IN_PLACE, message_.data(), static_cast<int>(message_.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
+  }
+  for (std::size_t i = 0; i < forces.size(); ++i) take_own(&message_[i * each], forces[i].modal);
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = static_cast<double>(behind[2 * i]) + behind[2 * i + 1];
 }
 
 void ModalOperator::from_modes(const double *y, double *q) {

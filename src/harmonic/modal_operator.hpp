@@ -26,9 +26,13 @@ public:
   /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts.
   void take(const ContactForces &contact, const double *held, const DynamicStiffness &structure);
 
-  /// out (own modal unknowns) = Phi^H r, of r (own coefficients). `sum`, if given, becomes the sum over all ranks, on
-  /// all. Collective.
-  void to_modes(const double *r, double *out, double *sum = nullptr);
+  struct Forces {
+    const double *given; ///< (own coefficients) r
+    double *modal;       ///< (own modal unknowns) becomes Phi^H r
+  };
+  /// Of all of them; and `sums` become those over all ranks, on all. Collective, one message where every rank has all
+  /// modal unknowns.
+  void to_modes(const std::vector<Forces> &forces, std::vector<double> &sums);
   /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
   void from_modes(const double *y, double *q);
   /// out (own modal unknowns) = Phi_c^H { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers. Where each
@@ -66,7 +70,10 @@ private:
   void move(PetscInt row, PetscInt count, Real *motion);
   void press(PetscInt row, PetscInt count, const Real *force);
   void clear_sum();
+  void press_all(const double *r);
+  void list_sum(Real *to) const;
   void collect(double *out, double *sum);
+  void take_own(const Real *share, double *out) const;
   void contact_forces(PetscInt first, PetscInt count);
   void add_dampers(const Slab<float> &rows, double (DynamicStiffness::*factor)(int) const, double *out);
 
@@ -81,7 +88,8 @@ private:
   std::vector<Real> cross_;         // Im kappa_k per coefficient, with the sign that the other of its pair enters with
   Aligned<Real> blocks_;            // (width, padded) each: columns, one after the other
   std::vector<double> written_;     // of one point, as the contact law gives them
-  Aligned<Real> all_, sum_, share_; // (n, padded) and two more
+  Aligned<Real> all_, sum_, share_; // (n, padded) and one more
+  std::vector<Real> message_;
   Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
   Aligned<Real> damped_;            // (own modal unknowns, padded), of dampers that are not diagonal
   DynamicStiffness structure_;

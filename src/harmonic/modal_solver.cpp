@@ -131,7 +131,7 @@ void ModalSolver::begin(double memory, bool for_one) {
   chosen_ = &factors_;
 }
 
-void ModalSolver::choose() {
+void ModalSolver::choose(Vec r) {
   if (taken_ > 0) expected_ = std::exchange(taken_, 0);
   const double reuse = for_one_ ? 1 : usual_reuse;
   const bool small = reuse > 1 && 3 * layout_.points * layout_.width <= small_size; // in double precision: the same on
@@ -150,7 +150,7 @@ void ModalSolver::choose() {
   if (by_factors_)
     expected_ *= fading;
   else
-    in_modes_.take(parts());
+    in_modes_.take(parts(), r);
 }
 
 bool ModalSolver::take_windows(double worth) {
@@ -180,7 +180,7 @@ void ModalSolver::solve(Vec r, Vec x) {
 }
 
 bool ModalSolver::solve_some_way(Vec r, Vec x, double asked) {
-  if (std::exchange(stale_, false)) choose();
+  if (std::exchange(stale_, false)) choose(r);
   if (!by_factors_) {
     if (solve_in_modes(r, x, asked)) return true;
     taken_ = never;

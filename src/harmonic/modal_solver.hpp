@@ -38,7 +38,7 @@ public:
 private:
   void solve(Vec r, Vec x);
   bool solve_some_way(Vec r, Vec x, double asked); // false: it leaves more than is asked
-  void choose();                                   // one way or the other, for a new Jacobian
+  void choose(Vec r);                              // one way or the other, for a new Jacobian
   bool take_windows(double worth);
   bool factor(bool precisely = false);
   bool factor_all();
