@@ -104,9 +104,8 @@ ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double p
 }
 
 ResponseStepper::Outcome ResponseStepper::settle(Vec way) {
-  const ResponseMetric::Lengths lengths = response.metric().lengths(way);
+  const ResponseMetric::Lengths lengths = response.metric().see(here_.y, way);
   progress.drift.stepped(lengths.swing, lengths.whole);
-  curve_->norm.see(here_.y);
   const auto sense = progress.retraced.add(curve_->problem, here_.y, here_.t, curve_->norm.largest_motion());
   if (sense != RetraceMonitor::Sense::fresh) {
     if (progress.retraced.met_left())

@@ -72,14 +72,14 @@ bool Curve::finish(CurvePoint &s) {
   solve_.reset();
   if (!s.newton.converged) return false;
   s.data = problem.describe();
-  s.parameter = parameter_of(s.y);
   const auto direction = corrector_.tangent(s.t);
   count(direction);
   s.sign = direction.sign;
-  if (!direction.found || !normalise(s.t)) {
+  if (!direction.found || !normalise(s.t, s.y)) {
     s.newton.converged = false, s.newton.why = "the bordered Jacobian is singular";
     return false;
   }
+  s.parameter = parameter_of(s.y);
   static long solves = 0;
   s.solve = ++solves;
   solve_ = s.solve;
@@ -97,12 +97,11 @@ bool Curve::correct(const CurvePoint &s, Vec r, Vec c) {
   return correction.found;
 }
 
-double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle) {
+double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle) {
   constexpr const char *doing = "looking into a step";
   const Vec r = work_[0], c = work_[1];
-  check(VecWAXPY(c, -1, a.y, b.y), doing);
-  const double length = norm.length(c);
-  check(VecWAXPY(middle, 0.5, c, a.y), doing);
+  check(VecCopy(a.y, middle), doing);
+  check(VecAXPBY(middle, 0.5, 0.5, b.y), doing);
   check(VecAXPBYPCZ(middle, length / 8, -length / 8, 1, a.t, b.t), doing);
   problem.residual(middle, r);
   set_parameter(r, 0); // along the step nothing is missing
@@ -117,14 +116,14 @@ bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   const auto direction = corrector_.tangent_at(y, row_, t);
   count(direction);
   sign = direction.sign;
-  return direction.found && normalise(t);
+  return direction.found && normalise(t, y);
 }
 
-// To length 1; false where it has none.
-bool Curve::normalise(Vec t) {
-  const double length = norm.length(t);
+// To length 1; false where it has none. All ranks know the parameter of both then.
+bool Curve::normalise(Vec t, Vec y) {
+  const double length = std::sqrt(norm.products({{t, t}}, {t, y})[0]);
   if (!(std::isfinite(length) && length > 0)) return false;
-  check(VecScale(t, 1 / length), "computing a tangent");
+  scale_known(t, 1 / length);
   return true;
 }
 

@@ -51,7 +51,7 @@ class PlainMetric : public ArcLengthMetric {
 public:
   PlainMetric(double unit, bool weighted) : unit_(weighted ? unit : 1), weighted_(weighted) {}
 
-  std::vector<double> products(const std::vector<Pair> &pairs) const override {
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known) const override {
     std::vector<double> sums;
     for (const auto &[a, b] : pairs) {
       const Own x(a), y(b);
@@ -59,7 +59,10 @@ public:
       for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * y[i];
       sums.push_back(sum * weight() + x.parameter() * y.parameter() / (unit_ * unit_));
     }
-    return added_up(std::move(sums), comm_of(pairs[0][0]));
+    for (const Vec y : known) sums.push_back(Own(y).parameter());
+    sums = added_up(std::move(sums), comm_of(pairs[0][0]));
+    for (std::size_t i = 0; i < known.size(); ++i) note_parameter(known[i], sums[pairs.size() + i]);
+    return sums;
   }
   void weigh(Vec t, Vec row) const override {
     const double p = parameter_of(t);
@@ -87,6 +90,13 @@ private:
   double unit_, largest_ = 0;
   bool weighted_;
 };
+
+// PETSc keeps a number with a vector until that changes, on all ranks alike.
+PetscInt kept_parameter() {
+  static PetscInt number = -1;
+  if (number < 0) check(PetscObjectComposedDataRegister(&number), doing);
+  return number;
+}
 
 } // namespace
 
@@ -116,20 +126,26 @@ std::vector<Problem::Projected> Problem::projected(const std::vector<Vec> &of) c
   return out;
 }
 
-// PETSc keeps a number with a vector until that changes, on all ranks alike.
+void note_parameter(Vec y, double value) {
+  check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), kept_parameter(), value), doing);
+}
+
+void scale_known(Vec y, double factor) {
+  const double value = parameter_of(y);
+  check(VecScale(y, factor), doing);
+  note_parameter(y, factor * value);
+}
+
 double parameter_of(Vec y) {
-  static PetscInt number = -1;
-  const auto object = reinterpret_cast<PetscObject>(y);
   double value;
   PetscBool known;
-  if (number < 0) check(PetscObjectComposedDataRegister(&number), doing);
-  check(PetscObjectComposedDataGetReal(object, number, value, known), doing);
+  check(PetscObjectComposedDataGetReal(reinterpret_cast<PetscObject>(y), kept_parameter(), value, known), doing);
   if (known) return value;
   value = Own(y).parameter();
   int size;
   MPI_Comm_size(comm_of(y), &size);
   MPI_Bcast(&value, 1, MPI_DOUBLE, size - 1, comm_of(y));
-  check(PetscObjectComposedDataSetReal(object, number, value), doing);
+  note_parameter(y, value);
   return value;
 }
 

@@ -45,8 +45,8 @@ class ArcLengthMetric {
 public:
   virtual ~ArcLengthMetric() = default;
   using Pair = std::array<Vec, 2>;
-  /// Products of pairs, by one message. Collective.
-  virtual std::vector<double> products(const std::vector<Pair> &pairs) const = 0;
+  /// Products of pairs, by one message; by which parameter_of the vectors `known` is known as well. Collective.
+  virtual std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known = {}) const = 0;
   double product(Vec a, Vec b) const { return products({{a, b}})[0]; } ///< Collective.
   virtual void weigh(Vec t, Vec row) const = 0; ///< row . s is the product of t and s
   /// Sizes of their x, without weights, by one message. Collective.
@@ -88,7 +88,10 @@ public:
 
 /// The last entry, on every rank. Collective; without a message where y is as it was when it was asked before.
 double parameter_of(Vec y);
-void set_parameter(Vec y, double value); ///< the last entry
+void note_parameter(Vec y, double value); ///< what all ranks know it to be
+void set_parameter(Vec y, double value);  ///< the last entry
+/// y *= factor, and its parameter, which all ranks know, stays known.
+void scale_known(Vec y, double factor);
 /// A number in (-1, 1), the same wherever it is asked for.
 double pseudo_random(std::size_t a, std::size_t b, std::size_t which);
 

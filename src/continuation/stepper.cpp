@@ -86,9 +86,11 @@ Stepper::Outcome Stepper::try_step(double step) {
 Stepper::Outcome Stepper::take_trial(double step) {
   TangentPredictor().predict(here_, step, predicted_);
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  const std::vector<double> products = curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}});
+  const std::vector<double> products = curve_->norm.products(
+      {{here_.t, trial_.t}, {predicted_, predicted_}, {here_.t, predicted_}, {here_.t, here_.t}});
+  const double chord = step * step * products[3] - 2 * step * products[2] + products[1]; // its square
   const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step,
-                            allowed_astray(curve_->problem.is_smooth())};
+                            allowed_astray(curve_->problem.is_smooth()), std::sqrt(std::max(chord, 0.0))};
   const bool kink = halvings_.add(measure);
   off_ = 0;
   if (control_.adaptive() && !belongs(step, measure, kink)) return Outcome::refused;
@@ -160,7 +162,10 @@ Stepper::Outcome Stepper::settle(Vec) {
   return Outcome::on;
 }
 
-void Stepper::measure_anew() { check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); }
+void Stepper::measure_anew() {
+  const double square = curve_->norm.products({{here_.t, here_.t}}, {here_.t})[0];
+  scale_known(here_.t, 1 / std::sqrt(square));
+}
 
 void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const {
   if (!place) place = curve_->point();

@@ -291,7 +291,11 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   evaluate_contact(q);
   const Stiffness of = contact_stiffness();
   std::vector<double> sums = loose_.held(of.mean, of.springs);
+  const std::size_t held_sums = sums.size();
+  const std::vector<double> wanted = linear_->own_sums(J, forces_);
+  sums.insert(sums.end(), wanted.begin(), wanted.end());
   const bool there = stand_at(q, &sums);
+  if (there) linear_->take_sums(J, sums.data() + held_sums);
   differentiate(q, parameter_.kind());
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
   adrift_ = loose_.motions() > 0 && there && loose_.adrift(sums.data());

@@ -92,6 +92,9 @@ public:
   /// multiply(), and `sums` become those over all ranks: by the same message, if the form has one. Collective.
   virtual void multiply_and_share(const double *q, double *stiffness_force, double *inertia_force,
                                   std::vector<double> &sums, MPI_Comm comm);
+  /// This rank's part of sums that filling J with the contact as it stands will want to know; and the sums.
+  virtual std::vector<double> own_sums(Mat, const ContactForces &) const { return {}; }
+  virtual void take_sums(Mat, const double *) const {}
 
 protected:
   std::shared_ptr<const Dampers> dampers_;

@@ -270,6 +270,12 @@ double Modal::memory(Mat J) const { return solver_of(J).memory(); }
 
 void Modal::begin(Mat J, double memory, bool for_one) const { solver_of(J).begin(memory, for_one); }
 
+std::vector<double> Modal::own_sums(Mat J, const ContactForces &contact) const {
+  return {solver_of(J).own_moving(contact)};
+}
+
+void Modal::take_sums(Mat J, const double *sums) const { solver_of(J).take_moving(sums[0]); }
+
 LinearEffort Modal::take_effort(Mat J, int) const { return solver_of(J).take_effort(); }
 
 } // namespace dovetail

@@ -31,6 +31,8 @@ public:
   double take_work(Mat J) const override;
   double memory(Mat J) const override;
   void begin(Mat J, double memory, bool for_one) const override;
+  std::vector<double> own_sums(Mat J, const ContactForces &contact) const override;
+  void take_sums(Mat J, const double *sums) const override;
   LinearEffort take_effort(Mat J, int solves) const override;
 
 private:

@@ -91,6 +91,13 @@ void ModalFactors::share_moving() {
   all_moving_.clear();
   for (std::size_t dof = 0; dof < moves.size(); ++dof)
     if (moves[dof]) all_moving_.push_back(static_cast<PetscInt>(dof));
+  rows_ = static_cast<PetscInt>(all_moving_.size()), shared_ = true;
+}
+
+void ModalFactors::count_moving(std::optional<double> told) {
+  double count = told.value_or(static_cast<double>(moving_.size()));
+  if (!told && layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  rows_ = static_cast<PetscInt>(count), shared_ = false;
 }
 
 void ModalFactors::gather_rows() {
@@ -166,6 +173,7 @@ void ModalFactors::flexibility(int k, double *in_phase, double *out_of_phase) {
 bool ModalFactors::factor(const JacobianParts &parts, bool precisely) {
   const Timed timed(Work::factors);
   structure_ = parts.structure;
+  if (!shared_) share_moving();
   gather_rows();
   weigh();
   sign_ = decompose(parts, precisely);

@@ -46,9 +46,11 @@ void ModalKrylov::begin(bool for_one) {
 void ModalKrylov::take(const JacobianParts &parts, Vec r) {
   structure_ = parts.structure;
   operator_.take(parts.contact, parts.held, structure_);
-  prepare_border(parts, r);
-  if (coarse_state_ == Coarse::none)
-    factor_coarse();
+  const bool anew = coarse_state_ == Coarse::none;
+  std::vector<float> matrix = coarse_part(anew);
+  prepare_border(parts, r, matrix);
+  if (anew)
+    factor_coarse(std::move(matrix));
   else if (coarse_state_ == Coarse::fresh)
     coarse_state_ = Coarse::stale;
   prepare_inverse();
@@ -60,16 +62,17 @@ double ModalKrylov::work() const {
 }
 
 bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
-  if (accuracy < usual_accuracy_ && coarse_state_ == Coarse::stale)
-    factor_coarse(), prepare_inverse(); // its sign may be asked
-  if (std::exchange(taken_, nullptr) != r) {
+  const bool anew = accuracy < usual_accuracy_ && coarse_state_ == Coarse::stale; // the sign may be asked
+  if (std::exchange(taken_, nullptr) != r || anew) {
+    std::vector<float> matrix = coarse_part(anew);
     const ReadValues from(r);
     const Values to(right_);
     const double last = layout_.owns_omega() ? from[layout_.own_coefficients()] : 0;
     std::vector<double> sums;
     if (share_.everywhere) sums = {last};
-    operator_.to_modes({{from, to}}, sums);
+    operator_.to_modes({{from, to}}, sums, matrix);
     if (share_.holds_last) to[own_modal_] = share_.everywhere ? sums[0] : last;
+    if (anew) factor_coarse(std::move(matrix)), prepare_inverse();
   }
   weigh(Values(right_));
   PetscInt count;
@@ -134,7 +137,7 @@ template <class Work> void ModalKrylov::pairs(Work &&work) {
 }
 
 // The border stays the same all through Newton's method.
-void ModalKrylov::prepare_border(const JacobianParts &parts, Vec r) {
+void ModalKrylov::prepare_border(const JacobianParts &parts, Vec r, std::vector<float> &matrix) {
   b_.resize(own_modal_), c_.resize(own_modal_);
   const std::vector<double> border(parts.border, parts.border + layout_.own_unknowns());
   const ReadValues from(r);
@@ -149,16 +152,22 @@ void ModalKrylov::prepare_border(const JacobianParts &parts, Vec r) {
     forces.push_back({border.data(), c_.data()});
   else
     sums[others] = border != moved_border_;
-  operator_.to_modes(forces, sums);
+  operator_.to_modes(forces, sums, matrix);
   std::vector<double> none;
-  if (!first && sums[others] > 0) operator_.to_modes({{border.data(), c_.data()}}, none);
+  std::vector<float> nothing;
+  if (!first && sums[others] > 0) operator_.to_modes({{border.data(), c_.data()}}, none, nothing);
   moved_border_ = border, taken_ = r;
   if (!share_.holds_last) return;
   to[own_modal_] = sums[right], corner_ = sums[corner];
 }
 
-void ModalKrylov::factor_coarse() {
-  if (coarse_.used()) coarse_.factor(operator_, structure_);
+// This rank's part of the coarse space's matrix, or nothing.
+std::vector<float> ModalKrylov::coarse_part(bool wanted) {
+  return wanted && coarse_.used() ? coarse_.part(operator_, structure_) : std::vector<float>();
+}
+
+void ModalKrylov::factor_coarse(std::vector<float> matrix) {
+  if (coarse_.used()) coarse_.factor(std::move(matrix), structure_);
   coarse_state_ = Coarse::fresh;
 }
 

@@ -43,8 +43,9 @@ public:
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 
 private:
-  void prepare_border(const JacobianParts &parts, Vec r);
-  void factor_coarse();
+  void prepare_border(const JacobianParts &parts, Vec r, std::vector<float> &matrix);
+  std::vector<float> coarse_part(bool wanted);
+  void factor_coarse(std::vector<float> matrix);
   void prepare_inverse();
   void prepare_weights();
   void apply(Vec y, Vec out);                    // the bordered operator

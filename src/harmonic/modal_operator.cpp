@@ -179,11 +179,13 @@ void ModalOperator::press_all(const double *r) {
 }
 
 // Sums travel in two parts, so that no digit is lost.
-void ModalOperator::to_modes(const std::vector<Forces> &forces, std::vector<double> &sums) {
+void ModalOperator::to_modes(const std::vector<Forces> &forces, std::vector<double> &sums, std::vector<Real> &rough) {
   if (!everywhere_) {
     for (const Forces &of : forces) press_all(of.given), collect(of.modal, nullptr);
     if (layout_.size > 1 && !sums.empty())
       MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+    if (layout_.size > 1 && !rough.empty())
+      MPI_Allreduce(MPI_IN_PLACE, rough.data(), static_cast<int>(rough.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
     return;
   }
   const std::size_t each = static_cast<std::size_t>(layout_.dofs()) * padded_;
@@ -194,12 +196,16 @@ void ModalOperator::to_modes(const std::vector<Forces> &forces, std::vector<doub
     behind[2 * i] = static_cast<Real>(sums[i]);
     behind[2 * i + 1] = static_cast<Real>(sums[i] - behind[2 * i]);
   }
+  const std::size_t before_rough = message_.size();
+  message_.insert(message_.end(), rough.begin(), rough.end());
   {
     const Timed timed(Work::exchange);
     MPI_Allreduce(MPI_IN_PLACE, message_.data(), static_cast<int>(message_.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
   }
   for (std::size_t i = 0; i < forces.size(); ++i) take_own(&message_[i * each], forces[i].modal);
-  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = static_cast<double>(behind[2 * i]) + behind[2 * i + 1];
+  const Real *const summed = &message_[forces.size() * each];
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = static_cast<double>(summed[2 * i]) + summed[2 * i + 1];
+  rough.assign(message_.begin() + before_rough, message_.end());
 }
 
 void ModalOperator::from_modes(const double *y, double *q) {

@@ -30,9 +30,9 @@ public:
     const double *given; ///< (own coefficients) r
     double *modal;       ///< (own modal unknowns) becomes Phi^H r
   };
-  /// Of all of them; and `sums` become those over all ranks, on all. Collective, one message where every rank has all
-  /// modal unknowns.
-  void to_modes(const std::vector<Forces> &forces, std::vector<double> &sums);
+  /// Of all of them; and `sums` and `rough` become those over all ranks, on all. Collective, one message where every
+  /// rank has all modal unknowns.
+  void to_modes(const std::vector<Forces> &forces, std::vector<double> &sums, std::vector<Real> &rough);
   /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
   void from_modes(const double *y, double *q);
   /// out (own modal unknowns) = Phi_c^H { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers. Where each

@@ -135,7 +135,8 @@ void ModalSolver::choose(Vec r) {
   if (taken_ > 0) expected_ = std::exchange(taken_, 0);
   const double reuse = for_one_ ? 1 : usual_reuse;
   const bool small = reuse > 1 && 3 * layout_.points * layout_.width <= small_size; // in double precision: the same on
-  factors_.look_at(*contact_, of_all_ || small);                                    // all ranks
+  const auto told = std::exchange(all_moving_, std::nullopt);                       // all ranks
+  factors_.look_at(*contact_, of_all_ || small, told);
   fresh_ = false;
   chosen_ = &factors_;
   double work = factors_.work() / reuse;

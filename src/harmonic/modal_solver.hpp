@@ -30,6 +30,12 @@ public:
   int determinant_sign();
   double memory() const; ///< see linear_part.hpp; sign and size: of_all_, expected_
   void begin(double memory, bool for_one);
+  /// Contact dofs that move at the Jacobian to come, on this rank; and on all, which spares asking them.
+  double own_moving(const ContactForces &contact) {
+    all_moving_.reset();
+    return factors_.own_moving(contact);
+  }
+  void take_moving(double all) { all_moving_ = all; }
   double take_work() { return std::exchange(work_, 0); }
   LinearEffort take_effort() { return std::exchange(effort_, {}); }
 
@@ -66,6 +72,7 @@ private:
   int taken_ = 0;                           // and with this one
   bool for_one_ = false;                    // Jacobian
   bool stale_ = true;                       // not chosen yet
+  std::optional<double> all_moving_;        // at this Jacobian, where that was told
   const ContactForces *contact_ = nullptr;
   LinearPart *linear_ = nullptr;
   DynamicStiffness structure_;

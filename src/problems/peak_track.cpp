@@ -20,8 +20,8 @@ public:
   TrackMetric(const Layout &layout, double omega_unit, double unit, bool weighted)
       : response_(layout, omega_unit, weighted), unit_(weighted ? unit : 1) {}
 
-  std::vector<double> products(const std::vector<Pair> &pairs) const override {
-    std::vector<double> sums = response_.products(pairs);
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &) const override {
+    std::vector<double> sums = response_.products(pairs, {}); // their last but one is Omega
     for (std::size_t i = 0; i < pairs.size(); ++i)
       sums[i] += parameter_of(pairs[i][0]) * parameter_of(pairs[i][1]) / (unit_ * unit_);
     return sums;

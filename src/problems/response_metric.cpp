@@ -34,6 +34,17 @@ std::vector<double> ResponseMetric::motions(const std::vector<Vec> &of) const {
 }
 
 void ResponseMetric::see(Vec y) {
+  note(y);
+  choose_weights(square(y));
+}
+
+ResponseMetric::Lengths ResponseMetric::see(Vec y, Vec way) {
+  note(y);
+  return choose_weights(square(y), squares(way));
+}
+
+// The largest motion of each own dof.
+void ResponseMetric::note(Vec y) {
   const double *own;
   check(VecGetArrayRead(y, &own), "measuring arc length");
   for (std::size_t d = 0; d < dofs_.size(); ++d) {
@@ -42,7 +53,6 @@ void ResponseMetric::see(Vec y) {
     dofs_[d] = std::max(dofs_[d], std::sqrt(sum));
   }
   check(VecRestoreArrayRead(y, &own), "measuring arc length");
-  choose_weights(square(y));
 }
 
 void ResponseMetric::restore(double motion, std::vector<double> dofs) {
@@ -50,18 +60,21 @@ void ResponseMetric::restore(double motion, std::vector<double> dofs) {
   choose_weights(0);
 }
 
-// `own`: square of a motion seen, this rank's part. A sum and a maximum, by one message.
-void ResponseMetric::choose_weights(double own) {
-  double sum = 0, largest = 0;
+// `own`: square of a motion seen, this rank's part, as are the `squares` of a way. Sums and a maximum, by one message.
+ResponseMetric::Lengths ResponseMetric::choose_weights(double own, std::array<double, 2> way) {
+  double sum = 0, largest = 0, mean = 0, swing = 0;
   for (const double dof : dofs_) largest = std::max(largest, dof);
-  const std::vector<double> all = gathered(comm_, MPI_DOUBLE, std::array{own, largest});
-  for (std::size_t i = 0; i < all.size(); i += 2) sum += all[i], largest = std::max(largest, all[i + 1]);
+  const std::vector<double> all = gathered(comm_, MPI_DOUBLE, std::array{own, largest, way[0], way[1]});
+  for (std::size_t i = 0; i < all.size(); i += 4)
+    sum += all[i], largest = std::max(largest, all[i + 1]), mean += all[i + 2], swing += all[i + 3];
   motion_ = std::max(motion_, std::sqrt(sum));
-  if (!weighted_ || motion_ == 0) return;
+  const Lengths lengths{std::sqrt(mean + swing), std::sqrt(swing)};
+  if (!weighted_ || motion_ == 0) return lengths;
   for (std::size_t d = 0; d < dofs_.size(); ++d) {
     const double own_motion = std::max(dofs_[d], least_motion * largest);
     weights_[d] = 0.5 / (motion_ * motion_) + 0.5 / (static_cast<double>(all_dofs_) * own_motion * own_motion);
   }
+  return lengths;
 }
 
 void ResponseMetric::weigh(Vec t, Vec row) const {
@@ -74,19 +87,18 @@ void ResponseMetric::weigh(Vec t, Vec row) const {
   check(VecRestoreArray(row, &own), "measuring arc length");
 }
 
-ResponseMetric::Lengths ResponseMetric::lengths(Vec t) const {
+// Of a way: of mean values, of the rest; this rank's part.
+std::array<double, 2> ResponseMetric::squares(Vec way) const {
   const double *own;
-  check(VecGetArrayRead(t, &own), "measuring arc length");
-  double sums[2] = {0, 0}; // of mean values, of the rest
-  for (PetscInt i = 0; i < own_coefficients_; ++i)
-    sums[i % width_ > 0] += weights_[i / width_] * own[i] * own[i];
+  check(VecGetArrayRead(way, &own), "measuring arc length");
+  std::array<double, 2> sums{};
+  for (PetscInt i = 0; i < own_coefficients_; ++i) sums[i % width_ > 0] += weights_[i / width_] * own[i] * own[i];
   if (owns_omega_) sums[1] += own[own_coefficients_] * own[own_coefficients_] / square_of_unit();
-  check(VecRestoreArrayRead(t, &own), "measuring arc length");
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, comm_);
-  return {std::sqrt(sums[0] + sums[1]), std::sqrt(sums[1])};
+  check(VecRestoreArrayRead(way, &own), "measuring arc length");
+  return sums;
 }
 
-std::vector<double> ResponseMetric::products(const std::vector<Pair> &pairs) const {
+std::vector<double> ResponseMetric::products(const std::vector<Pair> &pairs, const std::vector<Vec> &known) const {
   std::vector<double> sums;
   for (const auto &[a, b] : pairs) {
     const double *x, *y;
@@ -99,7 +111,14 @@ std::vector<double> ResponseMetric::products(const std::vector<Pair> &pairs) con
     check(VecRestoreArrayRead(a, &x), "measuring arc length");
     sums.push_back(sum);
   }
+  for (const Vec y : known) {
+    const double *own;
+    check(VecGetArrayRead(y, &own), "measuring arc length");
+    sums.push_back(owns_omega_ ? own[own_coefficients_] : 0);
+    check(VecRestoreArrayRead(y, &own), "measuring arc length");
+  }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  for (std::size_t i = 0; i < known.size(); ++i) note_parameter(known[i], sums[pairs.size() + i]);
   return sums;
 }
 

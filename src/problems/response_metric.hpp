@@ -3,6 +3,7 @@
 // neither rules: one half of the square is that of the whole motion, the other the mean over the dofs of each one's
 // own, so that one dof that moves far does not hide what the others do. The original's fixed step uses the plain norm
 // of the scaled unknowns.
+#include <array>
 #include <vector>
 
 #include "continuation/problem.hpp"
@@ -16,22 +17,24 @@ public:
 
   void see(Vec y) override;
   void weigh(Vec t, Vec row) const override;
-  std::vector<double> products(const std::vector<Pair> &pairs) const override;
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known) const override;
   std::vector<double> motions(const std::vector<Vec> &of) const override;
   double largest_motion() const override { return motion_; }
   struct Lengths {
     double whole, swing; ///< the latter without the mean values of the motion
   };
-  /// Of t. Collective.
-  Lengths lengths(Vec t) const;
+  /// see(), and the lengths of a way as it was measured before. Collective.
+  Lengths see(Vec y, Vec way);
 
   /// The largest motion seen of each own dof.
   const std::vector<double> &largest_of_dofs() const { return dofs_; }
   void restore(double motion, std::vector<double> dofs); ///< Collective.
 
 private:
-  void choose_weights(double own);
+  Lengths choose_weights(double own, std::array<double, 2> way = {});
+  void note(Vec y);
   double square(Vec y) const; // of the own motion, plain
+  std::array<double, 2> squares(Vec way) const;
   double square_of_unit() const { return weighted_ ? omega_ * omega_ : 1; }
 
   MPI_Comm comm_;
