@@ -177,24 +177,29 @@ bool ModalFactors::factor(const JacobianParts &parts, bool precisely) {
   gather_rows();
   weigh();
   sign_ = decompose(parts, precisely);
-  to_modes(parts.column, b_);
-  to_modes(parts.border, c_);
-  if (sign_ != 0) solve_in_modes(b_);
   double corner = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
-  MPI_Bcast(&corner, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  to_modes({{parts.column, &b_}, {parts.border, &c_}}, corner);
+  if (sign_ != 0) solve_in_modes(b_);
   schur_ = corner - std::inner_product(c_.begin(), c_.end(), b_.begin(), 0.0);
   if (!std::isfinite(schur_) || schur_ == 0) sign_ = 0;
   if (schur_ < 0) sign_ = -sign_;
   return sign_ != 0;
 }
 
-// y (n, 2H+1) = Phi^T of all ranks' coefficients.
-void ModalFactors::to_modes(const double *own, std::vector<double> &y) const {
-  const std::size_t w = layout_.width;
-  y.assign(n_ * w, 0);
-  for (const Sheaf &sheaf : sheaves_)
-    press(sheaf, layout_.own_dofs(), sheaf.basis.exact.row(0), sheaf.basis.exact.stride(), own, y.data());
-  MPI_Allreduce(MPI_IN_PLACE, y.data(), static_cast<int>(y.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+// Each y (n, 2H+1) = Phi^T of all ranks' coefficients; `last`, of which one rank has another value than 0, on all.
+void ModalFactors::to_modes(const std::vector<std::pair<const double *, std::vector<double> *>> &forces,
+                            double &last) const {
+  const std::size_t size = n_ * layout_.width;
+  std::vector<double> all(forces.size() * size + 1);
+  all.back() = last;
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    for (const Sheaf &sheaf : sheaves_)
+      press(sheaf, layout_.own_dofs(), sheaf.basis.exact.row(0), sheaf.basis.exact.stride(), forces[i].first,
+            &all[i * size]);
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    forces[i].second->assign(all.begin() + i * size, all.begin() + (i + 1) * size);
+  last = all.back();
 }
 
 void ModalFactors::solve_in_modes(std::vector<double> &y) {
@@ -226,10 +231,9 @@ void ModalFactors::solve_in_modes(std::vector<double> &y) {
 void ModalFactors::solve(const double *r, double *x) {
   const Timed timed(Work::factors);
   std::vector<double> y;
-  to_modes(r, y);
-  solve_in_modes(y);
   double last = layout_.owns_omega() ? r[layout_.own_coefficients()] : 0;
-  MPI_Bcast(&last, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  to_modes({{r, &y}}, last);
+  solve_in_modes(y);
   last = (last - std::inner_product(c_.begin(), c_.end(), y.begin(), 0.0)) / schur_;
   for (std::size_t i = 0; i < y.size(); ++i) y[i] -= last * b_[i];
   for (const Sheaf &of : sheaves_)

@@ -86,7 +86,7 @@ protected:
 private:
   void gather_rows();
   void weigh();
-  void to_modes(const double *own, std::vector<double> &y) const;
+  void to_modes(const std::vector<std::pair<const double *, std::vector<double> *>> &forces, double &last) const;
   void solve_in_modes(std::vector<double> &y);
 
   struct Sheaf { // harmonics that share a basis

@@ -65,17 +65,19 @@ void ModalSolver::multiply(Vec x, Vec y) {
   const PetscInt count = layout_.own_coefficients(), contact = layout_.own_point_offset(0);
   const ReadValues in(x);
   const Values out(y);
-  double last = layout_.owns_omega() ? in[count] : 0;
-  MPI_Bcast(&last, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  std::vector<double> sums{
+      layout_.owns_omega() ? in[count] : 0,
+      std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0)};
   stiff_.resize(count), heavy_.resize(count), force_.resize(count - contact);
-  linear_->multiply(in, stiff_.data(), heavy_.data());
+  linear_->multiply_and_share(in, stiff_.data(), heavy_.data(), sums, layout_.comm);
+  const double last = sums[0];
   contact_->multiply(in + contact, force_.data());
   damped_.clear(), lossy_.clear();
   if (const Dampers *dampers = linear_->dampers()) {
     if (dampers->is_viscous()) damped_.resize(count), dampers->viscous_force(in, n, damped_.data());
     if (dampers->is_hysteretic()) lossy_.resize(count), dampers->hysteretic_force(in, n, lossy_.data());
   }
-  double sums[] = {std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0), 0};
+  forces_square_ = 0;
   for (PetscInt i = 0; i < count; ++i) {
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
     const auto across = [&](const std::vector<double> &of) {
@@ -88,11 +90,16 @@ void ModalSolver::multiply(Vec x, Vec y) {
     if (!lossy_.empty()) out[i] += structure_.hysteresis(k) * across(lossy_);
     if (i >= contact) out[i] += force_[i - contact];
     if (i >= contact && place == 0 && !held_.empty()) out[i] += held_[(i - contact) / n] * in[i];
-    sums[1] += stiff_[i] * stiff_[i] + inertia * inertia;
+    forces_square_ += stiff_[i] * stiff_[i] + inertia * inertia;
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
-  if (layout_.owns_omega()) out[count] = sums[0];
-  rounding_ = rounding * std::sqrt(sums[1]);
+  if (layout_.owns_omega()) out[count] = sums[1];
+}
+
+// Norm that the rounding of the last product may have.
+double ModalSolver::rounding_left() const {
+  double square = forces_square_;
+  MPI_Allreduce(MPI_IN_PLACE, &square, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  return rounding * std::sqrt(square);
 }
 
 void ModalSolver::set_up(KSP ksp, Mat J) {
@@ -221,7 +228,7 @@ bool ModalSolver::refine(Vec r, Vec x, double asked, const Round &round, const S
     multiply(x, remainder_);
     check(VecAYPX(remainder_, -1, r), doing);
     check(VecNorm(remainder_, NORM_2, &left), doing);
-    if (left <= std::max(asked * whole, rounding_)) return true;
+    if (left <= asked * whole || left <= rounding_left()) return true;
     if (!(left <= least_gain * before)) return false;
     before = left;
     if (!first_sign_) first_sign_ = sign(); // the rounds to come are short and meet few eigenvalues

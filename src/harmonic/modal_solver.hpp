@@ -57,6 +57,7 @@ private:
   int factors_sign();
   bool solve_with_factors(Vec r, Vec x, double asked); // false: not within as many iterations as are worth it
   bool solve_in_modes(Vec r, Vec x, double asked);     // likewise
+  double rounding_left() const;
   JacobianParts parts() const;
 
   std::shared_ptr<const StuckBases> bases_, open_;
@@ -88,7 +89,7 @@ private:
   std::optional<int> first_sign_; // by the first round of the last solve, where others followed
   LinearEffort effort_;
   double work_ = 0;
-  double rounding_ = 0; // norm that the rounding of the last product may have
+  double forces_square_ = 0; // of the last product: square of the forces that cancel in it, on this rank
   Courier courier_;
 };
 
