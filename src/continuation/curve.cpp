@@ -23,7 +23,10 @@ Curve::Curve(Problem &problem_, const NewtonSettings &newton, double unit, bool 
 
 CurvePoint Curve::point() const {
   CurvePoint s;
-  s.y = problem.unknowns(), s.t = problem.unknowns();
+  for (UniqueVec *v : {&s.y, &s.t}) { // to lay out a new one would take a message
+    check(VecDuplicate(row_, v->out()), "creating a point");
+    check(VecSet(*v, 0), "creating a point");
+  }
   return s;
 }
 

@@ -1,6 +1,6 @@
 #include "continuation/problem.hpp"
 
-#include <petsc/private/petscimpl.h>
+#include <petsc/private/vecimpl.h>
 
 #include <algorithm>
 #include <cmath>
@@ -70,24 +70,20 @@ public:
     check(VecScale(row, weight()), doing);
     set_parameter(row, p / (unit_ * unit_));
   }
-  std::vector<double> motions(const std::vector<Vec> &of) const override {
-    std::vector<double> sums;
-    for (const Vec y : of) {
-      const Own x(y);
-      sums.push_back(0);
-      for (PetscInt i = 0; i < x.size(); ++i) sums.back() += x[i] * x[i];
-    }
-    sums = added_up(std::move(sums), comm_of(of[0]));
-    for (double &sum : sums) sum = std::sqrt(sum);
-    return sums;
-  }
   double largest_motion() const override { return largest_; }
-  void see(Vec y) override { largest_ = std::max(largest_, motions({y})[0]); }
+  void see(Vec y) override {
+    const Own x(y);
+    double sum = 0;
+    for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * x[i];
+    seen_ = std::sqrt(added_up({sum}, comm_of(y))[0]);
+    largest_ = std::max(largest_, seen_);
+  }
+  double motion_seen() const override { return seen_; }
 
 private:
   double weight() const { return weighted_ && largest_ > 0 ? 1 / (largest_ * largest_) : 1; }
 
-  double unit_, largest_ = 0;
+  double unit_, largest_ = 0, seen_ = 0;
   bool weighted_;
 };
 
@@ -114,6 +110,13 @@ double Problem::residual_and_plane(Vec y, Vec f, Vec border) {
 }
 
 std::vector<Problem::Projected> Problem::projected(const std::vector<Vec> &of) const {
+  std::vector<Projected> all = own_projected(of);
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(of.size()) * projections, MPI_DOUBLE, MPI_SUM,
+                comm_of(of[0]));
+  return all;
+}
+
+std::vector<Problem::Projected> Problem::own_projected(const std::vector<Vec> &of) const {
   std::vector<Projected> out(of.size());
   for (std::size_t v = 0; v < of.size(); ++v) {
     const Own x(of[v]);
@@ -121,13 +124,15 @@ std::vector<Problem::Projected> Problem::projected(const std::vector<Vec> &of) c
     for (PetscInt i = 0; i < x.size(); ++i)
       for (int k = 1; k < projections; ++k) out[v][k] += pseudo_random(x.first() + i, 0, k) * x[i];
   }
-  MPI_Allreduce(MPI_IN_PLACE, out.data(), static_cast<int>(of.size()) * projections, MPI_DOUBLE, MPI_SUM,
-                comm_of(of[0]));
   return out;
 }
 
 void note_parameter(Vec y, double value) {
   check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), kept_parameter(), value), doing);
+}
+
+void note_norm(Vec y, double value) {
+  check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), NormIds[NORM_2], value), doing);
 }
 
 void scale_known(Vec y, double factor) {

@@ -49,8 +49,7 @@ public:
   virtual std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known = {}) const = 0;
   double product(Vec a, Vec b) const { return products({{a, b}})[0]; } ///< Collective.
   virtual void weigh(Vec t, Vec row) const = 0; ///< row . s is the product of t and s
-  /// Sizes of their x, without weights, by one message. Collective.
-  virtual std::vector<double> motions(const std::vector<Vec> &of) const = 0;
+  virtual double motion_seen() const = 0; ///< size of the x of the point seen last, without weights
   /// The largest motion met at accepted points; weights may follow it.
   virtual double largest_motion() const = 0;
   virtual void see(Vec y) = 0; ///< an accepted point. Collective.
@@ -83,12 +82,15 @@ public:
   /// Of each vector the parameter and five projections of x, by which points are told apart cheaply. Collective.
   static constexpr int projections = 6;
   using Projected = std::array<double, projections>;
-  virtual std::vector<Projected> projected(const std::vector<Vec> &of) const;
+  std::vector<Projected> projected(const std::vector<Vec> &of) const;
+  /// This rank's part of it: they are sums.
+  virtual std::vector<Projected> own_projected(const std::vector<Vec> &of) const;
 };
 
 /// The last entry, on every rank. Collective; without a message where y is as it was when it was asked before.
 double parameter_of(Vec y);
 void note_parameter(Vec y, double value); ///< what all ranks know it to be
+void note_norm(Vec y, double value);      ///< likewise of the plain norm, which VecNorm then has at hand
 void set_parameter(Vec y, double value);  ///< the last entry
 /// y *= factor, and its parameter, which all ranks know, stays known.
 void scale_known(Vec y, double factor);

@@ -176,8 +176,11 @@ void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const 
 
 void Stepper::limit_step() {
   if (!control_.adaptive()) return;
-  const std::vector<double> motions = curve_->norm.motions({here_.t, here_.y});
-  control_.limit({std::abs(parameter_of(here_.t)) / unit_, motions[0], motions[1]}, curve_->problem.is_smooth());
+  const double rate = std::abs(parameter_of(here_.t));
+  PetscReal plain;
+  check(VecNorm(here_.t, NORM_2, &plain), "limiting a step");
+  const double motion = std::sqrt(std::max(0.0, (plain - rate) * (plain + rate)));
+  control_.limit({rate / unit_, motion, curve_->norm.motion_seen()}, curve_->problem.is_smooth());
 }
 
 void Stepper::take_curve(Curve &curve) {

@@ -39,7 +39,7 @@ std::shared_ptr<PointData> ForcedResponse::describe() {
   return data;
 }
 
-std::vector<Problem::Projected> ForcedResponse::projected(const std::vector<Vec> &of) const {
+std::vector<Problem::Projected> ForcedResponse::own_projected(const std::vector<Vec> &of) const {
   const Layout &layout = system_.layout();
   std::vector<Projected> all(of.size());
   for (std::size_t v = 0; v < of.size(); ++v) {
@@ -53,7 +53,6 @@ std::vector<Problem::Projected> ForcedResponse::projected(const std::vector<Vec>
     if (layout.owns_omega()) out[0] = own[layout.own_coefficients()];
     check(VecRestoreArrayRead(of[v], &own), "marking the way");
   }
-  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(of.size()) * projections, MPI_DOUBLE, MPI_SUM, layout.comm);
   return all;
 }
 

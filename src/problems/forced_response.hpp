@@ -29,7 +29,7 @@ public:
   bool is_admissible(double value) const override { return value > 0 || !system_.parameter().kind().positive(); }
   bool is_smooth() const override { return system_.samples() == exactly; } ///< sampled contact forces make teeth
   /// By dofs and coefficients: alike for any sharing out and number of harmonics.
-  std::vector<Projected> projected(const std::vector<Vec> &of) const override;
+  std::vector<Projected> own_projected(const std::vector<Vec> &of) const override;
 
 private:
   HarmonicSystem &system_;

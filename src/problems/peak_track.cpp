@@ -30,8 +30,8 @@ public:
     response_.weigh(t, row);
     set_parameter(row, parameter_of(t) / (unit_ * unit_));
   }
-  std::vector<double> motions(const std::vector<Vec> &of) const override { return response_.motions(of); }
   double largest_motion() const override { return response_.largest_motion(); }
+  double motion_seen() const override { return response_.motion_seen(); }
   void see(Vec y) override { response_.see(y); }
 
 private:

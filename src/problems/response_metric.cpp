@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "support/error.hpp"
-#include "support/gathered.hpp"
 
 namespace dovetail {
 
@@ -25,22 +24,36 @@ double ResponseMetric::square(Vec y) const {
   return sum;
 }
 
-std::vector<double> ResponseMetric::motions(const std::vector<Vec> &of) const {
-  std::vector<double> sums;
-  for (const Vec y : of) sums.push_back(square(y));
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
-  for (double &sum : sums) sum = std::sqrt(sum);
-  return sums;
-}
-
 void ResponseMetric::see(Vec y) {
-  note(y);
-  choose_weights(square(y));
+  std::vector<Problem::Projected> none;
+  see(y, nullptr, none);
 }
 
-ResponseMetric::Lengths ResponseMetric::see(Vec y, Vec way) {
+// Sums and a maximum by one message: what all ranks have, on all.
+ResponseMetric::Lengths ResponseMetric::see(Vec y, Vec way, std::vector<Problem::Projected> &sums) {
   note(y);
-  return choose_weights(square(y), squares(way));
+  const std::array<double, 2> squares = way ? squares_of(way) : std::array<double, 2>{};
+  std::vector<double> own{largest_of_own(), square(y), squares[0], squares[1]};
+  for (const Problem::Projected &of : sums) own.insert(own.end(), of.begin(), of.end());
+  std::vector<double> sum = own;
+  int size;
+  MPI_Comm_size(comm_, &size);
+  std::vector<double> all(size * own.size());
+  const int count = static_cast<int>(own.size());
+  MPI_Allgather(own.data(), count, MPI_DOUBLE, all.data(), count, MPI_DOUBLE, comm_);
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    sum[i] = 0;
+    for (int r = 0; r < size; ++r) sum[i] = i == 0 ? std::max(sum[i], all[r * count]) : sum[i] + all[r * count + i];
+  }
+  auto from = sum.begin() + 4;
+  for (Problem::Projected &of : sums) std::copy_n(from, of.size(), of.begin()), from += of.size();
+  seen_ = std::sqrt(sum[1]), motion_ = std::max(motion_, seen_);
+  choose_weights(sum[0]);
+  return {std::sqrt(sum[2] + sum[3]), std::sqrt(sum[3])};
+}
+
+double ResponseMetric::largest_of_own() const {
+  return dofs_.empty() ? 0 : *std::max_element(dofs_.begin(), dofs_.end());
 }
 
 // The largest motion of each own dof.
@@ -57,24 +70,18 @@ void ResponseMetric::note(Vec y) {
 
 void ResponseMetric::restore(double motion, std::vector<double> dofs) {
   motion_ = motion, dofs_ = std::move(dofs);
-  choose_weights(0);
+  double largest = largest_of_own();
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm_);
+  choose_weights(largest);
 }
 
-// `own`: square of a motion seen, this rank's part, as are the `squares` of a way. Sums and a maximum, by one message.
-ResponseMetric::Lengths ResponseMetric::choose_weights(double own, std::array<double, 2> way) {
-  double sum = 0, largest = 0, mean = 0, swing = 0;
-  for (const double dof : dofs_) largest = std::max(largest, dof);
-  const std::vector<double> all = gathered(comm_, MPI_DOUBLE, std::array{own, largest, way[0], way[1]});
-  for (std::size_t i = 0; i < all.size(); i += 4)
-    sum += all[i], largest = std::max(largest, all[i + 1]), mean += all[i + 2], swing += all[i + 3];
-  motion_ = std::max(motion_, std::sqrt(sum));
-  const Lengths lengths{std::sqrt(mean + swing), std::sqrt(swing)};
-  if (!weighted_ || motion_ == 0) return lengths;
+// `largest`: motion of any dof.
+void ResponseMetric::choose_weights(double largest) {
+  if (!weighted_ || motion_ == 0) return;
   for (std::size_t d = 0; d < dofs_.size(); ++d) {
     const double own_motion = std::max(dofs_[d], least_motion * largest);
     weights_[d] = 0.5 / (motion_ * motion_) + 0.5 / (static_cast<double>(all_dofs_) * own_motion * own_motion);
   }
-  return lengths;
 }
 
 void ResponseMetric::weigh(Vec t, Vec row) const {
@@ -88,7 +95,7 @@ void ResponseMetric::weigh(Vec t, Vec row) const {
 }
 
 // Of a way: of mean values, of the rest; this rank's part.
-std::array<double, 2> ResponseMetric::squares(Vec way) const {
+std::array<double, 2> ResponseMetric::squares_of(Vec way) const {
   const double *own;
   check(VecGetArrayRead(way, &own), "measuring arc length");
   std::array<double, 2> sums{};

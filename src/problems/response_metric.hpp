@@ -18,23 +18,25 @@ public:
   void see(Vec y) override;
   void weigh(Vec t, Vec row) const override;
   std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known) const override;
-  std::vector<double> motions(const std::vector<Vec> &of) const override;
   double largest_motion() const override { return motion_; }
   struct Lengths {
     double whole, swing; ///< the latter without the mean values of the motion
   };
-  /// see(), and the lengths of a way as it was measured before. Collective.
-  Lengths see(Vec y, Vec way);
+  double motion_seen() const override { return seen_; }
+  /// see(), and the lengths of a way as it was measured before; `sums` become those over all ranks, by the same message.
+  /// Collective.
+  Lengths see(Vec y, Vec way, std::vector<Problem::Projected> &sums);
 
   /// The largest motion seen of each own dof.
   const std::vector<double> &largest_of_dofs() const { return dofs_; }
   void restore(double motion, std::vector<double> dofs); ///< Collective.
 
 private:
-  Lengths choose_weights(double own, std::array<double, 2> way = {});
+  void choose_weights(double largest);
+  double largest_of_own() const;
   void note(Vec y);
   double square(Vec y) const; // of the own motion, plain
-  std::array<double, 2> squares(Vec way) const;
+  std::array<double, 2> squares_of(Vec way) const;
   double square_of_unit() const { return weighted_ ? omega_ * omega_ : 1; }
 
   MPI_Comm comm_;
@@ -42,7 +44,7 @@ private:
   PetscInt own_coefficients_, all_dofs_;
   bool owns_omega_, weighted_;
   double omega_;                // unit of frequency
-  double motion_ = 0;           // largest seen, plain norm
+  double motion_ = 0, seen_ = 0; // largest seen, plain norm; the last
   std::vector<double> dofs_;    // (own dofs) largest seen of each
   std::vector<double> weights_; // (own dofs) of the squares
 };
