@@ -61,7 +61,8 @@ double all_parts(const int *counts, MPI_Datatype type, MPI_Comm comm) {
   if (size == 1) return;
   void *frames[deepest];
   const int found = backtrace(frames, deepest);
-  Sum &sum = counted[stages.empty() ? -1 : stages.back()][{call, std::vector<void *>(frames + 2, frames + std::max(found, 2))}];
+  Sum &sum = counted[stages.empty() ? -1 : stages.back()]
+                    [{call, std::vector<void *>(frames + 2, frames + std::max(found, 2))}];
   ++sum.calls, sum.bytes += bytes;
 }
 
@@ -103,7 +104,7 @@ template <class Function> Function *next(const char *name) {
 
 #define COUNTED(call, given, parameters, arguments)                                                                    \
   int MPI_##call parameters {                                                                                          \
-    count(#call, given, comm);                                                                                               \
+    count(#call, given, comm);                                                                                         \
     return PMPI_##call arguments;                                                                                      \
   }
 

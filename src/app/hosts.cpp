@@ -71,8 +71,9 @@ std::string note_on_cores(MPI_Comm comm) {
 std::string idle_ranks(int ranks, int points) {
   if (points == 0 || ranks <= points) return "";
   return std::to_string(ranks) + " ranks for " + std::to_string(points) +
-         (points > 1 ? " contact points" : " contact point") + ": along the curve some of them have nothing to do; take " +
-         std::to_string(points) + " at most, but for a large reduction";
+         (points > 1 ? " contact points" : " contact point") +
+         ": along the curve some of them have nothing to do; take " + std::to_string(points) +
+         " at most, but for a large reduction";
 }
 
 } // namespace dovetail

@@ -55,9 +55,8 @@ Corrector::Corrector(Problem &problem, const NewtonSettings &settings)
 
 PetscErrorCode Corrector::residual(SNES, Vec y, Vec f, void *context) {
   auto &self = *static_cast<Corrector *>(context);
-  return self.courier_.run([&] {
-    set_parameter(f, self.problem_.residual_and_plane(y, f, self.border_) - self.target_);
-  });
+  return self.courier_.run(
+      [&] { set_parameter(f, self.problem_.residual_and_plane(y, f, self.border_) - self.target_); });
 }
 
 PetscErrorCode Corrector::jacobian(SNES, Vec y, Mat, Mat, void *context) {

@@ -48,7 +48,7 @@ public:
   /// Products of pairs, by one message; by which parameter_of the vectors `known` is known as well. Collective.
   virtual std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known = {}) const = 0;
   double product(Vec a, Vec b) const { return products({{a, b}})[0]; } ///< Collective.
-  virtual void weigh(Vec t, Vec row) const = 0; ///< row . s is the product of t and s
+  virtual void weigh(Vec t, Vec row) const = 0;                        ///< row . s is the product of t and s
   virtual double motion_seen() const = 0; ///< size of the x of the point seen last, without weights
   /// The largest motion met at accepted points; weights may follow it.
   virtual double largest_motion() const = 0;

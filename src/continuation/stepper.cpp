@@ -86,8 +86,8 @@ Stepper::Outcome Stepper::try_step(double step) {
 Stepper::Outcome Stepper::take_trial(double step) {
   TangentPredictor().predict(here_, step, predicted_);
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  const std::vector<double> products = curve_->norm.products(
-      {{here_.t, trial_.t}, {predicted_, predicted_}, {here_.t, predicted_}, {here_.t, here_.t}});
+  const std::vector<double> products =
+      curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}, {here_.t, predicted_}, {here_.t, here_.t}});
   const double chord = step * step * products[3] - 2 * step * products[2] + products[1]; // its square
   const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step,
                             allowed_astray(curve_->problem.is_smooth()), std::sqrt(std::max(chord, 0.0))};

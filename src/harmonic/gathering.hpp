@@ -12,8 +12,8 @@ public:
   explicit Gathering(const Layout &layout) : layout_(layout) {}
 
   // What is added has a number, counted from 0.
-  void add(Vec y);                                       ///< coefficients (n, 2H+1), then the last unknown
-  void add_dofs(const std::vector<double> &own);         ///< one number of each dof
+  void add(Vec y);                                           ///< coefficients (n, 2H+1), then the last unknown
+  void add_dofs(const std::vector<double> &own);             ///< one number of each dof
   void add_points(const std::vector<double> &own, int each); ///< `each` numbers of a contact point
   /// Collective.
   void bring();

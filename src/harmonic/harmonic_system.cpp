@@ -182,8 +182,7 @@ bool HarmonicSystem::has_products(const double *q) const {
 // where the products take one.
 double HarmonicSystem::go_to(const double *y, const double *border) {
   const double own = layout_.owns_omega() ? y[layout_.own_coefficients()] : 0;
-  std::vector<double> sums{own,
-                           border ? std::inner_product(y, y + layout_.own_unknowns(), border, 0.0) : 0};
+  std::vector<double> sums{own, border ? std::inner_product(y, y + layout_.own_unknowns(), border, 0.0) : 0};
   if (layout_.size > 1 || !has_products(y)) products(y, &sums);
   set(sums[0]);
   evaluate_contact(y);

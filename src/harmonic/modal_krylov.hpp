@@ -23,7 +23,7 @@ public:
   ModalKrylov(const StuckBases &bases, const Layout &layout);
   ModalKrylov(const ModalKrylov &) = delete; // PETSc knows where it is
 
-  void begin(bool for_one);              ///< of another Newton solve, or of one Jacobian, of which nothing is factored
+  void begin(bool for_one); ///< of another Newton solve, or of one Jacobian, of which nothing is factored
   /// `r`: the right-hand side that is solved for first. Collective.
   void take(const JacobianParts &parts, Vec r);
   /// x = inverse times r, unknowns of the harmonic system, to a relative `accuracy` no better than `best_accuracy`.

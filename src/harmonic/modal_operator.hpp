@@ -90,8 +90,8 @@ private:
   std::vector<double> written_;     // of one point, as the contact law gives them
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more
   std::vector<Real> message_;
-  Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
-  Aligned<Real> damped_;            // (own modal unknowns, padded), of dampers that are not diagonal
+  Aligned<Real> motion_, force_; // (own dofs or a few contact rows, padded)
+  Aligned<Real> damped_;         // (own modal unknowns, padded), of dampers that are not diagonal
   DynamicStiffness structure_;
 };
 

@@ -1,8 +1,8 @@
 #pragma once
 // Which modal unknowns a rank works with when GMRES solves in the stuck modes. Where a rank's rows of Phi_c are many,
-// vectors cost little beside the products with them: every rank then keeps whole vectors, and does the same with them as
-// all others do. An iteration waits for the other ranks once, for the sum of their products. With more ranks than that
-// pays for, each has a share of the unknowns, and an iteration waits five times.
+// vectors cost little beside the products with them: every rank then keeps whole vectors, and does the same with them
+// as all others do. An iteration waits for the other ranks once, for the sum of their products. With more ranks than
+// that pays for, each has a share of the unknowns, and an iteration waits five times.
 #include "harmonic/layout.hpp"
 #include "harmonic/stuck_basis.hpp"
 

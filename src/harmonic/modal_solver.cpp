@@ -65,9 +65,8 @@ void ModalSolver::multiply(Vec x, Vec y) {
   const PetscInt count = layout_.own_coefficients(), contact = layout_.own_point_offset(0);
   const ReadValues in(x);
   const Values out(y);
-  std::vector<double> sums{
-      layout_.owns_omega() ? in[count] : 0,
-      std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0)};
+  std::vector<double> sums{layout_.owns_omega() ? in[count] : 0,
+                           std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0)};
   stiff_.resize(count), heavy_.resize(count), force_.resize(count - contact);
   linear_->multiply_and_share(in, stiff_.data(), heavy_.data(), sums, layout_.comm);
   const double last = sums[0];

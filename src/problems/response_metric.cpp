@@ -10,8 +10,7 @@ namespace dovetail {
 constexpr double least_motion = 0.02; // of the largest dof's: what moves less is weighed as if it moved so much
 
 ResponseMetric::ResponseMetric(const Layout &layout, double omega_unit, bool weighted)
-    : comm_(layout.comm), width_(layout.width), own_coefficients_(layout.own_coefficients()),
-      all_dofs_(layout.dofs()),
+    : comm_(layout.comm), width_(layout.width), own_coefficients_(layout.own_coefficients()), all_dofs_(layout.dofs()),
       owns_omega_(layout.owns_omega()), weighted_(weighted), omega_(omega_unit), dofs_(layout.own_dofs(), 0.0),
       weights_(layout.own_dofs(), 1.0) {}
 

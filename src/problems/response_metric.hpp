@@ -23,8 +23,8 @@ public:
     double whole, swing; ///< the latter without the mean values of the motion
   };
   double motion_seen() const override { return seen_; }
-  /// see(), and the lengths of a way as it was measured before; `sums` become those over all ranks, by the same message.
-  /// Collective.
+  /// see(), and the lengths of a way as it was measured before; `sums` become those over all ranks, by the same
+  /// message. Collective.
   Lengths see(Vec y, Vec way, std::vector<Problem::Projected> &sums);
 
   /// The largest motion seen of each own dof.
@@ -43,10 +43,10 @@ private:
   int width_;
   PetscInt own_coefficients_, all_dofs_;
   bool owns_omega_, weighted_;
-  double omega_;                // unit of frequency
+  double omega_;                 // unit of frequency
   double motion_ = 0, seen_ = 0; // largest seen, plain norm; the last
-  std::vector<double> dofs_;    // (own dofs) largest seen of each
-  std::vector<double> weights_; // (own dofs) of the squares
+  std::vector<double> dofs_;     // (own dofs) largest seen of each
+  std::vector<double> weights_;  // (own dofs) of the squares
 };
 
 } // namespace dovetail
