@@ -7,12 +7,10 @@ cores are counted as well as others; their time says nothing.
 
 import argparse
 import bisect
-import json
 import re
 import subprocess
 import sys
 from collections import Counter
-from pathlib import Path
 
 from measure import BINARY, OUTPUT, ROOT, keep, summary_of, surroundings, weigh
 from points import BLADE, CASES
@@ -58,7 +56,8 @@ def run(case, ranks, most):
     folder = case.parent
     wanted = folder / "counted.toml"
     wanted.write_text(re.sub(r"max_points = \d+", f"max_points = {most}", case.read_text()))
-    weigh(["mpirun", "-n", ranks, "-x", f"LD_PRELOAD={LIBRARY}", "-x", f"MPI_CALLS={folder / 'calls'}", BINARY, "run", wanted, "--out", folder])
+    counting = ["-x", f"LD_PRELOAD={LIBRARY}", "-x", f"MPI_CALLS={folder / 'calls'}"]
+    weigh(["mpirun", "-n", ranks, *counting, BINARY, "run", wanted, "--out", folder])
     return counted(folder / "calls.0"), Results(folder / "results.h5"), summary_of(folder)[0]
 
 
@@ -92,8 +91,8 @@ def places(counts, symbols, most):
 
 
 def table(rows):
-    lines = [f"{'':11}{'points':>7}{'H':>4}{'ranks':>6}{'Newton':>8}{'linear':>8}{'a point':>10}{'a Newton':>10}{'an iter.':>10}{'KiB/point':>11}"
-             f"{'messages':>10}{'MiB/rank':>10}"]
+    lines = [f"{'':11}{'points':>7}{'H':>4}{'ranks':>6}{'Newton':>8}{'linear':>8}{'a point':>10}{'a Newton':>10}{'an iter.':>10}"
+             f"{'KiB/point':>11}{'messages':>10}{'MiB/rank':>10}"]
     for row in rows:
         lines.append(f"{row['scene']:11}{row['points']:7}{row['harmonics']:4}{row['ranks']:6}{row['newton']:8.2f}{row['linear']:8.1f}"
                      f"{row['per_point']:10.1f}{row['per_newton']:10.1f}{row['per_linear']:10.2f}{row['kib']:11.1f}{row['messages']:10.1f}"
@@ -122,8 +121,8 @@ def main():
                     rows.append(row)
                     print("\n".join([table([row])[-1], *(places(where, symbols, options.places) if symbols else [])]), file=sys.stderr)
     print("\n".join(table(rows)))
-    print("\nNewton, linear: iterations per point; a point, a Newton, an iter.: collective calls per each; KiB/point: bytes that rank 0 gives to\n"
-          "them; messages: between two ranks, from rank 0; MiB/rank: memory of the largest")
+    print("\nNewton, linear: iterations per point; a point, a Newton, an iter.: collective calls per each; KiB/point: bytes that\n"
+          "rank 0 gives to them; messages: between two ranks, from rank 0; MiB/rank: memory of the largest")
     keep("scale", {**surroundings(), "rows": rows})
 
 

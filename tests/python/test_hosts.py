@@ -4,6 +4,7 @@ import os
 import shutil
 import socket
 import subprocess
+from types import SimpleNamespace
 
 import chain
 import pytest
@@ -43,10 +44,10 @@ def test_a_folder_that_one_rank_does_not_see_is_refused(tmp_path):
 
 def test_ranks_that_have_to_share_cores_or_have_no_contact_point_are_told(tmp_path):
     cores = len(os.sched_getaffinity(0))
-    done = run(chain.write(tmp_path, 1, most=2), ranks=cores + 1)
+    done = run(SimpleNamespace(path=chain.write(tmp_path, 1, most=2)), ranks=cores + 1)
     assert f"note: {cores + 1} ranks on {cores} core" in done.out and socket.gethostname() in done.out
     assert f"note: {cores + 1} ranks for 1 contact point" in done.out
 
 
 def test_one_rank_needs_no_words(tmp_path):
-    assert "note:" not in run(chain.write(tmp_path, 1, most=2)).out
+    assert "note:" not in run(SimpleNamespace(path=chain.write(tmp_path, 1, most=2))).out
