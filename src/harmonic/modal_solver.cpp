@@ -94,11 +94,14 @@ void ModalSolver::multiply(Vec x, Vec y) {
   if (layout_.owns_omega()) out[count] = sums[1];
 }
 
-// Norm that the rounding of the last product may have.
-double ModalSolver::rounding_left() const {
-  double square = forces_square_;
-  MPI_Allreduce(MPI_IN_PLACE, &square, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
-  return rounding * std::sqrt(square);
+// remainder_ = r less the product with x. Its norm, and the norm that the rounding of the product may have.
+std::array<double, 2> ModalSolver::left_by(Vec x, Vec r) {
+  multiply(x, remainder_);
+  check(VecAYPX(remainder_, -1, r), doing);
+  const ReadValues left(remainder_);
+  double squares[] = {std::inner_product(left + 0, left + layout_.own_unknowns(), left + 0, 0.0), forces_square_};
+  MPI_Allreduce(MPI_IN_PLACE, squares, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  return {std::sqrt(squares[0]), rounding * std::sqrt(squares[1])};
 }
 
 void ModalSolver::set_up(KSP ksp, Mat J) {
@@ -221,13 +224,11 @@ bool ModalSolver::refine(Vec r, Vec x, double asked, const Round &round, const S
   first_sign_.reset();
   Solved last = round(r, x, asked);
   if (last != Solved::roughly) return last == Solved::surely;
-  PetscReal whole, left, before = PETSC_INFINITY;
+  PetscReal whole, before = PETSC_INFINITY;
   check(VecNorm(r, NORM_2, &whole), doing);
   for (; last != Solved::never; check(VecAXPY(x, 1, correction_), doing)) {
-    multiply(x, remainder_);
-    check(VecAYPX(remainder_, -1, r), doing);
-    check(VecNorm(remainder_, NORM_2, &left), doing);
-    if (left <= asked * whole || left <= rounding_left()) return true;
+    const auto [left, rounded] = left_by(x, r);
+    if (left <= std::max(asked * whole, rounded)) return true;
     if (!(left <= least_gain * before)) return false;
     before = left;
     if (!first_sign_) first_sign_ = sign(); // the rounds to come are short and meet few eigenvalues

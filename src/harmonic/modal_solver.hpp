@@ -4,6 +4,7 @@
 // (modal_krylov.hpp); or, where few contacts move or many iterations would be wanted, factors of the contacts' part, as
 // the preconditioner of GMRES in double: those of contact_factors.hpp, which serve the following Jacobians of the same
 // Newton solve as well, or where contacts are open for long those of window_factors.hpp.
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -57,7 +58,7 @@ private:
   int factors_sign();
   bool solve_with_factors(Vec r, Vec x, double asked); // false: not within as many iterations as are worth it
   bool solve_in_modes(Vec r, Vec x, double asked);     // likewise
-  double rounding_left() const;
+  std::array<double, 2> left_by(Vec x, Vec r);
   JacobianParts parts() const;
 
   std::shared_ptr<const StuckBases> bases_, open_;
