@@ -31,8 +31,8 @@ DOVETAIL_WIDE void add_outer(float scale, const float *__restrict factors, int r
 
 } // namespace
 
-ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout, const ModalShare &share)
-    : basis_(bases.mean()), layout_(layout), everywhere_(share.everywhere), own_(share.own),
+ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout, const ModalShare &held)
+    : basis_(bases.mean()), layout_(layout), everywhere_(held.everywhere), own_(held.own),
       padded_(padded<Real>(layout.width)), counts_(layout.size), starts_(layout.size),
       points_(layout.own_points.size()), cross_(padded_),
       written_(9 * static_cast<std::size_t>(layout.width) * layout.width) {
