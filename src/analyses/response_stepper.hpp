@@ -61,8 +61,7 @@ private:
   void adopt(std::unique_ptr<HarmonicSystem> system);
   bool change_harmonics(int harmonics, int most_newton, double error);
   void archive(Archive &archive);
-  class Vectors;
-  void archive_points(Archive &archive, Vectors &vectors);
+  void archive_points(Archive &archive);
   void describe(CurvePoint &point);
 
   BranchReport &report_;
