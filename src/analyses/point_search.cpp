@@ -31,8 +31,7 @@ std::optional<PointSearch::Found> PointSearch::by_newton(double value, Vec y) {
 // if need be.
 std::optional<PointSearch::Found> PointSearch::by_fewer_harmonics(double value, Vec y, bool quickly) {
   const auto solve = [&](Curve &curve, CurvePoint &s) {
-    return quickly ? curve.solve_at(value, s, hurried) || curve.solve_at(value, s, downhill)
-                   : curve.solve_at(value, s, true);
+    return quickly ? curve.solve_at(value, s, hurried) || curve.solve_at(value, s, downhill) : curve.solve_at(value, s);
   };
   HarmonicSystem &system = response_.system();
   if (system.harmonics() == 1 && !quickly) return std::nullopt;

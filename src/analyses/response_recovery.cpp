@@ -33,9 +33,9 @@ bool ResponseRecovery::first_point(double value) {
   report_.summary.why = "no solution was found at the first " + stepper_.response.parameter_name() + ": " +
                         here.newton.why + difference(stepper_.response.system(), here);
   starting_ = true;
-  const bool found = (other_ways && (stand_on(search_.by_fewer_harmonics(value, here.y, true)) ||
-                                     curve.solve_at(value, here, true))) ||
-                     recovers(Failure::Kind::no_start, report_.summary.why, value);
+  const bool found =
+      (other_ways && (stand_on(search_.by_fewer_harmonics(value, here.y, true)) || curve.solve_at(value, here))) ||
+      recovers(Failure::Kind::no_start, report_.summary.why, value);
   if (!how_.empty()) how_ = "Newton does not converge from rest; the first point comes from " + how_;
   starting_ = false;
   return found;

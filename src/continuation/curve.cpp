@@ -42,8 +42,8 @@ bool Curve::solve_across(Vec normal, CurvePoint &s, const StepEffort &effort) {
   return finish(s);
 }
 
-bool Curve::solve_at(double value, CurvePoint &s, bool exact) {
-  return solve_at(value, s, {.exact = exact}) || solve_at(value, s, {.line_search = true, .exact = exact});
+bool Curve::solve_at(double value, CurvePoint &s) {
+  return solve_at(value, s, {}) || solve_at(value, s, {.line_search = true});
 }
 
 bool Curve::solve_at(double value, CurvePoint &s, const StepEffort &effort) {

@@ -42,8 +42,8 @@ public:
   /// to the same side as `normal`. If it fails s.newton.why says so, and s.y is what it was. Collective.
   bool solve_across(Vec normal, CurvePoint &s, const StepEffort &effort = {});
   /// Newton from the guess in s.y at that value of the parameter, plainly, then with a line search. The tangent looks
-  /// to growing values. `exact`: as NewtonEffort. Collective.
-  bool solve_at(double value, CurvePoint &s, bool exact = false);
+  /// to growing values. Collective.
+  bool solve_at(double value, CurvePoint &s);
   /// The same one way only.
   bool solve_at(double value, CurvePoint &s, const StepEffort &effort);
 

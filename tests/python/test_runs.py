@@ -295,24 +295,24 @@ def test_starts_from_other_results(tmp_path, arrived):
     where = {"omega": [1.05, 1.05], **cases.TIGHT}
     first = run(cases.dof5(tmp_path, **where, at=[1.05]), out="first")
     started = cases.dof5(tmp_path, start="first/results.h5", **where)
-    again = run(started, out="again").points
-    assert again["newton_iterations"][0] <= 2 < first.points["newton_iterations"][0]
-    close(again["coefficients"], first.points["coefficients"])
+    again = run(started, out="again")
+    assert again.summary["newton_iterations"] <= 2 < first.summary["newton_iterations"]
+    close(again.points["coefficients"], first.points["coefficients"])
     started.edit("first/results.h5", str(arrived[1].folder / "results.h5"))
-    nearby = run(started, out="nearby").points
-    assert nearby["newton_iterations"][0] < first.points["newton_iterations"][0]
-    close(nearby["coefficients"], again["coefficients"], 1e-8)
+    nearby = run(started, out="nearby")
+    assert nearby.summary["newton_iterations"] < first.summary["newton_iterations"]
+    close(nearby.points["coefficients"], again.points["coefficients"], 1e-8)
 
 
 @pytest.mark.parametrize("harmonics, ranks", [(3, 2), (15, None)])
 @pytest.mark.slow
 def test_starts_from_results_with_other_harmonics(tmp_path, arrived, harmonics, ranks):
     where = {"omega": [1.05, 1.05], "harmonics": harmonics, **cases.TIGHT}
-    cold = run(cases.dof5(tmp_path, **where), out="cold").points
-    done = run(cases.dof5(tmp_path, start=str(arrived[1].folder / "results.h5"), **where), out="warm", ranks=ranks).points
-    assert done["coefficients"].shape == (1, 5, 2 * harmonics + 1)
-    assert done["newton_iterations"][0] < cold["newton_iterations"][0]
-    close(done["coefficients"], cold["coefficients"], 1e-8)
+    cold = run(cases.dof5(tmp_path, **where), out="cold")
+    done = run(cases.dof5(tmp_path, start=str(arrived[1].folder / "results.h5"), **where), out="warm", ranks=ranks)
+    assert done.points["coefficients"].shape == (1, 5, 2 * harmonics + 1)
+    assert done.summary["newton_iterations"] < cold.summary["newton_iterations"]
+    close(done.points["coefficients"], cold.points["coefficients"], 1e-8)
 
 
 @pytest.mark.parametrize("ranks", RANKS)
