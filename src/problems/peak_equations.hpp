@@ -9,8 +9,7 @@ namespace dovetail {
 
 class PeakEquations {
 public:
-  /// Equations like those, with exact forces, over the frequency. Collective, like all that
-  /// follows.
+  /// Equations like those, with exact forces, over the frequency. Collective, like all that follows.
   PeakEquations(const HarmonicSystem &like, const Watched &watched);
 
   HarmonicSystem &system() { return *system_; }

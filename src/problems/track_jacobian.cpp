@@ -99,6 +99,7 @@ bool TrackJacobian::solve_response(Vec r, Vec x) {
   check(KSPSetTolerances(inner_, asked, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), doing);
   check(KSPSolve(inner_, r, x), doing);
   check(KSPGetConvergedReason(inner_, &reason), doing);
+  if (reason <= 0) system_.recover(inner_, response_);
   return reason > 0;
 }
 
