@@ -63,7 +63,7 @@ bool PeakEquations::solve() {
     PetscReal size, change;
     system_->residual(y_, f_);
     set_last(f_, 0);
-    factor(fixed_);
+    factor(fixed_, false);
     if (!solve(f_, at_, false)) return false;
     check(VecAXPY(y_, -1, at_), doing);
     check(VecNorm(y_, NORM_2, &size), doing);
@@ -75,7 +75,7 @@ bool PeakEquations::solve() {
 }
 
 bool PeakEquations::differentiate() {
-  factor(fixed_);
+  for (const bool transposed : {false, true}) factor(fixed_, transposed);
   if (!solve(fixed_, along_, false)) return false; // [dY/dOmega; 1]
   check(VecSet(gradient_, 0), doing);
   watch(y_, gradient_);
@@ -152,10 +152,10 @@ void PeakEquations::set_last(Vec v, double value) const {
   check(VecAssemblyEnd(v), doing);
 }
 
-void PeakEquations::factor(Vec border) {
-  system_->jacobian(y_, border, plain_.matrix);
-  system_->transposed_jacobian(y_, border, transposed_.matrix);
-  for (const Solver *one : {&plain_, &transposed_}) check(KSPSetOperators(one->ksp, one->matrix, one->matrix), doing);
+void PeakEquations::factor(Vec border, bool transposed) {
+  const Solver &by = transposed ? transposed_ : plain_;
+  transposed ? system_->transposed_jacobian(y_, border, by.matrix) : system_->jacobian(y_, border, by.matrix);
+  check(KSPSetOperators(by.ksp, by.matrix, by.matrix), doing);
 }
 
 bool PeakEquations::solve(Vec right, Vec x, bool transposed) {

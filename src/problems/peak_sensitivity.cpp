@@ -19,7 +19,7 @@ public:
     out.amplitude_by = scaled(here, -1 / out.amplitude); // dA/dp = -lambda . R_p
     const double turned_damping = omega_by_damping();
     // [J R_Omega; c_Y c_Omega] [dY; dOmega] = -[R_p; c_p]
-    factor(turned_);
+    factor(turned_, true);
     if (!solve(fixed_, at_, true)) return std::nullopt;
     const double last = system_->parameter_in(at_);
     set_last(at_, 0);
