@@ -119,7 +119,7 @@ def going(case, *options, **where):
 def held(process):
     """The process stands still, wherever it is, for one look at its files."""
     process.send_signal(signal.SIGSTOP)
-    wait_for(lambda: Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "T", "a halt")
+    wait_for(lambda: state(process.pid) == "T", "a halt")
     yield
     process.send_signal(signal.SIGCONT)
 
@@ -136,6 +136,16 @@ def kill(process):
     except subprocess.TimeoutExpired:
         process.kill()
         raise
+    for rank in ranks:  # mpirun ends at the first one lost: the others may still hold files
+        wait_for(lambda: state(rank) in ("", "Z"), f"the end of rank {rank}")
+
+
+def state(process):
+    """The letter by which /proc tells what a process does, Z for one that only waits to be counted; "" for one that is no more."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except OSError:
+        return ""
 
 
 def children(parent):

@@ -40,10 +40,11 @@ bool is_still(int descriptor, const std::filesystem::path &file) {
 
 constexpr const char *name = "dovetail.lock";
 
-// 0, or the error number of a file system without locks. Throws if another process has it.
-int lock(int descriptor, const std::filesystem::path &folder, const std::string &remedy) {
+// 0, or the error number of a file system without locks. Throws if another process has it. `kind`: LOCK_EX to hold the
+// folder, LOCK_SH to look whether it is held: several ranks look at once.
+int lock(int descriptor, int kind, const std::filesystem::path &folder, const std::string &remedy) {
   int failed;
-  do failed = flock(descriptor, LOCK_EX | LOCK_NB);
+  do failed = flock(descriptor, kind | LOCK_NB);
   while (failed && errno == EINTR);
   if (failed && errno == EWOULDBLOCK) {
     const std::string who = holder(descriptor);
@@ -58,7 +59,7 @@ int lock(int descriptor, const std::filesystem::path &folder, const std::string 
 void FolderLock::refuse_held(const std::filesystem::path &folder, const std::string &remedy) {
   const int descriptor = open((folder / name).c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW);
   if (descriptor < 0) return; // nobody has begun there
-  lock(descriptor, folder, remedy);
+  lock(descriptor, LOCK_SH, folder, remedy);
   close(descriptor);
 }
 
@@ -67,7 +68,7 @@ FolderLock::FolderLock(const std::filesystem::path &folder, const std::string &r
     descriptor_ = open(file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor_ < 0)
       throw InputError(file_.string() + ": cannot be opened: " + std::strerror(errno) + "; " + remedy);
-    const int failed = lock(descriptor_, folder, remedy);
+    const int failed = lock(descriptor_, LOCK_EX, folder, remedy);
     if (failed) { // file systems over a network may have none
       note_ = "note: " + folder.string() +
               ": nothing guards this folder against a second run, as its file system has "
