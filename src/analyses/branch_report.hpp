@@ -40,6 +40,12 @@ public:
     ended_ = true;
     return Stepper::Outcome::ended;
   }
+  /// Ends it where there are so many points; whether it did.
+  bool ends_at(int most_points) {
+    if (counts.points < most_points) return false;
+    end(End::max_points, "stopped at continuation.max_points = " + std::to_string(most_points));
+    return true;
+  }
   void set_ended(bool yes) { ended_ = yes; } ///< recovery may find a way on beyond an end
   bool ended() const { return ended_; }
 

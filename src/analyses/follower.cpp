@@ -65,9 +65,11 @@ BranchState Follower::state() {
   return state;
 }
 
-// `between`: it stands between two steps, and what is looked at there may not have been.
+// `between`: it stands between two steps, and what is looked at there may not have been. A step that a limit ends half
+// way is not saved: a restart takes it again, from the state before.
 BranchSummary Follower::follow(bool between) {
   if (stepper_.range.one_point()) report_.end(End::arrived);
+  if (!between && !report_.ended() && observer_.state) observer_.state(state());
   if (report_.counts.points >= settings_.max_points) between = true;
   while (!report_.ended()) {
     if (!std::exchange(between, false)) step();
@@ -88,10 +90,7 @@ void Follower::step() {
 
 // Between two steps: may it go on, and where does it stand.
 void Follower::after_step() {
-  if (report_.counts.points >= settings_.max_points)
-    report_.end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
-  else if (report_.interrupted())
-    report_.end(End::interrupted, "interrupted");
+  if (!report_.ends_at(settings_.max_points) && report_.interrupted()) report_.end(End::interrupted, "interrupted");
   if (!report_.ended()) look_back();
   stepper_.errors.count_work();
   if (observer_.state) observer_.state(state());

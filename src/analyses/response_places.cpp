@@ -16,6 +16,7 @@ ResponseStepper::Outcome ResponseStepper::tell(std::vector<Place> &places, doubl
   const auto folds = std::count_if(places.begin(), places.end(), [](auto &p) { return p.kind == Place::Kind::fold; });
   bool higher = (response.system().parameter_in(trial_.t) > 0) == (folds % 2 == 1); // after the first of them
   for (Place &place : places) {
+    const double value = place.at.parameter;
     const std::optional<Stability> stability = stability_.judge(place.at);
     give(place.at, arclength_ + place.along * plain, stability ? &*stability : nullptr, true);
     if (place.kind == Place::Kind::fold) {
@@ -24,13 +25,10 @@ ResponseStepper::Outcome ResponseStepper::tell(std::vector<Place> &places, doubl
     } else if (tell(place) == Outcome::ended) {
       return Outcome::ended;
     }
-    // In corners it stands at ends of steps only.
-    if (at_kink || report_.counts.points < most_points_) continue;
-    arclength_ += place.along * plain; // stand here, so that a restart goes on from here
-    std::swap(here_, place.at);
-    begin_amplitude();
-    stability_.stand(stability);
-    return Outcome::ended;
+    if (report_.ends_at(most_points_)) {
+      here_.parameter = value;
+      return Outcome::ended;
+    }
   }
   return Outcome::on;
 }
@@ -42,8 +40,7 @@ void ResponseStepper::tell_fold(Place &place, bool higher, bool at_kink) {
                     " values of the " + response.parameter_name(),
                 s.parameter, place.amplitude);
   progress.cluster.folded(s.parameter);
-  if (!at_kink && report_.counts.points < most_points_ && farthest.is_behind(s.parameter))
-    farthest.point = std::move(place.at);
+  if (!at_kink && farthest.is_behind(s.parameter)) farthest.point = std::move(place.at);
 }
 
 ResponseStepper::Outcome ResponseStepper::tell(const Place &place) {

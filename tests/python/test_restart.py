@@ -185,16 +185,20 @@ def test_restart_with_more_points_and_a_farther_end(copy, tmp_path):
 
 @pytest.mark.parametrize("ranks", [None, 2])
 @pytest.mark.slow
-def test_restart_between_the_ends_of_a_step(tmp_path, ranks):
-    """Stopped after every point that steps lead to: also where points in between come before one that has been found."""
-    keys = {"harmonics": 3, "samples": "exact", "adaptive": True, "step": 0.02, "omega": [0.95, 1.2]}
+def test_restart_after_any_point(tmp_path, ranks):
+    """Stopped after every point, also after those located within a step, and there amid several frequencies that were named."""
+    keys = {"harmonics": 3, "samples": "exact", "adaptive": True, "step": 0.02, "omega": [0.95, 1.2], "at": [0.9501, 0.9502, 1.05, 1.0501]}
     whole = run(cases.dof5(tmp_path, **keys), out="whole", ranks=ranks)
-    stops = 1 + np.flatnonzero(whole.points["located"] == 0)[5:]
-    for points in (*stops, 10**6):
-        options = ["--restart"] if points > stops[0] else []
-        done = run(cases.dof5(tmp_path, **keys, max_points=int(points)), *options, out="out", ranks=ranks)
+    for points in (*range(2, len(whole.points["omega"]), 3 if ranks else 1), 10**6):
+        options = ["--restart"] if points > 2 else []
+        done = run(cases.dof5(tmp_path, **keys, max_points=points), *options, out="out", ranks=ranks)
+        assert len(done.points["omega"]) == min(points, len(whole.points["omega"]))
     same(done.points, whole.points)
-    assert done.summary["newton_iterations"] == whole.summary["newton_iterations"]
+    for name in ("newton_iterations", "peaks", "folds"):
+        assert done.summary[name] == whole.summary[name]
+    with h5py.File(done.folder / "results.h5") as parts, h5py.File(whole.folder / "results.h5") as one:
+        for name in ("kind", "omega", "point"):
+            np.testing.assert_allclose(parts["events"][name], one["events"][name], rtol=1e-8)
 
 
 @pytest.mark.slow
