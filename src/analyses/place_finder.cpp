@@ -32,9 +32,12 @@ Places PlaceFinder::find(std::optional<Located> crossing) {
   find_peak();
   find_limit();
   if (crossing) keep(Place{std::move(*crossing), Place::Kind::branch});
-  if (stability_.asked()) find_stability_change();
   std::sort(found_.list.begin(), found_.list.end(), in_order);
   find_wanted();
+  if (!found_.complete) return std::move(found_); // the step will be another one
+  if (stability_.asked()) find_stability_change();
+  std::sort(found_.list.begin(), found_.list.end(), in_order);
+  for (const auto &tell : untold_) tell();
   return std::move(found_);
 }
 
@@ -43,6 +46,11 @@ bool PlaceFinder::keep(std::optional<Place> place) {
   place->amplitude = response_.amplitude(place->at).value;
   found_.list.push_back(std::move(*place));
   return true;
+}
+
+void PlaceFinder::tell_later(int &count, BranchEvent::Kind kind, const std::string &text, double parameter,
+                             double amplitude) {
+  untold_.push_back([=, this, &count] { report_.event(count, kind, text, parameter, amplitude); });
 }
 
 std::optional<Place> PlaceFinder::locate(Place::Kind kind, Bound from, Bound to, const Measured &f) {
@@ -103,7 +111,7 @@ void PlaceFinder::find_folds() {
     if (!keep(locate(Place::Kind::fold, bounds[i - 1], bounds[i], rate_of))) ++found_.unlocated_folds;
   }
   for (int i = 0; i < found_.unlocated_folds; ++i)
-    report_.event(report_.counts.folds, BranchEvent::Kind::fold, "turning point, not located", span_.here.parameter);
+    tell_later(report_.counts.folds, BranchEvent::Kind::fold, "turning point, not located", span_.here.parameter);
 }
 
 void PlaceFinder::find_peak() {
@@ -114,8 +122,7 @@ void PlaceFinder::find_peak() {
     keep(in_kink(Place::Kind::peak, next.value > now.value, {now.slope, next.slope}, slope));
   else if (!keep(
                locate(Place::Kind::peak, {0, span_.here.y, now.slope}, {span_.step, span_.trial.y, next.slope}, slope)))
-    report_.event(report_.counts.peaks, BranchEvent::Kind::peak, "maximum, not located", span_.here.parameter,
-                  now.value);
+    tell_later(report_.counts.peaks, BranchEvent::Kind::peak, "maximum, not located", span_.here.parameter, now.value);
 }
 
 void PlaceFinder::find_limit() {
@@ -180,10 +187,10 @@ bool PlaceFinder::find_wanted(const PieceEnd &from, const PieceEnd &to, std::vec
       found_.why_incomplete = "no solution exactly at the end of the sweep: " + place.at.newton.why;
       return false;
     } else {
-      report_.event(report_.counts.missed, BranchEvent::Kind::missed,
-                    "no solution at this " + response_.parameter_name() + " of " + response_.at_key() + ": " +
-                        place.at.newton.why,
-                    value);
+      tell_later(report_.counts.missed, BranchEvent::Kind::missed,
+                 "no solution at this " + response_.parameter_name() + " of " + response_.at_key() + ": " +
+                     place.at.newton.why,
+                 value);
     }
   }
   return true;

@@ -2,6 +2,7 @@
 // What lies within a step and is worth a point of its own: values wanted exactly, turning points, maxima, other
 // branches, changes of stability, limits, the end of the range.
 #include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -67,6 +68,7 @@ private:
   std::optional<Place> locate(Place::Kind kind, Bound from, Bound to, const Measured &f);
   Place in_kink(Place::Kind kind, bool beyond, std::array<double, 2> values, const Measured &f);
   bool keep(std::optional<Place> place);
+  void tell_later(int &count, BranchEvent::Kind kind, const std::string &text, double parameter, double amplitude = 0);
 
   const Response &response_;
   const SweepRange &range_;
@@ -76,6 +78,7 @@ private:
   const EventLocator &locator_;
   const Span span_;
   Places found_;
+  std::vector<std::function<void()>> untold_; // if the step is taken
 };
 
 } // namespace dovetail

@@ -77,11 +77,11 @@ ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double p
                                {here_, trial_, amplitude_.here, next.here, normal, step, at_kink})
                        .find(std::exchange(branch_point_, std::nullopt));
     progress.spare(found.newton_at_kinks);
-    for (int i = 0; i < found.unlocated_folds; ++i) progress.cluster.folded(here_.parameter);
     if (!found.complete) {
       refusal_ = found.why_incomplete;
       return Outcome::refused;
     }
+    for (int i = 0; i < found.unlocated_folds; ++i) progress.cluster.folded(here_.parameter);
     amplitude_.error = next.error;
     if (tell(found.list, plain, at_kink) == Outcome::ended) return Outcome::ended;
   }
