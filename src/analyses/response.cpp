@@ -36,10 +36,4 @@ std::unique_ptr<HarmonicSystem> Response::exchange(std::unique_ptr<HarmonicSyste
   return system;
 }
 
-double plain_length(Vec t) {
-  PetscReal length;
-  check(VecNorm(t, NORM_2, &length), "measuring arc length");
-  return length;
-}
-
 } // namespace dovetail

@@ -52,7 +52,4 @@ private:
   std::unique_ptr<AmplitudeMeter> meter_;
 };
 
-/// Length in the plain norm of the scaled unknowns.
-double plain_length(Vec t);
-
 } // namespace dovetail

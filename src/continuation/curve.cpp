@@ -29,12 +29,10 @@ CurvePoint Curve::point() const {
 
 bool Curve::solve_across(Vec normal, CurvePoint &s, const StepEffort &effort) {
   double target;
-  PetscReal reach = 0;
+  double reach = 0;
   if (effort.step > 0) {
-    PetscReal size, unit;
-    check(VecNorm(s.y, NORM_2, &size), "predicting");
-    check(VecNorm(normal, NORM_2, &unit), "predicting");
-    reach = std::max(most_steps * effort.step * unit / norm.length(normal), least_reach * size);
+    const double unit = plain_length(normal) / norm.length(normal);
+    reach = std::max(most_steps * effort.step * unit, least_reach * plain_length(s.y));
   }
   norm.weigh(normal, row_);
   check(VecDot(row_, s.y, &target), "predicting");

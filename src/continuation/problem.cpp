@@ -101,6 +101,13 @@ double parameter_of(Vec y) {
   return value;
 }
 
+// VecNorm remembers a norm that VecScale scales, which a restart does not know to the last bit.
+double plain_length(Vec t) {
+  PetscScalar square;
+  check(VecDot(t, t, &square), doing);
+  return std::sqrt(square);
+}
+
 void set_parameter(Vec f, double value) {
   PetscInt all, first, end;
   double *own;

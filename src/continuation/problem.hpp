@@ -81,6 +81,7 @@ public:
 
 double parameter_of(Vec y);              ///< last entry, on every rank. Collective.
 void set_parameter(Vec y, double value); ///< the last entry
+double plain_length(Vec t);              ///< 2-norm. Collective.
 /// A number in (-1, 1), the same wherever it is asked for.
 double pseudo_random(std::size_t a, std::size_t b, std::size_t which);
 

@@ -124,9 +124,7 @@ double Stepper::length_to(const CurvePoint &point) const {
 
 // The step to trial_, on planes across `normal`, with all that lies within; or round a kink, to where it is.
 Stepper::Outcome Stepper::accept_step(Vec normal, double step, bool at_kink) {
-  PetscReal plain;
-  check(VecNorm(normal, NORM_2, &plain), "measuring arc length");
-  const Outcome outcome = pass(normal, step, plain, at_kink);
+  const Outcome outcome = pass(normal, step, plain_length(normal), at_kink);
   if (outcome != Outcome::on) return outcome;
   if (control_.adaptive() && curve_->problem.is_smooth() && !at_kink)
     note(before_, trial_);

@@ -193,12 +193,13 @@ def test_restart_after_any_point(tmp_path, ranks):
         options = ["--restart"] if points > 2 else []
         done = run(cases.dof5(tmp_path, **keys, max_points=points), *options, out="out", ranks=ranks)
         assert len(done.points["omega"]) == min(points, len(whole.points["omega"]))
-    same(done.points, whole.points)
+    for name in whole.points.keys() - {"seconds"}:  # to the last bit
+        np.testing.assert_array_equal(done.points[name], whole.points[name], err_msg=name)
     for name in ("newton_iterations", "peaks", "folds"):
         assert done.summary[name] == whole.summary[name]
     with h5py.File(done.folder / "results.h5") as parts, h5py.File(whole.folder / "results.h5") as one:
         for name in ("kind", "omega", "point"):
-            np.testing.assert_allclose(parts["events"][name], one["events"][name], rtol=1e-8)
+            np.testing.assert_array_equal(parts["events"][name], one["events"][name])
 
 
 @pytest.mark.slow
