@@ -83,8 +83,7 @@ PointRecord collect(const BranchPoint &point, double seconds) {
   for (double *share : {&record.stick, &record.slip, &record.open}) *share /= std::max<double>(1, layout.points);
   record.coefficients = physical_coefficients(layout, system.scales(), point.y);
   if (!point.tangent) return record;
-  PetscReal length;
-  check(VecNorm(point.tangent, NORM_2, &length), "collecting a point");
+  const double length = plain_length(point.tangent);
   record.tangent = physical_coefficients(layout, system.scales(), point.tangent);
   for (double &value : record.tangent) value /= length;
   record.tangent_parameter =
