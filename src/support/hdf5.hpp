@@ -39,6 +39,9 @@ private:
 
 using Extent = std::vector<hsize_t>;
 
+/// HDF5 prints its own stack of errors unless told not to; ours name file and dataset instead.
+void silence();
+
 /// A file opened for reading, by each rank on its own. Everything wrong with it is the user's input: InputError.
 class Reader {
 public:
