@@ -41,6 +41,12 @@ def test_published_schema_is_the_programs():
     assert len(said) < 100_000
 
 
+def test_case_files_name_it():
+    for path in CASES:
+        word, place = path.read_text().splitlines()[0].split()
+        assert word == "#:schema" and (path.parent / place).resolve() == FILE, path
+
+
 def test_every_key_has_help_unit_and_default_for_the_editor(schema):
     keys = dict(keys_of(schema))
     assert len(keys) > 60
