@@ -5,6 +5,7 @@ import sys
 import time
 import traceback
 
+from conftest import SESSIONS
 from properties import PROPERTIES, Count, judge
 
 ROUND = 25  # examples of a property, by one seed; a failure ends its round, which hypothesis then makes small
@@ -50,4 +51,5 @@ def main(words):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    with SESSIONS:
+        sys.exit(main(sys.argv[1:]))

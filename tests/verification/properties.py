@@ -200,7 +200,8 @@ def _contents(folder):
 
 
 PROPERTIES = {function.__name__: function for function in (
-    energy, reference_holds, ranks, renumbering, units, rotation, mirror, shift, split_load, all_modes, scaling, sampled, harmonics, refusal)}
+    energy, reference_holds, ranks, renumbering, units, rotation, mirror, shift, split_load, all_modes, scaling, sampled, harmonics,
+    refusal)}
 
 
 @dataclass
