@@ -66,8 +66,8 @@ class Response:
         yield self.along[piece.stop - 1:piece.stop], self.coefficients[piece.stop - 1:piece.stop]
         yield np.array([np.nan]), np.full((1, self.coefficients.shape[1]), np.nan)
 
-    def top_near(self, i):
-        """(along, amplitude) of the maximum of the curve between the neighbours of point i."""
+    def _top(self, i):
+        """(along, amplitude) of the maximum near point i."""
         if self.slopes is None:
             return top(self.along, self.arclength, self.amplitude, i)
         along, coefficients = (np.concatenate(parts) for parts in zip(*list(self._cubics(slice(i - 1, i + 2), FINE))[:-1]))
@@ -79,7 +79,7 @@ class Response:
         """As `Results.peaks`."""
         located = set(self.located)
         return [(float(self.along[i]), float(self.amplitude[i])) if i in located else
-                self.top_near(i) for i in maxima(self.amplitude, self.jumps)]
+                self._top(i) for i in maxima(self.amplitude, self.jumps)]
 
     def peak_point(self):
         """As `Results.peak_point`; None where there is no peak."""

@@ -10,7 +10,7 @@ from .reduced_system import equations
 
 ESTIMATED = ("error_harmonics", "error_sampling")  # that of modes left out is not in the reduced equations
 SAME = 1e-9  # relative, of an amplitude that is stored and the same from stored coefficients
-BETWEEN = 1e-3  # default of accuracy.between, by which the curve may be off where it is drawn between points
+HIGHER = 1e-3  # relative, of a point beside a peak: sampled forces make a curve of small teeth, each with a maximum
 SAMPLES = 1024  # of a period, for the solution with more harmonics: good to 1e-5 of a contact force
 LARGEST = 1000  # unknowns with those harmonics: dense matrices
 STEPS = 3  # of Newton's method, which is there after two
@@ -35,13 +35,12 @@ def peaks_judged(results):
         if not abs(told - amplitude) <= SAME * amplitude:
             found.append(f"peak at point {point}: /events/amplitude is {told:.9g}, the amplitude of {name} there {amplitude:.9g}")
         inside = any(piece.start < point < piece.stop - 1 for piece in pieces(len(results), curve.jumps))
-        if inside and curve.slopes and results.points("located")[point]:
-            highest = max(highest, curve.top_near(point)[1] / amplitude - 1)
-    allowed = tomllib.loads(results.case).get("accuracy", {})
-    allowed = allowed.get("between", allowed.get("tolerance", BETWEEN))
-    if not highest <= allowed:
-        found.append(f"a located peak is no maximum: the curve near it is higher by {highest:.1e}, {allowed:.1e} allowed")
-    return f"peaks: {len(peaks)} located, the curve near them is higher by {highest:.1e} at most", found
+        if inside and results.points("located")[point]:
+            higher = max(curve.amplitude[point - 1], curve.amplitude[point + 1]) / amplitude - 1
+            highest = max(highest, higher)
+            if not higher <= HIGHER:
+                found.append(f"point {point} is no maximum of {name}: one beside it is higher by {higher:.1e}, {HIGHER:.1e} allowed")
+    return f"peaks: {len(peaks)} located, no point beside one is higher by more than {highest:.1e}", found
 
 
 def estimates_judged(results):

@@ -160,10 +160,10 @@ def test_a_peak_that_is_none_is_found(copy, capsys):
     with h5py.File(copy, "r+") as file:
         names = words(file["events/kind"], "names").split()
         rows = np.flatnonzero(file["events/kind"][()] == names.index("peak"))
-        point = file["events/point"][rows[0]] + 1  # the next point is lower
-        file["events/point"][rows[0]] = point
-        file["points/located"][point] = 1
-        file["events/amplitude"][rows[0]] = amplitudes[int(file["events/unknown"][rows[0]])][point]
+        row = rows[np.argmax(file["events/amplitude"][rows])]
+        dof = int(file["events/unknown"][row])
+        point = next(i for i in range(file["events/point"][row], len(results)) if amplitudes[dof][i] < 0.99 * amplitudes[dof][i - 1])
+        file["events/point"][row], file["events/amplitude"][row], file["points/located"][point] = point, amplitudes[dof][point], 1
     assert "is no maximum" in said(copy, capsys, "--points", 1, status=3).err
 
 
