@@ -22,7 +22,7 @@ LINEAR = ("coulomb", "cone", "bilateral")  # that are springs while the normal f
 WITHOUT_CONE = ("coulomb", "unilateral", "bilateral")
 FINE = 1024  # samples, of a run against an exact one
 WRONG = {  # key of a case: values that are refused
-    "friction": [-0.5, "high", [0.3]], "normal_stiffness": [-1.0, 0.0, "stiff"], "gap": ["wide", True], "harmonics": [-1, 0, 2.5],
+    "friction": [-0.5, "high", [0.3] * 5], "normal_stiffness": [-1.0, 0.0, "stiff"], "gap": ["wide", True], "harmonics": [-1, 0, 2.5],
     "samples": [-4, "some", 3], "omega": [[1.0], "fast", [-1.0, 2.0]], "stiffness": [-0.1, "soft"], "modes": [-1, 10**6],
     "law": ["glue", 3], "fourier": ["cos", [], [0, 0, 0]], "residual_tolerance": [0, -1.0], "kind": ["other"]}
 
@@ -191,7 +191,7 @@ def refusal(data, runs):
     wrong = runs.case(scene.having(**{key: data.draw(st.sampled_from(WRONG[key]))}))
     before = _contents(folder)
     command, _ = line(wrong, out=folder)
-    assert "case.toml" in words_of([*command], 2)[1]
+    assert key in words_of(command, 2)[1]
     assert _contents(folder) == before
 
 
