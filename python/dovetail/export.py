@@ -12,7 +12,7 @@ from .friction_energy import per_period
 from .life import asked_life
 from .motion import PlacesUnknown, find_joint
 from .moving_mesh import moving_mesh
-from .output_files import made, refuse_folder
+from .output_files import made, refuse_no_file
 from .results import Results
 from .shown import chosen_point, chosen_sectors, default_dofs
 from .units import bracket
@@ -126,6 +126,7 @@ def files_of(name, frames):
 def begin(folder, planned, replace=False):
     """Makes the folder. What an earlier export has written there is taken away; other files of a name that is planned are refused."""
     old = []
+    refuse_no_file(folder / LIST)
     if (folder / LIST).is_file():
         try:
             old = [name for name in json.loads((folder / LIST).read_text())["files"] if Path(name).name == name]
@@ -151,7 +152,7 @@ def _is_table(path):
 
 
 def _refuse_other(path, replace):
-    refuse_folder(path)
+    refuse_no_file(path)
     if path.exists() and not (replace and path.is_file()):
         raise ValueError(f"{path}: is there already; name another with -o, or say --replace")
 

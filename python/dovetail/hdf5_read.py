@@ -1,6 +1,7 @@
 """Numbers and words out of an HDF5 file that may be damaged, incomplete, or of another program."""
 
 import os
+import re
 import time
 from contextlib import contextmanager
 
@@ -9,6 +10,7 @@ import numpy as np
 
 DENSEST = 4096  # bytes of values per byte of file: deflate packs 1032 to 1 at best, and values never written take no place
 READ_ATTEMPTS, READ_PAUSE = 10, 0.1  # a run may be in the middle of a write: number of tries, seconds between them
+COMMANDS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]|\r(?!\n)")  # to a terminal, in text of a file
 KINDS = {"f": ("numbers", "iufb", np.float64), "i": ("whole numbers", "iu", np.int64)}
 
 
@@ -77,6 +79,8 @@ def dataset(group, name, shape=None, kind="f"):
     if shape is not None and not _fits(item.shape, shape):
         said = ", ".join({None: "any", ...: "..."}.get(n, str(n)) for n in shape)
         raise ValueError(f"{place}: wanted shape ({said}), found {item.shape}")
+    if item.is_virtual or item.external:  # files that were not named here would be read, and of any size
+        raise ValueError(f"{place}: its values are in other files; write them into this one")
     if not _fits_its_file(item):
         raise ValueError(f"{place}: has shape {item.shape}, more than the file can hold: it is damaged, or this was never written")
     return item
@@ -96,6 +100,8 @@ def members(file, name):
         return []
     if not isinstance(file[name], h5py.Group):
         raise ValueError(f"/{name}: wanted a group, found {_in_words(file[name])}")
+    if strange := [member for member in file[name] if text(member) != member]:
+        raise ValueError(f"/{name}: the name {strange[0]!r} holds what is no text")
     return list(file[name])
 
 
@@ -117,9 +123,9 @@ def words(item, name, otherwise=""):
 
 
 def text(value):
-    """Bytes or a string of HDF5 as str; what is no UTF-8 in it is replaced, so that it can be printed."""
+    """Bytes or a string of HDF5 as str; what is no UTF-8 in it, or a command to a terminal, is replaced, so that it can be printed."""
     value = value if isinstance(value, bytes) else str(value).encode("utf-8", "surrogateescape")
-    return value.decode("utf-8", "replace")
+    return COMMANDS.sub("\ufffd", value.decode("utf-8", "replace"))
 
 
 def whole(item, name):
@@ -137,8 +143,6 @@ def _fits(found, wanted):
 
 
 def _fits_its_file(item):
-    if item.is_virtual or item.external:  # the values are in other files
-        return True
     return item.size * item.dtype.itemsize <= DENSEST * os.path.getsize(item.file.filename)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from .mode_picture import from_onset
 from .modes import Backbone, Motion
 from .motion import row_of
+from .output_files import made
 from .reference import OPEN, contact_coefficients, law, synthesis
 from .results import Results
 from .units import bracket
@@ -61,8 +62,8 @@ def peaks(arguments):
         raise ValueError(f"{results.path}: none of these forces has a peak on the mode; its peaks are those of "
                          f"{' to '.join(f'{force:.4g}' for force in reach(backbone, harmonic))} times the load")
     text = "\n".join(in_words(rows, missing, results, dof, arguments.hz, arguments.refine))
-    write(rows, path, results, dof, arguments.hz)
-    path.with_suffix(".txt").write_text(text + "\n")
+    write(rows, made(path), results, dof, arguments.hz)
+    made(path.with_suffix(".txt")).write_text(text + "\n")
     print(f"{text}\n\n{path}, {path.with_suffix('.txt')}")
 
 

@@ -17,7 +17,7 @@ from .recovery import reduced_file
 FIELDS = {"normal_stiffness": "kn", "tangential_stiffness": "kt", "friction": "mu", "gap": "gap"}  # of reference.Contact
 
 
-def equations(results, samples=None, parameter=None):
+def equations(results, samples=None, parameter=None, harmonics=None):
     """The equations (11) with the loads and the damping of the case that the results hold.
 
     Parameters
@@ -28,6 +28,8 @@ def equations(results, samples=None, parameter=None):
         they are good for drawing.
     parameter : float, optional
         Of a run over another parameter, its value; default: what the case has. Unknowns are measured from the preload state with it.
+    harmonics : int, optional
+        Another number than that of the results, of runs that are not of a sector.
     """
     case = tomllib.loads(results.case)
     path = reduced_file(results)
@@ -48,7 +50,7 @@ def equations(results, samples=None, parameter=None):
     elif name is not None:
         contact = _varied(results, case, contact, parameter)
         preload = reference.contact_preload(reduced, contact, results.xp)
-    rest = contact, preload, damping, loads, results.harmonics, samples or results.drawing_samples
+    rest = contact, preload, damping, loads, harmonics or results.harmonics, samples or results.drawing_samples
     if results.wave is None:
         return reference.HarmonicBalance(reduced, *rest)
     return reference.SectorBalance([reduced, *further], results.wave.index, *rest)
@@ -70,11 +72,20 @@ def _varied(results, case, contact, value):
 
 def courses(case, names, path):
     """One Fourier series for each load pattern of a reduced file, by the names of the patterns; [0] for those that rest."""
-    excitation = case["excitation"]
-    given = {load["pattern"]: load["fourier"] for load in excitation.get("load", [])} or {"force": excitation["fourier"]}
+    given = _given(case)
     if unknown := set(given) - set(names):
         raise ValueError(f"{path}: has no load pattern {', '.join(sorted(unknown))}, which the case names; there are {', '.join(names)}")
     return [given.get(name, [0.0]) for name in names]
+
+
+def courses_of(results):
+    """The Fourier series that the case gives, by load pattern."""
+    return _given(tomllib.loads(results.case))
+
+
+def _given(case):
+    excitation = case["excitation"]
+    return {load["pattern"]: load["fourier"] for load in excitation.get("load", [])} or {"force": excitation["fourier"]}
 
 
 def stuck(system, closed=None, harmonic=1):

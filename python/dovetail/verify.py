@@ -2,12 +2,12 @@
 
 All but the values of the contact points, which are those of the results file, follows from the case's text and the reduced file by
 the NumPy reference. A point passes where
-  - what is missing of the equations (11), at the samples of the run, of exact forces at MANY, is small beside the load;
+  - what is missing of the equations (11), at the samples of the run, of exact forces at MANY, is what the file says of it, and that
+    is within the tolerance of Newton's method;
   - work put in = damped + rubbed, where the rubbed work is summed along the ways of the sliders, at MANY samples;
   - the energy that the file says each contact dissipates is that sum.
 """
 
-import tomllib
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,15 +20,15 @@ from .reference.reduction import static_force
 from .results import Results
 from .study_runs import RunFailed
 from .units import bracket
+from .verify_bounds import LAST_BITS, between_samples, last_bits, newton_tolerance, residual_told, scaled_forces
+from .verify_curve import estimates_judged, peaks_judged
 
-POINTS = 5  # that are looked at unless another number is asked for
 MANY = 65536  # samples of a period; sampled forces converge as 1/N^2
 OF_CONES = 512  # of the law cone, whose steps are exact, and dear
 AT_ONCE = 1 << 21  # samples of all contact points together that are in memory at a time
-LEAST = 1e-6  # of the load: smaller ones are no concern of a reader of the curve, and far above those that Newton's method leaves
-NEWTON = 1e-8  # default of newton.residual_tolerance
-PER_TOLERANCE = 10  # of a case with a loose one: scaled variables count forces of modes and contacts in other units
-NOT_JUDGED = ("not judged: stability, estimated errors, whether the curve has other branches, whether the contact values in the file "
+PRELOAD = 1e-9  # of the forces at rest, ten times what the preload's Newton method leaves
+PER_TOLERANCE = 10  # what may be found of a residual that is told: several load patterns are scaled by the largest, here by their sum
+NOT_JUDGED = ("not judged: stability, whether the curve has other branches, whether the contact values in the file "
               "are those of the case, and how well the reduced model stands for the structure")
 
 
@@ -44,6 +44,8 @@ class Forces:
 class Verdict:
     """Of one point: numbers found and their bounds. Residuals are relative to the load, energies to the work put in.
 
+    residual, residual_bound : of the modes or of the contact points, whichever is nearer to its bound
+    told, tolerance : what the file says that Newton's method has left, and what the case allows, in scaled variables
     sampling : residual with MANY samples, of a run that took fewer, else None
     work, damped, rubbed : energy of a period [J]
     energy, stored : how far the balance is off, and the energy of the file from `rubbed`
@@ -52,6 +54,8 @@ class Verdict:
     point: int
     residual: float
     residual_bound: float
+    told: float
+    tolerance: float
     sampling: float | None
     work: float
     damped: float
@@ -65,6 +69,8 @@ class Verdict:
         found = []
         if not self.residual <= self.residual_bound:
             found.append(f"the residual is {self.residual:.1e} of the load, {self.residual_bound:.1e} allowed")
+        if not self.told <= self.tolerance:
+            found.append(f"/points/residual is {self.told:.1e}, newton.residual_tolerance {self.tolerance:.1e}")
         if not self.energy <= self.energy_bound:
             found.append(f"the energy is off by {self.energy:.1e} of the work put in, {self.energy_bound:.1e} allowed")
         if not self.stored <= self.energy_bound:
@@ -123,21 +129,25 @@ def verdict(results, point, samples=MANY):
         ((load[:modes],), (load[modes:], many.G)), np.split(system.times(lambda k: system.matrices(k)[0], q), [modes]))]
 
     def relative(r):
-        return max((np.linalg.norm(part) / size for part, size in zip(np.split(r, [modes]), scale) if size > 0), default=0.0)
-    left_open = np.where(sampled[:, None, None], 0.0, many.G - fewer.G)  # of exact forces, by the last halving of the step
-    by_law = np.vstack([np.zeros((modes, q.shape[1])), left_open.reshape(-1, q.shape[1])])
+        return np.array([np.linalg.norm(part) / size if size > 0 else 0.0 for part, size in zip(np.split(r, [modes]), scale)])
+    told, tolerance = residual_told(results, i), newton_tolerance(results)
+    by_newton = PER_TOLERANCE * min(told, tolerance) * np.array(scaled_forces(results, equations(results)))
+    by_law = np.concatenate([np.zeros(modes), between_samples(system, q, samples, sampled, many.G).ravel()])
     by_samples = amplitudes(own - many.G) + amplitudes(many.G - fewer.G)
-    bound = max(LEAST, PER_TOLERANCE * newton_tolerance(results)) + relative(by_law)
+    per_size = np.array([1 / size if size > 0 else 0.0 for size in scale])
+    bound = by_newton * per_size + relative(by_law) + relative(last_bits(system, q, omega))
+    found = relative(missing(own))
+    worst = int(np.argmax(np.where(found > 0, found, 0) / np.where(bound > 0, bound, 1)))
 
     put_in, damped, rubbed = work(load + fed, q), work(system.times(lambda k: system.damper(k, omega), q), q), many.rubbed.sum()
     most = max(abs(put_in), abs(damped) + abs(rubbed))
     sizes = [amplitudes(part) for part in np.split(q, [modes])]
-    open_energy = np.pi * np.arange(1, system.H + 1) @ (sum(bound * size * norm for size, norm in zip(scale, sizes))
+    open_energy = np.pi * np.arange(1, system.H + 1) @ (sum(allowed * size * norm for allowed, size, norm in zip(bound, scale, sizes))
                                                         + by_samples * sizes[1]) + abs(rubbed - fewer.rubbed.sum())
     stored = abs(results.contact_activity(i).dissipation.sum() - rubbed) if results.has_activity and len(many.rubbed) else 0.0
     per_work = 1 / most if most > 0 else 0.0
-    return Verdict(i, relative(missing(own)), bound, relative(missing(many.G)) if sampled.any() else None, put_in, damped, rubbed,
-                   abs(put_in - damped - rubbed) * per_work, open_energy * per_work, stored * per_work)
+    return Verdict(i, found[worst], bound[worst], told, tolerance, relative(missing(many.G)).max() if sampled.any() else None, put_in,
+                   damped, rubbed, abs(put_in - damped - rubbed) * per_work, open_energy * per_work, stored * per_work)
 
 
 def amplitudes(values):
@@ -163,19 +173,17 @@ def size_of(parts, elastic):
     return size if size > 0 else np.linalg.norm(elastic)
 
 
-def newton_tolerance(results):
-    return tomllib.loads(results.case).get("newton", {}).get("residual_tolerance", NEWTON)
-
-
 def looked_at(results, points):
-    """Numbers of so many points, evenly over the curve: from 2 on its ends, from 3 on its largest among them."""
+    """Numbers of so many points, evenly over the curve: from 2 on its ends, from 3 on its largest among them, then its located peaks,
+    as many as fit in half of them."""
     n = len(results)
-    even = {int(i) for i in np.linspace(0, n - 1, min(points, n)).round()}
-    if points > 2 and len(even) > 2:
-        largest = results.largest_point(results.watched)
-        if largest not in even:
-            even = even - {min(even - {0, n - 1}, key=lambda i: abs(i - largest))} | {largest}
-    return sorted(even)
+    chosen = {int(i) for i in np.linspace(0, n - 1, min(points, n)).round()}
+    wanted = [results.largest_point(results.watched), *results.events.of("peak").point[:points // 2 - 1]] if points > 2 else []
+    for point in wanted:
+        others = chosen - {0, n - 1, *wanted}
+        if point not in chosen and others:
+            chosen = chosen - {min(others, key=lambda i: abs(i - point))} | {int(point)}
+    return sorted(chosen)
 
 
 def preload_complaint(results):
@@ -184,11 +192,13 @@ def preload_complaint(results):
     x = system.preload.xp
     with opened(reduced_file(results)) as file:
         r = reduced_of(file, results)[0].r
-    missing = system.K[results.modes:, results.modes:] @ x.ravel() + system.preload.g.ravel() + r
+    stiffness = system.K[results.modes:, results.modes:]
+    missing = stiffness @ x.ravel() + system.preload.g.ravel() + r
     size = max(np.linalg.norm(r), np.linalg.norm(system.preload.g))
+    bound = PRELOAD * size + LAST_BITS * np.finfo(float).eps * np.linalg.norm(np.abs(stiffness) @ np.abs(x.ravel()))
     law = static_force(x, system.contact)[0] - system.preload.g
-    off = max(np.linalg.norm(missing), np.linalg.norm(law)) / size if size > 0 else 0.0
-    return f"preload: forces are off by {off:.1e} of the load, {LEAST:.1e} allowed" if off > LEAST else ""
+    off = max(np.linalg.norm(missing), np.linalg.norm(law))
+    return f"preload: forces are off by {off / size:.1e} of the load, {bound / size:.1e} allowed" if off > bound else ""
 
 
 def verify(arguments):
@@ -204,6 +214,7 @@ def verify(arguments):
     print(" " * 29 + "residual / load" + " " * 17 + "energy of a period" + bracket(results.unit.energy))
     print(f"{'point':>6} {results.parameter_name or 'omega':>16} {'own':>9} {'allowed':>9} {f'at {MANY}':>9} {'put in':>12} "
           f"{'damped':>12} {'rubbed':>12} {'off by':>9} {'allowed':>9}  verdict")
+    verdicts = []
     for point in looked_at(results, arguments.points):
         one = verdict(results, point, MANY)
         sampling = "" if one.sampling is None else f"{one.sampling:.1e}"
@@ -211,7 +222,18 @@ def verify(arguments):
               f"{one.damped:12.4e} {one.rubbed:12.4e} {one.energy:9.1e} {one.energy_bound:9.1e}  "
               f"{'FAILS' if one.complaints else 'holds'}", flush=True)
         failed += [f"point {point}: {complaint}" for complaint in one.complaints]
+        verdicts.append(one)
+    for words, complaints in (peaks_judged(results), estimates_judged(results)):
+        print(words)
+        failed += complaints
     print(NOT_JUDGED)
     if failed:
         raise RunFailed(f"{results.path}: does not hold: " + "; ".join(failed))
-    print("verdict: all hold")
+    print(summed_up(verdicts, len(results)))
+
+
+def summed_up(verdicts, n):
+    """A sentence on verdicts that all hold, of n points."""
+    residual, energy = (max(verdicts, key=lambda one: getattr(one, name)) for name in ("residual", "energy"))
+    return (f"verified: {len(verdicts)} of {n} points; the largest residual is {residual.residual:.1e} of the load, at point "
+            f"{residual.point}, and energy balances to {energy.energy:.1e}, at point {energy.point}")

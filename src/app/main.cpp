@@ -20,6 +20,7 @@
 #include "support/blas_kernel.hpp"
 #include "support/error.hpp"
 #include "support/mumps.hpp"
+#include "support/printable.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
 
@@ -186,7 +187,7 @@ int main(int argc, char **argv) {
     MPI_Request here;           // on a communicator of its own, apart from what others wait in
     MPI_Ibarrier(roll_call, &here);
     const bool together = dovetail::all_arrive(here);
-    if (rank == 0 || !together) std::fprintf(stderr, "dovetail: %s\n", failure.c_str());
+    if (rank == 0 || !together) std::fprintf(stderr, "dovetail: %s\n", dovetail::printable(failure).c_str());
     if (!together) MPI_Abort(PETSC_COMM_WORLD, status);
     if (!in_order) std::fflush(nullptr), std::_Exit(status);
   }

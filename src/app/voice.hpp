@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <string>
 
+#include "support/printable.hpp"
+
 namespace dovetail {
 
 class Voice {
@@ -13,7 +15,7 @@ public:
   bool speaks() const { return rank_ == 0; }
   void say(const std::string &line) const {
     if (!speaks() || line.empty()) return;
-    std::printf("%s\n", line.c_str());
+    std::printf("%s\n", printable(line).c_str());
     std::fflush(stdout);
   }
 

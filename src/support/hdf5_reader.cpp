@@ -31,14 +31,18 @@ Id open_to_read(const std::filesystem::path &path) {
 // 1 at best), as do values never written; the file is the one the dataset lives in, which a link may lead to.
 bool fits_its_file(hid_t set, const Extent &extent) {
   constexpr double densest = 4096;
-  Id properties(H5Dget_create_plist(set), H5Pclose);
-  if (H5Pget_layout(properties) == H5D_VIRTUAL || H5Pget_external_count(properties) > 0) return true; // in other files
   Id type(H5Dget_type(set), H5Tclose), file(H5Iget_file_id(set), H5Fclose);
   hsize_t size = 0;
   if (H5Fget_filesize(file, &size) < 0) return false;
   double bytes = static_cast<double>(H5Tget_size(type));
   for (const hsize_t n : extent) bytes *= static_cast<double>(n);
   return bytes <= densest * static_cast<double>(size);
+}
+
+// Files that nobody has named would be read, and of any size.
+bool lies_elsewhere(hid_t set) {
+  Id properties(H5Dget_create_plist(set), H5Pclose);
+  return H5Pget_layout(properties) == H5D_VIRTUAL || H5Pget_external_count(properties) > 0;
 }
 
 // What HDF5 says of something's being there. It may not know: then nothing is taken to be absent, as a default would
@@ -75,6 +79,8 @@ Extent Reader::extent(const std::string &dataset) const {
   Extent extent(axes);
   if (H5Sget_simple_extent_dims(space, extent.data(), nullptr) < 0)
     throw InputError(place(dataset) + ": has no shape: the file is damaged");
+  if (lies_elsewhere(set))
+    throw InputError(place(dataset) + ": its values are in other files; write them into this one");
   if (!fits_its_file(set, extent))
     throw InputError(place(dataset) + ": has shape " + shown(extent) +
                      ", more than the file can hold: it is damaged, or this was never written");

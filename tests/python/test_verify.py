@@ -1,6 +1,9 @@
 """The command `verify`: runs of every kind hold, and results that were tampered with do not."""
 
+from types import SimpleNamespace
+
 import h5py
+import numpy as np
 import pytest
 
 import cases
@@ -9,6 +12,9 @@ import test_nonlinear_modes
 import test_paths
 from dovetail import Results, verify
 from dovetail.__main__ import main
+from dovetail.hdf5_read import words
+from dovetail.reduced_system import equations
+from dovetail.verify_bounds import scaled_forces
 from launch import run
 
 FEW = {"harmonics": 3, "omega": [0.8, 1.2]}
@@ -26,6 +32,11 @@ def exact(tmp_path_factory):
     return run(case, out="out").folder
 
 
+@pytest.fixture(scope="module")
+def runs(exact, tmp_path_factory):
+    return {"exact": exact, 64: run(cases.several_points(tmp_path_factory.mktemp("sampled"), **FEW), out="out").folder}
+
+
 @pytest.fixture
 def copy(exact, tmp_path):
     for name in ("results.h5", "reduced.h5"):
@@ -40,7 +51,7 @@ def said(path, capsys, *options, status=0):
 
 def test_an_exact_run_holds(exact, capsys):
     out = said(exact / "results.h5", capsys, "--points", 3).out
-    assert out.count("holds") == 3 and out.endswith("verdict: all hold\n") and f"{SAMPLES} samples" in out
+    assert out.count("holds") == 3 and "verified: 3 of " in out.splitlines()[-1] and f"{SAMPLES} samples" in out
     found = verify.verdict(Results(exact / "results.h5"), 12, SAMPLES)
     assert found.rubbed > 0.1 * found.work and found.residual < 1e-4 and found.sampling is None
 
@@ -83,6 +94,18 @@ def motion(file):
     file["points/coefficients"][-1, 7, 1] *= 1.001
 
 
+def told(file):
+    file["points/residual"][-1] = 2e-8
+
+
+def peak(file):
+    file["events/amplitude"][np.flatnonzero(file["events/amplitude"][()])] *= 1 + 1e-6
+
+
+def estimate(file):
+    file["points/error_harmonics"][:] *= 1e-3
+
+
 def frequency(file):
     file["points/omega"][-1] *= 1.001
 
@@ -95,13 +118,62 @@ def preload(file):
     file["preload/xp"][2] += 1e-3
 
 
-@pytest.mark.parametrize("change, words", [(motion, "residual"), (frequency, "residual"), (energy, "dissipation is off"),
-                                           (preload, "preload: forces are off")])
+@pytest.mark.parametrize("change, words", [(motion, "allowed"), (frequency, "residual"), (energy, "dissipation is off"),
+                                           (preload, "preload: forces are off"), (told, "/points/residual is 2.0e-08"),
+                                           (peak, "/events/amplitude is"), (estimate, "estimated errors: ")])
 def test_results_that_were_tampered_with_fail(copy, change, words, capsys):
     with h5py.File(copy, "r+") as file:
         change(file)
     err = said(copy, capsys, "--points", 2, status=3).err
-    assert words in err and "does not hold" in err and "allowed" in err
+    assert words in err and "does not hold" in err
+
+
+@pytest.mark.parametrize("taken, samples", [(64, SAMPLES), pytest.param("exact", 65536, marks=pytest.mark.slow)])
+def test_a_harmonic_that_is_off_by_a_hundred_thousandth_of_its_size_is_found(runs, taken, samples, monkeypatch):
+    results = Results(runs[taken] / "results.h5")
+    point = results.largest_point(results.watched)
+    stored = results.coefficients_at(point)
+
+    def complaints(harmonic, part):
+        q = stored.copy()
+        q[:, max(0, 2 * harmonic - 1):2 * harmonic + 1] *= 1 + part
+        monkeypatch.setattr(results, "coefficients_at", lambda _: q)
+        return verify.verdict(results, point, samples).complaints
+    assert not complaints(0, 0.0)
+    assert all("the residual" in complaints(harmonic, 1e-5)[0] for harmonic in range(4))
+
+
+def test_the_residual_is_the_one_that_newtons_method_has_left(tmp_path):
+    done = run(cases.several_points(tmp_path, kind="auto", max_points=6, **FEW | {"step_tolerance": 0.01, "residual_tolerance": 0.01}))
+    results = Results(done.folder / "results.h5")
+    system = equations(results)
+    for point in range(1, 6):
+        q, omega = results.coefficients_at(point), results.omega[point]
+        modes, contacts = np.split(system.residual(q, omega), [system.modes])
+        own = np.hypot(*(np.linalg.norm(part) / unit for part, unit in zip((modes, contacts), scaled_forces(results, system))))
+        assert own == pytest.approx(results.points("residual")[point], rel=1e-4) and own > 1e-9
+
+
+def test_a_peak_that_is_none_is_found(copy, capsys):
+    results = Results(copy)
+    amplitudes = [results.amplitude(dof) for dof in results.dof_names()]
+    with h5py.File(copy, "r+") as file:
+        names = words(file["events/kind"], "names").split()
+        rows = np.flatnonzero(file["events/kind"][()] == names.index("peak"))
+        row = rows[np.argmax(file["events/amplitude"][rows])]
+        dof = int(file["events/unknown"][row])
+        point = next(i for i in range(file["events/point"][row], len(results)) if amplitudes[dof][i] < 0.99 * amplitudes[dof][i - 1])
+        file["events/point"][row], file["events/amplitude"][row], file["points/located"][point] = point, amplitudes[dof][point], 1
+    assert "is no maximum" in said(copy, capsys, "--points", 1, status=3).err
+
+
+def test_files_that_are_not_those_of_the_run_are_refused(copy, capsys):
+    assert "format must be dovetail-results" in said(copy.parent / "reduced.h5", capsys, status=2).err
+    with h5py.File(copy.parent / "reduced.h5", "r+") as file:
+        file.attrs["fingerprint"] = "another"
+    assert "another fingerprint" in said(copy, capsys, status=2).err
+    (copy.parent / "text.h5").write_text("no HDF5\n")
+    assert "text.h5" in said(copy.parent / "text.h5", capsys, status=2).err
 
 
 def test_what_cannot_be_judged_is_said(copy, capsys):
@@ -112,7 +184,7 @@ def test_what_cannot_be_judged_is_said(copy, capsys):
 
 
 class LargestFirst:
-    """Of 11 points, the first is the largest."""
+    """Of 11 points, the first is the largest, and two are peaks."""
 
     watched = "a1"
 
@@ -122,12 +194,18 @@ class LargestFirst:
     def largest_point(self, _):
         return 0
 
+    class events:
+        @staticmethod
+        def of(_):
+            return SimpleNamespace(point=np.array([7, 3]))
+
 
 def test_points_are_the_ends_the_largest_and_others(exact):
     results = Results(exact / "results.h5")
     found = verify.looked_at(results, 5)
     assert len(found) == 5 and found[0] == 0 and found[-1] == len(results) - 1 and results.largest_point(results.watched) in found
-    assert verify.looked_at(LargestFirst(), 5) == [0, 2, 5, 8, 10]  # an end is the largest: no other goes for it
+    assert verify.looked_at(LargestFirst(), 3) == [0, 5, 10]  # an end is the largest: no other goes for it
+    assert verify.looked_at(LargestFirst(), 4) == [0, 3, 7, 10] and verify.looked_at(LargestFirst(), 5) == [0, 2, 5, 7, 10]
     assert verify.looked_at(results, 10**6) == list(range(len(results)))
 
 

@@ -195,10 +195,12 @@ def marched(w, here, touch, lands, reach):
 
     here, touch, lands, reach : (N, ..., 2) where the surface is, and was on landing; whether it lands; mu N / kt. Real parts decide.
     """
-    def drag(w, low, high):
-        if np.iscomplexobj(here):
-            return np.where(w.real < low.real, low, np.where(w.real > high.real, high, w))
+    def drag_complex(w, low, high):
+        return np.where(w.real < low.real, low, np.where(w.real > high.real, high, w))
+
+    def drag_real(w, low, high):
         return np.minimum(np.maximum(w, low), high)
+    drag = drag_complex if np.iscomplexobj(here) else drag_real
     low, high = here - reach, here + reach
     w = drag(np.broadcast_to(w, here.shape[1:]), low[0], high[0])  # nothing precedes the first sample of the first round
     landed = drag(touch, low, high)
