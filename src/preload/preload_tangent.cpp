@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "support/shell.hpp"
 
@@ -15,6 +16,7 @@ constexpr const char *doing = "solving for the preload";
 constexpr double accuracy = 1e-12;            // of a solve, relative: Newton's steps are those of an exact one
 constexpr PetscInt refinements = 3;           // iterations with factors of the stiffness at hand
 constexpr PetscInt dofs_of_an_iteration = 50; // factors of n dofs cost as much as n / 50 iterations: measured
+constexpr std::size_t most_in_a_row = 16;     // ranks: so a pivot is found without a message for every column
 
 std::vector<std::vector<int>> contact_rows(const ReducedModel &model) {
   int size;
@@ -31,7 +33,9 @@ std::vector<std::vector<int>> contact_rows(const ReducedModel &model) {
 } // namespace
 
 BlockCyclic contact_grid(const ReducedModel &model) {
-  return {model.comm, static_cast<int>(model.contact_dofs()), contact_rows(model)};
+  std::vector<std::vector<int>> rows = contact_rows(model);
+  const int in_a_row = rows.size() <= most_in_a_row ? 1 : 0;
+  return {model.comm, static_cast<int>(model.contact_dofs()), std::move(rows), in_a_row};
 }
 
 PreloadTangent::PreloadTangent(const ReducedModel &model) : model_(model), grid_(contact_grid(model)), factors_(grid_) {

@@ -24,11 +24,11 @@ constexpr std::size_t message = std::size_t(1) << 22; // numbers that a rank sen
 
 } // namespace
 
-BlockCyclic::BlockCyclic(MPI_Comm comm, int n, std::vector<std::vector<int>> rows_of)
+BlockCyclic::BlockCyclic(MPI_Comm comm, int n, std::vector<std::vector<int>> rows_of, int grid_rows)
     : comm_(comm), rows_of_(std::move(rows_of)), n_(n), at_a_time_(std::max<std::size_t>(1, message / std::max(1, n))) {
   MPI_Comm_rank(comm, &rank_);
   MPI_Comm_size(comm, &size_);
-  int sides[2] = {0, 0}, info;
+  int sides[2] = {grid_rows, 0}, info;
   MPI_Dims_create(size_, 2, sides);
   rows_ = sides[0], columns_ = sides[1], row_ = rank_ / columns_, column_ = rank_ % columns_;
   context_ = handle_ = Csys2blacs_handle(comm);

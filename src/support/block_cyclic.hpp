@@ -12,8 +12,9 @@ namespace dovetail {
 
 class BlockCyclic {
 public:
-  /// Of order n. `rows_of`: (ranks) numbers of the rows that each rank owns, the same on all ranks. Collective.
-  BlockCyclic(MPI_Comm comm, int n, std::vector<std::vector<int>> rows_of);
+  /// Of order n. `rows_of`: (ranks) numbers of the rows that each rank owns, the same on all ranks. `grid_rows`: of
+  /// ranks; 0: about as many as columns. Collective.
+  BlockCyclic(MPI_Comm comm, int n, std::vector<std::vector<int>> rows_of, int grid_rows = 0);
   ~BlockCyclic();
   BlockCyclic(const BlockCyclic &) = delete;
   BlockCyclic &operator=(const BlockCyclic &) = delete;

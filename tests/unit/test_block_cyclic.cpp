@@ -53,10 +53,10 @@ TEST(BlockCyclic, returns_the_rows_it_was_given) {
 }
 
 TEST(BlockCyclic, factors_solve_as_those_of_one_rank_do) {
-  for (const int n : {3, 64, 200}) {
+  for (const int n : {3, 64, 200, 201}) {
     const auto rows = shares(n);
     const std::vector<int> mine = own(rows);
-    const BlockCyclic grid(PETSC_COMM_WORLD, n, rows);
+    const BlockCyclic grid(PETSC_COMM_WORLD, n, rows, n % 2); // the ranks in a row, or not
     Dense A(n, n);
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) A(i, j) = number(i, j) + (i == n - 1 - j ? 5 : 0); // wants rows exchanged
