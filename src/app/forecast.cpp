@@ -37,6 +37,9 @@ double sector_matrices(double dofs, double contact_dofs, const TravellingWave &w
   return reduced * (wave.sectors / 2) + of_index * static_cast<double>(indices.size()) + 64 * dofs * dofs;
 }
 
+// K_xx and its factors once more, where the preload is solved anew along a path.
+double preload_matrices(double contact_dofs) { return 16 * contact_dofs * contact_dofs; }
+
 // K and M of the assembled form by pair of dofs: as a list, and of a sector by every index and spread over harmonics.
 double matrix_bytes(double harmonics, int sectors) {
   return sectors == 0 ? 40 : 48 * (1 + sectors / 2) + 2 * 36 * (1 + 4 * harmonics);
@@ -61,15 +64,16 @@ AssembledSize assembled(double modes, double contact_dofs, double harmonics, dou
 void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
   const double h = study.harmonics, n = 2 * h + 1, na = sizes.modes, nc = 3.0 * sizes.points;
   sizes.unknowns = (na + nc) * n + 1;
+  if (study.range().parameter->changes_joint) sizes.solve_gib += preload_matrices(nc) / gib;
   const bool peaks = study.follows_peaks(); // their track is always of the assembled form
   if (study.solver == SolverKind::modal) {
     const int finer = study.estimates ? std::max(2 * study.harmonics, study.harmonics + 2) : study.harmonics,
               highest = study.tolerance > 0 ? sectors : finer; // with a tolerance all there may be
     const TravellingWave wave = study.wave(sectors);
-    sizes.solve_gib = (dense_matrices(na + nc, nc) + (sectors > 0 ? sector_matrices(na + nc, nc, wave, highest) : 0) +
-                       beyond_matrices(na + nc, sizes.points, h) +
-                       (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /
-                      gib;
+    sizes.solve_gib += (dense_matrices(na + nc, nc) + (sectors > 0 ? sector_matrices(na + nc, nc, wave, highest) : 0) +
+                        beyond_matrices(na + nc, sizes.points, h) +
+                        (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /
+                       gib;
     if (!peaks) return;
   }
   double blocks = 0; // of the contact laws

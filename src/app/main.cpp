@@ -42,8 +42,8 @@ constexpr const char *usage =
     "  --dry-run    check the case, print every value in force with its unit and the forecast sizes, stop\n"
     "  --version -v the libraries, too, and which kernels of OpenBLAS compute\n"
     "  --schema     a JSON schema of the case file, for editors\n"
-    "PETSc options reach the solvers by prefix: kee_ (factorisation of K_ee), preload_, hb_ (Newton); -log_view "
-    "shows the time.\n"
+    "PETSc options reach the solvers by prefix: kee_ (factorisation of K_ee), preload_ (its solves), hb_ (Newton); "
+    "-log_view shows the time.\n"
     "SIGTERM, SIGINT, SIGHUP and SIGUSR1 finish the point at hand and end the run with status 3, ready for "
     "--restart.\n"
     "Exit status: 0 done; 2 the input is wrong; 3 the computation could not go on, what was computed is saved.\n";

@@ -6,12 +6,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "preload/preload_tangent.hpp"
+#include "support/dense.hpp"
+#include "support/hash.hpp"
 
 namespace dovetail {
 namespace {
 
 constexpr double rigid_stiffness = 1e-9; // relative to the largest: below it a motion meets no elastic resistance
 constexpr double adrift_stiffness = 1e-6;
+constexpr int first_guess = 8;   // motions looked for: those of a body, and some
+constexpr int enough_solves = 4; // a motion a hundred times stiffer than a rigid one may be is gone to 1e-8
 
 // Eigenvalues of a symmetric matrix (n, n), ascending; A holds the eigenvectors afterwards, one after the other.
 std::vector<double> eigenvalues(PetscBLASInt n, std::vector<double> &A) {
@@ -25,33 +32,81 @@ std::vector<double> eigenvalues(PetscBLASInt n, std::vector<double> &A) {
   return values;
 }
 
-bool positive_definite(PetscBLASInt n, std::vector<double> A, double shift) {
-  PetscBLASInt info = 0;
-  for (PetscBLASInt i = 0; i < n; ++i) A[static_cast<std::size_t>(i) * n + i] -= shift;
-  LAPACKpotrf_("L", &n, A.data(), &n, &info);
-  return info == 0;
+// Own rows of K times V (n, columns), summed up to V^T K V.
+std::vector<double> stiffness_of(const ReducedModel &model, const Dense &V) {
+  const PetscBLASInt n = V.rows, own = static_cast<PetscBLASInt>(model.own_contact_dofs()), columns = V.columns;
+  const double once = 1, none = 0;
+  std::vector<double> KV(std::size_t(own) * columns), H(std::size_t(columns) * columns);
+  if (own > 0) {
+    BLASgemm_("T", "N", &own, &columns, &n, &once, model.kxx.data(), &n, V.column(0), &n, &none, KV.data(), &own);
+    BLASgemm_("T", "N", &columns, &columns, &own, &once, V.column(0) + 3 * model.own_points.begin, &n, KV.data(), &own,
+              &none, H.data(), &columns);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, H.data(), static_cast<int>(H.size()), MPI_DOUBLE, MPI_SUM, model.comm);
+  return H;
+}
+
+// Column by column, twice: after a solve they nearly depend on each other.
+void make_orthonormal(Dense &V) {
+  std::vector<double> h(V.columns);
+  for (int j = 0; j < V.columns; ++j) {
+    double *v = V.column(j);
+    for (const int again : {0, 1}) {
+      static_cast<void>(again);
+      if (j > 0) transposed_times(V, j, v, h.data()), subtract_columns(V, j, h.data(), v);
+      const double size = std::sqrt(std::inner_product(v, v + V.rows, v, 0.0));
+      for (int i = 0; i < V.rows; ++i) v[i] /= size;
+    }
+  }
+}
+
+// The softest motions of K, `count` of them, with their stiffness, by subspace iteration with those factors of it,
+// shifted: one that is rigid grows more in a solve than one that is not, by their stiffness over the shift.
+std::vector<double> softest(const ReducedModel &model, const SpreadFactors &factors, int count, Dense &motions) {
+  const int n = static_cast<int>(model.contact_dofs());
+  Dense V(n, count);
+  for (std::size_t i = 0; i < V.values.size(); ++i) V.values[i] = static_cast<double>(mix(i + 1) >> 11) * 0x1p-52 - 1;
+  for (int solves = 0; solves < enough_solves; ++solves) {
+    make_orthonormal(V);
+    factors.solve(V.column(0), count);
+  }
+  make_orthonormal(V);
+  Dense turned(count, count);
+  turned.values = stiffness_of(model, V);
+  std::vector<double> values = eigenvalues(count, turned.values);
+  motions.reset(n, count);
+  multiply(1, V, turned, 0, motions);
+  return values;
 }
 
 } // namespace
 
 LooseBody::LooseBody(const ReducedModel &model, const Layout &layout) : comm_(layout.comm) {
-  const PetscBLASInt n = static_cast<PetscBLASInt>(model.contact_dofs());
-  if (n == 0 || n > most_dofs) return;
-  std::vector<int> counts(layout.size), starts(layout.size);
-  for (int r = 0; r < layout.size; ++r) {
-    const Range share = share_of(layout.points, r, layout.size);
-    counts[r] = 3 * share.size() * n, starts[r] = 3 * share.begin * n;
-  }
-  std::vector<double> K(static_cast<std::size_t>(n) * n);
-  MPI_Allgatherv(model.kxx.data(), static_cast<int>(model.kxx.size()), MPI_DOUBLE, K.data(), counts.data(),
-                 starts.data(), MPI_DOUBLE, comm_);
+  const int n = static_cast<int>(model.contact_dofs()), first = static_cast<int>(3 * layout.own_points.begin);
+  if (n == 0) return;
+  const auto row = [&](std::size_t i) { return &model.kxx[i * n]; };
   double largest = 0;
-  for (PetscBLASInt i = 0; i < n; ++i) largest = std::max(largest, std::abs(K[static_cast<std::size_t>(i) * n + i]));
-  if (largest > 0 && positive_definite(n, K, rigid_stiffness * largest)) return;
-  const std::vector<double> squares = eigenvalues(n, K);
-  for (int mode = 0; mode < n && squares[mode] <= rigid_stiffness * largest; ++mode, ++motions_) {
-    const double *v = &K[static_cast<std::size_t>(mode) * n + 3 * layout.own_points.begin];
-    rigid_.insert(rigid_.end(), v, v + 3 * layout.own_points.size());
+  for (PetscInt i = 0; i < model.own_contact_dofs(); ++i) largest = std::max(largest, std::abs(row(i)[first + i]));
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm_);
+  const BlockCyclic grid = contact_grid(model);
+  SpreadFactors factors(grid);
+  std::vector<double> line(n);
+  factors.factor([&](std::size_t i) {
+    std::copy_n(row(i), n, line.begin());
+    line[first + i] += largest > 0 ? rigid_stiffness * largest : 1;
+    return line.data();
+  });
+  for (int count = std::min(n, first_guess); count > motions_; count = std::min(n, 2 * count)) {
+    Dense motions;
+    const std::vector<double> stiffness = softest(model, factors, count, motions);
+    motions_ = static_cast<int>(
+        std::count_if(stiffness.begin(), stiffness.end(), [&](double k) { return k <= rigid_stiffness * largest; }));
+    MPI_Bcast(&motions_, 1, MPI_INT, 0, comm_);
+    rigid_.clear();
+    for (int mode = 0; mode < motions_; ++mode)
+      rigid_.insert(rigid_.end(), motions.column(mode) + first,
+                    motions.column(mode) + first + model.own_contact_dofs());
+    if (motions_ < count) break;
   }
 }
 

@@ -10,11 +10,9 @@ namespace dovetail {
 class LooseBody {
 public:
   LooseBody() = default;
-  /// K_xx (own rows, all columns), scaled. Collective. Models with more than `most_dofs` contact dofs are taken to be
-  /// held: the search is dense.
+  /// K_xx (own rows, all columns), scaled. Collective.
   LooseBody(const ReducedModel &model, const Layout &layout);
 
-  static constexpr PetscInt most_dofs = 1500;
   int motions() const { return motions_; } ///< rigid motions that only the joint holds
 
   /// True if one of them is held by nothing. `mean_stiffness` (own contact dofs): by which the joint's mean force

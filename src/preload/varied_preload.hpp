@@ -37,7 +37,7 @@ private:
   std::vector<Standstill> standstill_;
   std::vector<double> constant_;
   PreloadProblem problem_;
-  UniqueVec x_; // x_p at the setting
+  std::vector<double> x_; // (3 own) x_p at the setting
   std::optional<Setting> solved_;
 };
 

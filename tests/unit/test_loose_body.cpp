@@ -28,6 +28,20 @@ double entry(Mat J, PetscInt i) { // on the diagonal, on every rank
   return value;
 }
 
+// So many points, each direction a body of its own: stiff within itself, and held by a spring to the ground. Without
+// `within`, each point is a body.
+ReducedModel bodies(PetscInt points, std::array<double, 3> held, std::array<double, 3> within) {
+  ReducedModel model;
+  model.comm = PETSC_COMM_WORLD, model.points = points;
+  model.own_points = own_share(model.comm, points), model.own_modes = own_share(model.comm, 0);
+  for (PetscInt i = 3 * model.own_points.begin; i < 3 * model.own_points.end; ++i)
+    for (PetscInt j = 0; j < 3 * points; ++j)
+      model.kxx.push_back(i % 3 != j % 3 ? 0
+                                         : (i == j ? within[i % 3] : 0) -
+                                               (within[i % 3] - held[i % 3]) / static_cast<double>(points));
+  return model;
+}
+
 } // namespace
 
 TEST(LooseBody, mean_stiffness_is_the_constant_part_of_the_derivative) {
@@ -66,6 +80,25 @@ TEST(LooseBody, finds_the_motions_that_only_the_joint_holds) {
                 .loose_body()
                 .motions(),
             0);
+}
+
+// 510 points: as many dofs as a joint of blades has. The last body has little to hold it, but that is no rigid motion.
+TEST(LooseBody, finds_rigid_motions_of_many_points) {
+  const ReducedModel model = bodies(510, {0, 0, 1e-7}, {1, 2, 3});
+  const LooseBody loose(model, Layout(model, 0));
+  ASSERT_EQ(loose.motions(), 2);
+  const std::vector<double> springs(model.own_contact_dofs(), 1);
+  std::vector<double> across = springs; // holds the first of them, not the second
+  for (std::size_t i = 1; i < across.size(); i += 3) across[i] = 0;
+  EXPECT_FALSE(loose.adrift(springs, springs));
+  EXPECT_TRUE(loose.adrift(across, springs));
+}
+
+TEST(LooseBody, finds_as_many_motions_as_there_are) { // more than it looks for at first
+  const ReducedModel model = bodies(30, {0, 1, 1}, {0, 1, 1});
+  EXPECT_EQ(LooseBody(model, Layout(model, 0)).motions(), 30);
+  const ReducedModel free = bodies(4, {0, 0, 0}, {0, 0, 0});
+  EXPECT_EQ(LooseBody(free, Layout(free, 0)).motions(), 12);
 }
 
 TEST(LooseBody, holds_the_mean_only_while_nothing_else_does) {

@@ -1,6 +1,7 @@
 // Contact preload (eq 7), also where plain Newton has no chance.
 #include <gtest/gtest.h>
 
+#include "preload/preload_problem.hpp"
 #include "small_model.hpp"
 #include "support/error.hpp"
 
@@ -47,6 +48,21 @@ PreloadedModel one_point(std::array<double, 3> stiffness, std::array<double, 3> 
     contact = {point}, initial = {0, 0, 0};
   }
   return contact_preload(std::move(model), std::move(contact), initial, note);
+}
+
+// A plate on many points, stiff against all but its rigid translations: K_xx = k (1 - 1 1^T / N) in each direction, and
+// what `held` holds of it. Pressed and pushed along t1 by so much a point, some points more than others.
+ReducedModel plate(PetscInt points, double held, double push) {
+  ReducedModel model;
+  model.comm = PETSC_COMM_WORLD, model.points = points;
+  model.own_points = own_share(model.comm, points), model.own_modes = own_share(model.comm, 0);
+  for (PetscInt i = 3 * model.own_points.begin; i < 3 * model.own_points.end; ++i) {
+    const double part = std::cos(2 * M_PI * static_cast<double>(i / 3) / static_cast<double>(points)); // sum 0
+    model.r.push_back(i % 3 == 0 ? -push * (1 + part) : i % 3 == 2 ? -1 : 0);
+    for (PetscInt j = 0; j < 3 * points; ++j)
+      model.kxx.push_back(i % 3 != j % 3 ? 0 : (i == j ? 10 + held : 0) - 10.0 / static_cast<double>(points));
+  }
+  return model;
 }
 
 } // namespace
@@ -151,6 +167,62 @@ TEST(Preload, a_spring_that_pulls_is_never_open) { // drawn away by 2 N, gap 0.3
   EXPECT_EQ(open.standstill[0].force[2], 0);
   EXPECT_NEAR(held.standstill[0].x[2], (30 * 0.3 - 2) / 40, 1e-13);
   EXPECT_NEAR(held.standstill[0].force[2], 30 * ((30 * 0.3 - 2) / 40 - 0.3), 1e-12);
+}
+
+// The plate rests on its springs: each bears 1 N, and its mean goes where the springs let it.
+TEST(Preload, closed_form_of_a_plate_that_its_joint_alone_holds) {
+  constexpr int points = 150;
+  const ReducedModel model = plate(points, 0, 0.2);
+  const std::vector<ContactPoint> contact(model.own_points.size(), joint(Law::coulomb, 30, {5, 5}, 0.5, 0.1));
+  PreloadProblem problem(model, contact);
+  std::vector<double> x(model.r.size());
+  std::string note;
+  ASSERT_TRUE(problem.find(x, 1, note));
+  for (std::size_t p = 0; p < contact.size(); ++p) {
+    const double part = std::cos(2 * M_PI * static_cast<double>(model.own_points.begin + p) / points);
+    EXPECT_NEAR(x[3 * p], 0.2 / 5 + 0.2 * part / 15, 1e-13);
+    EXPECT_NEAR(x[3 * p + 1], 0, 1e-13);
+    EXPECT_NEAR(x[3 * p + 2], 0.1 + 1.0 / 30, 1e-13);
+  }
+}
+
+// While friction falls step by step, points begin to slip one after the other. Factors of the first state go on
+// serving, and what is found is what a search of its own finds.
+TEST(Preload, kept_factors_find_the_same_states) {
+  constexpr int points = 150, steps = 12;
+  const ReducedModel model = plate(points, 5, 0.3);
+  std::vector<ContactPoint> contact(model.own_points.size(), joint(Law::coulomb, 30, {5, 5}, 1, 0));
+  PreloadProblem kept(model, contact);
+  std::vector<double> x(model.r.size());
+  std::string note;
+  int slipping = 0;
+  for (int step = 0; step < steps; ++step) {
+    for (ContactPoint &point : contact) point.mu = {0.22 - 0.005 * step, 0.22 - 0.005 * step};
+    PreloadProblem alone(model, contact);
+    std::vector<double> found(x.size());
+    ASSERT_TRUE(kept.find(x, 1, note));
+    ASSERT_TRUE(alone.find(found, 1, note));
+    slipping = 0;
+    for (std::size_t p = 0; p < contact.size(); ++p) slipping += static_force(contact[p], &x[3 * p]).w[0] != 0;
+    for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(x[i], found[i], 1e-12) << step << " " << i;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &slipping, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_GT(slipping, points / 4);
+  EXPECT_LT(slipping, points);
+  EXPECT_LT(kept.factorisations(), steps / 2);
+  EXPECT_EQ(note, "");
+}
+
+TEST(Preload, a_change_is_followed) { // against a difference of two states
+  const ReducedModel model = plate(150, 0.5, 0.3);
+  const std::vector<ContactPoint> contact(model.own_points.size(), joint(Law::coulomb, 30, {5, 5}, 0.3, 0));
+  PreloadProblem problem(model, contact);
+  std::vector<double> x(model.r.size()), more = x;
+  std::string note;
+  ASSERT_TRUE(problem.find(x, 1, note));
+  ASSERT_TRUE(problem.find(more, 1 + 1e-6, note));
+  const std::vector<double> dx = problem.follow(x, model.r); // by the load
+  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(dx[i], (more[i] - x[i]) / 1e-6, 1e-7);
 }
 
 // Every law at places stuck, slipping, open and touching: slope against differences, and what the memory left holds.

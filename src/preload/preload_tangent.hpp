@@ -1,0 +1,52 @@
+#pragma once
+// The stiffness of the joint in its preload, K_xx with the slopes of the contact laws, which is dense, and solves with
+// it.
+#include <array>
+#include <vector>
+
+#include "reduction/reduced_model.hpp"
+#include "support/block_cyclic.hpp"
+#include "support/error.hpp"
+#include "support/handle.hpp"
+
+namespace dovetail {
+
+/// For matrices of all contact dofs, by the rows of the own ones.
+BlockCyclic contact_grid(const ReducedModel &model);
+
+/// Factors of an earlier stiffness make GMRES quick while few points have changed their state since; where they do not,
+/// the stiffness at hand is factored. Vectors are of the own contact dofs. All that is called here is collective.
+class PreloadTangent {
+public:
+  using Slope = std::array<std::array<double, 3>, 3>; ///< d force / d x of a point [N/m]
+
+  explicit PreloadTangent(const ReducedModel &model); ///< which must outlive it
+
+  std::vector<double> structure_times(const double *x) const; ///< K_xx x
+  /// x = (K_xx + slopes)^-1 b. False, and x without meaning, where that is singular.
+  bool solve(const std::vector<Slope> &slopes, const std::vector<double> &b, std::vector<double> &x);
+  int factorisations() const { return factorisations_; } ///< so far
+
+  template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); } ///< for PETSc
+
+private:
+  void multiply(Vec x, Vec y);
+  void precondition(Vec r, Vec x);
+  bool factor();
+  KSPConvergedReason iterate(PetscInt most);
+  std::vector<double> from_all(const double *own) const;
+
+  const ReducedModel &model_;
+  std::vector<int> counts_, starts_; // of the contact dofs of each rank
+  const BlockCyclic grid_;
+  SpreadFactors factors_;
+  bool factored_ = false;
+  int factorisations_ = 0;
+  std::vector<Slope> slopes_;
+  UniqueMat stiffness_;
+  UniqueVec right_, answer_;
+  UniqueKSP ksp_;
+  Courier courier_;
+};
+
+} // namespace dovetail
