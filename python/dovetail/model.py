@@ -181,7 +181,7 @@ class Model(DampingMatrices):
         parts += [self._share(f"contact/{name}", values) for name, values in self.contact.items()]
         attributes = {"": {"format": "dovetail-model", "version": 1, "units": self.units}}
         for name in self._rows:
-            attributes[name] = {"MATLAB_sparse": np.uint64(self.n), "MATLAB_class": np.string_("double")}
+            attributes[name] = {"MATLAB_sparse": np.uint64(self.n), "MATLAB_class": np.bytes_("double")}
         for name, values in model_mesh.datasets(self.mesh, self.joint).items():
             parts.append(self._share(name, values))
         attributes |= model_mesh.attributes(self.mesh, self.joint)

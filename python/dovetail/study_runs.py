@@ -198,7 +198,8 @@ class Program:
 
     def start(self, case, log, *options):
         surroundings = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1",
-                        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_hwloc_base_binding_policy": "none"} | os.environ
+                        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
+                        "PRTE_MCA_hwloc_default_binding_policy": "none"} | os.environ
         mpirun = ["mpirun", "-n", str(self.ranks)] if self.ranks else []
         return subprocess.Popen([*mpirun, str(self.path), "run", str(case), *options], env=surroundings, stdin=subprocess.DEVNULL,
                                 stdout=log, stderr=subprocess.STDOUT)

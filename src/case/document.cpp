@@ -38,9 +38,10 @@ toml::value parse(const std::string &file, const std::string &text) {
   std::istringstream stream(text);
   try {
     return toml::parse(stream, file);
-  } catch (const toml::exception &error) {
-    throw InputError(file + ":" + std::to_string(error.location().line()) + ": " +
-                     shorten(error.location().line_str()) + ": " + condense(error.what()));
+  } catch (const TomlError &error) {
+    const TextPlace at = place_of(error);
+    throw InputError(file + ":" + std::to_string(at.line) + ": " + shorten(at.text) + ": " +
+                     condense(drawing_of(error)));
   } catch (const std::exception &error) { // toml11 lets a few standard exceptions through, without a place
     throw InputError(file + ": not a TOML file: " + condense(error.what()));
   }
@@ -52,10 +53,10 @@ Entry::Entry(std::string file, std::string name, const toml::value *value, const
     : file_(std::move(file)), name_(std::move(name)), value_(value), key_(key) {}
 
 std::string Entry::source() const {
-  const auto at = value_->location();
-  const std::string rest = at.column() <= at.line_str().size() ? at.line_str().substr(at.column() - 1) : "";
+  const TextPlace at = place_of(*value_);
+  const std::string rest = at.column <= at.text.size() ? at.text.substr(at.column - 1) : "";
   // A value over several lines is cut at the end of its first one.
-  return at.region() > rest.size() ? shorten(rest) + " ..." : shorten(rest.substr(0, at.region()));
+  return at.length > rest.size() ? shorten(rest) + " ..." : shorten(rest.substr(0, at.length));
 }
 
 void Entry::refuse(const std::string &why) const { throw InputError(where() + " = " + source() + ": " + why); }
@@ -65,7 +66,7 @@ double Entry::finite() const {
   if (value_->is_integer()) {
     const auto whole = value_->as_integer();
     // toml11 cuts what does not fit without a word; nobody means these two values.
-    using Limits = std::numeric_limits<toml::integer>;
+    using Limits = std::numeric_limits<toml::value::integer_type>;
     if (whole == Limits::max() || whole == Limits::min()) refuse("too many digits; write it with an exponent, as 1e20");
     result = static_cast<double>(whole);
   } else if (value_->is_floating()) {
@@ -104,13 +105,13 @@ bool Entry::truth() const {
 
 std::string Entry::words() const {
   if (!value_->is_string()) refuse("must be text in quotes");
-  const std::string &result = value_->as_string().str;
+  const std::string &result = text_of(*value_);
   if (result.empty()) refuse("is empty; write something between the quotes, or leave the key out");
   return result;
 }
 
 std::string Entry::word(const std::string &besides) const {
-  const std::string found = is_words() ? value_->as_string().str : "";
+  const std::string found = is_words() ? text_of(*value_) : "";
   if (!key_->value.has_word(found)) refuse("must be " + key_->value.words_text() + besides);
   return found;
 }

@@ -4,10 +4,10 @@
 //   FILE:LINE: key = VALUE: what is wrong; what to write instead
 #include <filesystem>
 #include <string>
-#include <toml.hpp>
 #include <vector>
 
 #include "case/keys.hpp"
+#include "case/toml_versions.hpp"
 
 namespace dovetail {
 
@@ -18,7 +18,7 @@ public:
   Entry(std::string file, std::string name, const toml::value *value, const Key *key = nullptr);
 
   explicit operator bool() const { return value_ != nullptr; }
-  size_t line() const { return value_->location().line(); }
+  size_t line() const { return place_of(*value_).line; }
   std::string place() const { return file_ + ":" + std::to_string(line()); } ///< FILE:LINE
   std::string where() const { return place() + ": " + name_; }               ///< FILE:LINE: key
   [[noreturn]] void refuse(const std::string &why) const;                    ///< throws InputError

@@ -94,7 +94,7 @@ void Document::refuse_unknown(const std::vector<std::string> &allowed) const {
   // toml11 keeps its tables unordered: of all complaints, the one that comes first in the file is made.
   std::pair<size_t, std::string> first{std::numeric_limits<size_t>::max(), ""};
   const auto complain = [&](const toml::value &at, const std::string &message) {
-    const size_t line = at.location().line();
+    const size_t line = place_of(at).line;
     if (line < first.first) first = {line, file_ + ":" + std::to_string(line) + ": " + message};
   };
   const auto unknown_key = [&](const Entry &entry, const toml::value &value, const Name &name) {

@@ -99,11 +99,11 @@ def write_v73(path, values):
             if sp.issparse(value):
                 value = value.tocsc()
                 group = file.create_group(name)
-                group.attrs["MATLAB_class"], group.attrs["MATLAB_sparse"] = np.string_("double"), np.uint64(value.shape[0])
+                group.attrs["MATLAB_class"], group.attrs["MATLAB_sparse"] = np.bytes_("double"), np.uint64(value.shape[0])
                 group["data"], group["ir"], group["jc"] = value.data, value.indices.astype(np.uint64), value.indptr.astype(np.uint64)
             else:
                 file[name] = np.atleast_2d(value).T
-                file[name].attrs["MATLAB_class"] = np.string_("double")
+                file[name].attrs["MATLAB_class"] = np.bytes_("double")
     with open(path, "r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
 
