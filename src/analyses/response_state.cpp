@@ -2,17 +2,11 @@
 #include <utility>
 
 #include "analyses/response_stepper.hpp"
+#include "harmonic/gathering.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
 namespace {
-
-// Coefficients of all dofs, then the last unknown.
-std::vector<double> numbers_of(const HarmonicSystem &system, Vec y) {
-  std::vector<double> numbers = all_coefficients(system.layout(), y);
-  numbers.push_back(system.parameter_in(y));
-  return numbers;
-}
 
 void set_numbers(const HarmonicSystem &system, std::vector<double> numbers, Vec y) {
   const double last = numbers.back();
@@ -21,35 +15,39 @@ void set_numbers(const HarmonicSystem &system, std::vector<double> numbers, Vec 
   set_parameter(y, last);
 }
 
-void archive_vector(Archive &archive, const HarmonicSystem &system, const char *name, Vec y) {
-  std::vector<double> numbers;
-  if (!archive.restores()) numbers = numbers_of(system, y);
-  archive.field(name, numbers);
-  if (archive.restores()) set_numbers(system, std::move(numbers), y);
-}
-
-// One number of each dof, on every rank.
-std::vector<double> of_all_dofs(const HarmonicSystem &system, const std::vector<double> &of_own) {
-  const Layout &layout = system.layout();
-  const UniqueVec y = system.unknowns(); // in the place of each dof's first coefficient
-  double *own;
-  check(VecGetArray(y, &own), "saving a state");
-  for (PetscInt d = 0; d < layout.own_dofs(); ++d) own[d * layout.width] = of_own[d];
-  check(VecRestoreArray(y, &own), "saving a state");
-  const std::vector<double> all = all_coefficients(layout, y);
-  std::vector<double> out;
-  for (std::size_t i = 0; i < all.size(); i += layout.width) out.push_back(all[i]);
-  return out;
-}
-
-void archive_point(Archive &archive, const HarmonicSystem &system, CurvePoint &point) {
-  archive.field("sign", point.sign);
-  archive_vector(archive, system, "y", point.y);
-  archive_vector(archive, system, "t", point.t);
-  point.parameter = system.parameter_in(point.y);
-}
-
 } // namespace
+
+// Vectors on their way into a file, or back: those that are saved are brought to rank 0 by one message.
+class ResponseStepper::Vectors {
+public:
+  explicit Vectors(const HarmonicSystem &system) : system_(system), all_(system.layout()) {}
+
+  void add(const CurvePoint &point) { all_.add(point.y), all_.add(point.t), count_ += 2; }
+  std::size_t add_dofs(const std::vector<double> &own) {
+    all_.add_dofs(own);
+    return count_++;
+  }
+  void bring() { all_.bring(); }
+  std::vector<double> take(std::size_t number) const { return all_.take(number); }
+  std::vector<double> take() { return all_.take(next_++); }
+
+  // In the order in which they were added.
+  void archive(Archive &archive, CurvePoint &point) {
+    archive.field("sign", point.sign);
+    for (const auto &[name, y] : {std::pair("y", Vec(point.y)), std::pair("t", Vec(point.t))}) {
+      std::vector<double> numbers;
+      if (!archive.restores()) numbers = take();
+      archive.field(name, numbers);
+      if (archive.restores()) set_numbers(system_, std::move(numbers), y);
+    }
+    if (archive.restores()) point.parameter = system_.parameter_in(point.y);
+  }
+
+private:
+  const HarmonicSystem &system_;
+  Gathering all_;
+  std::size_t count_ = 0, next_ = 0;
+};
 
 // What needs no layout. Saved and restored by the same list.
 void ResponseStepper::archive(Archive &archive) {
@@ -68,8 +66,7 @@ void ResponseStepper::archive(Archive &archive) {
 }
 
 // Points that are gone back to or guessed by, without what belongs to the solve; and those that are to be given.
-void ResponseStepper::archive_points(Archive &archive) {
-  const HarmonicSystem &system = response.system();
+void ResponseStepper::archive_points(Archive &archive, Vectors &vectors) {
   const std::pair<const char *, std::optional<CurvePoint> *> points[] = {{"before", &before_},
                                                                          {"farthest", &farthest.point}};
   for (const auto &[name, point] : points)
@@ -78,7 +75,7 @@ void ResponseStepper::archive_points(Archive &archive) {
       archive.field("known", known);
       if (!known) return;
       if (archive.restores()) *place = curve_->point();
-      archive_point(archive, system, **place);
+      vectors.archive(archive, **place);
     });
   int count = static_cast<int>(ahead_.size());
   archive.field("ahead", count);
@@ -86,7 +83,7 @@ void ResponseStepper::archive_points(Archive &archive) {
     archive.part(("ahead_" + std::to_string(i)).c_str(), [&] {
       if (archive.restores()) ahead_.push_back(curve_->point());
       CurvePoint &point = ahead_[i];
-      archive_point(archive, system, point);
+      vectors.archive(archive, point);
       archive.field("newton", point.newton.newton);
       archive.field("linear", point.newton.linear);
       archive.field("residual", point.newton.residual);
@@ -104,11 +101,18 @@ void ResponseStepper::describe(CurvePoint &point) {
 void ResponseStepper::save(BranchState &state, Archive &saved) {
   const HarmonicSystem &system = response.system();
   state.harmonics = system.harmonics(), state.samples = system.samples();
-  state.y = numbers_of(system, here_.y), state.tangent = numbers_of(system, here_.t);
-  state.y.back() = here_.parameter;
-  state.largest = of_all_dofs(system, response.metric().largest_of_dofs());
+  Vectors vectors(system);
+  vectors.add(here_);
+  for (const auto *point : {&before_, &farthest.point})
+    if (*point) vectors.add(**point);
+  for (const CurvePoint &point : ahead_) vectors.add(point);
+  const std::size_t largest = vectors.add_dofs(response.metric().largest_of_dofs());
+  vectors.bring();
+  state.y = vectors.take(), state.tangent = vectors.take();
+  if (!state.y.empty()) state.y.back() = here_.parameter;
+  state.largest = vectors.take(largest);
   archive(saved);
-  archive_points(saved);
+  archive_points(saved, vectors);
   saved.note("largest_motion", curve_->norm.largest_motion());
   state.trail = progress.retraced.marks();
 }
@@ -128,7 +132,8 @@ void ResponseStepper::restore(const BranchState &state, Archive &saved) {
   saved.field("largest_motion", motion);
   response.metric().restore(motion, std::move(largest));
   archive(saved);
-  archive_points(saved);
+  Vectors vectors(system);
+  archive_points(saved, vectors);
   progress.retraced.restore(state.trail);
   describe(here_);
   stability_.stand(stability_.judge(here_));

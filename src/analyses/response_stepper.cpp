@@ -68,8 +68,8 @@ void ResponseStepper::begin_amplitude() {
 // within, and nothing where the curve has left the range.
 ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double plain, bool at_kink) {
   folds_before_ = report_.counts.folds;
-  const AmplitudeCourse next =
-      amplitude_.after(response.amplitude(trial_), plain_length(trial_.t), step * plain, at_kink);
+  const Amplitude amplitude = response.amplitude(trial_); // by which the length of the tangent is at hand
+  const AmplitudeCourse next = amplitude_.after(amplitude, plain_length(trial_.t), step * plain, at_kink);
   const bool was_outside = range.before_start(here_.parameter) > 0, outside = range.before_start(trial_.parameter) > 0;
   if (!was_outside || !outside) {
     const EventLocator within = locator();
@@ -104,9 +104,10 @@ ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double p
 }
 
 ResponseStepper::Outcome ResponseStepper::settle(Vec way) {
-  progress.drift.stepped(response.metric().swing(way), curve_->norm.length(way));
-  curve_->norm.see(here_.y);
-  const auto sense = progress.retraced.add(curve_->problem, here_.y, here_.t, curve_->norm.largest_motion());
+  std::vector<Problem::Projected> marks = curve_->problem.own_projected({here_.y, here_.t});
+  const ResponseMetric::Lengths lengths = response.metric().see(here_.y, way, marks);
+  progress.drift.stepped(lengths.swing, lengths.whole);
+  const auto sense = progress.retraced.add(marks, curve_->norm.largest_motion());
   if (sense != RetraceMonitor::Sense::fresh) {
     if (progress.retraced.met_left())
       return report_.end(End::turned_back, "the branch came back to a piece of it that had been left");

@@ -61,7 +61,8 @@ private:
   void adopt(std::unique_ptr<HarmonicSystem> system);
   bool change_harmonics(int harmonics, int most_newton, double error);
   void archive(Archive &archive);
-  void archive_points(Archive &archive);
+  class Vectors;
+  void archive_points(Archive &archive, Vectors &vectors);
   void describe(CurvePoint &point);
 
   BranchReport &report_;

@@ -149,7 +149,7 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
     results.append(record);
     progress.event(event, record);
   };
-  observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };
+  observer.interrupted = [&] { return (signal = results.agreement().agree(noted_signal())) != 0; };
   StateKeeper keeper(comm, state_of(study), std::move(begin)); // for the time that the branch takes
   story.summary = stages.run("5 branch", [&] {
     return follow_backbone(*system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings,

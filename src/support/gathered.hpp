@@ -2,12 +2,23 @@
 // Numbers of all ranks in one place.
 #include <mpi.h>
 
+#include <array>
 #include <numeric>
 #include <vector>
 
 namespace dovetail {
 
 constexpr int on_all = -1;
+
+/// `each` own numbers of all ranks, one rank's after the other's, on all. Collective.
+template <class Number, std::size_t each>
+std::vector<Number> gathered(MPI_Comm comm, MPI_Datatype type, const std::array<Number, each> &own) {
+  int size;
+  MPI_Comm_size(comm, &size);
+  std::vector<Number> all(each * size);
+  MPI_Allgather(own.data(), each, type, all.data(), each, type, comm);
+  return all;
+}
 
 /// Own numbers of all ranks, one rank's after the other's, on rank `root` or on all; on others none. Collective.
 template <class Number>
