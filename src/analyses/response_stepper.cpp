@@ -68,8 +68,8 @@ void ResponseStepper::begin_amplitude() {
 // within, and nothing where the curve has left the range.
 ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double plain, bool at_kink) {
   folds_before_ = report_.counts.folds;
-  const Amplitude amplitude = response.amplitude(trial_); // by which the length of the tangent is at hand
-  const AmplitudeCourse next = amplitude_.after(amplitude, plain_length(trial_.t), step * plain, at_kink);
+  const AmplitudeCourse next =
+      amplitude_.after(response.amplitude(trial_), plain_length(trial_.t), step * plain, at_kink);
   const bool was_outside = range.before_start(here_.parameter) > 0, outside = range.before_start(trial_.parameter) > 0;
   if (!was_outside || !outside) {
     const EventLocator within = locator();

@@ -3,8 +3,10 @@
 #include <sched.h>
 #include <unistd.h>
 
+#include <climits>
 #include <cstdio>
 
+#include "support/blas_kernel.hpp"
 #include "support/error.hpp"
 #include "support/folder_lock.hpp"
 
@@ -17,12 +19,12 @@ std::string host() {
   return name;
 }
 
-// Rank 0's, on all ranks.
-std::string shared(MPI_Comm comm, std::string text) {
+// One rank's, on all ranks.
+std::string shared(MPI_Comm comm, std::string text, int from = 0) {
   int size = static_cast<int>(text.size());
-  MPI_Bcast(&size, 1, MPI_INT, 0, comm);
+  MPI_Bcast(&size, 1, MPI_INT, from, comm);
   text.resize(size);
-  MPI_Bcast(text.data(), size, MPI_CHAR, 0, comm);
+  MPI_Bcast(text.data(), size, MPI_CHAR, from, comm);
   return text;
 }
 
@@ -66,6 +68,19 @@ std::string note_on_cores(MPI_Comm comm) {
                   CPU_COUNT(&cores), CPU_COUNT(&cores) == 1 ? "core" : "cores", host().c_str());
   MPI_Bcast(text, sizeof text, MPI_CHAR, most.rank, comm);
   return text;
+}
+
+std::string note_on_arithmetic(MPI_Comm comm) {
+  if (compute_alike(comm)) return "";
+  const std::string here = kinds_of_arithmetic(), first = shared(comm, here);
+  int rank, other;
+  MPI_Comm_rank(comm, &rank);
+  other = here == first ? INT_MAX : rank;
+  MPI_Allreduce(MPI_IN_PLACE, &other, 1, MPI_INT, MPI_MIN, comm);
+  return "note: rank " + std::to_string(other) + " computes with " + shared(comm, here, other) + ", rank 0 with " +
+         first +
+         ": their last bits differ, and linear solves take more messages; take hosts of one kind, and one "
+         "OPENBLAS_CORETYPE";
 }
 
 std::string idle_ranks(int ranks, int points) {

@@ -377,6 +377,7 @@ void run_case(MPI_Comm comm, const Request &request) {
             (study.title.empty() ? "" : ": " + study.title));
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
   voice.say(note_on_cores(comm));
+  voice.say(note_on_arithmetic(comm));
   if (const std::string idle = idle_ranks(ranks_of(comm), static_cast<int>(checked.contact.size())); !idle.empty())
     voice.say("note: " + idle);
   if (checked.earlier) voice.say(in_words(*checked.earlier, study));

@@ -122,11 +122,24 @@ bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   return direction.found && normalise(t, y);
 }
 
-// To length 1; false where it has none. All ranks know the parameter of both then.
+// To length 1; false where it has none. All ranks know the parameter of both then, and PETSc keeps the plain norm of t.
 bool Curve::normalise(Vec t, Vec y) {
-  const double length = std::sqrt(norm.products({{t, t}}, {t, y})[0]);
-  if (!(std::isfinite(length) && length > 0)) return false;
-  scale_known(t, 1 / length);
+  constexpr const char *doing = "computing a tangent";
+  const Vec weighed = work_[0];
+  PetscScalar square, rate, parameter;
+  PetscReal plain;
+  norm.weigh(t, weighed);
+  check(VecDotBegin(weighed, t, &square), doing); // by one message
+  check(VecNormBegin(t, NORM_2, &plain), doing);
+  check(VecDotBegin(unit_, t, &rate), doing);
+  check(VecDotBegin(unit_, y, &parameter), doing);
+  check(VecDotEnd(weighed, t, &square), doing);
+  check(VecNormEnd(t, NORM_2, &plain), doing);
+  check(VecDotEnd(unit_, t, &rate), doing);
+  check(VecDotEnd(unit_, y, &parameter), doing);
+  if (!(std::isfinite(square) && square > 0)) return false;
+  note_parameter(t, rate), note_parameter(y, parameter);
+  scale_known(t, 1 / std::sqrt(square));
   return true;
 }
 

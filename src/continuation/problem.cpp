@@ -1,6 +1,6 @@
 #include "continuation/problem.hpp"
 
-#include <petsc/private/vecimpl.h>
+#include <petsc/private/petscimpl.h> // data kept with an object
 
 #include <algorithm>
 #include <cmath>
@@ -129,10 +129,6 @@ std::vector<Problem::Projected> Problem::own_projected(const std::vector<Vec> &o
 
 void note_parameter(Vec y, double value) {
   check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), kept_parameter(), value), doing);
-}
-
-void note_norm(Vec y, double value) {
-  check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), NormIds[NORM_2], value), doing);
 }
 
 void scale_known(Vec y, double factor) {

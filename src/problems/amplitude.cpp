@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numeric>
 
-#include "continuation/problem.hpp"
 #include "support/error.hpp"
 #include "support/gathered.hpp"
 
@@ -111,19 +109,12 @@ Amplitude AmplitudeMeter::operator()(Vec y, Vec t) {
     if (here.value > found.value) found = here;
   }
   if (watched_.row) found = of_row(q, u);
-  double square = std::inner_product(u, u + layout_.own_unknowns(), u, 0.0);
   check(VecRestoreArrayRead(t, &u), "measuring an amplitude");
   check(VecRestoreArrayRead(y, &q), "measuring an amplitude");
   if (watched_.row) return found;
-  const std::vector<double> all = gathered(layout_.comm, MPI_DOUBLE, std::array{found.value, found.slope, square});
-  square = 0;
-  for (std::size_t i = 0; i < all.size(); i += 3) {
+  const std::vector<double> all = gathered(layout_.comm, MPI_DOUBLE, std::array{found.value, found.slope});
+  for (std::size_t i = 0; i < all.size(); i += 2)
     if (all[i] > found.value || i == 0) found = {all[i], all[i + 1]};
-    square += all[i + 2];
-  }
-  PetscInt size;
-  check(VecGetSize(t, &size), "measuring an amplitude");
-  if (size == layout_.unknowns()) note_norm(t, std::sqrt(square)); // a track of peaks has more
   return {std::max(found.value, 0.0), found.slope};
 }
 

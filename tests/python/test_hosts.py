@@ -1,4 +1,5 @@
-"""Ranks on hosts that do not share the output folder, played by mount namespaces; ranks that outnumber cores or contact points."""
+"""Ranks on hosts that do not share the output folder, played by mount namespaces, or that compute with different kernels; ranks that
+outnumber cores or contact points."""
 
 import os
 import shutil
@@ -7,9 +8,11 @@ import subprocess
 from types import SimpleNamespace
 
 import chain
+import numpy as np
 import pytest
 
-from launch import BINARY, run, words_of
+from dovetail import blas_kernel
+from launch import BINARY, read_points, run, words_of
 
 # The second rank has an empty folder of its own in the place of the first argument.
 ELSEWHERE = """#!/bin/sh
@@ -51,3 +54,22 @@ def test_ranks_that_have_to_share_cores_or_have_no_contact_point_are_told(tmp_pa
 
 def test_one_rank_needs_no_words(tmp_path):
     assert "note:" not in run(SimpleNamespace(path=chain.write(tmp_path, 1, most=2))).out
+
+
+@pytest.mark.skipif(not blas_kernel.kernel_at_work().name, reason="BLAS is not OpenBLAS: there is one kernel only")
+def test_ranks_with_different_kernels_do_not_decide_on_copies(tmp_path):
+    case = chain.write(tmp_path, 16, 1, omega=(1.2, 1.9), most=3)  # by GMRES, with copies where ranks compute alike
+    case.write_text(case.read_text() + "newton = { step_tolerance = 1e-10, residual_tolerance = 1e-10 }\n")
+
+    def done(*kernels):
+        folder = tmp_path / "-".join(kernels)
+        each = [["-n", "1", "-x", f"OPENBLAS_CORETYPE={kernel}", BINARY, "run", case, "--out", folder, "-hb_factors_most", "0",
+                 "-hb_modal_ksp_converged_reason"] for kernel in kernels]
+        out, _ = words_of(["mpirun", *each[0], ":", *each[1]])
+        return read_points(folder)["coefficients"], out
+    (alike, told), (unlike, told_otherwise) = done("Prescott", "Prescott"), done("Prescott", "Nehalem")
+    words = "rank 1 computes with OpenBLAS"
+    assert words not in told and words in told_otherwise and "kernel Nehalem" in told_otherwise
+    solves = [text.count("hb_modal_ solve converged") for text in (told, told_otherwise)]
+    assert solves[0] > 1.5 * solves[1] > 0  # each rank speaks of its own solves, or one of those of all
+    np.testing.assert_allclose(unlike, alike, atol=1e-8 * np.abs(alike).max(), rtol=0)
