@@ -125,7 +125,8 @@ bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
 // To length 1; false where it has none. All ranks know the parameter of both then, and PETSc keeps the plain norm of t.
 bool Curve::normalise(Vec t, Vec y) {
   constexpr const char *doing = "computing a tangent";
-  const Vec weighed = work_[0];
+  UniqueVec weighed;
+  check(VecDuplicate(t, weighed.out()), doing);
   PetscScalar square, rate, parameter;
   PetscReal plain;
   norm.weigh(t, weighed);

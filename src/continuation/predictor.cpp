@@ -23,7 +23,7 @@ void CubicPredictor::predict(const CurvePoint &here, double step, Vec y) const {
   check(VecDuplicate(y, more.out()), doing);
   check(VecWAXPY(more, -1, before_.y, here.y), doing);
   const std::vector<double> products = norm_.products(
-      {{more, more}, {before_.t, before_.t}, {more, here.t}, {here.t, here.t}, {before_.t, here.t}}, {before_.t});
+      {{more, more}, {before_.t, before_.t}, {more, here.t}, {here.t, here.t}, {before_.t, here.t}}, {}, {before_.t});
   const double last = std::sqrt(products[0]), square = step * step / last, cubic = square * (last + step) / last,
                of_before = cubic / std::sqrt(products[1]), of_chord = -(square + 2 * cubic) / last;
   if (!(last > 0)) return;

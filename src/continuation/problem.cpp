@@ -51,7 +51,8 @@ class PlainMetric : public ArcLengthMetric {
 public:
   PlainMetric(double unit, bool weighted) : unit_(weighted ? unit : 1), weighted_(weighted) {}
 
-  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known) const override {
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
+                               const std::vector<Vec> &known) const override {
     std::vector<double> sums;
     for (const auto &[a, b] : pairs) {
       const Own x(a), y(b);
@@ -59,9 +60,10 @@ public:
       for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * y[i];
       sums.push_back(sum * weight() + x.parameter() * y.parameter() / (unit_ * unit_));
     }
+    for (const Vec y : moving) sums.push_back(square(y));
     for (const Vec y : known) sums.push_back(Own(y).parameter());
     sums = added_up(std::move(sums), comm_of(pairs[0][0]));
-    for (std::size_t i = 0; i < known.size(); ++i) note_parameter(known[i], sums[pairs.size() + i]);
+    for (std::size_t i = 0; i < known.size(); ++i) note_parameter(known[i], sums[pairs.size() + moving.size() + i]);
     return sums;
   }
   void weigh(Vec t, Vec row) const override {
@@ -72,18 +74,19 @@ public:
   }
   double largest_motion() const override { return largest_; }
   void see(Vec y) override {
+    largest_ = std::max(largest_, std::sqrt(added_up({square(y)}, comm_of(y))[0]));
+  }
+
+private:
+  static double square(Vec y) { // of this rank's part of x
     const Own x(y);
     double sum = 0;
     for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * x[i];
-    seen_ = std::sqrt(added_up({sum}, comm_of(y))[0]);
-    largest_ = std::max(largest_, seen_);
+    return sum;
   }
-  double motion_seen() const override { return seen_; }
-
-private:
   double weight() const { return weighted_ && largest_ > 0 ? 1 / (largest_ * largest_) : 1; }
 
-  double unit_, largest_ = 0, seen_ = 0;
+  double unit_, largest_ = 0;
   bool weighted_;
 };
 

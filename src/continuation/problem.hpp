@@ -45,11 +45,12 @@ class ArcLengthMetric {
 public:
   virtual ~ArcLengthMetric() = default;
   using Pair = std::array<Vec, 2>;
-  /// Products of pairs, by one message; by which parameter_of the vectors `known` is known as well. Collective.
-  virtual std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known = {}) const = 0;
+  /// Products of pairs, then squares of how far `moving` move, without weights, by one message; by which parameter_of
+  /// the vectors `known` is known as well. Collective.
+  virtual std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving = {},
+                                       const std::vector<Vec> &known = {}) const = 0;
   double product(Vec a, Vec b) const { return products({{a, b}})[0]; } ///< Collective.
   virtual void weigh(Vec t, Vec row) const = 0;                        ///< row . s is the product of t and s
-  virtual double motion_seen() const = 0; ///< size of the x of the point seen last, without weights
   /// The largest motion met at accepted points; weights may follow it.
   virtual double largest_motion() const = 0;
   virtual void see(Vec y) = 0; ///< an accepted point. Collective.
@@ -90,7 +91,6 @@ public:
 /// The last entry, on every rank. Collective; without a message where y is as it was when it was asked before.
 double parameter_of(Vec y);
 void note_parameter(Vec y, double value); ///< what all ranks know it to be
-void note_norm(Vec y, double value);      ///< likewise of the plain norm, which VecNorm then has at hand
 void set_parameter(Vec y, double value);  ///< the last entry
 /// y *= factor, and its parameter, which all ranks know, stays known.
 void scale_known(Vec y, double factor);

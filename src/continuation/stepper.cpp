@@ -163,8 +163,9 @@ Stepper::Outcome Stepper::settle(Vec) {
 }
 
 void Stepper::measure_anew() {
-  const double square = curve_->norm.products({{here_.t, here_.t}}, {here_.t})[0];
-  scale_known(here_.t, 1 / std::sqrt(square));
+  const std::vector<double> squares = curve_->norm.products({{here_.t, here_.t}}, {here_.t, here_.y}, {here_.t});
+  scale_known(here_.t, 1 / std::sqrt(squares[0]));
+  speed_ = std::sqrt(squares[1] / squares[0]), motion_ = std::sqrt(squares[2]);
 }
 
 void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const {
@@ -176,11 +177,7 @@ void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const 
 
 void Stepper::limit_step() {
   if (!control_.adaptive()) return;
-  const double rate = std::abs(parameter_of(here_.t));
-  PetscReal plain;
-  check(VecNorm(here_.t, NORM_2, &plain), "limiting a step");
-  const double motion = std::sqrt(std::max(0.0, (plain - rate) * (plain + rate)));
-  control_.limit({rate / unit_, motion, curve_->norm.motion_seen()}, curve_->problem.is_smooth());
+  control_.limit({std::abs(parameter_of(here_.t)) / unit_, speed_, motion_}, curve_->problem.is_smooth());
 }
 
 void Stepper::take_curve(Curve &curve) {

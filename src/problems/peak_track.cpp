@@ -19,8 +19,9 @@ public:
   TrackMetric(const Layout &layout, double omega_unit, double unit, bool weighted)
       : response_(layout, omega_unit, weighted), unit_(weighted ? unit : 1) {}
 
-  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &) const override {
-    std::vector<double> sums = response_.products(pairs, {}); // their last but one is Omega
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
+                               const std::vector<Vec> &) const override {
+    std::vector<double> sums = response_.products(pairs, moving, {}); // their last but one is Omega
     for (std::size_t i = 0; i < pairs.size(); ++i)
       sums[i] += parameter_of(pairs[i][0]) * parameter_of(pairs[i][1]) / (unit_ * unit_);
     return sums;
@@ -30,7 +31,6 @@ public:
     set_parameter(row, parameter_of(t) / (unit_ * unit_));
   }
   double largest_motion() const override { return response_.largest_motion(); }
-  double motion_seen() const override { return response_.motion_seen(); }
   void see(Vec y) override { response_.see(y); }
 
 private:

@@ -46,7 +46,7 @@ ResponseMetric::Lengths ResponseMetric::see(Vec y, Vec way, std::vector<Problem:
   }
   auto from = sum.begin() + 4;
   for (Problem::Projected &of : sums) std::copy_n(from, of.size(), of.begin()), from += of.size();
-  seen_ = std::sqrt(sum[1]), motion_ = std::max(motion_, seen_);
+  motion_ = std::max(motion_, std::sqrt(sum[1]));
   choose_weights(sum[0]);
   return {std::sqrt(sum[2] + sum[3]), std::sqrt(sum[3])};
 }
@@ -104,7 +104,8 @@ std::array<double, 2> ResponseMetric::squares_of(Vec way) const {
   return sums;
 }
 
-std::vector<double> ResponseMetric::products(const std::vector<Pair> &pairs, const std::vector<Vec> &known) const {
+std::vector<double> ResponseMetric::products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
+                                             const std::vector<Vec> &known) const {
   std::vector<double> sums;
   for (const auto &[a, b] : pairs) {
     const double *x, *y;
@@ -117,6 +118,7 @@ std::vector<double> ResponseMetric::products(const std::vector<Pair> &pairs, con
     check(VecRestoreArrayRead(a, &x), "measuring arc length");
     sums.push_back(sum);
   }
+  for (const Vec y : moving) sums.push_back(square(y));
   for (const Vec y : known) {
     const double *own;
     check(VecGetArrayRead(y, &own), "measuring arc length");
@@ -124,7 +126,7 @@ std::vector<double> ResponseMetric::products(const std::vector<Pair> &pairs, con
     check(VecRestoreArrayRead(y, &own), "measuring arc length");
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
-  for (std::size_t i = 0; i < known.size(); ++i) note_parameter(known[i], sums[pairs.size() + i]);
+  for (std::size_t i = 0; i < known.size(); ++i) note_parameter(known[i], sums[pairs.size() + moving.size() + i]);
   return sums;
 }
 

@@ -17,12 +17,12 @@ public:
 
   void see(Vec y) override;
   void weigh(Vec t, Vec row) const override;
-  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &known) const override;
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
+                               const std::vector<Vec> &known) const override;
   double largest_motion() const override { return motion_; }
   struct Lengths {
     double whole, swing; ///< the latter without the mean values of the motion
   };
-  double motion_seen() const override { return seen_; }
   /// see(), and the lengths of a way as it was measured before; `sums` become those over all ranks, by the same
   /// message. Collective.
   Lengths see(Vec y, Vec way, std::vector<Problem::Projected> &sums);
@@ -44,7 +44,7 @@ private:
   PetscInt own_coefficients_, all_dofs_;
   bool owns_omega_, weighted_;
   double omega_;                 // unit of frequency
-  double motion_ = 0, seen_ = 0; // largest seen, plain norm; the last
+  double motion_ = 0;            // largest seen, plain norm
   std::vector<double> dofs_;     // (own dofs) largest seen of each
   std::vector<double> weights_;  // (own dofs) of the squares
 };
