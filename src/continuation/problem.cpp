@@ -73,9 +73,7 @@ public:
     set_parameter(row, p / (unit_ * unit_));
   }
   double largest_motion() const override { return largest_; }
-  void see(Vec y) override {
-    largest_ = std::max(largest_, std::sqrt(added_up({square(y)}, comm_of(y))[0]));
-  }
+  void see(Vec y) override { largest_ = std::max(largest_, std::sqrt(added_up({square(y)}, comm_of(y))[0])); }
 
 private:
   static double square(Vec y) { // of this rank's part of x

@@ -43,10 +43,10 @@ private:
   int width_;
   PetscInt own_coefficients_, all_dofs_;
   bool owns_omega_, weighted_;
-  double omega_;                 // unit of frequency
-  double motion_ = 0;            // largest seen, plain norm
-  std::vector<double> dofs_;     // (own dofs) largest seen of each
-  std::vector<double> weights_;  // (own dofs) of the squares
+  double omega_;                // unit of frequency
+  double motion_ = 0;           // largest seen, plain norm
+  std::vector<double> dofs_;    // (own dofs) largest seen of each
+  std::vector<double> weights_; // (own dofs) of the squares
 };
 
 } // namespace dovetail
