@@ -138,7 +138,7 @@ def kill(process):
         process.kill()
         raise
     for rank in ranks:  # mpirun ends at the first one lost: the others may still hold files
-        wait_for(lambda: state(rank) in ("", "Z"), f"the end of rank {rank}")
+        wait_for(lambda: gone(rank), f"the end of rank {rank}")
 
 
 def state(process):
@@ -147,6 +147,11 @@ def state(process):
         return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0]
     except OSError:
         return ""
+
+
+def gone(process):
+    """Whether it has ended, and with it all that it held."""
+    return state(process) in ("", "Z")
 
 
 def children(parent):

@@ -136,9 +136,7 @@ bool Backbone::begin() {
   if (enough(load_)) return end(End::arrived, "mode.to_force is reached at the first amplitude already");
   if (settings_.straight && !go_straight()) return false;
   measure_anew();
-  PetscReal plain;
-  check(VecNorm(here_.t, NORM_2, &plain), doing);
-  control_.set(settings_.step / plain);
+  control_.set(settings_.step / plain_length(here_.t));
   limit_step();
   return true;
 }

@@ -7,14 +7,13 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
 import cases
-from launch import BINARY, SECONDS, SURROUNDINGS, children, kill, line, read_points, run, wait_for, words_of
+from launch import BINARY, SECONDS, SURROUNDINGS, children, gone, kill, line, read_points, run, wait_for, words_of
 from on_terminal import Watched
 
 cases.SECTION_OF |= {"watch": "continuation", "stop_after_peaks": "continuation", "stop_at_amplitude": "continuation",
@@ -389,7 +388,7 @@ def test_lost_rank_ends_the_run(tmp_path, which):
         ranks = sorted(children(watched.process.pid))
         os.kill(ranks[which], signal.SIGKILL)
         watched.process.wait(SECONDS / 2)
-        wait_for(lambda: not any(Path(f"/proc/{rank}").exists() for rank in ranks), "the end of all ranks")
+        wait_for(lambda: all(map(gone, ranks)), "the end of all ranks")
         assert watched.process.returncode not in (None, 0)
     before = read_points(folder)
     assert len(before["omega"]) >= max(10, watched.last_point())
