@@ -78,14 +78,14 @@ def measured(scene, points, harmonics, solver, ranks, runs):
     middle = {key: statistics.median(run[key] for run in each) for key in each[0]}
     row = {"scene": scene, "points": points, "harmonics": harmonics, "solver": solver, "ranks": ranks, **middle,
            "shares": shares(text, folder)}
-    return row | rates(row, Results(folder / "results.h5"))
+    return row | rates(row, Results(folder / "results.h5").modes)
 
 
-def rates(row, results):
+def rates(row, modes):
     """Operations and bytes per second of the products with Phi: two per linear iteration, in single precision."""
     contact = 3 * row["points"]
     seconds = row["shares"][WORK["HbModes"]] * row["mean"] * row["curve_points"]
-    entries = 2 * row["iterations"] * contact * (contact + results.modes)
+    entries = 2 * row["iterations"] * contact * (contact + modes)
     if row["solver"] != "modal" or seconds < 1e-2:
         return {"gflops": float("nan"), "gbytes": float("nan")}
     return {"gflops": 2e-9 * entries * (2 * row["harmonics"] + 1) / seconds, "gbytes": 4e-9 * entries / seconds}

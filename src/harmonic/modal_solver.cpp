@@ -97,9 +97,7 @@ void ModalSolver::multiply(Vec x, Vec y) {
 
 void ModalSolver::set_up(KSP ksp, Mat J) {
   outer_ = ksp;
-  check(KSPSetOperators(ksp, J, J), doing);
-  check(KSPSetType(ksp, KSPPREONLY), doing);
-  shell_preconditioner<&ModalSolver::solve>(ksp, this, doing);
+  shell_solver<&ModalSolver::solve>(ksp, J, this, doing);
 }
 
 JacobianParts ModalSolver::parts() const {

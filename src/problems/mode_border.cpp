@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "support/error.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 
@@ -31,12 +31,9 @@ void ModeBorder::take(const NonlinearMode &mode, Vec plane) {
   system.contact_forces().multiply(swinging_.data(), along_.data());
   for (std::size_t i = 0; i < swinging_.size(); ++i)
     by_lam[first + i] = std::log(10) * (i % n == 0 ? along_[i] : (along_[i] - G[i]) / alpha);
-  const double *last;
-  check(VecGetArrayRead(plane, &last), "evaluating the Jacobian of a mode");
-  std::copy_n(last, own, across.begin());
-  if (layout.owns_omega()) std::copy_n(last + own, width, corner.begin());
-  check(VecRestoreArrayRead(plane, &last), "evaluating the Jacobian of a mode");
-  MPI_Bcast(corner.data(), width, MPI_DOUBLE, layout.size - 1, layout.comm);
+  const ReadValues of_plane(plane);
+  std::copy_n(of_plane + 0, own, across.begin());
+  corner.back() = last_of(of_plane);
 }
 
 } // namespace dovetail

@@ -5,7 +5,7 @@
 namespace dovetail {
 
 ModeJacobian::ModeJacobian(NonlinearMode &mode, HarmonicSystem &system)
-    : mode_(mode), system_(system), inner_(system.matrix()) {
+    : mode_(mode), system_(system), inner_(system.matrix()), border_(system.layout()) {
   const UniqueVec none = mode.unknowns();
   const std::vector<double> zero(system.layout().own_unknowns(), 0.0);
   mode_.evaluate(none);
@@ -24,10 +24,10 @@ void ModeJacobian::assemble(Vec y, Vec plane) {
   auto [length, phase, across] = border_.rows;
   if (system_.layout().owns_omega()) { // Omega, in the row of the length
     for (auto *one : {&by_ratio, &by_lam, &length, &phase}) one->push_back(0);
-    across.push_back(border_.corner[0]);
+    across.push_back(border_.corner.back()[0]);
   }
   system_.fill(inner_, mode_.structure(), by_omega.data(), length.data());
-  const double corner[] = {0, 0, border_.corner[1], border_.corner[2]};
+  const double corner[] = {0, 0, border_.corner.back()[1], border_.corner.back()[2]};
   matrix_->fill(inner_, {by_ratio.data(), by_lam.data()}, {phase.data(), across.data()}, corner,
                 mode_.state().amplitude);
 }

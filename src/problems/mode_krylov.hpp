@@ -26,9 +26,7 @@ private:
   void multiply(Vec x, Vec y);
   void solve(Vec r, Vec x);        // by krylov_
   void precondition(Vec r, Vec x); // with damped_ and the border
-  void solve_damped(const double *r, double *x);
-  void eliminate();
-  std::array<double, 3> along_rows(const double *x) const;
+  bool solve_damped(const double *r, double *x);
 
   NonlinearMode &mode_;
   HarmonicSystem &system_;
@@ -40,9 +38,7 @@ private:
   KSP outer_ = nullptr;
   double alpha_ = 1;
   bool eliminated_ = false;
-  std::array<std::vector<double>, ModeBorder::width> answers_;                     // of damped_ to the columns
-  std::array<std::array<double, ModeBorder::width>, ModeBorder::width> inverse_{}; // of what is left for the border
-  std::vector<double> none_, last_;                                                // a border that couples nothing
+  std::vector<double> none_, last_; // a border that couples nothing
   LinearEffort effort_;
   Courier courier_;
 };

@@ -1,8 +1,8 @@
 #pragma once
 // The Jacobian of a track in [Y; Omega; p]: [R_Y R_Omega R_p; condition; border], solved with by elimination. R_Y is
 // regular at a peak.
+#include "problems/border.hpp"
 #include "problems/peak_track.hpp"
-#include "support/dense.hpp"
 
 namespace dovetail {
 
@@ -23,26 +23,16 @@ public:
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 
 private:
-  static constexpr int width = 2; // of Omega and p
-  using Pair = std::array<double, width>;
-
   void multiply(Vec x, Vec y);
   void solve(Vec r, Vec x);
-  bool eliminate();
-  bool solve_response(Vec r, Vec x);
-  Pair last_of(Vec v) const;            // Omega and p, on every rank
-  void put(Vec response, Vec v) const;  // all before Omega
-  void take(Vec v, Vec response) const; // likewise; Omega is 0
-  Pair along_rows(Vec response) const;  // condition and border, without what they say of Omega and p
+  bool solve_response(const double *r, double *x);
 
   PeakTrack &track_;
   HarmonicSystem &system_;
+  Border<2> border_;            // Omega and p; the condition and the plane that a step ends on
   UniqueMat matrix_, response_; // the whole; [R_Y R_Omega; 0 1]
   UniqueKSP inner_;
-  std::array<UniqueVec, width> columns_, rows_, answers_; // of the response; answers_ are R_Y^-1 columns_
-  std::array<Pair, width> corner_;                        // by rows
   UniqueVec right_, left_, fixed_;
-  Factors factors_; // of what is left for Omega and p
   bool eliminated_ = false;
   KSP outer_ = nullptr;
   Courier courier_;

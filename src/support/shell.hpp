@@ -35,6 +35,13 @@ template <auto work, class Self> void shell_preconditioner(KSP ksp, Self *self, 
   check(PCShellSetApply(pc, apply), doing);
 }
 
+/// Makes (self->*work)(r, x) all that `ksp` does to solve with that matrix.
+template <auto work, class Self> void shell_solver(KSP ksp, Mat matrix, Self *self, const char *doing) {
+  check(KSPSetOperators(ksp, matrix, matrix), doing);
+  check(KSPSetType(ksp, KSPPREONLY), doing);
+  shell_preconditioner<work>(ksp, self, doing);
+}
+
 /// The numbers of a vector that this rank owns, while it lives.
 class Values {
 public:
