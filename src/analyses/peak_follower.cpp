@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "analyses/peak_search.hpp"
 #include "continuation/stepper.hpp"
@@ -14,7 +13,12 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "following a peak";
-constexpr double leaps[] = {1e-6, 1e-5, 1e-4, 1e-3, 1e-2}; // of the range, to beyond where the equations meet
+constexpr double farthest = 1e-2; // of the range: so far beyond where the equations meet the peak is looked for
+
+// A corner of the track is met as nearly as the curve is drawn: with hundreds of contact points there are many.
+double shortest(const TrackSettings &settings) {
+  return std::clamp(settings.search.between, step_limits.shortest, step_limits.careful);
+}
 
 class PeakFollower : private Stepper {
 public:
@@ -50,8 +54,8 @@ private:
   PeakEquations &peak_;
   std::shared_ptr<TrackLeg> leg_; // that is followed
   AmplitudeMeter meter_;
-  double arclength_ = 0, sense_;  // of the parameter
-  std::size_t leaps_in_vain_ = 0; // tried since the last step
+  double arclength_ = 0, sense_; // of the parameter
+  double leap_;                  // of the range, beyond the next corner
   bool ended_ = false;
 };
 
@@ -59,11 +63,12 @@ double unit_of(const TrackSettings &settings) { return std::abs(settings.to - se
 
 PeakFollower::PeakFollower(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload, const NewtonSettings &newton,
                            const TrackSettings &settings, const BranchObserver &observer)
-    : Stepper({true, settings.search.step, settings.search.between}, unit_of(settings), newton.step_tolerance),
+    : Stepper({true, settings.search.step, settings.search.between, shortest(settings)}, unit_of(settings),
+              newton.step_tolerance),
       system_(system), newton_(newton), settings_(settings), observer_(observer),
       search_(system, std::move(preload), newton, settings, summary_.counts), peak_(search_.equations()),
       leg_(search_.smooth()), meter_(peak_.system().layout(), settings.search.watched),
-      sense_(settings.to < settings.from ? -1 : 1) {
+      sense_(settings.to < settings.from ? -1 : 1), leap_(shortest(settings)) {
   take_curve(*leg_->curve);
 }
 
@@ -164,8 +169,9 @@ Stepper::Outcome PeakFollower::no_step() {
   double next = settings_.to;
   for (const double value : settings_.at)
     if ((value - here_.parameter) * sense_ > 0 && (next - value) * sense_ > 0) next = value;
-  while (leaps_in_vain_ < std::size(leaps)) {
-    const double leap = leaps[leaps_in_vain_++];
+  while (leap_ <= farthest) {
+    const double leap = leap_;
+    leap_ *= 10;
     double value = here_.parameter + sense_ * leap * unit_;
     if ((value - next) * sense_ > 0) value = next;
     auto found = search_.near(value, motion);
@@ -272,7 +278,7 @@ Stepper::Outcome PeakFollower::pass(Vec normal, double step, double plain, bool 
   arclength_ += step * plain;
   std::swap(here_, trial_);
   report(here_, arclength_);
-  leaps_in_vain_ = 0;
+  leap_ = shortest(settings_);
   return Outcome::on;
 }
 

@@ -25,8 +25,6 @@ bool Halvings::add(const StepMeasure &now) {
   return alike_ >= 2;
 }
 
-double StepControl::shortest() const { return adaptive_ ? step_limits.shortest : step_limits.shortest * first_; }
-
 void StepControl::after(double step, double turned, int newton, double off, bool smooth) {
   if (!adaptive_) return;
   const StepAims &aims = aims_of(smooth);
@@ -41,7 +39,7 @@ void StepControl::limit(const Rates &rates, bool smooth) {
   if (rates.parameter > 0) step_ = std::min(step_, aims_of(smooth).parameter / rates.parameter);
   if (rates.motion > 0)
     step_ = std::min(step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion, step_limits.careful));
-  step_ = std::max(step_, 10 * step_limits.shortest);
+  step_ = std::max(step_, 10 * shortest_);
   if (smooth) step_ = std::exp2(std::floor(lengths_per_octave * std::log2(step_) + rounding) / lengths_per_octave);
 }
 

@@ -72,13 +72,14 @@ struct Rates {
 class StepControl {
 public:
   /// `adaptive` false: `first` throughout. `between`: by how much the cubic between two points may miss the curve.
-  StepControl(bool adaptive, double first, double between)
-      : adaptive_(adaptive), first_(first), step_(first), between_(between) {}
+  StepControl(bool adaptive, double first, double between, double shortest = step_limits.shortest)
+      : adaptive_(adaptive), first_(first), step_(first), between_(between),
+        shortest_(adaptive ? shortest : shortest * first) {}
 
   double step() const { return step_; }
   bool adaptive() const { return adaptive_; }
   double between() const { return between_; }
-  double shortest() const;
+  double shortest() const { return shortest_; }
 
   /// A length from outside: `limited` follows.
   void set(double step) { step_ = step; }
@@ -92,7 +93,7 @@ public:
 
 private:
   bool adaptive_;
-  double first_, step_, between_;
+  double first_, step_, between_, shortest_;
 };
 
 } // namespace dovetail
