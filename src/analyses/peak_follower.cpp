@@ -13,7 +13,8 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "following a peak";
-constexpr double farthest = 1e-2; // of the range: so far beyond where the equations meet the peak is looked for
+constexpr double farthest = 1e-2;   // of the range: so far beyond where the equations meet the peak is looked for
+constexpr double longest_jump = 10; // times accuracy.between: from one maximum to the next at the same flat top
 
 // A corner of the track is met as nearly as the curve is drawn: with hundreds of contact points there are many.
 double shortest(const TrackSettings &settings) {
@@ -33,6 +34,7 @@ private:
   bool find_first(Vec y);
   void begin(PeakSearch::Found found);
   Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
+  bool takes_jump(double apart) override;
   void halved(const std::string &why) override;
   void turned_kink(double angle, double value) override;
   Outcome no_step() override;
@@ -147,6 +149,19 @@ void PeakFollower::begin(PeakSearch::Found found) {
   control_.set(step_limits.careful);
   limit_step();
   if (here_.parameter == settings_.to) end(End::arrived);
+}
+
+// Where one of many contact points begins to slip in the peak itself, the top changes its place, but not its height.
+bool PeakFollower::takes_jump(double apart) {
+  const double before = parameter_of(here_.t), behind = parameter_of(trial_.t);
+  if (apart > longest_jump * control_.between() || before * behind <= 0) return false;
+  const Amplitude from = meter_(here_.y, here_.t), to = meter_(trial_.y, trial_.t);
+  const double slope = (from.slope / before + to.slope / behind) / 2, // by the parameter
+      off = to.value - from.value - slope * (trial_.parameter - here_.parameter);
+  if (std::abs(off) > control_.between() * from.value || !is_peak(trial_)) return false;
+  ++summary_.counts.corners;
+  notify(BranchEvent::Kind::corner, "the peak goes on beside a corner of the response", here_);
+  return true;
 }
 
 void PeakFollower::halved(const std::string &why) {

@@ -90,13 +90,15 @@ Stepper::Outcome Stepper::take_trial(double step) {
                             allowed_astray(curve_->problem.is_smooth())};
   const bool kink = halvings_.add(measure);
   off_ = 0;
-  if (control_.adaptive() && !belongs(step, measure, kink)) return Outcome::refused;
+  const bool jump = control_.adaptive() && !belongs(step, measure, kink);
+  if (jump && !takes_jump(measure.correction * step)) return Outcome::refused;
+  if (jump) off_ = 0;
   if (off_ > control_.between()) return refine_drawing();
   const int newton = trial_.newton.newton;
   if (refine(trial_)) return Outcome::refined;
-  const Outcome outcome = accept_step(here_.t, step);
+  const Outcome outcome = accept_step(here_.t, step, jump);
   if (outcome != Outcome::on || !control_.adaptive()) return outcome;
-  if (!kink) curvature_ = measure.angle / step;
+  if (!kink && !jump) curvature_ = measure.angle / step;
   control_.after(step, measure.angle, newton, off_, curve_->problem.is_smooth());
   limit_step();
   return outcome;

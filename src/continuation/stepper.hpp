@@ -51,6 +51,9 @@ protected:
   virtual Outcome settle(Vec way);
   /// A step along the tangent was taken, and the next one's length chosen.
   virtual void stepped() {}
+  /// Whether trial_, which lies that far from where the tangent points, is the curve's all the same although a check
+  /// refuses it: behind a jump too small to matter.
+  virtual bool takes_jump(double /*apart*/) { return false; }
   /// A step was refused, and is halved.
   virtual void halved(const std::string & /*why*/) {}
   /// The curve was followed round a kink that turns it by that angle [rad] at that value of the parameter.

@@ -148,3 +148,34 @@ TEST(Stepper, ends_where_the_curve_ends) {
   EXPECT_FALSE(walk.go([](const auto &y) { return y[1] < 0.5; }));
   EXPECT_LT(walk.points.back()[1], 1e-6);
 }
+
+namespace {
+
+constexpr double gap = 5e-3; // of x, at p = 0.3
+
+struct Jumper : Walk {
+  explicit Jumper(double longest)
+      : Walk(one([](double x, double p) { return x - 1 - 0.1 * p - (p > 0.3 ? gap : 0); },
+                 [](double, double) { return 1.0; }, [](double, double) { return -0.1; }),
+             1),
+        longest_jump(longest) {}
+  bool takes_jump(double apart) override { return apart < longest_jump; }
+  double longest_jump;
+};
+
+} // namespace
+
+TEST(Stepper, a_jump_is_passed_where_the_curve_allows_it) {
+  Jumper walk(2 * gap);
+  walk.begin({1}, 0, 1);
+  ASSERT_TRUE(walk.go([](const auto &y) { return y[1] < 1; }));
+  EXPECT_LT(walk.points.size(), 60u);
+  EXPECT_NEAR(walk.points.back()[0], 1 + 0.1 * walk.points.back()[1] + gap, 1e-11);
+}
+
+TEST(Stepper, a_longer_jump_is_none_of_the_curve) {
+  Jumper walk(0.5 * gap);
+  walk.begin({1}, 0, 1);
+  ASSERT_FALSE(walk.go([](const auto &y) { return y[1] < 1; }));
+  EXPECT_NEAR(walk.points.back()[1], 0.3, 1e-3);
+}

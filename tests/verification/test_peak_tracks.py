@@ -5,6 +5,9 @@ derivatives; corner_peak.npz peaks of the five dofs that lie in a corner of the 
 """
 
 import re
+import subprocess
+import sys
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -15,6 +18,16 @@ import launch
 from dovetail import Results, info, plot
 from test_sensitivity import DATA, SCENES, given
 
+POSTS = """model = "model.h5"
+reduction = {{ modes = 5 }}
+damping = {{ stiffness = 1e-6 }}
+excitation = {{ fourier = [0, 0, 5] }}
+harmonic_balance = {{ harmonics = 5 }}
+continuation = {{ omega = [4000, 4250], watch = "a1" }}
+path = {{ parameter = "friction", range = [1.0, 0.3], at = {at}, peak = "amplitude" }}
+stability = {{ enabled = false }}
+accuracy = {{ estimates = false, between = {between} }}
+"""
 SEARCHED = slice(5, 7)  # columns of tracks: frequency and rms amplitude by the search; 1 and 2 by derivatives, 3 and 4 in phase
 
 
@@ -228,3 +241,20 @@ def test_a_factor_on_nothing(tmp_path, parameter, key, words):
     done = launch.run(case, status=2)
     for word in words:
         assert word in done.err
+
+
+@pytest.mark.slow
+def test_corners_within_the_curves_accuracy_cost_no_steps(tmp_path):
+    """Nine points of two posts: where one begins to slip in the peak, the top moves aside. At given values of the friction the track that
+    goes by meets the peaks of the one that resolves every such corner."""
+    at, found, cuts = [0.9, 0.7, 0.5, 0.4], [], []
+    subprocess.run([sys.executable, launch.ROOT / "inputs/two_solids/model.py", "-o", tmp_path / "model.h5"], check=True,
+                   capture_output=True, env=launch.SURROUNDINGS)
+    for between in (1e-3, 1e-7):
+        path = tmp_path / f"{between}.toml"
+        path.write_text(POSTS.format(at=at, between=between))
+        results = Results(launch.run(SimpleNamespace(path=path), out=f"{between}").folder / "results.h5")
+        found.append(at_values(results, [*at, 0.3]))
+        cuts.append(len(results.events.of("cut")))
+    assert np.abs(found[0] / found[1] - 1).max() < 1e-8
+    assert cuts[0] < 10 < cuts[1]
