@@ -11,6 +11,7 @@
 #include "app/follow.hpp"
 #include "app/follow_mode.hpp"
 #include "app/forecast.hpp"
+#include "app/hosts.hpp"
 #include "app/own_files.hpp"
 #include "app/tell_resonances.hpp"
 #include "app/tell_sectors.hpp"
@@ -99,6 +100,12 @@ Checked check_input(MPI_Comm comm, const Request &request) {
   return checked;
 }
 
+int ranks_of(MPI_Comm comm) {
+  int ranks;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
 // The folder is this run's from here on, or another's, which is told. On rank 0; nothing on the others.
 std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const Voice &voice) {
   std::unique_ptr<FolderLock> lock;
@@ -108,6 +115,7 @@ std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const 
     lock = std::make_unique<FolderLock>(study.directory, another_folder);
     voice.say(lock->note());
   });
+  if (ranks_of(comm) > 1) refuse_unshared(comm, study.directory, lock ? lock->published() : "");
   return lock;
 }
 
@@ -186,9 +194,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
 // `dovetail check`: what a dry run refuses, and what is doubtful. As there a reduced model is used if it is at hand.
 void check_case(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   const Case &study = checked.study;
-  int ranks;
-  MPI_Comm_size(comm, &ranks);
-  std::vector<Warning> found = doubts_of_case(study, checked.contact, ranks);
+  std::vector<Warning> found = doubts_of_case(study, checked.contact, ranks_of(comm));
   const auto add = [&](const std::vector<Warning> &more) { // what is told already is not told again by other means
     const std::vector<Warning> before = found;
     for (const Warning &one : more)
@@ -370,6 +376,10 @@ void run_case(MPI_Comm comm, const Request &request) {
   voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
             (study.title.empty() ? "" : ": " + study.title));
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
+  voice.say(note_on_cores(comm));
+  const std::string idle =
+      request.reduce_only ? "" : idle_ranks(ranks_of(comm), static_cast<int>(checked.contact.size()));
+  if (!idle.empty()) voice.say("note: " + idle);
   if (checked.earlier) voice.say(in_words(*checked.earlier, study));
   for (const std::string &note : notes_on_damping(checked)) voice.say(note);
   StatusFile status(voice.speaks() ? study.directory : std::filesystem::path());
