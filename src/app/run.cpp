@@ -92,9 +92,6 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       throw InputError(study.given.at("path.peak") +
                        ": path.peak: --restart: peaks over a parameter are not continued; "
                        "begin anew, from the value reached");
-    if (request.restart && study.mode)
-      throw InputError(study.file.string() + ": [mode]: a mode is not continued with --restart; begin anew without it, "
-                                             "from a larger mode.amplitude");
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;
@@ -136,8 +133,8 @@ std::vector<std::string> notes_on_damping(const Checked &checked) {
 
 std::string in_words(const SavedRun &earlier, const Case &study) {
   const CurveRange range = study.range();
-  return "restart: goes on at " + range.text(earlier.branch.y.back() * earlier.scales.of(*range.parameter)) +
-         " after " + std::to_string(earlier.branch.counts.points) + " points";
+  return "restart: goes on at " + range.text(place_of(study, earlier)) + " after " +
+         std::to_string(earlier.branch.counts.points) + " points";
 }
 
 // The state the vibration starts from (eq 7), told if it took more than plain Newton.
@@ -325,10 +322,11 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, Sta
                         });
     if (!by_diameter.empty()) results.describe(by_diameter);
     Followed followed =
-        mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, status, voice)
-             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, status, voice);
+        mode
+            ? follow_mode(study, std::move(preloaded), *mode, results, earlier, std::move(begin), stages, status, voice)
+            : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, status, voice);
     const BranchSummary::End end = followed.story.summary.end;
-    if (mode || study.follows_peaks()) results.say_end(end == BranchSummary::End::interrupted ? "" : name_of(end));
+    if (study.follows_peaks()) results.say_end(end == BranchSummary::End::interrupted ? "" : name_of(end));
     followed.kept = results.finish();
     return followed;
   };
