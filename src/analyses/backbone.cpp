@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "analyses/saved_points.hpp"
 #include "continuation/stepper.hpp"
 #include "support/error.hpp"
 
@@ -29,8 +30,16 @@ public:
     take_curve(own_);
   }
 
-  BranchSummary run() {
-    if (begin()) follow();
+  BranchSummary run(const BranchState *state) {
+    if (state)
+      restore(*state);
+    else
+      begin();
+    if (!ended_ && enough(load_)) {
+      tell_state();
+      end(End::arrived, "mode.to_force is reached at the first amplitude already");
+    }
+    if (!ended_ && (!straight_ || go_straight())) follow();
     summary_.counts.newton = counts_.newton, summary_.counts.linear = counts_.linear;
     summary_.counts.inexact = counts_.inexact;
     summary_.parameter = std::pow(10, here_.parameter);
@@ -39,9 +48,17 @@ public:
   }
 
 private:
-  bool begin();
+  void begin();
+  void begin_steps();
   bool go_straight();
   void follow();
+  bool goes_on();
+  void restore(const BranchState &state);
+  BranchState state();
+  void tell_state() { // results of a run before stay until there is a point
+    if (observer_.state && summary_.counts.points > 0) observer_.state(state());
+  }
+  void archive(Archive &archive);
   void set_stuck(double amplitude);
   bool solve_at(double amplitude, CurvePoint &s);
   void report(const CurvePoint &s, double arclength, bool located);
@@ -91,6 +108,8 @@ private:
   Curve own_;
   double arclength_ = 0, load_ = 0; // at here_
   double least_ = 0;                // log10 of the amplitude it begins at
+  bool straight_ = false;           // here_ lies where the mode is a straight line
+  double at_force_ = INFINITY;      // amplitude there with the force to be reached
   double farthest_ = -HUGE_VAL;     // log10 of the largest amplitude of a point so far
   bool ended_ = false;
 };
@@ -121,7 +140,7 @@ bool Backbone::solve_at(double amplitude, CurvePoint &s) {
   return true;
 }
 
-bool Backbone::begin() {
+void Backbone::begin() {
   const double first = std::min(
       settings_.from, settings_.onset < INFINITY ? (settings_.straight ? begin_below : begin_slipping) * settings_.onset
                                                  : settings_.from);
@@ -129,49 +148,56 @@ bool Backbone::begin() {
   set_stuck(first);
   here_.parameter = least_;
   curve_->norm.see(here_.y);
-  if (!solve_at(first, here_)) return end(End::no_start, "no mode was found at a small amplitude: " + here_.newton.why);
+  if (!solve_at(first, here_)) {
+    end(End::no_start, "no mode was found at a small amplitude: " + here_.newton.why);
+    return;
+  }
   mode_.refer_to(here_.y);
   keep(load_at(here_.y));
   if (first >= settings_.from || enough(load_)) report(here_, 0, false);
-  if (enough(load_)) return end(End::arrived, "mode.to_force is reached at the first amplitude already");
-  if (settings_.straight && !go_straight()) return false;
+  if (settings_.to_force > 0 && load_ > 0) at_force_ = std::pow(10, here_.parameter) * settings_.to_force / load_;
+  straight_ = settings_.straight;
+  if (!straight_) begin_steps();
+}
+
+void Backbone::begin_steps() {
+  straight_ = false;
   measure_anew();
   control_.set(settings_.step / plain_length(here_.t));
   limit_step();
-  return true;
 }
 
 // Below the onset nothing but the amplitude changes, and the load in proportion to it.
 bool Backbone::go_straight() {
   const double last = std::min(settings_.onset * (1 - short_of), settings_.to);
-  const double reached =
-      settings_.to_force > 0 && load_ > 0 ? std::pow(10, here_.parameter) * settings_.to_force / load_ : INFINITY;
-  std::vector<double> stops{reached, last};
+  std::vector<double> stops{at_force_, last};
   if (here_.parameter < std::log10(settings_.from)) stops.push_back(settings_.from);
   stops.insert(stops.end(), settings_.at.begin(), settings_.at.end());
   std::sort(stops.begin(), stops.end());
   for (const double stop : stops) {
-    if (stop > last || (stop != reached && std::log10(stop) <= here_.parameter)) continue;
+    if (stop > last || (stop != at_force_ && std::log10(stop) <= here_.parameter)) continue;
+    if (!goes_on()) return false;
     if (!solve_at(stop, here_)) return end(End::stalled, here_.newton.why);
-    if (stop >= settings_.from || stop == reached) report(here_, 0, false);
-    if (stop == reached) return end(End::arrived);
+    if (stop >= settings_.from || stop == at_force_) report(here_, 0, false);
+    if (stop == at_force_) return end(End::arrived);
     keep(load_at(here_.y));
-    if (summary_.counts.points >= settings_.max_points)
-      return end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
   }
-  return last < settings_.to || end(End::arrived);
+  if (last >= settings_.to) return end(End::arrived);
+  begin_steps();
+  return true;
+}
+
+// Between two steps: where does it stand, and may it go on.
+bool Backbone::goes_on() {
+  farthest_ = std::max(farthest_, here_.parameter);
+  tell_state();
+  if (summary_.counts.points >= settings_.max_points)
+    return end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
+  return !interrupted() || end(End::interrupted, "interrupted");
 }
 
 void Backbone::follow() {
-  while (!ended_) {
-    farthest_ = std::max(farthest_, here_.parameter);
-    if (summary_.counts.points >= settings_.max_points)
-      end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
-    else if (interrupted())
-      end(End::interrupted, "interrupted");
-    else
-      advance();
-  }
+  while (!ended_ && goes_on()) advance();
 }
 
 void Backbone::report_fold(Vec normal, double step, double plain) {
@@ -283,11 +309,83 @@ void Backbone::report(const CurvePoint &s, double arclength, bool located) {
   observer_.point({mode_, state, balance_of(mode_, state), arclength, s.newton, progress, located});
 }
 
+BranchState Backbone::state() {
+  const Layout &layout = mode_.system().layout();
+  BranchState state;
+  state.harmonics = mode_.system().harmonics(), state.samples = mode_.system().samples();
+  state.y = numbers_of(layout, here_.y), state.tangent = numbers_of(layout, here_.t);
+  state.counts = summary_.counts;
+  state.counts.newton = counts_.newton, state.counts.linear = counts_.linear, state.counts.inexact = counts_.inexact;
+  Archive saved;
+  archive(saved);
+  state.fields = saved.fields();
+  return state;
+}
+
+void Backbone::restore(const BranchState &state) {
+  const Layout &layout = mode_.system().layout();
+  set_numbers(layout, state.y, here_.y);
+  set_numbers(layout, state.tangent, here_.t);
+  here_.parameter = parameter_of(here_.y);
+  summary_.counts = state.counts;
+  static_cast<SolveCounts &>(counts_) = state.counts;
+  Archive saved(state.fields);
+  archive(saved);
+}
+
+// Cosine and sine of the own dofs, in the places of the first harmonic in y.
+void archive_shape(Archive &archive, const Layout &layout, Vec y, std::vector<double> &shape) {
+  const auto exchange = [&](bool into) {
+    double *own;
+    check(VecGetArray(y, &own), doing);
+    for (std::size_t i = 0; i < shape.size(); ++i) {
+      double &place = own[i / 2 * layout.width + (i % 2 ? sine(1) : cosine(1))];
+      (into ? place : shape[i]) = into ? shape[i] : place;
+    }
+    check(VecRestoreArray(y, &own), doing);
+  };
+  if (!archive.restores()) exchange(true);
+  archive_vector(archive, "reference", layout, y);
+  if (archive.restores()) exchange(false);
+}
+
+// Saved and restored by the same list.
+void Backbone::archive(Archive &archive) {
+  const Layout &layout = mode_.system().layout();
+  archive.field("straight", straight_);
+  archive.field("at_force", at_force_);
+  archive.field("arclength", arclength_);
+  archive.field("load", load_);
+  archive.field("least", least_);
+  archive.field("farthest_parameter", farthest_);
+  archive.part("stepper", [&] { archive_steps(archive); });
+
+  std::vector<double> reference = mode_.reference();
+  archive_shape(archive, layout, mode_.unknowns(), reference);
+  if (archive.restores()) mode_.refer_to(std::move(reference));
+
+  double largest = curve_->norm.largest_motion();
+  archive.field("largest_motion", largest);
+  if (archive.restores()) { // the metric sees a vector that is so long
+    const UniqueVec seen = mode_.unknowns();
+    if (layout.rank == 0) check(VecSetValue(seen, 0, largest, INSERT_VALUES), doing);
+    check(VecAssemblyBegin(seen), doing);
+    check(VecAssemblyEnd(seen), doing);
+    curve_->norm.see(seen);
+  }
+  archive_point(archive, "before", layout, *curve_, before_);
+  archive_ahead(archive, layout, *curve_, ahead_, [](CurvePoint &) {});
+  double memory = curve_->memory();
+  archive.field("solver_memory", memory);
+  if (archive.restores()) curve_->recall(memory);
+  if (observer_.archive) observer_.archive(archive);
+}
+
 } // namespace
 
 BranchSummary follow_backbone(HarmonicSystem &system, const NewtonSettings &newton, const BackboneSettings &settings,
-                              const BackboneObserver &observer) {
-  return Backbone(system, newton, settings, observer).run();
+                              const BackboneObserver &observer, const BranchState *state) {
+  return Backbone(system, newton, settings, observer).run(state);
 }
 
 } // namespace dovetail

@@ -7,6 +7,7 @@
 
 #include "analyses/branch.hpp"
 #include "problems/mode_balance.hpp"
+#include "support/archive.hpp"
 
 namespace dovetail {
 
@@ -39,11 +40,14 @@ struct BackboneObserver {
   std::function<void(const BackbonePoint &)> point;
   std::function<void(const BranchEvent &)> event; ///< its parameter: the modal amplitude
   std::function<bool()> interrupted = {};         ///< asked after each step, agreed on by all ranks. Optional.
+  std::function<void(BranchState)> state = {};    ///< before each step: enough to go on from. Optional.
+  std::function<void(Archive &)> archive = {};    ///< what the observer itself has in that state. Optional.
 };
 
 /// Ends are `arrived`, also with the force reached, `max_points`, `interrupted`,
-/// `stalled` and `no_start`; the summary's parameters are modal amplitudes. Collective.
+/// `stalled` and `no_start`; the summary's parameters are modal amplitudes. Goes on from `state` of an interrupted run
+/// with the same settings, unless null. Collective.
 BranchSummary follow_backbone(HarmonicSystem &system, const NewtonSettings &newton, const BackboneSettings &settings,
-                              const BackboneObserver &observer);
+                              const BackboneObserver &observer, const BranchState *state = nullptr);
 
 } // namespace dovetail

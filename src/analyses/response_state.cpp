@@ -2,31 +2,11 @@
 #include <utility>
 
 #include "analyses/response_stepper.hpp"
+#include "analyses/saved_points.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
 namespace {
-
-// Coefficients of all dofs, then the last unknown.
-std::vector<double> numbers_of(const HarmonicSystem &system, Vec y) {
-  std::vector<double> numbers = all_coefficients(system.layout(), y);
-  numbers.push_back(system.parameter_in(y));
-  return numbers;
-}
-
-void set_numbers(const HarmonicSystem &system, std::vector<double> numbers, Vec y) {
-  const double last = numbers.back();
-  numbers.pop_back();
-  set_coefficients(system.layout(), numbers, y);
-  set_parameter(y, last);
-}
-
-void archive_vector(Archive &archive, const HarmonicSystem &system, const char *name, Vec y) {
-  std::vector<double> numbers;
-  if (!archive.restores()) numbers = numbers_of(system, y);
-  archive.field(name, numbers);
-  if (archive.restores()) set_numbers(system, std::move(numbers), y);
-}
 
 // One number of each dof, on every rank.
 std::vector<double> of_all_dofs(const HarmonicSystem &system, const std::vector<double> &of_own) {
@@ -40,13 +20,6 @@ std::vector<double> of_all_dofs(const HarmonicSystem &system, const std::vector<
   std::vector<double> out;
   for (std::size_t i = 0; i < all.size(); i += layout.width) out.push_back(all[i]);
   return out;
-}
-
-void archive_point(Archive &archive, const HarmonicSystem &system, CurvePoint &point) {
-  archive.field("sign", point.sign);
-  archive_vector(archive, system, "y", point.y);
-  archive_vector(archive, system, "t", point.t);
-  point.parameter = system.parameter_in(point.y);
 }
 
 } // namespace
@@ -69,29 +42,9 @@ void ResponseStepper::archive(Archive &archive) {
 
 // Points that are gone back to or guessed by, without what belongs to the solve; and those that are to be given.
 void ResponseStepper::archive_points(Archive &archive) {
-  const HarmonicSystem &system = response.system();
-  const std::pair<const char *, std::optional<CurvePoint> *> points[] = {{"before", &before_},
-                                                                         {"farthest", &farthest.point}};
-  for (const auto &[name, point] : points)
-    archive.part(name, [&, place = point] {
-      bool known = place->has_value();
-      archive.field("known", known);
-      if (!known) return;
-      if (archive.restores()) *place = curve_->point();
-      archive_point(archive, system, **place);
-    });
-  int count = static_cast<int>(ahead_.size());
-  archive.field("ahead", count);
-  for (int i = 0; i < count; ++i)
-    archive.part(("ahead_" + std::to_string(i)).c_str(), [&] {
-      if (archive.restores()) ahead_.push_back(curve_->point());
-      CurvePoint &point = ahead_[i];
-      archive_point(archive, system, point);
-      archive.field("newton", point.newton.newton);
-      archive.field("linear", point.newton.linear);
-      archive.field("residual", point.newton.residual);
-      if (archive.restores()) describe(point);
-    });
+  archive_point(archive, "before", response.layout(), *curve_, before_);
+  archive_point(archive, "farthest", response.layout(), *curve_, farthest.point);
+  archive_ahead(archive, response.layout(), *curve_, ahead_, [&](CurvePoint &point) { describe(point); });
 }
 
 // What belongs to a solve.
@@ -104,7 +57,7 @@ void ResponseStepper::describe(CurvePoint &point) {
 void ResponseStepper::save(BranchState &state, Archive &saved) {
   const HarmonicSystem &system = response.system();
   state.harmonics = system.harmonics(), state.samples = system.samples();
-  state.y = numbers_of(system, here_.y), state.tangent = numbers_of(system, here_.t);
+  state.y = numbers_of(system.layout(), here_.y), state.tangent = numbers_of(system.layout(), here_.t);
   state.y.back() = here_.parameter;
   state.largest = of_all_dofs(system, response.metric().largest_of_dofs());
   archive(saved);
@@ -118,8 +71,8 @@ void ResponseStepper::restore(const BranchState &state, Archive &saved) {
   if (state.harmonics != given.harmonics() || state.samples != given.samples())
     adopt(std::make_unique<HarmonicSystem>(given, state.harmonics, state.samples));
   HarmonicSystem &system = response.system();
-  set_numbers(system, state.y, here_.y);
-  set_numbers(system, state.tangent, here_.t);
+  set_numbers(system.layout(), state.y, here_.y);
+  set_numbers(system.layout(), state.tangent, here_.t);
   here_.parameter = state.y.back();
   std::vector<double> largest;
   for (PetscInt d = 0; d < system.layout().own_dofs(); ++d)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "app/hosts.hpp"
 #include "case/undamped.hpp"
 #include "contact/law_traits.hpp"
 #include "harmonic/resonances.hpp"
@@ -59,12 +60,8 @@ void harmonics(const Case &study, const std::vector<ContactPoint> &contact, std:
 }
 
 void ranks(int ranks, const std::vector<ContactPoint> &contact, std::vector<Warning> &out) {
-  const int points = static_cast<int>(contact.size());
-  if (points == 0 || ranks <= points) return;
-  out.push_back({"idle_ranks", std::to_string(ranks) + " ranks for " + std::to_string(points) +
-                                   (points > 1 ? " contact points" : " contact point") +
-                                   ": along the curve some of them have nothing to do; take " + std::to_string(points) +
-                                   " at most, but for a large reduction"});
+  const std::string idle = idle_ranks(ranks, static_cast<int>(contact.size()));
+  if (!idle.empty()) out.push_back({"idle_ranks", idle});
 }
 
 // Own stiffness of the structure against motions of its contact dofs, all others held: (3 N_x), on every rank.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "analyses/saved_points.hpp"
 #include "app/reduce.hpp"
 #include "case/number_text.hpp"
 #include "case/restart.hpp"
@@ -42,7 +43,7 @@ fs::path state_beside(const fs::path &results) { // results.old.2.h5: state.old.
   return results.parent_path() / ("state" + results.filename().string().substr(std::string("results").size()));
 }
 
-// Of runs that keep no state, nonlinear modes and tracks of peaks: how they ended stands in the results.
+// Of runs that keep no state, tracks of peaks: how they ended stands in the results.
 bool says_it_ended(const Case &study) {
   try {
     return !h5::Reader(results_of(study)).text_attribute("end").empty();
@@ -66,6 +67,13 @@ fs::path place_aside(const Case &study) {
   }
 }
 
+// Unless the residual where the run stood is small, by what is in it.
+void refuse_other_model(const Case &study, double residual, double force) {
+  if (residual <= std::max(100 * study.residual_tolerance, 1e-6 * force)) return;
+  throw InputError(study.file.string() + ": the model, or its reduction, is not what it was when this run began: the " +
+                   "residual where it stood is " + number_text(residual) + " instead of about 0" + anew);
+}
+
 } // namespace
 
 SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points, PetscInt dofs) {
@@ -82,16 +90,22 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
                      "\"); put back the one that does, or begin " + "anew without --restart");
   const auto shape = file.extent("/points/coefficients");
   if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(dofs) ||
-      run.branch.y.size() != static_cast<std::size_t>(dofs) * coefficient_count(run.branch.harmonics) + 1)
+      run.branch.y.size() != static_cast<std::size_t>(dofs) * coefficient_count(run.branch.harmonics) +
+                                 (study.mode ? NonlinearMode::extra : 1))
     throw InputError(file.place("/points/coefficients") + ": the model had another size when this run began" + anew);
   if (!holds(file, "/points/omega", run.branch.counts.points) || !holds(file, "/events/omega", run.events))
     throw InputError(results.string() + ": holds fewer points than " + path.string() + " knows of" + anew);
   const CurveRange range = study.range();
-  const double here = run.branch.y.back() * run.scales.of(*range.parameter);
-  if ((range.to - here) * (range.to - range.from) <= 0)
+  const double here = place_of(study, run), way = study.mode ? 1 : range.to - range.from;
+  if ((range.to - here) * way <= 0)
     throw InputError(study.given.at(range.key) + ": " + range.key + " ends at " + range.text(range.to) +
                      ", but the run stands at " + range.text(here) + " already" + anew);
   return run;
+}
+
+double place_of(const Case &study, const SavedRun &run) {
+  const double last = run.branch.y.back();
+  return study.mode ? std::pow(10, last) * run.scales.modal : last * run.scales.of(*study.range().parameter);
 }
 
 bool nothing_left(const Case &study, const SavedRun &run) {
@@ -119,9 +133,23 @@ void check_place(HarmonicSystem &system, const Case &study, const BranchState &s
     return size;
   };
   const double residual = size_at(1), force = size_at(0);
-  if (residual <= std::max(100 * study.residual_tolerance, 1e-6 * force)) return;
-  throw InputError(study.file.string() + ": the model, or its reduction, is not what it was when this run began: the " +
-                   "residual where it stood is " + number_text(residual) + " instead of about 0" + anew);
+  refuse_other_model(study, residual, force);
+}
+
+void check_place(NonlinearMode &mode, const Case &study, const BranchState &state) {
+  UniqueVec y = mode.unknowns(), f = mode.unknowns();
+  const std::size_t omega = state.y.size() - NonlinearMode::extra;
+  const auto size_at = [&](double factor) {
+    std::vector<double> numbers = state.y;
+    numbers[omega] *= factor;
+    set_numbers(mode.system().layout(), std::move(numbers), y);
+    mode.residual(y, f);
+    PetscReal size;
+    check(VecNorm(f, NORM_2, &size), "checking the state");
+    return size;
+  };
+  const double residual = size_at(1), stiffness = size_at(0);
+  refuse_other_model(study, residual, stiffness);
 }
 
 void look_around(const Case &study, const Voice &voice) {

@@ -92,7 +92,7 @@ void say_mode(const Case &study, const StuckMode &mode, int sectors, const Voice
 } // namespace
 
 Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMode &mode, ResultsFile &results,
-                     SavedRun begin, Stages &stages, StatusFile &status, const Voice &voice) {
+                     const SavedRun *earlier, SavedRun begin, Stages &stages, StatusFile &status, const Voice &voice) {
   const MPI_Comm comm = preloaded.reduced.comm;
   BranchStory story;
   story.warnings = warnings_of(study, mode);
@@ -100,7 +100,7 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
   for (const Warning &warning : story.warnings) voice.say("warning: " + warning.text);
   results.describe(mode);
 
-  const Scales scales = scales_of(study, mode);
+  const Scales scales = earlier ? earlier->scales : scales_of(study, mode);
   const auto system = stages.run("4 scaling", [&] {
     return std::make_unique<HarmonicSystem>(
         scaled(std::move(preloaded), study, scales), study.harmonics, study.samples, study.loads,
@@ -111,7 +111,12 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
   Watching watching(study, *system);
   story.range = study.range(), story.scale = scales.modal;
   story.told = {watching.units(), study.watch.name, system->layout().modes};
-  Progress progress(voice.speaks(), story.told, watching.shown(), story.range, 0, status);
+  if (earlier) {
+    NonlinearMode there(*system);
+    check_place(there, study, earlier->branch);
+  }
+  int signal = 0, points = earlier ? earlier->branch.counts.points : 0, unknown = -1;
+  Progress progress(voice.speaks(), story.told, watching.shown(), story.range, points, status);
   progress.heading();
 
   std::vector<double> named{story.range.from, story.range.to}; // come out as the user wrote them, to the last bit
@@ -123,7 +128,6 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
   };
   ModeStory &told = story.mode.emplace();
   told.number = mode.number, told.omega = mode.omega, told.onset = mode.onset;
-  int signal = 0, points = 0, unknown = -1;
   double clock = MPI_Wtime(), omega = mode.omega, amplitude = 0; // of what is watched, at the last point
   BackboneObserver observer;
   observer.point = [&](const BackbonePoint &point) {
@@ -150,10 +154,22 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
     progress.event(event, record);
   };
   observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };
-  StateKeeper keeper(comm, state_of(study), std::move(begin)); // for the time that the branch takes
+  begin.scales = scales;
+  StateKeeper keeper(comm, state_of(study), std::move(begin));
+  observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };
+  observer.archive = [&](Archive &archive) {
+    archive.field("omega_last", omega);
+    archive.field("amplitude_last", amplitude);
+    archive.field("unknown_last", unknown);
+    archive.field("force_level", told.force_level);
+    archive.field("energy_error", told.energy_error);
+    archive.field("ratio_most", told.ratio_most);
+    archive.field("amplitude_most", told.amplitude_most);
+    if (archive.restores()) told.omega_last = omega;
+  };
   story.summary = stages.run("5 branch", [&] {
     return follow_backbone(*system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings,
-                           observer);
+                           observer, earlier ? &earlier->branch : nullptr);
   });
   story.omega = omega;
   story.events = results.events();

@@ -5,8 +5,8 @@
 
 namespace dovetail {
 
-/// As follow(); such a run is not continued, so no state is kept of it. Collective.
+/// As follow(). Collective.
 Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMode &mode, ResultsFile &results,
-                     SavedRun begin, Stages &stages, StatusFile &status, const Voice &voice);
+                     const SavedRun *earlier, SavedRun begin, Stages &stages, StatusFile &status, const Voice &voice);
 
 } // namespace dovetail

@@ -37,8 +37,8 @@ double sector_matrices(double dofs, double contact_dofs, const TravellingWave &w
   return reduced * (wave.sectors / 2) + of_index * static_cast<double>(indices.size()) + 64 * dofs * dofs;
 }
 
-// K_xx and its factors once more, where the preload is solved anew along a path.
-double preload_matrices(double contact_dofs) { return 16 * contact_dofs * contact_dofs; }
+// K_xx once more, and factors of two stiffnesses of the joint, where the preload is solved anew along a path.
+double preload_matrices(double contact_dofs) { return 24 * contact_dofs * contact_dofs; }
 
 // K and M of the assembled form by pair of dofs: as a list, and of a sector by every index and spread over harmonics.
 double matrix_bytes(double harmonics, int sectors) {

@@ -11,6 +11,7 @@
 #include "app/follow.hpp"
 #include "app/follow_mode.hpp"
 #include "app/forecast.hpp"
+#include "app/hosts.hpp"
 #include "app/own_files.hpp"
 #include "app/tell_resonances.hpp"
 #include "app/tell_sectors.hpp"
@@ -91,12 +92,15 @@ Checked check_input(MPI_Comm comm, const Request &request) {
       throw InputError(study.given.at("path.peak") +
                        ": path.peak: --restart: peaks over a parameter are not continued; "
                        "begin anew, from the value reached");
-    if (request.restart && study.mode)
-      throw InputError(study.file.string() + ": [mode]: a mode is not continued with --restart; begin anew without it, "
-                                             "from a larger mode.amplitude");
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;
+}
+
+int ranks_of(MPI_Comm comm) {
+  int ranks;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
 }
 
 // The folder is this run's from here on, or another's, which is told. On rank 0; nothing on the others.
@@ -108,6 +112,7 @@ std::unique_ptr<FolderLock> take_folder(MPI_Comm comm, const Case &study, const 
     lock = std::make_unique<FolderLock>(study.directory, another_folder);
     voice.say(lock->note());
   });
+  if (ranks_of(comm) > 1) refuse_unshared(comm, study.directory, lock ? lock->published() : "");
   return lock;
 }
 
@@ -128,8 +133,8 @@ std::vector<std::string> notes_on_damping(const Checked &checked) {
 
 std::string in_words(const SavedRun &earlier, const Case &study) {
   const CurveRange range = study.range();
-  return "restart: goes on at " + range.text(earlier.branch.y.back() * earlier.scales.of(*range.parameter)) +
-         " after " + std::to_string(earlier.branch.counts.points) + " points";
+  return "restart: goes on at " + range.text(place_of(study, earlier)) + " after " +
+         std::to_string(earlier.branch.counts.points) + " points";
 }
 
 // The state the vibration starts from (eq 7), told if it took more than plain Newton.
@@ -186,9 +191,7 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
 // `dovetail check`: what a dry run refuses, and what is doubtful. As there a reduced model is used if it is at hand.
 void check_case(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   const Case &study = checked.study;
-  int ranks;
-  MPI_Comm_size(comm, &ranks);
-  std::vector<Warning> found = doubts_of_case(study, checked.contact, ranks);
+  std::vector<Warning> found = doubts_of_case(study, checked.contact, ranks_of(comm));
   const auto add = [&](const std::vector<Warning> &more) { // what is told already is not told again by other means
     const std::vector<Warning> before = found;
     for (const Warning &one : more)
@@ -319,10 +322,11 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, Sta
                         });
     if (!by_diameter.empty()) results.describe(by_diameter);
     Followed followed =
-        mode ? follow_mode(study, std::move(preloaded), *mode, results, std::move(begin), stages, status, voice)
-             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, status, voice);
+        mode
+            ? follow_mode(study, std::move(preloaded), *mode, results, earlier, std::move(begin), stages, status, voice)
+            : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, status, voice);
     const BranchSummary::End end = followed.story.summary.end;
-    if (mode || study.follows_peaks()) results.say_end(end == BranchSummary::End::interrupted ? "" : name_of(end));
+    if (study.follows_peaks()) results.say_end(end == BranchSummary::End::interrupted ? "" : name_of(end));
     followed.kept = results.finish();
     return followed;
   };
@@ -370,6 +374,10 @@ void run_case(MPI_Comm comm, const Request &request) {
   voice.say("dovetail " + std::string(version) + "  " + study.file.string() +
             (study.title.empty() ? "" : ": " + study.title));
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
+  voice.say(note_on_cores(comm));
+  const std::string idle =
+      request.reduce_only ? "" : idle_ranks(ranks_of(comm), static_cast<int>(checked.contact.size()));
+  if (!idle.empty()) voice.say("note: " + idle);
   if (checked.earlier) voice.say(in_words(*checked.earlier, study));
   for (const std::string &note : notes_on_damping(checked)) voice.say(note);
   StatusFile status(voice.speaks() ? study.directory : std::filesystem::path());

@@ -17,17 +17,9 @@ namespace {
 const std::set<std::string> limits = {"continuation.max_points", "continuation.stop_after_peaks",
                                       "continuation.stop_at_amplitude", "newton.max_iterations"};
 // Neither what is computed nor how far; the model is compared by what it does (check_state).
-const std::set<std::string> no_matter = {"title",
-                                         "model",
-                                         "reduced",
-                                         "reduction.check_modes",
-                                         "reduction.memory",
-                                         "continuation.unit",
-                                         "continuation.at",
-                                         "path.at",
-                                         "continuation.start",
-                                         "output.directory",
-                                         "output.motion"};
+const std::set<std::string> no_matter = {
+    "title",           "model",   "reduced", "reduction.check_modes", "reduction.memory", "continuation.unit",
+    "continuation.at", "path.at", "mode.at", "continuation.start",    "output.directory", "output.motion"};
 
 std::uint64_t number_of(double value) {
   std::uint64_t bits;

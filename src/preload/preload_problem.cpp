@@ -97,6 +97,7 @@ bool PreloadProblem::lower_friction(std::vector<double> &x, double load) { // x:
 }
 
 bool PreloadProblem::find(std::vector<double> &x, double load, std::string &note) {
+  tangent_.forget();
   if (solve(x, load, false)) return true;
   std::vector<double> stuck = x, trial;
   if (!solve(stuck, load, true)) return false;

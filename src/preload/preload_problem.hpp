@@ -16,8 +16,10 @@ public:
 
   /// From x by plain Newton; else from the joint held closed and stuck: at once, loaded in steps, with friction
   /// lowered in steps. False where nothing helps, and then x is what it was. `note` receives a line in words when
-  /// more than plain Newton was needed.
+  /// more than plain Newton was needed. The same bits whatever was found before.
   bool find(std::vector<double> &x, double load, std::string &note);
+  /// Each find() after this begins with factors of the stiffness at x, of the contact as it is now.
+  void keep_factors(const std::vector<double> &x) { tangent_.keep(at(x, 0, false).slopes); }
   /// -(K_xx + dg/dx)^-1 change, at x. Not numbers where that has no inverse.
   std::vector<double> follow(const std::vector<double> &x, const std::vector<double> &change);
   int factorisations() const { return tangent_.factorisations(); } ///< of K_xx + dg/dx, so far

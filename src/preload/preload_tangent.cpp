@@ -16,6 +16,7 @@ constexpr const char *doing = "solving for the preload";
 constexpr double accuracy = 1e-12;            // of a solve, relative: Newton's steps are those of an exact one
 constexpr PetscInt refinements = 3;           // iterations with factors of the stiffness at hand
 constexpr PetscInt dofs_of_an_iteration = 50; // factors of n dofs cost as much as n / 50 iterations: measured
+constexpr PetscInt times_worth = 2;           // of iterations with factors that are kept, which serve many solves
 constexpr std::size_t most_in_a_row = 16;     // ranks: so a pivot is found without a message for every column
 
 std::vector<std::vector<int>> contact_rows(const ReducedModel &model) {
@@ -38,7 +39,8 @@ BlockCyclic contact_grid(const ReducedModel &model) {
   return {model.comm, static_cast<int>(model.contact_dofs()), std::move(rows), in_a_row};
 }
 
-PreloadTangent::PreloadTangent(const ReducedModel &model) : model_(model), grid_(contact_grid(model)), factors_(grid_) {
+PreloadTangent::PreloadTangent(const ReducedModel &model)
+    : model_(model), grid_(contact_grid(model)), kept_(grid_), at_hand_(grid_) {
   int first = 0;
   for (const auto &rows : contact_rows(model)) {
     counts_.push_back(static_cast<int>(rows.size())), starts_.push_back(first);
@@ -84,19 +86,28 @@ void PreloadTangent::multiply(Vec x, Vec y) {
 
 void PreloadTangent::precondition(Vec r, Vec x) {
   std::vector<double> all = from_all(ReadValues(r));
-  factors_.solve(all.data());
+  (at_hand_.good() ? at_hand_ : kept_).solve(all.data());
   std::copy_n(all.begin() + 3 * model_.own_points.begin, model_.own_contact_dofs(), static_cast<double *>(Values(x)));
 }
 
-bool PreloadTangent::factor() {
+bool PreloadTangent::factor(SpreadFactors &factors) {
   const std::size_t n = model_.contact_dofs();
   std::vector<double> line(n);
   ++factorisations_;
-  return factored_ = factors_.factor([&](std::size_t i) {
+  return factors.factor([&](std::size_t i) {
     std::copy_n(&model_.kxx[i * n], n, line.begin());
     for (int j = 0; j < 3; ++j) line[3 * (model_.own_points.begin + i / 3) + j] += slopes_[i / 3][i % 3][j];
     return line.data();
   });
+}
+
+// Iterations that cost as much as factors.
+PetscInt PreloadTangent::worth() const { return model_.contact_dofs() / dofs_of_an_iteration; }
+
+void PreloadTangent::keep(const std::vector<Slope> &slopes) {
+  if (worth() == 0) return;
+  slopes_ = slopes;
+  factor(kept_);
 }
 
 KSPConvergedReason PreloadTangent::iterate(PetscInt most) {
@@ -113,10 +124,10 @@ KSPConvergedReason PreloadTangent::iterate(PetscInt most) {
 bool PreloadTangent::solve(const std::vector<Slope> &slopes, const std::vector<double> &b, std::vector<double> &x) {
   slopes_ = slopes;
   std::copy(b.begin(), b.end(), static_cast<double *>(Values(right_)));
-  const PetscInt worth = model_.contact_dofs() / dofs_of_an_iteration;
-  const bool near = factored_ && worth > 0 && iterate(worth) > 0;
+  const PetscInt most = at_hand_.good() ? worth() : kept_.good() ? times_worth * worth() : 0;
+  const bool near = most > 0 && iterate(most) > 0;
   // As well as it goes: Newton's method judges what comes of it.
-  if (!near && (!factor() || iterate(refinements) == KSP_DIVERGED_NANORINF)) return false;
+  if (!near && (!factor(at_hand_) || iterate(refinements) == KSP_DIVERGED_NANORINF)) return false;
   const ReadValues found(answer_);
   x.assign(static_cast<const double *>(found), found + b.size());
   return true;

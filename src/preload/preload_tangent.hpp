@@ -14,8 +14,8 @@ namespace dovetail {
 /// For matrices of all contact dofs, by the rows of the own ones.
 BlockCyclic contact_grid(const ReducedModel &model);
 
-/// Factors of an earlier stiffness make GMRES quick while few points have changed their state since; where they do not,
-/// the stiffness at hand is factored. Vectors are of the own contact dofs. All that is called here is collective.
+/// Factors of another stiffness make GMRES quick while few points are in another state; where they do not, the
+/// stiffness at hand is factored. Vectors are of the own contact dofs. All that is called here is collective.
 class PreloadTangent {
 public:
   using Slope = std::array<std::array<double, 3>, 3>; ///< d force / d x of a point [N/m]
@@ -23,6 +23,11 @@ public:
   explicit PreloadTangent(const ReducedModel &model); ///< which must outlive it
 
   std::vector<double> structure_times(const double *x) const; ///< K_xx x
+  /// Factors of this stiffness serve for good, where they are worth it.
+  void keep(const std::vector<Slope> &slopes);
+  /// Factors of the stiffnesses at hand do not serve any more: what is solved after this does not depend on what was
+  /// before.
+  void forget() { at_hand_.drop(); }
   /// x = (K_xx + slopes)^-1 b. False, and x without meaning, where that is singular.
   bool solve(const std::vector<Slope> &slopes, const std::vector<double> &b, std::vector<double> &x);
   int factorisations() const { return factorisations_; } ///< so far
@@ -32,15 +37,15 @@ public:
 private:
   void multiply(Vec x, Vec y);
   void precondition(Vec r, Vec x);
-  bool factor();
+  bool factor(SpreadFactors &factors);
+  PetscInt worth() const;
   KSPConvergedReason iterate(PetscInt most);
   std::vector<double> from_all(const double *own) const;
 
   const ReducedModel &model_;
   std::vector<int> counts_, starts_; // of the contact dofs of each rank
   const BlockCyclic grid_;
-  SpreadFactors factors_;
-  bool factored_ = false;
+  SpreadFactors kept_, at_hand_;
   int factorisations_ = 0;
   std::vector<Slope> slopes_;
   UniqueMat stiffness_;

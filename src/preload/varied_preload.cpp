@@ -39,6 +39,12 @@ VariedPreload::VariedPreload(const PreloadedModel &nominal, const std::vector<bo
       varied_(nominal_.size(), true), contact_(nominal_), standstill_(origin_), constant_(model_.r.size(), 0.0),
       problem_(model_, contact_), x_(model_.r.size()) {
   for (std::size_t p = 0; p < varied_.size() && !varied.empty(); ++p) varied_[p] = varied[model_.own_points.begin + p];
+  begin();
+  problem_.keep_factors(x_);
+}
+
+void VariedPreload::begin() {
+  for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = origin_[i / 3].x[i % 3];
 }
 
 std::vector<EquivalentMotion> VariedPreload::equivalent(const Setting &setting, const Setting &slope) const {
@@ -53,7 +59,7 @@ bool VariedPreload::solve(const Setting &setting) {
   for (std::size_t p = 0; p < nominal_.size(); ++p)
     if (varied_[p]) contact_[p] = changed(nominal_[p], setting.contact);
   // Always the same start: what is found does not depend on where the curve came from.
-  for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = origin_[i / 3].x[i % 3];
+  begin();
   std::string note;
   solved_.reset();
   if (!problem_.find(x_, setting.preload, note)) return false;

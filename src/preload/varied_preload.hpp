@@ -29,6 +29,7 @@ public:
   std::vector<Memory> memory_slope(const Setting &setting, const Setting &slope);
 
 private:
+  void begin();        // at the nominal state
   ReducedModel model_; // K_xx and R
   const std::vector<ContactPoint> nominal_;
   const std::vector<Standstill> origin_;

@@ -1,6 +1,9 @@
 #pragma once
 // Damped nonlinear modes as a problem to be continued (docs/theory/nonlinear-modes.md): periodic free motions that the
 // artificial term -2 zeta Om M q' feeds with what is dissipated, over their amplitude.
+#include <utility>
+#include <vector>
+
 #include "continuation/problem.hpp"
 #include "harmonic/harmonic_system.hpp"
 
@@ -29,6 +32,8 @@ public:
   /// From here on the phase is such that the sine of Psi_1 is orthogonal, with the mass, to its cosine at y; of a
   /// cyclic sector, such that the product with Psi_1 at y, with the mass, is real. Collective.
   void refer_to(Vec y);
+  /// The same, of a reference that was had before.
+  void refer_to(std::vector<double> reference) { reference_ = std::move(reference); }
   /// Cosine of the angle, with the mass, between Psi_1 at y, of which without sectors the cosine is taken, and the one
   /// referred to. Collective.
   double along_reference(Vec y);

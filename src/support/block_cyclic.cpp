@@ -167,12 +167,12 @@ std::array<int, 9> BlockCyclic::columns_descriptor(int count) const { // all of 
 bool SpreadFactors::factor(const BlockCyclic::Row &row) {
   const int n = grid_.order();
   int info = 0;
-  lu_ = {};
+  drop();
   lu_ = grid_.take(BlockCyclic::Part::whole, row);
   pivots_.resize(n + block);
   pdgetrf_(&n, &n, lu_.data(), &one, &one, grid_.descriptor(), pivots_.data(), &info);
   MPI_Allreduce(MPI_IN_PLACE, &info, 1, MPI_INT, MPI_MAX, grid_.comm());
-  return info == 0;
+  return good_ = info == 0;
 }
 
 void SpreadFactors::solve(double *b, int columns) const {

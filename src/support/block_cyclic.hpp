@@ -61,6 +61,8 @@ public:
   explicit SpreadFactors(const BlockCyclic &grid) : grid_(grid) {}
   /// False where it is singular. Collective.
   bool factor(const BlockCyclic::Row &row);
+  bool good() const { return good_; } ///< to solve with
+  void drop() { lu_ = {}, good_ = false; }
   /// In place; b (n, columns) on every rank, column by column. Collective.
   void solve(double *b, int columns = 1) const;
 
@@ -68,6 +70,7 @@ private:
   const BlockCyclic &grid_;
   std::vector<double> lu_;
   std::vector<int> pivots_;
+  bool good_ = false;
 };
 
 } // namespace dovetail

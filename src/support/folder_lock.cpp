@@ -5,9 +5,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <ctime>
+#include <thread>
 
 #include "support/error.hpp"
 
@@ -84,8 +87,27 @@ FolderLock::FolderLock(const std::filesystem::path &folder, const std::string &r
     throw InputError(file_.string() + ": was not written by dovetail, and the run would replace it; move it away");
   }
   const std::string text = about_me();
-  [[maybe_unused]] const bool told = ftruncate(descriptor_, 0) == 0 && // a lock holds without a name, too
-                                     pwrite(descriptor_, text.data(), text.size(), 0) >= 0;
+  const bool told = ftruncate(descriptor_, 0) == 0 && // a lock holds without a name, too
+                    pwrite(descriptor_, text.data(), text.size(), 0) >= 0;
+  if (told) text_ = text;
+}
+
+const std::string &FolderLock::published() {
+  if (fsync(descriptor_)) text_.clear();
+  return text_;
+}
+
+bool FolderLock::sees(const std::filesystem::path &folder, const std::string &text) {
+  using namespace std::chrono;
+  constexpr seconds patience(10);
+  const auto begin = steady_clock::now();
+  for (milliseconds pause(1);; pause = std::min(2 * pause, milliseconds(500))) {
+    const int descriptor = open((folder / name).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    const bool found = descriptor >= 0 && holder(descriptor) == text;
+    if (descriptor >= 0) close(descriptor);
+    if (found || steady_clock::now() - begin > patience) return found;
+    std::this_thread::sleep_for(pause);
+  }
 }
 
 FolderLock::~FolderLock() {

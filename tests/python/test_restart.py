@@ -7,12 +7,14 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
 import pytest
 
 import cases
+import chain
 from launch import BINARY, SECONDS, SURROUNDINGS, children, gone, kill, line, read_points, run, wait_for, words_of
 from on_terminal import Watched
 
@@ -200,6 +202,27 @@ def test_restart_after_any_point(tmp_path, ranks):
     with h5py.File(done.folder / "results.h5") as parts, h5py.File(whole.folder / "results.h5") as one:
         for name in ("kind", "omega", "point"):
             np.testing.assert_array_equal(parts["events"][name], one["events"][name])
+
+
+@pytest.mark.slow
+def test_restart_on_a_path_over_the_joint(tmp_path):
+    """Every point has a preload of its own, in which more and more contact points slip: the same to the last bit."""
+    points, path = 120, chain.write(tmp_path, 120, harmonics=1)
+    model = chain.model(points)
+    model.preload[0:-3:3] = 0.5 / points * (1 + np.cos(np.arange(points)))
+    model.write(tmp_path / "model.h5")
+    kept = "\n".join(row for row in path.read_text().splitlines() if not row.startswith("continuation"))
+
+    def done(most, *options, out):
+        path.write_text(f'{kept}\npath = {{ parameter = "friction", range = [1.0, 0.4], omega = 1.4 }}\n'
+                        f"continuation = {{ max_points = {most} }}\n")
+        return run(SimpleNamespace(path=path), *options, out=out)
+    whole = done(1000, out="whole").points
+    done(8, out="out")
+    done(15, "--restart", out="out")
+    again = done(1000, "--restart", out="out").points
+    for name in whole.keys() - {"seconds"}:
+        np.testing.assert_array_equal(again[name], whole[name], err_msg=name)
 
 
 @pytest.mark.slow

@@ -48,6 +48,12 @@ TEST_F(Folder, that_nobody_holds_is_taken_and_freed) {
   EXPECT_NO_THROW(FolderLock::refuse_held(path_, "wait"));
 }
 
+TEST_F(Folder, shows_other_ranks_what_its_holder_has_written) {
+  FolderLock mine(path_, "wait");
+  EXPECT_FALSE(mine.published().empty());
+  EXPECT_TRUE(FolderLock::sees(path_, mine.published()));
+}
+
 TEST_F(Folder, is_looked_at_by_several_ranks_at_once) {
   const int other = locked(LOCK_SH);
   EXPECT_NO_THROW(FolderLock::refuse_held(path_, "wait"));

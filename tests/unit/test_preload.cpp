@@ -186,8 +186,8 @@ TEST(Preload, closed_form_of_a_plate_that_its_joint_alone_holds) {
   }
 }
 
-// While friction falls step by step, points begin to slip one after the other. Factors of the first state go on
-// serving, and what is found is what a search of its own finds.
+// While friction falls step by step, points begin to slip one after the other. Factors of the stuck joint serve for
+// all of them, and what is found is what a search of its own finds.
 TEST(Preload, kept_factors_find_the_same_states) {
   constexpr int points = 150, steps = 12;
   const ReducedModel model = plate(points, 5, 0.3);
@@ -196,6 +196,7 @@ TEST(Preload, kept_factors_find_the_same_states) {
   std::vector<double> x(model.r.size());
   std::string note;
   int slipping = 0;
+  kept.keep_factors(x);
   for (int step = 0; step < steps; ++step) {
     for (ContactPoint &point : contact) point.mu = {0.22 - 0.005 * step, 0.22 - 0.005 * step};
     PreloadProblem alone(model, contact);
@@ -211,6 +212,30 @@ TEST(Preload, kept_factors_find_the_same_states) {
   EXPECT_LT(slipping, points);
   EXPECT_LT(kept.factorisations(), steps / 2);
   EXPECT_EQ(note, "");
+}
+
+// A path may be begun again anywhere: the bits of a state are those of its setting alone.
+TEST(Preload, what_is_found_does_not_depend_on_what_was_before) {
+  const ReducedModel model = plate(150, 5, 0.3);
+  std::vector<ContactPoint> contact(model.own_points.size(), joint(Law::coulomb, 30, {5, 5}, 1, 0));
+  const std::vector<double> origin(model.r.size());
+  const auto found = [&](PreloadProblem &problem, double mu) {
+    for (ContactPoint &point : contact) point.mu = {mu, mu};
+    std::vector<double> x = origin;
+    std::string note;
+    EXPECT_TRUE(problem.find(x, 1, note));
+    const std::vector<double> slope = problem.follow(x, model.r);
+    x.insert(x.end(), slope.begin(), slope.end());
+    return x;
+  };
+  PreloadProblem on(model, contact);
+  on.keep_factors(origin);
+  for (const double mu : {0.21, 0.02, 0.19}) {
+    for (ContactPoint &point : contact) point.mu = {1, 1};
+    PreloadProblem afresh(model, contact);
+    afresh.keep_factors(origin);
+    EXPECT_EQ(found(on, mu), found(afresh, mu)) << mu;
+  }
 }
 
 TEST(Preload, a_change_is_followed) { // against a difference of two states

@@ -355,13 +355,52 @@ def test_refusals(tmp_path, mode, more, words):
         assert word in done.err, done.err
 
 
-def test_no_restart(tmp_path):
+@pytest.mark.parametrize("solver, ranks", [("assembled", None), ("modal", 2)])
+@pytest.mark.slow
+def test_restart_after_any_point(tmp_path, solver, ranks):
+    """Where the mode is a straight line, at the onset, and beyond it, also after amplitudes that were named: the same to the last bit."""
+    case, data = scene(tmp_path, "dof5", solver, at=[0.11 * float(np.load(DATA / "dof5.npz")["onset_alpha"])])
+    whole = launch.run(case, out="whole", ranks=ranks)
+    count = len(whole.points["omega"])
+    case.path.write_text(case.path.read_text() + "\n[continuation]\nmax_points = 1\n")
+    before = 1
+    for points in (*range(1, count, 3), 10**6):
+        case.edit(f"max_points = {before}\n", f"max_points = {points}\n")
+        done = launch.run(case, *(["--restart"] if points > 1 else []), out="out", ranks=ranks)
+        assert min(points, count) <= len(done.points["omega"]) <= count
+        before = points
+    assert done.summary["parts"] > 3 and done.summary["end"] == "arrived"
+    for name in whole.points.keys() - {"seconds"}:
+        np.testing.assert_array_equal(done.points[name], whole.points[name], err_msg=name)
+    assert done.summary["mode"] == whole.summary["mode"]
+    assert done.summary["newton_iterations"] == whole.summary["newton_iterations"]
+
+
+def test_restart(tmp_path):
+    """A mode that is stopped on the way, and taken farther than it was asked for; another mode, and another model, are refused."""
+    case, data = scene(tmp_path, "dof5", at=None)
+    most = 1.0001 * float(data["alpha"].max())
+    whole = launch.run(case, out="whole").points
+    case.path.write_text(case.path.read_text() + "\n[continuation]\nmax_points = 6\n")
+    assert len(launch.run(case, out="out").points["omega"]) == 6
+    assert "nothing to do" in launch.run(case, "--restart", out="out").out
+    case.edit("max_points = 6", "max_points = 1000")
+    case.edit("number = 1", "number = 2")
+    assert "mode.number = 2: this run began with 1" in launch.run(case, "--restart", out="out", status=2).err
+    case.edit("number = 2", "number = 1")
+    case.edit(json.dumps(most), json.dumps(1.5 * most))
+    done = launch.run(case, "--restart", out="out")
+    assert "restart: goes on at modal amplitude" in done.out and "after 6 points" in done.out
+    assert done.points["modal_amplitude"][-1] == 1.5 * most
+    np.testing.assert_array_equal(done.points["coefficients"][:6], whole["coefficients"][:6])
+    with h5py.File(tmp_path / "reduced.h5", "r+") as file:
+        file["Kaa"][0] *= 1.01
+    case.edit(json.dumps(1.5 * most), json.dumps(2 * most))
+    assert "the model, or its reduction, is not what it was" in launch.run(case, "--restart", out="out", status=2).err
+
+
+def test_a_finished_run_is_replaced(tmp_path):
     case, _ = scene(tmp_path, "dof5")
     launch.run(case)
-    assert "not continued with --restart" in launch.run(case, "--restart", status=2).err
     assert "cut off" not in launch.run(case).out  # nothing of the finished run is put aside
     assert not (tmp_path / "results.old.h5").exists()
-    with h5py.File(tmp_path / "results.h5", "r+") as file:
-        assert file.attrs["end"] == b"arrived"
-        del file.attrs["end"]  # as after a kill
-    assert "cut off after" in launch.run(case).out and (tmp_path / "results.old.h5").exists()

@@ -1,0 +1,52 @@
+"""Ranks on hosts that do not share the output folder, played by mount namespaces; ranks that outnumber cores or contact points."""
+
+import os
+import shutil
+import socket
+import subprocess
+from types import SimpleNamespace
+
+import chain
+import pytest
+from launch import BINARY, run, words_of
+
+# The second rank has an empty folder of its own in the place of the first argument.
+ELSEWHERE = """#!/bin/sh
+folder=$1
+shift
+[ "$OMPI_COMM_WORLD_RANK" = 1 ] || exec "$@"
+exec unshare -m sh -c 'mount -t tmpfs none "$0" && exec "$@"' "$folder" "$@"
+"""
+
+
+def namespaces_missing():
+    """Why they cannot be had, or an empty text."""
+    if not shutil.which("unshare"):
+        return "no unshare here"
+    tried = subprocess.run(["unshare", "-m", "sh", "-c", "mount -t tmpfs none /mnt"], capture_output=True, text=True)
+    return "" if tried.returncode == 0 else f"no mount namespaces here: {tried.stderr.strip()}"
+
+
+@pytest.mark.slow  # file systems over a network are given some seconds
+def test_a_folder_that_one_rank_does_not_see_is_refused(tmp_path):
+    if why := namespaces_missing():
+        pytest.skip(why)
+    case, folder, elsewhere = chain.write(tmp_path, 2), tmp_path / "out", tmp_path / "elsewhere"
+    folder.mkdir()
+    elsewhere.write_text(ELSEWHERE)
+    elsewhere.chmod(0o755)
+    _, err = words_of(["mpirun", "-n", "2", elsewhere, folder, BINARY, "run", case, "--out", folder], 2)
+    assert f"{folder}: rank 1 on host {socket.gethostname()} does not see what rank 0" in err
+    assert "output.directory or --out" in err
+    assert list(folder.iterdir()) == []
+
+
+def test_ranks_that_have_to_share_cores_or_have_no_contact_point_are_told(tmp_path):
+    cores = len(os.sched_getaffinity(0))
+    done = run(SimpleNamespace(path=chain.write(tmp_path, 1, most=2)), ranks=cores + 1)
+    assert f"note: {cores + 1} ranks on {cores} core" in done.out and socket.gethostname() in done.out
+    assert f"note: {cores + 1} ranks for 1 contact point" in done.out
+
+
+def test_one_rank_needs_no_words(tmp_path):
+    assert "note:" not in run(SimpleNamespace(path=chain.write(tmp_path, 1, most=2))).out
