@@ -74,7 +74,7 @@ class ModeRanges:
 def follows_mode(path):
     """Whether a case follows a nonlinear mode; what else is wrong with it is for others to say."""
     try:
-        return bool(tomllib.loads(Path(path).read_text(encoding="utf-8")).get("mode"))
+        return bool(tomllib.loads(Path(path).read_text(encoding="utf-8-sig")).get("mode"))
     except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError):
         return False
 

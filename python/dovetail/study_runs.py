@@ -72,7 +72,7 @@ class CaseFile:
     def __init__(self, path):
         self.path = Path(path)
         try:
-            self.content = tomllib.loads(self.path.read_text(encoding="utf-8"))
+            self.content = tomllib.loads(self.path.read_text(encoding="utf-8-sig"))
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ValueError(f"{path}: {error}") from None
 

@@ -20,6 +20,7 @@
 #include "support/blas_kernel.hpp"
 #include "support/error.hpp"
 #include "support/mumps.hpp"
+#include "support/petsc_begin.hpp"
 #include "support/printable.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
@@ -86,6 +87,7 @@ dovetail::Request parse(std::vector<std::string> words) {
       request.restart = true;
     else if (words[i] == "--out") {
       if (++i == words.size()) throw InputError("--out wants a folder behind it");
+      if (!request.out.empty()) throw InputError("--out is given twice: one folder is wanted");
       if (words[i].empty()) throw InputError("--out \"\": wants the name of a folder; write --out . for this one");
       request.out = words[i];
     } else if (words[i].rfind("--", 0) == 0)
@@ -139,12 +141,13 @@ int main(int argc, char **argv) {
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }
   dovetail::order_the_same_way();
-  // PETSc gets its own options only: ours would confuse it. Of files that lie about it reads none.
-  char no_files[] = "-skip_petscrc";
-  std::vector<char *> petsc{argv[0], no_files};
+  // PETSc gets its own options only: ours would confuse it. Of files that lie about it reads none,
+  // and to signals it would answer with a traceback.
+  char no_files[] = "-skip_petscrc", no_signals[] = "-no_signal_handler";
+  std::vector<char *> petsc{argv[0], no_files, no_signals};
   for (int i = 1; i < argc; ++i) {
     const bool ours = std::strncmp(argv[i], "--", 2) == 0;
-    if (!ours && (petsc.size() > 2 || argv[i][0] == '-')) petsc.push_back(argv[i]);
+    if (!ours && (petsc.size() > 3 || argv[i][0] == '-')) petsc.push_back(argv[i]);
     if (std::strcmp(argv[i], "--out") == 0) ++i;
   }
   int petsc_argc = static_cast<int>(petsc.size());
@@ -152,7 +155,7 @@ int main(int argc, char **argv) {
   char **petsc_argv = petsc.data();
   // Without mpirun Open MPI would start a daemon, and fail where it finds no ssh on the path.
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
-  if (SlepcInitialize(&petsc_argc, &petsc_argv, nullptr, nullptr)) return 3;
+  dovetail::begin_petsc(&petsc_argc, &petsc_argv);
   dovetail::install_error_handler();
   dovetail::expect_no_exit();
   dovetail::catch_signals();

@@ -37,6 +37,7 @@ std::string text_of(const fs::path &file) {
   if (text.find('\0') != std::string::npos)
     throw InputError(file.string() + ": is not a text file; write a case file, case.toml");
   if (stream) text += std::string(std::istreambuf_iterator<char>(stream), {});
+  if (text.rfind("\xEF\xBB\xBF", 0) == 0) text.erase(0, 3); // a mark of the encoding, which readers of results refuse
   return text;
 }
 

@@ -1,5 +1,7 @@
 #include "harmonic/low_modes.hpp"
 
+#include <slepc/private/epsimpl.h> // the values on the way
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -17,6 +19,8 @@ constexpr const char *doing = "computing resonances";
 constexpr PetscInt few = 300;               // dofs; LAPACK finds all of their modes in some hundredths of a second
 constexpr double rigid = 1e-9;              // of the strain energy that the entries of a mode would meet one by one
 constexpr double lanczos_tolerance = 1e-12; // residual relative to the value
+constexpr double far = 30;       // times the last square sought: from there on a lower shift is worth factors
+constexpr double nearest = 1e-9; // the least shift, relative to the first: K + shift M stays definite
 
 double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
   return static_cast<double>(mix(seed + 0x9e3779b97f4a7c15u) >> 11) * 0x1p-52 - 1;
@@ -128,6 +132,24 @@ void set_inverse(EPS eps, const Layout &layout) {
   check(PCFactorSetMatSolverType(pc, layout.size == 1 ? MATSOLVERPETSC : MATSOLVERMUMPS), doing);
 }
 
+// Lanczos tells values apart that differ by more than a small part of the shift.
+struct Shift {
+  double square, least;
+  bool lower = false; // what has been found allows another, and it is there already
+};
+
+PetscErrorCode stop_if_far(EPS eps, PetscInt steps, PetscInt most, PetscInt good, PetscInt wanted,
+                           EPSConvergedReason *reason, void *context) {
+  Shift &shift = *static_cast<Shift *>(context);
+  PetscFunctionBegin;
+  PetscCall(EPSStoppingBasic(eps, steps, most, good, wanted, reason, nullptr));
+  const double value = eps->eigr[wanted - 1]; // of a Ritz pair: the square is not below the true one
+  if (*reason != EPS_CONVERGED_ITERATING || value <= 0) PetscFunctionReturn(0);
+  const double last = std::max(1 / value - shift.square, shift.least);
+  if (last * far < shift.square) shift.square = last, shift.lower = true, *reason = EPS_CONVERGED_USER;
+  PetscFunctionReturn(0);
+}
+
 bool solved(EPS eps) { // false if M is not positive definite
   try {
     check(EPSSolve(eps), doing);
@@ -156,21 +178,27 @@ std::optional<LowModes> low_modes_by_lapack(const ReducedModel &model, const std
 std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const std::vector<double> &springs,
                                              const Layout &layout, PetscInt count) {
   const std::vector<double> diagonal = diagonal_of(model, springs, layout);
-  const double shift = shift_of(model, diagonal, layout);
+  const double first = shift_of(model, diagonal, layout);
   const PetscInt wanted = std::min(count, layout.dofs());
-  const Operators pencil = operators(model, springs, shift, layout);
+  Shift shift{first, nearest * first};
+  Operators pencil;
   UniqueEPS eps;
   register_block_lanczos();
-  check(EPSCreate(layout.comm, eps.out()), doing);
-  check(EPSSetOperators(eps, pencil.A, pencil.M), doing);
-  check(EPSSetProblemType(eps, EPS_GHEP), doing);
-  check(EPSSetType(eps, block_lanczos), doing);
-  check(EPSSetDimensions(eps, wanted, PETSC_DEFAULT, PETSC_DEFAULT), doing);
-  check(EPSSetTolerances(eps, lanczos_tolerance, PETSC_DEFAULT), doing);
-  check(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE), doing);
-  set_inverse(eps, layout);
-  set_start(eps, pencil.A, layout);
-  if (!solved(eps)) return {};
+  do {
+    shift.lower = false;
+    pencil = operators(model, springs, shift.square, layout);
+    check(EPSCreate(layout.comm, eps.out()), doing);
+    check(EPSSetOperators(eps, pencil.A, pencil.M), doing);
+    check(EPSSetProblemType(eps, EPS_GHEP), doing);
+    check(EPSSetType(eps, block_lanczos), doing);
+    check(EPSSetDimensions(eps, wanted, PETSC_DEFAULT, PETSC_DEFAULT), doing);
+    check(EPSSetTolerances(eps, lanczos_tolerance, PETSC_DEFAULT), doing);
+    check(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE), doing);
+    check(EPSSetStoppingTestFunction(eps, stop_if_far, &shift, nullptr), doing);
+    set_inverse(eps, layout);
+    set_start(eps, pencil.A, layout);
+    if (!solved(eps)) return {};
+  } while (shift.lower);
   PetscInt converged;
   check(EPSGetConverged(eps, &converged), doing);
   if (converged < wanted)
@@ -186,7 +214,7 @@ std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const st
   check(MatCreateVecs(pencil.A, shape.out(), nullptr), doing);
   for (PetscInt j = 0; j < wanted; ++j) {
     const double *v;
-    modes.squares.push_back(values[order[j]] - shift);
+    modes.squares.push_back(values[order[j]] - shift.square);
     check(EPSGetEigenvector(eps, order[j], shape, nullptr), doing);
     check(VecGetArrayRead(shape, &v), doing);
     modes.shapes.insert(modes.shapes.end(), v, v + diagonal.size());

@@ -71,6 +71,7 @@ void catch_signals() {
     if (!unwanted[i]) sigaction(stopping[i], &action, nullptr);
   action.sa_handler = on_crash;
   for (const int signal : {SIGSEGV, SIGBUS, SIGILL, SIGABRT, SIGFPE}) sigaction(signal, &action, nullptr);
+  for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN); // the write fails, and that is told
 }
 
 void only_note_signals() { patient = 1; }

@@ -9,7 +9,8 @@ namespace dovetail {
 void note_ignored_signals();
 
 /// From here on these four signals end the program with status 3 and a message, and so do, with the signal's own
-/// status, those of a crash. To be called once, after MPI and PETSc have set their own handlers.
+/// status, those of a crash. A reader of the screen's lines that goes, or a limit on the size of files, is no reason to
+/// end without a word. To be called once, after MPI and PETSc have set their own handlers.
 void catch_signals();
 
 /// From here on the first of them is only noted; a second one, more than a second later, ends the program

@@ -11,9 +11,10 @@ import pytest
 import cases
 from dovetail import Results, study, study_errors
 from dovetail.__main__ import main
+from dovetail.ranges_mode import follows_mode
 from dovetail.study_picture import frontier
 from dovetail.study_report import TARGETS
-from dovetail.study_runs import Setting, UserCase, toml
+from dovetail.study_runs import CaseFile, Setting, UserCase, toml
 from dovetail.units import parse
 from launch import BINARY, ROOT
 
@@ -296,3 +297,9 @@ def test_words_that_are_no_options(tmp_path):
         with pytest.raises(SystemExit) as ended:
             main(["study", str(Path(tmp_path) / "case.toml"), *options])
         assert ended.value.code == 2
+
+
+def test_a_mark_of_the_encoding_is_no_part_of_a_case(tmp_path):
+    (tmp_path / "case.toml").write_bytes(b"\xef\xbb\xbf[mode]\nnumber = 1\n")
+    assert CaseFile(tmp_path / "case.toml").content == {"mode": {"number": 1}}
+    assert follows_mode(tmp_path / "case.toml")

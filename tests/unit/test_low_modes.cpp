@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "harmonic/low_modes.hpp"
+#include "norms.hpp"
+#include "reduction/block_lanczos.hpp"
 #include "small_model.hpp"
 
 using namespace dovetail;
@@ -15,7 +17,8 @@ namespace {
 constexpr int modes = 3, points = 40, contact = 3 * points;
 
 // A row of equal masses joined by springs, free at both ends; in t1, t2 and n the same.
-ReducedModel free_row() {
+ReducedModel free_row(int points = ::points) {
+  const int contact = 3 * points;
   ReducedModel model;
   model.comm = PETSC_COMM_WORLD;
   model.modes = modes, model.points = points;
@@ -89,6 +92,26 @@ TEST(LowModes, both_ways_agree_and_are_orthonormal) {
   for (const auto *low : {&*one, &*other})
     for (int a = 0; a < 10; ++a)
       for (int b = 0; b <= a; ++b) EXPECT_NEAR(product(*low, model, layout, a, b), a == b, 1e-9) << a << " " << b;
+}
+
+// The first shift, a point's stiffness over its mass, is 1e5 times the lowest square here.
+TEST(LowModes, of_a_long_row_take_few_steps) {
+  if (!alone()) GTEST_SKIP() << "MUMPS counts its operations otherwise";
+  constexpr int many = 300;
+  ReducedModel model = free_row(many);
+  std::fill(model.mxa.begin(), model.mxa.end(), 0.0);
+  const Layout layout(model, 0);
+  PetscLogDouble before, after;
+  PetscGetFlops(&before);
+  const auto low = low_modes_by_lanczos(model, std::vector<double>(3 * many, 0.01), layout, 10);
+  PetscGetFlops(&after);
+  const double step = 2.0 * layout.dofs() * layout.dofs() * lanczos_block; // M times a block
+  EXPECT_LT((after - before) / step, 300);                                 // 1000 with the first shift
+  ASSERT_TRUE(low);
+  for (int j = 0; j < 10; ++j) {
+    const double wanted = (0.01 + 4 * 1e3 * std::pow(std::sin(M_PI * (j / 3) / (2 * many)), 2)) / 0.5;
+    EXPECT_NEAR(low->squares[j], wanted, 1e-8 * wanted) << j;
+  }
 }
 
 TEST(LowModes, all_of_them_where_more_are_asked_for) {
