@@ -1,5 +1,5 @@
 """Set-up and post-processing: python3 -m dovetail new | import | plot | export | stress | info | peaks | verify | watch | study | range |
-fit."""
+fit | wear."""
 
 import argparse
 import math
@@ -105,6 +105,13 @@ def ranges(arguments):
 def fit(arguments):
     """Find parameters of a joint from a measured curve."""
     from .fit import fit as command
+
+    return _with_runs(command, arguments)
+
+
+def wear(arguments):
+    """Let friction wear a joint, and say what that makes of it."""
+    from .wear import wear as command
 
     return _with_runs(command, arguments)
 
@@ -228,6 +235,7 @@ def parser():
     command.set_defaults(run=study)
     _range_options(commands)
     _fit_options(commands)
+    _wear_options(commands)
     return top
 
 
@@ -347,8 +355,31 @@ def _fit_options(commands):
     command.set_defaults(run=fit)
 
 
+def _wear_options(commands):
+    command = commands.add_parser("wear", help="wear of a joint over the cycles, and what it changes", description="Let a joint wear by "
+                                  "the friction work of its motion: run, add the depth of a block of cycles to the gaps, run again. Called "
+                                  "again, it goes on where it was broken off.")
+    command.add_argument("case", metavar="CASE.toml")
+    command.add_argument("--cycles", metavar="N", type=finite, required=True, help="periods of the vibration")
+    coefficient = command.add_mutually_exclusive_group()
+    coefficient.add_argument("--archard", metavar=("K", "UNIT"), nargs=2, help="volume per normal load and sliding distance, as 1e-15 1/Pa "
+                             "or 1e-6 mm^3/Nm")
+    coefficient.add_argument("--energy-wear", metavar=("K", "UNIT"), nargs=2, help="volume per friction work, as 1e-5 mm^3/J")
+    command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency of the motion, in the unit of the case; default: at every "
+                         "moment that of the peak")
+    command.add_argument("--share", metavar="S", type=finite, default=0.1, help="of how far a contact point is pressed in: what it loses "
+                         "in a block at most; default: %(default)s")
+    command.add_argument("--watch", metavar="NAME", help="the unknown or node whose peak is meant; default: that of the case")
+    _folder_options(command, "CASE_wear")
+    command.set_defaults(run=wear)
+
+
 def _running_options(command, folder):
     command.add_argument("--jobs", metavar="N", type=int, default=1, help="runs at a time; default: %(default)s")
+    _folder_options(command, folder)
+
+
+def _folder_options(command, folder):
     command.add_argument("--out", metavar="DIR", help=f"folder to write; default: {folder} beside the case")
     command.add_argument("--binary", metavar="FILE",
                          help="the program; default: build/dovetail of this source tree, or dovetail on the path")

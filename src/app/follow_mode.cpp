@@ -97,7 +97,7 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
   BranchStory story;
   story.warnings = warnings_of(study, mode);
   say_mode(study, mode, preloaded.reduced.sectors, voice);
-  for (const Warning &warning : story.warnings) voice.say("warning: " + warning.text);
+  for (const Warning &warning : story.warnings) voice.warn(warning);
   results.describe(mode);
 
   const Scales scales = earlier ? earlier->scales : scales_of(study, mode);

@@ -19,9 +19,10 @@
 #include "support/blas_buffer.hpp"
 #include "support/blas_kernel.hpp"
 #include "support/error.hpp"
+#include "support/json.hpp"
+#include "support/log.hpp"
 #include "support/mumps.hpp"
 #include "support/petsc_begin.hpp"
-#include "support/printable.hpp"
 #include "support/signals.hpp"
 #include "support/version.hpp"
 
@@ -29,16 +30,17 @@ namespace {
 
 constexpr const char *usage =
     "dovetail: forced response of structures with frictional joints\n\n"
-    "  dovetail run CASE.toml [--out DIR] [--restart] [--dry-run] [-petsc_options ...]\n"
-    "  dovetail reduce CASE.toml [--out DIR] [--dry-run] [-petsc_options ...]\n"
-    "  dovetail modes CASE.toml [--out DIR] [-petsc_options ...]\n"
-    "  dovetail check CASE.toml [--out DIR] [-petsc_options ...]\n"
+    "  dovetail run CASE.toml [--out DIR] [--log text|json] [--restart] [--dry-run] [-petsc_options ...]\n"
+    "  dovetail reduce CASE.toml [--out DIR] [--log text|json] [--dry-run] [-petsc_options ...]\n"
+    "  dovetail modes CASE.toml [--out DIR] [--log text|json] [-petsc_options ...]\n"
+    "  dovetail check CASE.toml [--out DIR] [--log text|json] [-petsc_options ...]\n"
     "  dovetail --help | --version [-v] | --schema\n\n"
     "run does the whole job, reduce stops after the reduction, modes shows where the structure resonates with its "
     "joint\n"
     "stuck, slipping and open, check says what is wrong or doubtful and writes nothing; all work under mpirun -n "
     "RANKS.\n"
     "  --out DIR    write there instead of output.directory\n"
+    "  --log json   messages as JSON, one object a line, every point with its numbers\n"
     "  --restart    continue the run in the output directory where it was cut off or stopped\n"
     "  --dry-run    check the case, print every value in force with its unit and the forecast sizes, stop\n"
     "  --version -v the libraries, too, and which kernels of OpenBLAS compute\n"
@@ -64,7 +66,7 @@ void refuse_one_dash(const std::string &word) {
   std::replace(name.begin(), name.end(), '_', '-');
   if (name == "dryrun") name = "dry-run";
   if (name == "o") name = "out";
-  for (const char *ours : {"restart", "dry-run", "out"})
+  for (const char *ours : {"restart", "dry-run", "out", "log"})
     if (name == ours) throw dovetail::InputError(word + ": an option of dovetail has two dashes; write --" + name);
 }
 
@@ -90,9 +92,14 @@ dovetail::Request parse(std::vector<std::string> words) {
       if (!request.out.empty()) throw InputError("--out is given twice: one folder is wanted");
       if (words[i].empty()) throw InputError("--out \"\": wants the name of a folder; write --out . for this one");
       request.out = words[i];
+    } else if (words[i] == "--log") {
+      const std::string form = ++i == words.size() ? "nothing" : "\"" + words[i] + "\"";
+      if (form != "\"text\"" && form != "\"json\"")
+        throw InputError("--log wants text or json behind it, found " + form);
     } else if (words[i].rfind("--", 0) == 0)
-      throw InputError(words[i] +
-                       " is not an option here; --out DIR, for run and reduce --dry-run, and for run --restart are");
+      throw InputError(
+          words[i] +
+          " is not an option here; --out DIR, --log json, for run and reduce --dry-run, and for run --restart are");
     else if (petsc)
       continue;
     else if (request.file.empty())
@@ -113,8 +120,9 @@ void tell_unread_options() {
   std::error_code error;
   for (const std::filesystem::path &file : files)
     if (std::filesystem::exists(file, error))
-      std::fprintf(stderr, "dovetail: note: options in %s are not read; -options_file %s reads them\n", file.c_str(),
-                   file.c_str());
+      dovetail::log_error("note: options in " + file.string() + " are not read; -options_file " + file.string() +
+                              " reads them",
+                          "note");
 }
 
 void tell_unused_options() {
@@ -122,7 +130,7 @@ void tell_unused_options() {
   char **names = nullptr, **values = nullptr;
   PetscOptionsLeftGet(nullptr, &count, &names, &values);
   for (PetscInt i = 0; i < count; ++i)
-    std::fprintf(stderr, "dovetail: note: the option -%s was not used; is it spelt right?\n", names[i]);
+    dovetail::log_error("note: the option -" + std::string(names[i]) + " was not used; is it spelt right?", "note");
   PetscOptionsLeftRestore(nullptr, &count, &names, &values);
 }
 
@@ -140,6 +148,8 @@ int main(int argc, char **argv) {
     if (word == "--version" && verbose) return std::fputs(dovetail::versions().c_str(), stdout), 0;
     if (word == "--version") return std::printf("dovetail %s (%s)\n", dovetail::version, dovetail::git_revision), 0;
   }
+  for (std::size_t i = 1; i + 1 < words.size(); ++i)
+    if (words[i] == "--log" && words[i + 1] == "json") dovetail::log_as_json();
   dovetail::order_the_same_way();
   // PETSc gets its own options only: ours would confuse it. Of files that lie about it reads none,
   // and to signals it would answer with a traceback.
@@ -148,7 +158,7 @@ int main(int argc, char **argv) {
   for (int i = 1; i < argc; ++i) {
     const bool ours = std::strncmp(argv[i], "--", 2) == 0;
     if (!ours && (petsc.size() > 3 || argv[i][0] == '-')) petsc.push_back(argv[i]);
-    if (std::strcmp(argv[i], "--out") == 0) ++i;
+    if (std::strcmp(argv[i], "--out") == 0 || std::strcmp(argv[i], "--log") == 0) ++i;
   }
   int petsc_argc = static_cast<int>(petsc.size());
   petsc.push_back(nullptr);
@@ -156,6 +166,7 @@ int main(int argc, char **argv) {
   // Without mpirun Open MPI would start a daemon, and fail where it finds no ssh on the path.
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   dovetail::begin_petsc(&petsc_argc, &petsc_argv);
+  if (dovetail::logs_json()) PETSC_STDOUT = stderr; // for what PETSc's options print
   dovetail::install_error_handler();
   dovetail::expect_no_exit();
   dovetail::catch_signals();
@@ -190,7 +201,7 @@ int main(int argc, char **argv) {
     MPI_Request here;           // on a communicator of its own, apart from what others wait in
     MPI_Ibarrier(roll_call, &here);
     const bool together = dovetail::all_arrive(here);
-    if (rank == 0 || !together) std::fprintf(stderr, "dovetail: %s\n", dovetail::printable(failure).c_str());
+    if (rank == 0 || !together) dovetail::log_error(failure, "error", dovetail::member("status", status));
     if (!together) MPI_Abort(PETSC_COMM_WORLD, status);
     if (!in_order) std::fflush(nullptr), std::_Exit(status);
   }

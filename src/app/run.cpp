@@ -1,8 +1,8 @@
 #include "app/run.hpp"
 
-#include <iostream>
 #include <memory>
 #include <optional>
+#include <sstream>
 
 #include "app/check.hpp"
 #include "app/choose_modes.hpp"
@@ -151,7 +151,7 @@ PreloadedModel preload(const Checked &checked, ReducedModel reduced, const Voice
 std::vector<Warning> say(const Resonances &found, const Case &study, const Voice &voice) {
   for (const std::string &line : in_lines(found, study)) voice.say(line);
   const std::vector<Warning> warnings = warnings_of(found, study);
-  for (const Warning &warning : warnings) voice.say("warning: " + warning.text);
+  for (const Warning &warning : warnings) voice.warn(warning);
   return warnings;
 }
 
@@ -177,14 +177,15 @@ void show(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   else
     reduced = given_reduced_model(comm, study);
   if (voice.speaks()) {
-    describe(std::cout, study, checked.contact, checked.units);
-    describe(std::cout, checked.sizes);
-    if (!reduction.empty()) std::cout << "  reduction                " << reduction << "\n";
-    for (const std::string &note : notes_on_damping(checked)) std::cout << note << "\n";
-    if (checked.earlier) std::cout << in_words(*checked.earlier, study) << "\n";
-    std::cout.flush();
+    std::ostringstream in_force;
+    describe(in_force, study, checked.contact, checked.units);
+    describe(in_force, checked.sizes);
+    if (!reduction.empty()) in_force << "  reduction                " << reduction << "\n";
+    for (const std::string &note : notes_on_damping(checked)) in_force << note << "\n";
+    if (checked.earlier) in_force << in_words(*checked.earlier, study) << "\n";
+    log_line("%s", in_force.str().c_str());
   }
-  for (const Warning &warning : warnings_of_wave(study, checked.sectors)) voice.say("warning: " + warning.text);
+  for (const Warning &warning : warnings_of_wave(study, checked.sectors)) voice.warn(warning);
   show_resonances(checked, std::move(reduced), voice);
 }
 
@@ -216,7 +217,7 @@ void check_case(MPI_Comm comm, const Checked &checked, const Voice &voice) {
       found.push_back({"no_equilibrium", text_of(error)});
     }
   }
-  for (const Warning &one : found) voice.say("warning: " + one.text + "\n  docs/how-to/check-a-case.md#" + one.kind);
+  for (const Warning &one : found) voice.warn({one.kind, one.text + "\n  docs/how-to/check-a-case.md#" + one.kind});
   voice.say(
       study.file.string() + ": " +
       (found.empty() ? "no warnings" : std::to_string(found.size()) + (found.size() > 1 ? " warnings" : " warning")) +
@@ -240,11 +241,10 @@ void show_modes(MPI_Comm comm, const Checked &checked, const Voice &voice) {
   if (preloaded.reduced.sectors > 0) {
     voice.say(in_table("\nclosed points stuck [Hz]", stuck_frequencies(preloaded, listed_frequencies), checked.units));
     voice.say(in_table("\ncontact points held [Hz]", held_frequencies(preloaded.reduced), checked.units));
-    for (const Warning &warning : warnings_of_wave(study, preloaded.reduced.sectors))
-      voice.say("warning: " + warning.text);
+    for (const Warning &warning : warnings_of_wave(study, preloaded.reduced.sectors)) voice.warn(warning);
     return; // what else is warned of would be of nodal diameter 0 alone
   }
-  for (const Warning &warning : warnings_of(found, study)) voice.say("warning: " + warning.text);
+  for (const Warning &warning : warnings_of(found, study)) voice.warn(warning);
 }
 
 // Warns of what the curve shows, and of that alone: the rest was said before it.
@@ -254,7 +254,7 @@ void judge(MPI_Comm comm, const Checked &checked, BranchStory &story, const Voic
     if (voice.speaks())
       found = warnings_of_curve(story.resonances, checked.study, checked.contact, story.summary.good());
   });
-  for (const Warning &warning : found) voice.say("warning: " + warning.text);
+  for (const Warning &warning : found) voice.warn(warning);
   story.warnings.insert(story.warnings.end(), found.begin(), found.end());
 }
 
@@ -290,7 +290,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, Sta
   std::vector<Warning> warnings;
   if (found) warnings = say(*found, study, voice);
   for (const Warning &warning : warnings_of_wave(study, preloaded.reduced.sectors)) {
-    voice.say("warning: " + warning.text);
+    voice.warn(warning);
     warnings.push_back(warning);
   }
   if (study.follows_peaks())
@@ -343,7 +343,7 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, Sta
       (followed.kept ? "" : "; the results of the run before stay in " + results_of(study).string());
   if (!story.summary.good()) throw ComputeError(message);
   voice.say(message);
-  voice.say("results: " + results_of(study).string());
+  voice.say("results: " + results_of(study).string(), "end", member("end", quoted(name_of(story.summary.end))));
 }
 
 } // namespace
@@ -382,7 +382,10 @@ void run_case(MPI_Comm comm, const Request &request) {
   for (const std::string &note : notes_on_damping(checked)) voice.say(note);
   StatusFile status(voice.speaks() ? study.directory : std::filesystem::path());
   Stages stages;
-  stages.begins = [&](const char *name) { status.stage(name); };
+  stages.begins = [&](const char *name) {
+    status.stage(name);
+    if (logs_json()) voice.say(name, "stage");
+  };
   try {
     work(comm, checked, request.reduce_only, stages, status, voice);
   } catch (const std::exception &error) {

@@ -2,10 +2,11 @@
 // What the program says on the screen: rank 0 speaks.
 #include <mpi.h>
 
-#include <cstdio>
 #include <string>
 
-#include "support/printable.hpp"
+#include "results/summary.hpp"
+#include "support/json.hpp"
+#include "support/log.hpp"
 
 namespace dovetail {
 
@@ -13,10 +14,12 @@ class Voice {
 public:
   explicit Voice(MPI_Comm comm) { MPI_Comm_rank(comm, &rank_); }
   bool speaks() const { return rank_ == 0; }
-  void say(const std::string &line) const {
-    if (!speaks() || line.empty()) return;
-    std::printf("%s\n", printable(line).c_str());
-    std::fflush(stdout);
+  /// `kind` and `members` as in log_message.
+  void say(const std::string &line, const char *kind = "message", const std::string &members = "") const {
+    if (speaks()) log_message(line, kind, members);
+  }
+  void warn(const Warning &warning) const {
+    say("warning: " + warning.text, "warning", member("warning", quoted(warning.kind)));
   }
 
 private:

@@ -1,23 +1,16 @@
 // The table of keys as a JSON schema: editors complete keys and words by it, and show help, unit and default.
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 
 #include "case/keys.hpp"
 #include "case/number_text.hpp"
+#include "support/json.hpp"
 
 namespace dovetail {
 namespace {
 
 using Kind = Value::Kind;
 using Shape = Value::Shape;
-
-std::string quoted(const std::string &text) { // of plain text JSON wants no more
-  std::ostringstream out;
-  out << std::quoted(text);
-  return out.str();
-}
 
 std::string enum_of(const Value &value) {
   std::string list;

@@ -8,6 +8,9 @@
 #include <fstream>
 #include <iterator>
 
+#include "support/json.hpp"
+#include "support/log.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -41,6 +44,10 @@ double Progress::elapsed() const {
 
 void Progress::heading() const {
   if (!speaks_) return;
+  if (logs_json())
+    return log_message("curve over " + std::string(range_.parameter->name), "curve",
+                       member("over", quoted(range_.parameter->name)) + member("from", range_.from) +
+                           member("to", range_.to));
   if (of_mode()) {
     std::printf("  step %21s %15s %12s %8s   stick  slip  open   done     time     left\n",
                 ("amplitude" + (told_.units.modal.empty() ? "" : " [" + told_.units.modal + "]")).c_str(),
@@ -65,6 +72,7 @@ void Progress::point(const PointRecord &record) {
   const double made = record.progress - before_; // since this run was begun or continued
   const double seconds_left = last ? 0 : made > 0.01 ? elapsed() * (1 - record.progress) / made : -1;
   status_.point(range_, points_, record, seconds_left);
+  if (logs_json()) return log_point(record, seconds_left);
   if (!terminal_ && !last && now - last_line_ < std::chrono::duration<double>(quiet_seconds)) return;
   last_line_ = now;
   char left[32] = "";
@@ -82,10 +90,37 @@ void Progress::point(const PointRecord &record) {
   std::fflush(stdout);
 }
 
+// The members are named as the datasets of results.h5.
+void Progress::log_point(const PointRecord &record, double seconds_left) const {
+  std::string members = member("point", points_ - 1) + member("omega", record.omega);
+  if (of_mode())
+    members += member("modal_amplitude", record.parameter) + member("damping_ratio", record.damping_ratio);
+  else if (!range_.is_sweep())
+    members += member("parameter", record.parameter);
+  members += member("amplitude", record.amplitude) + member("unknown", quoted(told_.name(record.unknown))) +
+             member("unit", quoted(told_.unit(record.unknown))) + member("harmonics", record.harmonics) +
+             member("located", record.located) + member("newton_iterations", record.newton) +
+             member("linear_iterations", record.linear) + member("residual", record.residual) +
+             member("stick", record.stick) + member("slip", record.slip) + member("open", record.open) +
+             member("seconds", record.seconds) + member("done", std::clamp(record.progress, 0.0, 1.0)) +
+             member("left", seconds_left < 0 ? "null" : json_number(seconds_left));
+  log_message(range_.text(record.parameter) + ": " + told_.amplitude(record.unknown, record.amplitude), "point",
+              members);
+}
+
 void Progress::event(const BranchEvent &event, const EventRecord &record) {
-  if (!speaks_ || (!terminal_ && event.kind == BranchEvent::Kind::cut)) return;
+  if (!speaks_) return;
+  if (!logs_json() && !terminal_ && event.kind == BranchEvent::Kind::cut) return;
   const std::string whose =
       event.kind == BranchEvent::Kind::peak ? " of " + told_.amplitude(record.unknown, record.amplitude) : "";
+  if (logs_json()) {
+    std::string members = member("event", quoted(event_names()[static_cast<std::size_t>(record.kind)])) +
+                          member("point", record.point) + member("omega", record.omega);
+    if (!range_.is_sweep()) members += member("parameter", record.parameter);
+    if (record.amplitude > 0)
+      members += member("amplitude", record.amplitude) + member("unknown", quoted(told_.name(record.unknown)));
+    return log_message(event.text + whose, "event", members);
+  }
   std::printf("       %15.8g %s%s\n", range_.shown(record.parameter), event.text.c_str(), whose.c_str());
   std::fflush(stdout);
 }

@@ -1,6 +1,6 @@
 #pragma once
-// The run as a person sees it: one line per accepted point on a terminal, now and then otherwise; folds and cuts in
-// words.
+// The run as a person sees it: one line per accepted point on a terminal or in JSON, now and then otherwise;
+// folds and cuts in words.
 #include <chrono>
 #include <string>
 
@@ -21,6 +21,7 @@ public:
   void event(const BranchEvent &event, const EventRecord &record);
 
 private:
+  void log_point(const PointRecord &record, double seconds_left) const;
   double elapsed() const;
   bool of_mode() const { return range_.parameter == &modal_amplitude(); }
   bool speaks_, terminal_;

@@ -1,11 +1,10 @@
 #include "results/status_file.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <fstream>
 
 #include "results/point_record.hpp"
+#include "support/json.hpp"
 #include "support/version.hpp"
 
 namespace dovetail {
@@ -16,12 +15,6 @@ constexpr std::chrono::seconds between_points(1);
 const char *state_of(const std::string &stage) {
   const char first = stage.empty() ? ' ' : stage[0];
   return first < '3' ? "reducing" : first < '5' ? "preload" : "following";
-}
-
-std::string number(double value) { // JSON has no other ones
-  char text[40];
-  std::snprintf(text, sizeof text, "%.15g", value);
-  return std::isfinite(value) ? text : "null";
 }
 
 } // namespace
@@ -36,17 +29,17 @@ StatusFile::~StatusFile() {
 }
 
 void StatusFile::stage(const std::string &name) {
-  write(state_of(name), ", \"stage\": \"" + name + "\"");
+  write(state_of(name), member("stage", quoted(name)));
   last_ = {}; // the next point at once
 }
 
 void StatusFile::point(const CurveRange &range, int points, const PointRecord &record, double left) {
   if (file_.empty() || (last_ != Clock::time_point{} && Clock::now() - last_ < between_points)) return;
-  write("following",
-        ", \"stage\": \"5 branch\", \"points\": " + std::to_string(points) + ", \"omega\": " + number(record.omega) +
-            ", \"over\": \"" + range.parameter->name + "\", \"value\": " + number(record.parameter) +
-            ", \"from\": " + number(range.from) + ", \"to\": " + number(range.to) + ", \"done\": " +
-            number(std::clamp(record.progress, 0.0, 1.0)) + ", \"left\": " + (left < 0 ? "null" : number(left)));
+  write("following", member("stage", quoted("5 branch")) + member("points", points) + member("omega", record.omega) +
+                         member("over", quoted(range.parameter->name)) + member("value", record.parameter) +
+                         member("from", range.from) + member("to", range.to) +
+                         member("done", std::clamp(record.progress, 0.0, 1.0)) +
+                         member("left", left < 0 ? "null" : json_number(left)));
   last_ = Clock::now();
 }
 
@@ -57,7 +50,7 @@ void StatusFile::write(const std::string &state, const std::string &more) {
   std::error_code error;
   std::ofstream stream(partial, std::ios::trunc);
   stream << "{\"program\": \"dovetail " << version << "\", \"state\": \"" << state
-         << "\", \"seconds\": " << number(seconds) << more << "}\n";
+         << "\", \"seconds\": " << json_number(seconds) << more << "}\n";
   stream.close();
   if (stream)
     std::filesystem::rename(partial, file_, error), written_ = written_ || !error;

@@ -8,24 +8,12 @@
 
 #include "results/counts.hpp"
 #include "support/blas_kernel.hpp"
+#include "support/json.hpp"
+#include "support/log.hpp"
 #include "support/version.hpp"
 
 namespace dovetail {
 namespace {
-
-std::string quoted(const std::string &text) { // as a JSON string
-  std::string out = "\"";
-  for (const char c : text) {
-    char escaped[8];
-    if (c == '"' || c == '\\')
-      (out += '\\') += c;
-    else if (static_cast<unsigned char>(c) < 0x20)
-      std::snprintf(escaped, sizeof escaped, "\\u%04x", c), out += escaped;
-    else
-      out += c;
-  }
-  return out + "\"";
-}
 
 std::string list(const double *values, int count, int stride) {
   std::string out = "[";
@@ -194,61 +182,61 @@ void tell_accuracy(const BranchStory &story) {
   const Accuracy found = accuracy_of(story);
   const int points = static_cast<int>(story.estimates.size());
   if (found.unknown < points && found.largest == 0)
-    std::printf("  estimated errors: 0 at every point\n");
+    log_line("  estimated errors: 0 at every point\n");
   else if (found.unknown < points)
-    std::printf("  estimated errors: at most %.1e (at %s), %.1e or less at 95 %% of the points%s\n", found.largest,
-                story.range.text(found.omega).c_str(), found.most_points,
-                found.modes > std::max(found.sampling, found.harmonics) ? "; mostly by modes left out: more of them "
-                                                                          "with a larger reduction.modes"
-                : found.sampling > found.harmonics                      ? "; mostly by too few samples"
-                                                                        : "");
+    log_line("  estimated errors: at most %.1e (at %s), %.1e or less at 95 %% of the points%s\n", found.largest,
+             story.range.text(found.omega).c_str(), found.most_points,
+             found.modes > std::max(found.sampling, found.harmonics) ? "; mostly by modes left out: more of them "
+                                                                       "with a larger reduction.modes"
+             : found.sampling > found.harmonics                      ? "; mostly by too few samples"
+                                                                     : "");
   if (found.meaningless > 0)
-    std::printf(
+    log_line(
         "  %d points with estimated errors above %g mean nothing: %s\n", found.meaningless, no_error,
         found.modes > found.harmonics ? "more modes are wanted"
         : found.wanted > 0
             ? ("contacts that open and close want some " + std::to_string(found.wanted) + " harmonics there").c_str()
             : "more harmonics are wanted");
   if (found.between > 0)
-    std::printf("  between points: the amplitude is off a curve through them by %.1e at most (before %s)%s\n",
-                found.between, story.range.text(found.before).c_str(),
-                found.between > much_between ? ("; look closer there with " + std::string(story.range.at_key())).c_str()
-                                             : "");
+    log_line("  between points: the amplitude is off a curve through them by %.1e at most (before %s)%s\n",
+             found.between, story.range.text(found.before).c_str(),
+             found.between > much_between ? ("; look closer there with " + std::string(story.range.at_key())).c_str()
+                                          : "");
   if (found.unknown > 0)
-    std::printf("  no estimate at %d of %d points%s\n", found.unknown, points,
-                story.tolerance > 0 ? ": every other one is asked, while harmonics stay" : "");
+    log_line("  no estimate at %d of %d points%s\n", found.unknown, points,
+             story.tolerance > 0 ? ": every other one is asked, while harmonics stay" : "");
   if (found.above > 0)
-    std::printf("  the tolerance of %g is not kept at %d of %d points asked: %s\n", story.tolerance, found.above,
-                points - found.unknown,
-                found.modes > 0.5 * story.tolerance ? "modes left out take too much of it; raise reduction.modes"
-                                                    : "more harmonics would not have helped there");
+    log_line("  the tolerance of %g is not kept at %d of %d points asked: %s\n", story.tolerance, found.above,
+             points - found.unknown,
+             found.modes > 0.5 * story.tolerance ? "modes left out take too much of it; raise reduction.modes"
+                                                 : "more harmonics would not have helped there");
 }
 
 void tell(const ModeStory &mode, const BranchStory &story) {
   const auto amplitude = [&](double value) {
     return number("%.7g", value) + behind_number(story.told.units.instead_of(story.range.parameter->unit));
   };
-  std::printf("  mode %d: %s stuck, %s at the end; damping ratio of the resonance at most %.5g, at amplitude %s\n",
-              mode.number, story.range.unit.text(mode.omega).c_str(), story.range.unit.text(mode.omega_last).c_str(),
-              mode.ratio_most, amplitude(mode.amplitude_most).c_str());
+  log_line("  mode %d: %s stuck, %s at the end; damping ratio of the resonance at most %.5g, at amplitude %s\n",
+           mode.number, story.range.unit.text(mode.omega).c_str(), story.range.unit.text(mode.omega_last).c_str(),
+           mode.ratio_most, amplitude(mode.amplitude_most).c_str());
   if (mode.onset.point > 0)
-    std::printf("  contact point %d %s first, at amplitude %s\n", mode.onset.point, mode.onset.what,
-                amplitude(mode.onset.amplitude).c_str());
+    log_line("  contact point %d %s first, at amplitude %s\n", mode.onset.point, mode.onset.what,
+             amplitude(mode.onset.amplitude).c_str());
   else
-    std::printf("  no contact point slips or lifts off in this mode, at any amplitude\n");
-  std::printf("  energies balance to a damping ratio of %.1e\n", mode.energy_error);
+    log_line("  no contact point slips or lifts off in this mode, at any amplitude\n");
+  log_line("  energies balance to a damping ratio of %.1e\n", mode.energy_error);
   if (std::isfinite(mode.force_level))
-    std::printf("  the last point is the resonance under %.5g times the load\n", mode.force_level);
+    log_line("  the last point is the resonance under %.5g times the load\n", mode.force_level);
   else
-    std::printf("  the load does no work on this mode: there is no force level\n");
+    log_line("  the load does no work on this mode: there is no force level\n");
 }
 
 // The same in words.
 void tell(const BranchStory &story) {
   const Counts &counts = story.summary.counts;
-  std::printf("  %d points, %ld Newton iterations, %s, %s\n", counts.points, counts.newton,
-              many(counts.cuts, "step cut", "step cuts").c_str(),
-              many(counts.folds, "turning point", "turning points").c_str());
+  log_line("  %d points, %ld Newton iterations, %s, %s\n", counts.points, counts.newton,
+           many(counts.cuts, "step cut", "step cuts").c_str(),
+           many(counts.folds, "turning point", "turning points").c_str());
   const std::pair<int, std::string> helped[] = {
       {counts.corners, many(counts.corners, "corner", "corners")},
       {counts.harmonics, "harmonics added " + many(counts.harmonics, "time", "times")},
@@ -257,18 +245,18 @@ void tell(const BranchStory &story) {
   std::string used;
   for (const auto &[count, words] : helped)
     if (count > 0) used += (used.empty() ? "" : ", ") + words;
-  if (!used.empty()) std::printf("  where plain steps did not lead on: %s\n", used.c_str());
+  if (!used.empty()) log_line("  where plain steps did not lead on: %s\n", used.c_str());
   if (counts.inexact > 0)
-    std::printf("  %s left more of the equations than was asked: Newton's method may creep, and turns be missed\n",
-                many(counts.inexact, "linear solve", "linear solves").c_str());
+    log_line("  %s left more of the equations than was asked: Newton's method may creep, and turns be missed\n",
+             many(counts.inexact, "linear solve", "linear solves").c_str());
   if (story.mode) tell(*story.mode, story);
   tell_accuracy(story);
   if (counts.leaps + counts.integrations > 0)
-    std::printf("  after a leap the branch may be another one: look at the curve there\n");
+    log_line("  after a leap the branch may be another one: look at the curve there\n");
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::peak))
-      std::printf("  peak of %s at %s\n", story.told.amplitude(event.unknown, event.amplitude).c_str(),
-                  story.range.text(value_of(story, event)).c_str());
+      log_line("  peak of %s at %s\n", story.told.amplitude(event.unknown, event.amplitude).c_str(),
+               story.range.text(value_of(story, event)).c_str());
   const bool at_peak = !story.events.empty() && story.events.back().kind == static_cast<int>(Kind::peak) &&
                        story.events.back().point == counts.points - 1; // the run stopped there
   const std::pair<const CurveEnds::End *, const char *> ends[] = {
@@ -276,16 +264,16 @@ void tell(const BranchStory &story) {
       {at_peak ? nullptr : story.ends.rising(), "still rising at the end of the curve"}};
   for (const auto &[end, words] : ends)
     if (end)
-      std::printf("  no peak, %s: %s at %s\n", words, story.told.amplitude(end->unknown, end->amplitude).c_str(),
-                  story.range.text(end->value).c_str());
+      log_line("  no peak, %s: %s at %s\n", words, story.told.amplitude(end->unknown, end->amplitude).c_str(),
+               story.range.text(end->value).c_str());
   for (const EventRecord &event : story.events)
     if (event.kind == static_cast<int>(Kind::stability))
-      std::printf("  stability changes at %s\n", story.range.text(value_of(story, event)).c_str());
+      log_line("  stability changes at %s\n", story.range.text(value_of(story, event)).c_str());
   if (counts.missed > 0)
-    std::printf("  %d %s without solution\n", counts.missed,
-                story.range.is_sweep() ? "frequencies of continuation.at"
-                : story.mode           ? "amplitudes of mode.at"
-                                       : "values of path.at");
+    log_line("  %d %s without solution\n", counts.missed,
+             story.range.is_sweep() ? "frequencies of continuation.at"
+             : story.mode           ? "amplitudes of mode.at"
+                                    : "values of path.at");
 }
 
 } // namespace
@@ -350,12 +338,12 @@ void write_summary(MPI_Comm comm, const std::filesystem::path &directory, const 
     if (!directory.empty() && !(std::ofstream(directory / "summary.json") << file.str()).flush())
       throw ComputeError((directory / "summary.json").string() + ": cannot be written (is the disk full?)");
 
-    std::printf("\n  stage                  seconds       cpu   peak memory per rank\n");
+    log_line("\n  stage                  seconds       cpu   peak memory per rank\n");
     for (int s = 0; s < count; ++s) {
       double most[3] = {0, 0, 0}; // of any rank
       for (int r = 0; r < ranks; ++r)
         for (int i = 0; i < 3; ++i) most[i] = std::max(most[i], all[3 * (r * count + s) + i]);
-      std::printf("  %-20s %9.3f %9.3f %12.0f MiB\n", stages.records()[s].name.c_str(), most[0], most[1], most[2]);
+      log_line("  %-20s %9.3f %9.3f %12.0f MiB\n", stages.records()[s].name.c_str(), most[0], most[1], most[2]);
     }
     if (branch) tell(*branch);
   });

@@ -7,6 +7,7 @@
 #include <new>
 #include <thread>
 
+#include "support/log.hpp"
 #include "support/memory.hpp"
 
 namespace dovetail {
@@ -38,7 +39,7 @@ bool leaving = false;
 
 void on_exit() {
   if (leaving) return;
-  std::fprintf(stderr, "dovetail: a library ended the program; what it said stands above. %s\n", saved);
+  log_error(std::string("a library ended the program; what it said stands above. ") + saved);
   std::_Exit(could_not_go_on);
 }
 
@@ -46,7 +47,7 @@ void on_mpi_error(MPI_Comm *, int *code, ...) {
   char why[MPI_MAX_ERROR_STRING] = "";
   int length = 0;
   MPI_Error_string(*code, why, &length);
-  std::fprintf(stderr, "dovetail: a call of MPI failed: %s. %s\n", why, saved);
+  log_error(std::string("a call of MPI failed: ") + why + ". " + saved);
   main_leaves();
   MPI_Abort(MPI_COMM_WORLD, could_not_go_on);
 }

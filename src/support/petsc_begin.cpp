@@ -3,10 +3,11 @@
 #include <slepc.h>
 
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <thread>
+
+#include "support/log.hpp"
 
 namespace dovetail {
 namespace {
@@ -28,8 +29,7 @@ void begin_petsc(int *argc, char ***argv) {
     MPI_Initialized(&begun);
     if (begun) MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     if (rank > 0) std::this_thread::sleep_for(std::chrono::seconds(1)); // rank 0 has the word, and all end with it
-    std::fprintf(stderr, "dovetail: PETSc does not begin: %s; look at its options here and in PETSC_OPTIONS\n",
-                 why.c_str());
+    log_error("PETSc does not begin: " + why + "; look at its options here and in PETSC_OPTIONS");
     std::_Exit(2);
   }
 }
