@@ -206,6 +206,9 @@ int main(int argc, char **argv) {
     if (!in_order) std::fflush(nullptr), std::_Exit(status);
   }
   MPI_Comm_free(&roll_call);
+  PetscBool asked = PETSC_TRUE;
+  PetscOptionsHasName(nullptr, nullptr, "-options_left", &asked);
+  if (!asked) PetscOptionsSetValue(nullptr, "-options_left", "no"); // PETSc of late tells of unused ones a second time
   SlepcFinalize();
   return status;
 }

@@ -5,6 +5,7 @@
 
 #include "harmonic/dampers.hpp"
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 
 namespace dovetail {
 namespace {
@@ -12,14 +13,11 @@ namespace {
 // The values of all ranks, in rank order, on every rank.
 template <class T> std::vector<T> all_of(MPI_Comm comm, const std::vector<T> &own) {
   static_assert(std::is_trivially_copyable_v<T>);
-  int size;
-  MPI_Comm_size(comm, &size);
-  const int bytes = static_cast<int>(own.size() * sizeof(T));
-  std::vector<int> counts(size), starts(size + 1);
-  MPI_Allgather(&bytes, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  for (int r = 0; r < size; ++r) starts[r + 1] = starts[r] + counts[r];
-  std::vector<T> all(starts[size] / sizeof(T));
-  MPI_Allgatherv(own.data(), bytes, MPI_BYTE, all.data(), counts.data(), starts.data(), MPI_BYTE, comm);
+  MPI_Datatype one; // counted in bytes they would soon be too many
+  MPI_Type_contiguous(sizeof(T), MPI_BYTE, &one);
+  MPI_Type_commit(&one);
+  std::vector<T> all = gathered(comm, one, own);
+  MPI_Type_free(&one);
   return all;
 }
 

@@ -4,6 +4,7 @@
 #include <slepcblaslapack.h>
 
 #include "support/error.hpp"
+#include "support/int_count.hpp"
 
 namespace dovetail {
 namespace {
@@ -29,7 +30,9 @@ std::vector<double> on_first_rank(const Layout &layout, std::vector<double> &own
 
 // K becomes Phi, one mode after the other. Both: the lower half, by columns. lambda is empty if M is not positive.
 void solve(std::vector<double> &K, std::vector<double> &M, std::vector<double> &lambda) {
-  PetscBLASInt n = static_cast<PetscBLASInt>(lambda.size()), kind = 1, info = 0, room = -1, int_room = -1;
+  const std::size_t order = lambda.size();
+  int_count(1 + 6 * order + 2 * order * order, "room of dsygvd for all modes of so large a model; take more ranks");
+  PetscBLASInt n = static_cast<PetscBLASInt>(order), kind = 1, info = 0, room = -1, int_room = -1;
   std::vector<double> work(1);
   std::vector<PetscBLASInt> int_work(1);
   for (const bool ask : {true, false}) {

@@ -4,13 +4,13 @@
 //     (D + Phi_c^H Delta Phi_c)^-1 = D^-1 - D^-1 Phi_c^H Delta (I + F Delta)^-1 Phi_c D^-1,   F = Phi_c D^-1 Phi_c^H.
 // What I + F Delta is like depends on the basis: contact_factors.hpp, window_factors.hpp. Every rank factors and solves
 // the same.
-#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "harmonic/index_groups.hpp"
 #include "harmonic/linear_part.hpp"
 #include "harmonic/stuck_basis.hpp"
+#include "support/gathered.hpp"
 
 namespace dovetail {
 
@@ -20,16 +20,7 @@ void gemm(const char *ta, const char *tb, std::size_t m, std::size_t n, std::siz
 
 /// `all` = what the ranks have, one after the other. Collective.
 template <class T> void gather(const Layout &layout, std::vector<T> own, std::vector<T> &all, MPI_Datatype type) {
-  if (layout.size == 1) {
-    all = std::move(own);
-    return;
-  }
-  const int count = static_cast<int>(own.size());
-  std::vector<int> counts(layout.size), starts(layout.size);
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, layout.comm);
-  std::exclusive_scan(counts.begin(), counts.end(), starts.begin(), 0);
-  all.resize(starts.back() + counts.back());
-  MPI_Allgatherv(own.data(), count, type, all.data(), counts.data(), starts.data(), type, layout.comm);
+  all = layout.size == 1 ? std::move(own) : gathered(layout.comm, type, own);
 }
 
 /// LAPACK's factors of a square row-major matrix, in its place; the sign of its determinant, 0 where it is singular.

@@ -5,6 +5,7 @@
 #include "harmonic/dense_modes.hpp"
 #include "support/block_cyclic.hpp"
 #include "support/error.hpp"
+#include "support/int_count.hpp"
 
 extern "C" { // ScaLAPACK has no header
 void pdpotrf_(const char *, const int *, double *, const int *, const int *, const int *, int *);
@@ -49,6 +50,10 @@ std::vector<double> dense_modes_on_all_ranks(const Layout &layout, std::vector<d
     return local;
   };
   std::vector<double> A = taken(K), L = taken(M), Z = grid.matrix(), lambda(n), work(1);
+  on_all_ranks(layout.comm, [&] {
+    int_count(2 * Z.size() + 16 * lambda.size() + grid.more_room(),
+              "room of pdsyevd on one rank for all modes of so large a model; take more ranks");
+  });
   int info = 0;
   pdpotrf_("L", &n, L.data(), &one, &one, d, &info);
   if (info > 0) return {};

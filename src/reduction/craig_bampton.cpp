@@ -24,7 +24,7 @@ void add_upper(MPI_Comm comm, PetscInt points, const Tall &S, const Tall &Y, Pet
   std::vector<int> counts(size);
   for (int owner = 0; owner < size; ++owner) {
     const Range range = share_of(points, owner, size);
-    counts[owner] = Y.columns * std::max(0, std::min(end, 3 * range.end) - 3 * range.begin);
+    counts[owner] = Y.columns * std::max<PetscInt>(0, std::min(end, 3 * range.end) - 3 * range.begin);
   }
   std::vector<double> own(counts[rank]);
   MPI_Reduce_scatter(part.data(), own.data(), counts.data(), MPI_DOUBLE, MPI_SUM, comm);

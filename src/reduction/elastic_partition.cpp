@@ -52,7 +52,7 @@ std::vector<PetscInt> metis_parts(const std::vector<PetscInt> &degrees, const st
   for (auto &list : linked) {
     std::sort(list.begin(), list.end());
     edges.insert(edges.end(), list.begin(), std::unique(list.begin(), list.end()));
-    begin.push_back(static_cast<idx_t>(edges.size()));
+    begin.push_back(int_count(edges.size(), "edges between nodes for METIS"));
   }
   idx_t vertices = static_cast<idx_t>(degrees.size()), constraints = 2, wanted = parts, cut = 0;
   const real_t allowed[] = {1.03f, 1.5f};

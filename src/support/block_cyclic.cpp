@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "support/int_count.hpp"
+
 extern "C" { // ScaLAPACK has no header
 int Csys2blacs_handle(MPI_Comm);
 void Cfree_blacs_system_handle(int);
@@ -31,6 +33,9 @@ BlockCyclic::BlockCyclic(MPI_Comm comm, int n, std::vector<std::vector<int>> row
   int sides[2] = {grid_rows, 0}, info;
   MPI_Dims_create(size_, 2, sides);
   rows_ = sides[0], columns_ = sides[1], row_ = rank_ / columns_, column_ = rank_ % columns_;
+  const std::size_t most_rows = numroc_(&n_, &block, &zero, &zero, &rows_), // on the first rank
+      most_columns = numroc_(&n_, &block, &zero, &zero, &columns_);
+  int_count(most_rows * most_columns, "numbers of a dense matrix that ScaLAPACK has on one rank; take more ranks");
   context_ = handle_ = Csys2blacs_handle(comm);
   Cblacs_gridinit(&context_, "Row", rows_, columns_);
   own_rows_ = std::max(1, numroc_(&n_, &block, &row_, &zero, &rows_));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "support/error.hpp"
+#include "support/int_count.hpp"
 
 extern "C" {
 using Z = std::complex<double>;
@@ -125,6 +126,8 @@ HermitianModes lowest_modes(ComplexDense K, ComplexDense M, int count) {
 
 HermitianModes all_modes(ComplexDense K, ComplexDense M) {
   HermitianModes modes;
+  const std::size_t order = K.rows;
+  int_count(1 + 5 * order + 2 * order * order, "room of zhegvd for all modes of so large a sector");
   const int n = K.rows, kind = 1;
   int room = -1, real_room = -1, int_room = -1, info = 0;
   std::vector<Z> work(1);

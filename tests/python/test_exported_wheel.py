@@ -48,7 +48,7 @@ def of_the_whole(folder, order):
         angle, phase = 2 * np.pi * j / N, 2 * np.pi * j * order / N
         structure = structure.with_force(f"over_right_{j}", turn((0, 0, 1), angle) @ FORCE, name=f"sector_{j}")
         structure = structure.with_preload(f"over_right_{j}", PRELOAD).with_preload(f"over_left_{j}", -PRELOAD)
-        loads += f'[[excitation.load]]\npattern = "sector_{j}"\nfourier = [0, {np.cos(phase)!r}, {np.sin(phase)!r}]\n'
+        loads += f'[[excitation.load]]\npattern = "sector_{j}"\nfourier = [0, {float(np.cos(phase))!r}, {float(np.sin(phase))!r}]\n'
     joints = [Joint.between(structure.surface(f"over_right_{j}"), structure.surface(f"over_left_{(j + 1) % N}"), name=str(j), **STIFF)
               for j in range(N)]
     return run(folder, structure, joints, f"reduction.modes = {N * ELASTIC}\n{loads}")

@@ -66,8 +66,8 @@ def test_matrix_market(tmp_path, symmetry):
 
 
 def test_zero_based_dofs_and_loads_from_text(tmp_path):
-    (tmp_path / "f.txt").write_text("# amplitude\n" + "\n".join(repr(value) for value in FORCE))
-    (tmp_path / "p.txt").write_text(", ".join(repr(value) for value in PRELOAD))
+    (tmp_path / "f.txt").write_text("# amplitude\n" + "\n".join(repr(float(value)) for value in FORCE))
+    (tmp_path / "p.txt").write_text(", ".join(repr(float(value)) for value in PRELOAD))
     words = [*market(tmp_path), dofs_file(tmp_path, "1 2 3\n6 5 4\n"), "index_base=0", f"force={tmp_path / 'f.txt'}",
              f"preload={tmp_path / 'p.txt'}"]
     matrices.convert(words, tmp_path / "m.h5")
@@ -122,7 +122,7 @@ def test_loads_under_other_names_are_not_taken_as_zero(tmp_path, write, load, ot
     write(tmp_path / "model.mat", values)
     with pytest.raises(ValueError, match=f"model.mat: the variable {other} is not read; rename it {load}"):
         matrices.convert([tmp_path / "model.mat"], tmp_path / "m.h5")
-    (tmp_path / "given.txt").write_text("\n".join(map(repr, values[other].ravel())))
+    (tmp_path / "given.txt").write_text("\n".join(map(repr, values[other].ravel().tolist())))
     matrices.convert([tmp_path / "model.mat", f"{load}={tmp_path / 'given.txt'}"], tmp_path / "m.h5")
     check(tmp_path / "m.h5", force=FORCE, preload=PRELOAD)
 

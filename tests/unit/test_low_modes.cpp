@@ -118,11 +118,11 @@ TEST(LowModes, all_of_them_where_more_are_asked_for) {
   const ReducedModel model = small_reduced(PETSC_COMM_WORLD);
   const Layout layout(model, 0);
   const std::vector<double> none(model.own_contact_dofs());
-  for (const Way way : {low_modes_by_lapack, low_modes_by_lanczos}) {
-    const auto low = way(model, none, layout, 80);
-    ASSERT_TRUE(low);
-    EXPECT_EQ(low->squares.size(), 11u);
-  }
+  const auto one = low_modes_by_lapack(model, none, layout, 80), other = low_modes_by_lanczos(model, none, layout, 80);
+  ASSERT_TRUE(one && other);
+  ASSERT_EQ(one->squares.size(), 11u);
+  ASSERT_EQ(other->squares.size(), 11u);
+  for (int j = 0; j < 11; ++j) EXPECT_NEAR(other->squares[j], one->squares[j], 1e-9 * one->squares[j]) << j;
 }
 
 TEST(LowModes, negative_mass_has_none) {

@@ -11,6 +11,7 @@ import petsc4py
 petsc4py.init([])
 import ufl
 from dolfinx import fem, mesh as dolfinx_mesh
+from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
 from .. import faces
@@ -60,13 +61,15 @@ def structure(tetrahedra, material, comm, body_force=None):
     shear = material.young / (2 * (1 + material.poisson))
     lame = 2 * shear * material.poisson / (1 - 2 * material.poisson)
     stress = 2 * shear * ufl.sym(ufl.grad(u)) + lame * ufl.div(u) * ufl.Identity(3)
-    K = _assembled(ufl.inner(stress, ufl.sym(ufl.grad(v))) * ufl.dx(metadata={"quadrature_degree": 2}))
-    M = without_zeros(_assembled(material.density * ufl.inner(u, v) * ufl.dx(metadata={"quadrature_degree": 4})))
+    K = _assembled(ufl.inner(stress, ufl.sym(ufl.grad(v))) * ufl.dx(metadata={"quadrature_degree": 2}), comm)
+    M = _assembled(material.density * ufl.inner(u, v) * ufl.dx(metadata={"quadrature_degree": 4}), comm, with_zeros=False)
     preload = None
     if body_force:
         work = ufl.inner(ufl.as_vector(body_force(ufl.SpatialCoordinate(space.mesh))), v)
-        preload = fem.petsc.assemble_vector(fem.form(work * ufl.dx(metadata={"quadrature_degree": 4})))
-        preload.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        assembled = fem_petsc.assemble_vector(fem.form(work * ufl.dx(metadata={"quadrature_degree": 4})))
+        assembled.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        preload = K.createVecRight()
+        preload.setArray(assembled.getArray())
 
     labels = np.concatenate(comm.allgather(_own_rows(space)))
     row = np.empty(len(labels), dtype=np.int64)
@@ -81,7 +84,12 @@ def _displacement_space(tetrahedra, comm):
     """Quadratic displacements on the curved elements; rank 0 hands the cells out."""
     cells = tetrahedra.cells[:, VTK_TO_DOLFINX] if comm.rank == 0 else np.empty((0, 10))
     nodes = tetrahedra.nodes if comm.rank == 0 else np.empty((0, 3))
-    curved = ufl.Mesh(ufl.VectorElement("Lagrange", "tetrahedron", 2))
+    if hasattr(fem, "functionspace"):
+        from basix.ufl import element
+
+        curved = ufl.Mesh(element("Lagrange", "tetrahedron", 2, shape=(3,)))
+        return fem.functionspace(dolfinx_mesh.create_mesh(comm, cells.astype(np.int64), nodes, curved), ("Lagrange", 2, (3,)))
+    curved = ufl.Mesh(ufl.VectorElement("Lagrange", "tetrahedron", 2))  # dolfinx before 0.7
     return fem.VectorFunctionSpace(dolfinx_mesh.create_mesh(comm, cells.astype(np.int64), nodes, curved), ("Lagrange", 2))
 
 
@@ -89,23 +97,29 @@ def _own_rows(space):
     """Row in `tetrahedra.nodes` of each node whose displacements this rank owns. Space and geometry have the same nodes."""
     row = np.empty(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, dtype=np.int64)
     geometry = space.mesh.geometry
-    row[space.dofmap.list.array] = np.asarray(geometry.input_global_indices)[geometry.dofmap.array]
+    row[_flat(space.dofmap.list)] = np.asarray(geometry.input_global_indices)[_flat(geometry.dofmap)]
     return row[:space.dofmap.index_map.size_local]
 
 
-def _assembled(form):
-    matrix = fem.petsc.assemble_matrix(fem.form(form))
+def _flat(table):
+    """Cell after cell; dolfinx before 0.7 has a list of lists instead of an array (cells, nodes)."""
+    return np.asarray(getattr(table, "array", table)).reshape(-1)
+
+
+def _assembled(form, comm, with_zeros=True):
+    """On the communicator given: dolfinx's own goes with its mesh, and a matrix that is still in use there crashes (dolfinx 0.9).
+
+    Exact zeros are two thirds of a mass matrix, which couples no two directions.
+    """
+    matrix = fem_petsc.assemble_matrix(fem.form(form))
     matrix.assemble()
-    return matrix
-
-
-def without_zeros(matrix):
-    """A distributed copy that does not store exact zeros: two thirds of a mass matrix, which couples no two directions."""
-    indptr, indices, data = matrix.getValuesCSR()
-    kept = data != 0
-    ends = np.concatenate([[0], np.cumsum(kept)])[indptr]
-    csr = ends.astype(PETSc.IntType), indices[kept], data[kept]
-    return PETSc.Mat().createAIJ(matrix.getSizes(), csr=csr, comm=matrix.getComm())
+    sizes, (indptr, indices, data) = matrix.getSizes(), matrix.getValuesCSR()
+    matrix.destroy()
+    if not with_zeros:
+        kept = data != 0
+        ends = np.concatenate([[0], np.cumsum(kept)])[indptr]
+        indptr, indices, data = ends.astype(PETSc.IntType), indices[kept], data[kept]
+    return PETSc.Mat().createAIJ(sizes, csr=(indptr, indices, data), comm=comm)
 
 
 def centrifugal(material, speed):
