@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 BINARY = Path(os.environ.get("DOVETAIL", ROOT / "build" / "dovetail"))
 SURROUNDINGS = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMP_NUM_THREADS": "1",
                              "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",
-                             "OMPI_MCA_hwloc_base_binding_policy": "none",
+                             "OMPI_MCA_hwloc_base_binding_policy": "none", "OMPI_MCA_pml": "ob1",
                              "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe", "PRTE_MCA_hwloc_default_binding_policy": "none",
                              "PYTHONPATH": f"{ROOT}/python:{ROOT}/tests:{ROOT}/build/extras"}
 SECONDS = int(os.environ.get("DOVETAIL_TEST_SECONDS", 300))  # far more than any run needs, also beside ten other jobs

@@ -145,7 +145,7 @@ def draw(rows, entries, path):
         figure, axes = plt.subplots(figsize=(7, 4.6))
         for (name, own), (colour, style), marker in zip(rows.items(), LINES * 3, "osD^vP*X<>hd" * 3):
             known = [(row["cpu"], row["error"]) for (program, _), row in zip(entries, own)
-                     if program == entries[-1][0] and np.isfinite(row["error"])]
+                     if program == entries[-1][0] and row["error"] > 0]
             if known:
                 axes.loglog(*zip(*sorted(known)), marker=marker, ms=4, color=colour, ls=style, label=name)
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))

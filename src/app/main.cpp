@@ -70,6 +70,11 @@ void refuse_one_dash(const std::string &word) {
     if (name == ours) throw dovetail::InputError(word + ": an option of dovetail has two dashes; write --" + name);
 }
 
+// Not started by mpirun or srun.
+bool alone() {
+  return !std::getenv("OMPI_COMM_WORLD_SIZE") && !std::getenv("PMIX_RANK") && !std::getenv("PMI_RANK");
+}
+
 dovetail::Request parse(std::vector<std::string> words) {
   using dovetail::InputError;
   dovetail::Request request;
@@ -165,6 +170,7 @@ int main(int argc, char **argv) {
   char **petsc_argv = petsc.data();
   // Without mpirun Open MPI would start a daemon, and fail where it finds no ssh on the path.
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  if (alone()) setenv("OMPI_MCA_pml", "ob1", 0); // which looks for no networks: a fifth of a second
   dovetail::begin_petsc(&petsc_argc, &petsc_argv);
   if (dovetail::logs_json()) PETSC_STDOUT = stderr; // for what PETSc's options print
   dovetail::install_error_handler();
