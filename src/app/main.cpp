@@ -71,9 +71,7 @@ void refuse_one_dash(const std::string &word) {
 }
 
 // Not started by mpirun or srun.
-bool alone() {
-  return !std::getenv("OMPI_COMM_WORLD_SIZE") && !std::getenv("PMIX_RANK") && !std::getenv("PMI_RANK");
-}
+bool alone() { return !std::getenv("OMPI_COMM_WORLD_SIZE") && !std::getenv("PMIX_RANK") && !std::getenv("PMI_RANK"); }
 
 dovetail::Request parse(std::vector<std::string> words) {
   using dovetail::InputError;
