@@ -191,7 +191,7 @@ def test_frequencies_follow_the_sweep(tmp_path):
 
 
 def test_cases_survive_being_written():
-    inputs = ("dof5", "two_solids", "blade_root", "blisk")
+    inputs = ("jenkins", "dof5", "damper", "two_solids", "blade_root", "blisk")
     for path in ["python/dovetail/template/case.toml", *(f"inputs/{name}/case.toml" for name in inputs)]:
         content = tomllib.loads((ROOT / path).read_text())
         assert tomllib.loads(toml(content)) == content
