@@ -1,6 +1,6 @@
 """The closed form beside a run of the Jenkins element: a table of the peak and of the whole curve, and a picture.
 
-    $PYTHON inputs/jenkins/closed_form.py out/results.h5 [-o jenkins.png]
+    $PYTHON inputs/jenkins/closed_form.py out/results.h5            # writes out/jenkins.png
 
 Under x = X cos(omega t), X beyond X_s = mu N / k_t, the first harmonic of the slider is a spring k_s and a loss 4 mu N (X - X_s)
 per period. With cos(theta) = 1 - 2 X_s / X:
@@ -10,6 +10,7 @@ per period. With cos(theta) = 1 - 2 X_s / X:
 """
 
 import argparse
+from pathlib import Path
 
 import matplotlib
 
@@ -37,11 +38,10 @@ def curve(X):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("results")
-    parser.add_argument("-o", "--output", default="jenkins.png")
-    options = parser.parse_args()
+    parser.add_argument("results", type=Path)
+    path = parser.parse_args().results
 
-    results = Results(options.results)
+    results = Results(path)
     response = results.response("x1.t1")
     [(omega, peak)] = response.peaks()
     frequency = curve(np.array([PEAK]))[0, 0]
@@ -58,8 +58,9 @@ def main():
     axis.axhline(1e6 * SLIP, color="#7f7f7f", linestyle="--", label="slips above")
     axis.set(xlabel="excitation frequency [rad/s]", ylabel="amplitude x1.t1 [µm]", xlim=np.sort(results.omega[[0, -1]]), ylim=(0, None))
     axis.legend(frameon=False)
-    figure.savefig(options.output, dpi=110)
-    print(options.output)
+    picture = path.with_name("jenkins.png")
+    figure.savefig(picture, dpi=110)
+    print(picture)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from launch import BINARY, ROOT, SURROUNDINGS
 
 def results(name, case, folder):
     """Of inputs/NAME, copied: its model is written beside it."""
-    shutil.copytree(ROOT / "inputs" / name, folder / name, ignore=shutil.ignore_patterns("*.h5", "out", "optimum"))
+    shutil.copytree(ROOT / "inputs" / name, folder / name, ignore=shutil.ignore_patterns("*.h5", "out"))
     for command in ([sys.executable, "model.py"], [BINARY, "run", case, "--out", "out"]):
         subprocess.run(command, cwd=folder / name, env=SURROUNDINGS, check=True, capture_output=True)
     return Results(folder / name / "out/results.h5")
