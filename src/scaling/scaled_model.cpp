@@ -7,6 +7,8 @@ namespace dovetail {
 
 namespace {
 
+constexpr double hardly = 1e-3; // of a force: with less, as of a load that symmetry all but cancels, units are far off
+
 // What is driven first: the model, or where it is cyclic the index of harmonic 1.
 struct Driven {
   std::vector<double> kaa, mass, stiffness; // (N_a), diagonals (3 own) of M_xx and K_xx
@@ -79,7 +81,7 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   scales.frequency = model.modes > 0 ? std::sqrt(driven.kaa[0]) : study.omega_from;
   double modal_force = model.modes > 0 ? driven.modal[0] : 0;
   for (const double fa : driven.modal) // a first mode that the load hardly moves is no measure
-    if (modal_force < 1e-6 * fa) modal_force = fa;
+    if (modal_force < hardly * fa) modal_force = fa;
   const double w2 = scales.frequency * scales.frequency;
   scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
   // The motion at which x weighs like a. A joint that never slips has a slip limit far beyond it, one that is hardly

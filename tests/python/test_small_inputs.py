@@ -1,13 +1,15 @@
 """The smallest examples of inputs/ show what their pages say."""
 
+import runpy
 import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
-from dovetail import Results
+from dovetail import Joint, Results, Structure
 from launch import BINARY, ROOT, SURROUNDINGS
 
 
@@ -40,3 +42,50 @@ def test_damper_has_a_best_force(tmp_path):
     assert 0.3 < found.parameter[best] < 0.6
     assert min(found.tracked_amplitude[[first, last]]) > 5 * found.tracked_amplitude[best]
     assert found.frequency[first] == pytest.approx(393.7, rel=5e-3) and found.frequency[last] == pytest.approx(317.9, rel=5e-3)
+
+
+def whole_damper(folder, right=1.0):
+    """The case of two blades with a whole wedge between them, which nothing holds but both faces, at their bounds from the preload on; and
+    that of its half, by symmetry, in folder/damper. `right`: stiffness of the second blade, in those of the first."""
+    shutil.copytree(ROOT / "inputs/damper", folder / "damper", ignore=shutil.ignore_patterns("*.h5", "out"))
+    script = folder / "damper/model.py"
+    script.write_text(script.read_text().replace("np.radians(70)", "np.radians(35)"))
+    given = runpy.run_path(str(script))
+    blade, link = np.array(given["BLADE_STIFFNESS"]), given["MIRROR"] / 2 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    K = sp.block_diag([np.diag([*blade, *right * blade]), np.kron(link, np.eye(3))], format="csr")
+    M = sp.diags([given["BLADE"]] * 6 + [given["WEDGE"]] * 6, format="csr")
+    sets = {"left": [0], "right": [1], "wedge left": [2], "wedge right": [3]}
+    whole = Structure(K=K, M=M, nodes=np.zeros((4, 3)), dof_node=np.repeat([0, 1, 2, 3], 3), dof_direction=np.tile([0, 1, 2], 4), node_sets=sets)
+    joints = []
+    for side, sign in (("left", 1), ("right", -1)):
+        whole = whole.with_force(side, [sign, 0.0, 0.0]).with_preload(f"wedge {side}", [0.0, 0.0, given["CENTRIFUGAL"]])
+        joints.append(Joint.between(whole.surface(side), whole.surface(f"wedge {side}"), normal=[sign * given["c"], 0.0, -given["s"]],
+                                    t1=[sign * given["s"], 0.0, given["c"]], name=side))
+    whole.join(joints).write(folder / "model.h5")
+    half = folder / "damper/case.toml"
+    path = folder / "case.toml"
+    path.write_text(half.read_text().replace("modes = 3 ", "modes = 6 "))
+    return path, half
+
+
+def run_at(path, at):
+    """Results of a case with these frequencies [Hz] among its points."""
+    path.write_text(path.read_text().replace("omega = [250, 600]", f"omega = [250, 600]\nat = {at}"))
+    subprocess.run([BINARY, "run", path, "--out", path.parent / "out"], env=SURROUNDINGS, check=True, capture_output=True)
+    return Results(path.parent / "out/results.h5")
+
+
+def test_whole_damper_moves_as_its_half_does(tmp_path):
+    at, found = [300.0, 350.0, 450.0], []
+    for path in whole_damper(tmp_path):
+        run = run_at(path, at)
+        found.append([run.amplitude("x1.t1")[np.argmin(abs(run.frequency - hertz))] for hertz in at])
+    assert found[0] == pytest.approx(found[1], rel=1e-7)
+
+
+def test_damper_between_unlike_blades(tmp_path):
+    """The load moves the first mode by a hundred thousandth of what it moves others: no unit of motion."""
+    run = run_at(whole_damper(tmp_path, right=1.02)[0], [300.0])
+    assert len(run.events.of("leap")) == 0 and len(run.peaks()) >= 1
+    done = subprocess.run([sys.executable, "-m", "dovetail", "verify", run.path, "--points", "2"], env=SURROUNDINGS, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
