@@ -55,7 +55,8 @@ def whole_damper(folder, right=1.0):
     K = sp.block_diag([np.diag([*blade, *right * blade]), np.kron(link, np.eye(3))], format="csr")
     M = sp.diags([given["BLADE"]] * 6 + [given["WEDGE"]] * 6, format="csr")
     sets = {"left": [0], "right": [1], "wedge left": [2], "wedge right": [3]}
-    whole = Structure(K=K, M=M, nodes=np.zeros((4, 3)), dof_node=np.repeat([0, 1, 2, 3], 3), dof_direction=np.tile([0, 1, 2], 4), node_sets=sets)
+    whole = Structure(K=K, M=M, nodes=np.zeros((4, 3)), dof_node=np.repeat([0, 1, 2, 3], 3), dof_direction=np.tile([0, 1, 2], 4),
+                      node_sets=sets)
     joints = []
     for side, sign in (("left", 1), ("right", -1)):
         whole = whole.with_force(side, [sign, 0.0, 0.0]).with_preload(f"wedge {side}", [0.0, 0.0, given["CENTRIFUGAL"]])
@@ -87,5 +88,6 @@ def test_damper_between_unlike_blades(tmp_path):
     """The load moves the first mode by a hundred thousandth of what it moves others: no unit of motion."""
     run = run_at(whole_damper(tmp_path, right=1.02)[0], [300.0])
     assert len(run.events.of("leap")) == 0 and len(run.peaks()) >= 1
-    done = subprocess.run([sys.executable, "-m", "dovetail", "verify", run.path, "--points", "2"], env=SURROUNDINGS, capture_output=True, text=True)
+    verify = [sys.executable, "-m", "dovetail", "verify", run.path, "--points", "2"]
+    done = subprocess.run(verify, env=SURROUNDINGS, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
