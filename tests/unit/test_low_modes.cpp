@@ -17,17 +17,16 @@ namespace {
 constexpr int modes = 3, points = 40, contact = 3 * points;
 
 // A row of equal masses joined by springs, free at both ends; in t1, t2 and n the same.
-ReducedModel free_row(int points = ::points) {
-  const int contact = 3 * points;
+ReducedModel free_row(int length = points) {
   ReducedModel model;
   model.comm = PETSC_COMM_WORLD;
-  model.modes = modes, model.points = points;
-  model.own_modes = own_share(model.comm, modes), model.own_points = own_share(model.comm, points);
+  model.modes = modes, model.points = length;
+  model.own_modes = own_share(model.comm, modes), model.own_points = own_share(model.comm, length);
   model.kaa = {1e6, 2e6, 3e6};
   for (int i = 3 * model.own_points.begin; i < 3 * model.own_points.end; ++i) {
     for (int j = 0; j < modes; ++j) model.mxa.push_back(1e-3 * wave(i, j));
-    for (int j = 0; j < contact; ++j) {
-      const int p = i / 3, neighbours = (p > 0) + (p < points - 1);
+    for (int j = 0; j < 3 * length; ++j) {
+      const int p = i / 3, neighbours = (p > 0) + (p < length - 1);
       model.kxx.push_back(i == j ? 1e3 * neighbours : i - j == 3 || j - i == 3 ? -1e3 : 0);
       model.mxx.push_back(i == j ? 0.5 : 0);
     }
