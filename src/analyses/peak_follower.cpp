@@ -35,6 +35,7 @@ private:
   void begin(PeakSearch::Found found);
   Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
   bool takes_jump(double apart) override;
+  void jumped() override;
   void halved(const std::string &why) override;
   void turned_kink(double angle, double value) override;
   Outcome no_step() override;
@@ -158,10 +159,12 @@ bool PeakFollower::takes_jump(double apart) {
   const Amplitude from = meter_(here_.y, here_.t), to = meter_(trial_.y, trial_.t);
   const double slope = (from.slope / before + to.slope / behind) / 2, // by the parameter
       off = to.value - from.value - slope * (trial_.parameter - here_.parameter);
-  if (std::abs(off) > control_.between() * from.value || !is_peak(trial_)) return false;
+  return std::abs(off) <= control_.between() * from.value && is_peak(trial_);
+}
+
+void PeakFollower::jumped() {
   ++summary_.counts.corners;
   notify(BranchEvent::Kind::corner, "the peak goes on beside a corner of the response", here_);
-  return true;
 }
 
 void PeakFollower::halved(const std::string &why) {

@@ -73,8 +73,7 @@ class StepControl {
 public:
   /// `adaptive` false: `first` throughout. `between`: by how much the cubic between two points may miss the curve.
   StepControl(bool adaptive, double first, double between, double shortest = step_limits.shortest)
-      : adaptive_(adaptive), first_(first), step_(first), between_(between),
-        shortest_(adaptive ? shortest : shortest * first) {}
+      : adaptive_(adaptive), step_(first), between_(between), shortest_(adaptive ? shortest : shortest * first) {}
 
   double step() const { return step_; }
   bool adaptive() const { return adaptive_; }
@@ -93,7 +92,7 @@ public:
 
 private:
   bool adaptive_;
-  double first_, step_, between_, shortest_;
+  double step_, between_, shortest_;
 };
 
 } // namespace dovetail

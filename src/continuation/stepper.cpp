@@ -97,6 +97,7 @@ Stepper::Outcome Stepper::take_trial(double step) {
   const int newton = trial_.newton.newton;
   if (refine(trial_)) return Outcome::refined;
   const Outcome outcome = accept_step(here_.t, step, jump);
+  if (jump && outcome != Outcome::refused) jumped();
   if (outcome != Outcome::on || !control_.adaptive()) return outcome;
   if (!kink && !jump) curvature_ = measure.angle / step;
   control_.after(step, measure.angle, newton, off_, curve_->problem.is_smooth());

@@ -54,6 +54,8 @@ protected:
   /// Whether trial_, which lies that far from where the tangent points, is the curve's all the same although a check
   /// refuses it: behind a jump too small to matter.
   virtual bool takes_jump(double /*apart*/) { return false; }
+  /// Such a step was taken.
+  virtual void jumped() {}
   /// A step was refused, and is halved.
   virtual void halved(const std::string & /*why*/) {}
   /// The curve was followed round a kink that turns it by that angle [rad] at that value of the parameter.

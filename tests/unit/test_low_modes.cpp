@@ -95,7 +95,6 @@ TEST(LowModes, both_ways_agree_and_are_orthonormal) {
 
 // The first shift, a point's stiffness over its mass, is 1e5 times the lowest square here.
 TEST(LowModes, of_a_long_row_take_few_steps) {
-  if (!alone()) GTEST_SKIP() << "MUMPS counts its operations otherwise";
   constexpr int many = 300;
   ReducedModel model = free_row(many);
   std::fill(model.mxa.begin(), model.mxa.end(), 0.0);
@@ -105,7 +104,9 @@ TEST(LowModes, of_a_long_row_take_few_steps) {
   const auto low = low_modes_by_lanczos(model, std::vector<double>(3 * many, 0.01), layout, 10);
   PetscGetFlops(&after);
   const double step = 2.0 * layout.dofs() * layout.dofs() * lanczos_block; // M times a block
-  EXPECT_LT((after - before) / step, 300);                                 // 1000 with the first shift
+  if (alone()) {
+    EXPECT_LT((after - before) / step, 300);
+  } // 1000 with the first shift; MUMPS counts otherwise
   ASSERT_TRUE(low);
   for (int j = 0; j < 10; ++j) {
     const double wanted = (0.01 + 4 * 1e3 * std::pow(std::sin(M_PI * (j / 3) / (2 * many)), 2)) / 0.5;
