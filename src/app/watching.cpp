@@ -6,6 +6,9 @@
 namespace dovetail {
 namespace {
 
+// Of an amplitude: unknowns that differ by less move alike, as by symmetry. The first of them is named, on any processor.
+constexpr double alike = 1e-6;
+
 double size_of(const double *c, int harmonics) {
   double sum = 0;
   for (int k = 1; k <= harmonics; ++k) sum += c[cosine(k)] * c[cosine(k)] + c[sine(k)] * c[sine(k)];
@@ -58,8 +61,10 @@ void Watching::measure(PointRecord &point) {
     double bound = 0;
     for (int k = 1; k <= point.harmonics; ++k) bound += std::hypot(c[cosine(k)], c[sine(k)]);
     if (bound <= point.amplitude) continue;
-    if (const double here = swing_->amplitude(c); here > point.amplitude)
-      point.amplitude = here, point.tracked = size_of(c, point.harmonics), point.unknown = static_cast<int>(d);
+    const double here = swing_->amplitude(c);
+    if (here > point.amplitude * (1 + alike))
+      point.tracked = size_of(c, point.harmonics), point.unknown = static_cast<int>(d);
+    point.amplitude = std::max(point.amplitude, here);
   }
 }
 
