@@ -58,7 +58,7 @@ private:
   void tell_state() { // results of a run before stay until there is a point
     if (observer_.state && summary_.counts.points > 0) observer_.state(state());
   }
-  void archive(Archive &archive);
+  void archive(Archive &archive, SavedVectors &vectors);
   void set_stuck(double amplitude);
   bool solve_at(double amplitude, CurvePoint &s);
   void report(const CurvePoint &s, double arclength, bool located);
@@ -313,11 +313,15 @@ BranchState Backbone::state() {
   const Layout &layout = mode_.system().layout();
   BranchState state;
   state.harmonics = mode_.system().harmonics(), state.samples = mode_.system().samples();
-  state.y = numbers_of(layout, here_.y), state.tangent = numbers_of(layout, here_.t);
+  SavedVectors vectors(layout);
+  vectors.add(here_.y), vectors.add(here_.t);
+  Archive brought, saved;
+  archive(brought, vectors);
+  vectors.bring();
+  state.y = vectors.take(), state.tangent = vectors.take();
   state.counts = summary_.counts;
   state.counts.newton = counts_.newton, state.counts.linear = counts_.linear, state.counts.inexact = counts_.inexact;
-  Archive saved;
-  archive(saved);
+  archive(saved, vectors);
   state.fields = saved.fields();
   return state;
 }
@@ -330,11 +334,12 @@ void Backbone::restore(const BranchState &state) {
   summary_.counts = state.counts;
   static_cast<SolveCounts &>(counts_) = state.counts;
   Archive saved(state.fields);
-  archive(saved);
+  SavedVectors vectors(layout);
+  archive(saved, vectors);
 }
 
 // Cosine and sine of the own dofs, in the places of the first harmonic in y.
-void archive_shape(Archive &archive, const Layout &layout, Vec y, std::vector<double> &shape) {
+void archive_shape(Archive &archive, SavedVectors &vectors, const Layout &layout, Vec y, std::vector<double> &shape) {
   const auto exchange = [&](bool into) {
     double *own;
     check(VecGetArray(y, &own), doing);
@@ -345,12 +350,12 @@ void archive_shape(Archive &archive, const Layout &layout, Vec y, std::vector<do
     check(VecRestoreArray(y, &own), doing);
   };
   if (!archive.restores()) exchange(true);
-  archive_vector(archive, "reference", layout, y);
+  vectors.field(archive, "reference", y);
   if (archive.restores()) exchange(false);
 }
 
 // Saved and restored by the same list.
-void Backbone::archive(Archive &archive) {
+void Backbone::archive(Archive &archive, SavedVectors &vectors) {
   const Layout &layout = mode_.system().layout();
   archive.field("straight", straight_);
   archive.field("at_force", at_force_);
@@ -361,7 +366,7 @@ void Backbone::archive(Archive &archive) {
   archive.part("stepper", [&] { archive_steps(archive); });
 
   std::vector<double> reference = mode_.reference();
-  archive_shape(archive, layout, mode_.unknowns(), reference);
+  archive_shape(archive, vectors, layout, mode_.unknowns(), reference);
   if (archive.restores()) mode_.refer_to(std::move(reference));
 
   double largest = curve_->norm.largest_motion();
@@ -373,8 +378,8 @@ void Backbone::archive(Archive &archive) {
     check(VecAssemblyEnd(seen), doing);
     curve_->norm.see(seen);
   }
-  archive_point(archive, "before", layout, *curve_, before_);
-  archive_ahead(archive, layout, *curve_, ahead_, [](CurvePoint &) {});
+  vectors.point(archive, "before", *curve_, before_);
+  vectors.ahead(archive, *curve_, ahead_, [](CurvePoint &) {});
   double memory = curve_->memory();
   archive.field("solver_memory", memory);
   if (archive.restores()) curve_->recall(memory);

@@ -1,28 +1,9 @@
 // Where the curve stands, by the names of its fields, and back.
-#include <utility>
-
 #include "analyses/response_stepper.hpp"
 #include "analyses/saved_points.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
-namespace {
-
-// One number of each dof, on every rank.
-std::vector<double> of_all_dofs(const HarmonicSystem &system, const std::vector<double> &of_own) {
-  const Layout &layout = system.layout();
-  const UniqueVec y = system.unknowns(); // in the place of each dof's first coefficient
-  double *own;
-  check(VecGetArray(y, &own), "saving a state");
-  for (PetscInt d = 0; d < layout.own_dofs(); ++d) own[d * layout.width] = of_own[d];
-  check(VecRestoreArray(y, &own), "saving a state");
-  const std::vector<double> all = all_coefficients(layout, y);
-  std::vector<double> out;
-  for (std::size_t i = 0; i < all.size(); i += layout.width) out.push_back(all[i]);
-  return out;
-}
-
-} // namespace
 
 // What needs no layout. Saved and restored by the same list.
 void ResponseStepper::archive(Archive &archive) {
@@ -41,10 +22,10 @@ void ResponseStepper::archive(Archive &archive) {
 }
 
 // Points that are gone back to or guessed by, without what belongs to the solve; and those that are to be given.
-void ResponseStepper::archive_points(Archive &archive) {
-  archive_point(archive, "before", response.layout(), *curve_, before_);
-  archive_point(archive, "farthest", response.layout(), *curve_, farthest.point);
-  archive_ahead(archive, response.layout(), *curve_, ahead_, [&](CurvePoint &point) { describe(point); });
+void ResponseStepper::archive_points(Archive &archive, SavedVectors &vectors) {
+  vectors.point(archive, "before", *curve_, before_);
+  vectors.point(archive, "farthest", *curve_, farthest.point);
+  vectors.ahead(archive, *curve_, ahead_, [&](CurvePoint &point) { describe(point); });
 }
 
 // What belongs to a solve.
@@ -57,11 +38,16 @@ void ResponseStepper::describe(CurvePoint &point) {
 void ResponseStepper::save(BranchState &state, Archive &saved) {
   const HarmonicSystem &system = response.system();
   state.harmonics = system.harmonics(), state.samples = system.samples();
-  state.y = numbers_of(system.layout(), here_.y), state.tangent = numbers_of(system.layout(), here_.t);
-  state.y.back() = here_.parameter;
-  state.largest = of_all_dofs(system, response.metric().largest_of_dofs());
+  SavedVectors vectors(system.layout());
+  vectors.add(here_.y), vectors.add(here_.t);
+  vectors.add_dofs(response.metric().largest_of_dofs());
+  Archive brought;
+  archive_points(brought, vectors);
+  vectors.bring();
+  state.y = vectors.take(), state.tangent = vectors.take(), state.largest = vectors.take();
+  if (!state.y.empty()) state.y.back() = here_.parameter;
   archive(saved);
-  archive_points(saved);
+  archive_points(saved, vectors);
   saved.note("largest_motion", curve_->norm.largest_motion());
   state.trail = progress.retraced.marks();
 }
@@ -81,7 +67,8 @@ void ResponseStepper::restore(const BranchState &state, Archive &saved) {
   saved.field("largest_motion", motion);
   response.metric().restore(motion, std::move(largest));
   archive(saved);
-  archive_points(saved);
+  SavedVectors vectors(system.layout());
+  archive_points(saved, vectors);
   progress.retraced.restore(state.trail);
   describe(here_);
   stability_.stand(stability_.judge(here_));

@@ -104,9 +104,10 @@ ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double p
 }
 
 ResponseStepper::Outcome ResponseStepper::settle(Vec way) {
-  progress.drift.stepped(response.metric().swing(way), curve_->norm.length(way));
-  curve_->norm.see(here_.y);
-  const auto sense = progress.retraced.add(curve_->problem, here_.y, here_.t, curve_->norm.largest_motion());
+  std::vector<Problem::Projected> marks = curve_->problem.own_projected({here_.y, here_.t});
+  const ResponseMetric::Lengths lengths = response.metric().see(here_.y, way, marks);
+  progress.drift.stepped(lengths.swing, lengths.whole);
+  const auto sense = progress.retraced.add(marks, curve_->norm.largest_motion());
   if (sense != RetraceMonitor::Sense::fresh) {
     if (progress.retraced.met_left())
       return report_.end(End::turned_back, "the branch came back to a piece of it that had been left");

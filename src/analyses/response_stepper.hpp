@@ -14,6 +14,8 @@
 
 namespace dovetail {
 
+class SavedVectors;
+
 class ResponseStepper : public Stepper {
 public:
   ResponseStepper(HarmonicSystem &system, const NewtonSettings &newton, const BranchSettings &settings,
@@ -61,7 +63,7 @@ private:
   void adopt(std::unique_ptr<HarmonicSystem> system);
   bool change_harmonics(int harmonics, int most_newton, double error);
   void archive(Archive &archive);
-  void archive_points(Archive &archive);
+  void archive_points(Archive &archive, SavedVectors &vectors);
   void describe(CurvePoint &point);
 
   BranchReport &report_;

@@ -7,34 +7,9 @@
 #include "support/error.hpp"
 
 namespace dovetail {
-namespace {
-
-constexpr const char *doing = "saving a state";
-
-void archive_point(Archive &archive, const Layout &layout, CurvePoint &point) {
-  archive.field("sign", point.sign);
-  archive_vector(archive, "y", layout, point.y);
-  archive_vector(archive, "t", layout, point.t);
-  point.parameter = parameter_of(point.y);
-}
-
-} // namespace
-
-std::vector<double> numbers_of(const Layout &layout, Vec y) {
-  std::vector<double> numbers = all_coefficients(layout, y);
-  PetscInt all;
-  check(VecGetSize(y, &all), doing);
-  std::vector<double> behind(all - layout.dofs() * layout.width);
-  const double *own;
-  check(VecGetArrayRead(y, &own), doing);
-  if (layout.owns_omega()) std::copy_n(own + layout.own_coefficients(), behind.size(), behind.begin());
-  check(VecRestoreArrayRead(y, &own), doing);
-  MPI_Bcast(behind.data(), static_cast<int>(behind.size()), MPI_DOUBLE, layout.size - 1, layout.comm);
-  numbers.insert(numbers.end(), behind.begin(), behind.end());
-  return numbers;
-}
 
 void set_numbers(const Layout &layout, std::vector<double> numbers, Vec y) {
+  constexpr const char *doing = "restoring a state";
   const auto behind = numbers.begin() + layout.dofs() * layout.width;
   double *own;
   check(VecGetArray(y, &own), doing);
@@ -44,33 +19,49 @@ void set_numbers(const Layout &layout, std::vector<double> numbers, Vec y) {
   set_coefficients(layout, numbers, y);
 }
 
-void archive_vector(Archive &archive, const char *name, const Layout &layout, Vec y) {
-  std::vector<double> numbers;
-  if (!archive.restores()) numbers = numbers_of(layout, y);
-  archive.field(name, numbers);
-  if (archive.restores()) set_numbers(layout, std::move(numbers), y);
+void SavedVectors::add(Vec y) { all_.add(y); }
+
+void SavedVectors::add_dofs(const std::vector<double> &own) { all_.add_dofs(own); }
+
+void SavedVectors::bring() {
+  all_.bring();
+  brought_ = true;
 }
 
-void archive_point(Archive &archive, const char *name, const Layout &layout, const Curve &curve,
-                   std::optional<CurvePoint> &point) {
+void SavedVectors::field(Archive &archive, const char *name, Vec y) {
+  if (!archive.restores() && !brought_) return add(y);
+  std::vector<double> numbers;
+  if (!archive.restores()) numbers = take();
+  archive.field(name, numbers);
+  if (archive.restores()) set_numbers(layout_, std::move(numbers), y);
+}
+
+void SavedVectors::known_point(Archive &archive, CurvePoint &point) {
+  archive.field("sign", point.sign);
+  field(archive, "y", point.y);
+  field(archive, "t", point.t);
+  if (archive.restores()) point.parameter = parameter_of(point.y);
+}
+
+void SavedVectors::point(Archive &archive, const char *name, const Curve &curve, std::optional<CurvePoint> &point) {
   archive.part(name, [&] {
     bool known = point.has_value();
     archive.field("known", known);
     if (!known) return;
     if (archive.restores()) point = curve.point();
-    archive_point(archive, layout, *point);
+    known_point(archive, *point);
   });
 }
 
-void archive_ahead(Archive &archive, const Layout &layout, const Curve &curve, std::vector<CurvePoint> &ahead,
-                   const std::function<void(CurvePoint &)> &describe) {
-  int count = static_cast<int>(ahead.size());
+void SavedVectors::ahead(Archive &archive, const Curve &curve, std::vector<CurvePoint> &points,
+                         const std::function<void(CurvePoint &)> &describe) {
+  int count = static_cast<int>(points.size());
   archive.field("ahead", count);
   for (int i = 0; i < count; ++i)
     archive.part(("ahead_" + std::to_string(i)).c_str(), [&] {
-      if (archive.restores()) ahead.push_back(curve.point());
-      CurvePoint &point = ahead[i];
-      archive_point(archive, layout, point);
+      if (archive.restores()) points.push_back(curve.point());
+      CurvePoint &point = points[i];
+      known_point(archive, point);
       archive.field("newton", point.newton.newton);
       archive.field("linear", point.newton.linear);
       archive.field("residual", point.newton.residual);

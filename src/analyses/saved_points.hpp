@@ -5,22 +5,44 @@
 #include <vector>
 
 #include "continuation/curve.hpp"
+#include "harmonic/gathering.hpp"
 #include "harmonic/layout.hpp"
 #include "support/archive.hpp"
 
 namespace dovetail {
 
-/// Coefficients of all dofs, then the unknowns behind them, on every rank. y: of a response, or of a mode. Collective.
-std::vector<double> numbers_of(const Layout &layout, Vec y);
-/// Back; collective, with the same numbers on every rank.
+/// Back from a file: coefficients of all dofs, then the unknowns behind them, the same numbers on every rank. y: of a
+/// response, or of a mode. Collective.
 void set_numbers(const Layout &layout, std::vector<double> numbers, Vec y);
 
-void archive_vector(Archive &archive, const char *name, const Layout &layout, Vec y);
-/// A point, if it is known, without what belongs to its solve.
-void archive_point(Archive &archive, const char *name, const Layout &layout, const Curve &curve,
-                   std::optional<CurvePoint> &point);
-/// Ends of steps that are still to be taken. `describe`: what belongs to the solve of one that is restored.
-void archive_ahead(Archive &archive, const Layout &layout, const Curve &curve, std::vector<CurvePoint> &ahead,
-                   const std::function<void(CurvePoint &)> &describe);
+/// Vectors on their way into a state file, or back. All that are saved come to rank 0 by one message, so they are named
+/// twice in one order: to be brought, and to be written. The file has them on rank 0 only.
+class SavedVectors {
+public:
+  explicit SavedVectors(const Layout &layout) : layout_(layout), all_(layout) {}
+
+  /// A field; or, before `bring`, a vector that is to be brought. Reads it back in an archive that restores.
+  void field(Archive &archive, const char *name, Vec y);
+  /// A point, if it is known, without what belongs to its solve.
+  void point(Archive &archive, const char *name, const Curve &curve, std::optional<CurvePoint> &point);
+  /// Ends of steps that are still to be taken. `describe`: what belongs to the solve of one that is restored.
+  void ahead(Archive &archive, const Curve &curve, std::vector<CurvePoint> &points,
+             const std::function<void(CurvePoint &)> &describe);
+
+  /// Outside of an archive: brought with the others, and taken in turn with them.
+  void add(Vec y);
+  void add_dofs(const std::vector<double> &own);
+  std::vector<double> take() { return all_.take(next_++); }
+
+  void bring(); ///< collective
+
+private:
+  void known_point(Archive &archive, CurvePoint &point);
+
+  const Layout &layout_;
+  Gathering all_;
+  std::size_t next_ = 0;
+  bool brought_ = false;
+};
 
 } // namespace dovetail

@@ -28,27 +28,20 @@ bool beyond_belief(MPI_Comm comm, const BranchStory &story) {
 }
 
 // The forces that move the modes, which nearly cancel at a resonance [scaled].
-double modal_forces(const BranchPoint &point) {
-  const Layout &layout = point.system.layout();
-  const std::vector<double> &squares = point.system.scaled().model.reduced.kaa;
-  const double *q;
+double modal_forces(const HarmonicSystem &system, const PointRecord &record) {
+  const std::vector<double> &squares = system.scaled().model.reduced.kaa;
+  const std::size_t width = system.layout().width;
   double sum = 0;
-  check(VecGetArrayRead(point.y, &q), "judging a point");
-  for (PetscInt d = 0; d < layout.own_modes.size(); ++d)
-    for (int place = 1; place < layout.width; ++place)
-      sum += std::pow(squares[layout.own_modes.begin + d] * q[d * layout.width + place], 2);
-  check(VecRestoreArrayRead(point.y, &q), "judging a point");
-  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, layout.comm);
+  for (std::size_t mode = 0; mode < squares.size(); ++mode)
+    for (std::size_t place = 1; place < width; ++place)
+      sum += std::pow(squares[mode] * record.coefficients[mode * width + place] / system.scales().modal, 2);
   return std::sqrt(sum);
 }
 
 // Size of what remains at rest: the load.
 double load_of(HarmonicSystem &system, double parameter) {
   UniqueVec y = system.unknowns(), f = system.unknowns();
-  const Layout &layout = system.layout();
-  if (layout.owns_omega()) check(VecSetValue(y, layout.unknowns() - 1, parameter, INSERT_VALUES), "judging the load");
-  check(VecAssemblyBegin(y), "judging the load");
-  check(VecAssemblyEnd(y), "judging the load");
+  set_parameter(y, parameter);
   system.residual(y, f);
   PetscReal size;
   check(VecNorm(f, NORM_2, &size), "judging the load");
@@ -56,9 +49,9 @@ double load_of(HarmonicSystem &system, double parameter) {
 }
 
 // Whether nothing but rounding errors bounds the motion.
-bool without_bound(const BranchPoint &point, double load) {
+bool without_bound(const HarmonicSystem &system, const PointRecord &record, double load) {
   constexpr double share = 1e-3; // of the load: no more than three digits of the motion are right then
-  return modal_forces(point) * std::numeric_limits<double>::epsilon() > share * load;
+  return modal_forces(system, record) * std::numeric_limits<double>::epsilon() > share * load;
 }
 
 } // namespace
@@ -163,15 +156,17 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
     const HarmonicSystem *system = nullptr;
   } place;
   observer.point = [&](const BranchPoint &point) {
-    if (without_bound(point, load))
+    const double now = MPI_Wtime();
+    PointRecord record = collect(point, now - clock);
+    record.omega = user_omega(point.parameter, point.omega), record.parameter = user_value(point.parameter);
+    results.agreement().hold([&] {
+      if (!voice.speaks() || !without_bound(point.system, record, load)) return;
       throw ComputeError("at " + range.text(user_value(point.parameter)) +
                          " an eigenfrequency is excited and nothing damps it: the motion is so large that "
                          "rounding errors are more than a thousandth of the load. Give damping.stiffness, or leave "
                          "this frequency out. The " +
                          std::to_string(points) + " points before are in " + results_of(study).string());
-    const double now = MPI_Wtime();
-    PointRecord record = collect(point, now - clock);
-    record.omega = user_omega(point.parameter, point.omega), record.parameter = user_value(point.parameter);
+    });
     if (voice.speaks()) watching.measure(record);
     results.append(record);
     progress.point(record);
@@ -200,7 +195,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
       voice.say("  no sensitivity: no smooth maximum there, but a corner of the curve, or the steps of sampled forces");
   };
   observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };
-  observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };
+  observer.interrupted = [&] { return (signal = results.agreement().agree(noted_signal())) != 0; };
   BranchStory story;
   story.summary = stages.run("5 branch", [&] {
     const NewtonSettings newton{study.step_tolerance, study.residual_tolerance, study.max_iterations};

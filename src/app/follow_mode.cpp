@@ -153,7 +153,7 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
     results.append(record);
     progress.event(event, record);
   };
-  observer.interrupted = [&] { return (signal = noted_signal(comm)) != 0; };
+  observer.interrupted = [&] { return (signal = results.agreement().agree(noted_signal())) != 0; };
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));
   observer.state = [&](BranchState state) { keeper.take(std::move(state), results); };

@@ -3,8 +3,10 @@
 #include <sched.h>
 #include <unistd.h>
 
+#include <climits>
 #include <utility>
 
+#include "support/blas_kernel.hpp"
 #include "support/error.hpp"
 #include "support/folder_lock.hpp"
 
@@ -64,6 +66,19 @@ std::string note_on_cores(MPI_Comm comm) {
                 "note: " + std::to_string(ranks) + " ranks on " + std::to_string(count) +
                     (count == 1 ? " core" : " cores") + " of host " + host() + " take turns; take as many as it has",
                 most.rank);
+}
+
+std::string note_on_arithmetic(MPI_Comm comm) {
+  if (compute_alike(comm)) return "";
+  const std::string here = kinds_of_arithmetic(), first = shared(comm, here, 0);
+  int rank;
+  MPI_Comm_rank(comm, &rank);
+  int other = here == first ? INT_MAX : rank;
+  MPI_Allreduce(MPI_IN_PLACE, &other, 1, MPI_INT, MPI_MIN, comm);
+  return "note: rank " + std::to_string(other) + " computes with " + shared(comm, here, other) + ", rank 0 with " +
+         first +
+         ": their last bits differ, and linear solves take more messages; take hosts of one kind, and one "
+         "OPENBLAS_CORETYPE";
 }
 
 std::string idle_ranks(int ranks, int points) {

@@ -14,6 +14,9 @@ void refuse_unshared(MPI_Comm comm, const std::filesystem::path &folder, std::st
 /// That ranks take turns on the cores of a host, or nothing. Collective.
 std::string note_on_cores(MPI_Comm comm);
 
+/// That last bits differ between ranks, which then share work in another way, or nothing. Collective.
+std::string note_on_arithmetic(MPI_Comm comm);
+
 /// That ranks have no contact point, or nothing.
 std::string idle_ranks(int ranks, int points);
 

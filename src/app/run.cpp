@@ -375,6 +375,7 @@ void run_case(MPI_Comm comm, const Request &request) {
             (study.title.empty() ? "" : ": " + study.title));
   if (blas_kernel().worth_saying()) voice.say("OpenBLAS kernel: " + in_words(blas_kernel()));
   voice.say(note_on_cores(comm));
+  voice.say(note_on_arithmetic(comm));
   const std::string idle =
       request.reduce_only ? "" : idle_ranks(ranks_of(comm), static_cast<int>(checked.contact.size()));
   if (!idle.empty()) voice.say("note: " + idle);

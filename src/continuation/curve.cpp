@@ -23,19 +23,28 @@ Curve::Curve(Problem &problem_, const NewtonSettings &newton, double unit, bool 
 
 CurvePoint Curve::point() const {
   CurvePoint s;
-  s.y = problem.unknowns(), s.t = problem.unknowns();
+  for (UniqueVec *v : {&s.y, &s.t}) { // to lay out a new one would take a message
+    check(VecDuplicate(row_, v->out()), "creating a point");
+    check(VecSet(*v, 0), "creating a point");
+  }
   return s;
 }
 
 bool Curve::solve_across(Vec normal, CurvePoint &s, const StepEffort &effort) {
-  double target;
-  double reach = 0;
-  if (effort.step > 0) {
-    const double unit = plain_length(normal) / norm.length(normal);
-    reach = std::max(most_steps * effort.step * unit, least_reach * plain_length(s.y));
-  }
+  constexpr const char *doing = "predicting";
+  PetscScalar target, square, size, unit;
   norm.weigh(normal, row_);
-  check(VecDot(row_, s.y, &target), "predicting");
+  check(VecDotBegin(row_, s.y, &target), doing); // by one message
+  check(VecDotBegin(row_, normal, &square), doing);
+  check(VecDotBegin(s.y, s.y, &size), doing); // no VecNorm, whose value PETSc remembers and scales: see plain_length
+  check(VecDotBegin(normal, normal, &unit), doing);
+  check(VecDotEnd(row_, s.y, &target), doing);
+  check(VecDotEnd(row_, normal, &square), doing);
+  check(VecDotEnd(s.y, s.y, &size), doing);
+  check(VecDotEnd(normal, normal, &unit), doing);
+  const double reach =
+      effort.step > 0 ? std::max(most_steps * effort.step * std::sqrt(unit / square), least_reach * std::sqrt(size))
+                      : 0;
   s.newton = corrector_.solve(s.y, row_, target, {effort.line_search, effort.most, reach, effort.exact, effort.steady});
   return finish(s);
 }
@@ -66,15 +75,14 @@ bool Curve::finish(CurvePoint &s) {
   solve_.reset();
   if (!s.newton.converged) return false;
   s.data = problem.describe();
-  s.parameter = parameter_of(s.y);
   const auto direction = corrector_.tangent(s.t);
   count(direction);
   s.sign = direction.sign;
-  if (!direction.found) {
+  if (!direction.found || !normalise(s.t, s.y)) {
     s.newton.converged = false, s.newton.why = "the bordered Jacobian is singular";
     return false;
   }
-  check(VecScale(s.t, 1 / norm.length(s.t)), "computing a tangent");
+  s.parameter = parameter_of(s.y);
   static long solves = 0;
   s.solve = ++solves;
   solve_ = s.solve;
@@ -92,12 +100,11 @@ bool Curve::correct(const CurvePoint &s, Vec r, Vec c) {
   return correction.found;
 }
 
-double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle) {
+double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle) {
   constexpr const char *doing = "looking into a step";
   const Vec r = work_[0], c = work_[1];
-  check(VecWAXPY(c, -1, a.y, b.y), doing);
-  const double length = norm.length(c);
-  check(VecWAXPY(middle, 0.5, c, a.y), doing);
+  check(VecCopy(a.y, middle), doing);
+  check(VecAXPBY(middle, 0.5, 0.5, b.y), doing);
   check(VecAXPBYPCZ(middle, length / 8, -length / 8, 1, a.t, b.t), doing);
   problem.residual(middle, r);
   set_parameter(r, 0); // along the step nothing is missing
@@ -112,8 +119,26 @@ bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   const auto direction = corrector_.tangent_at(y, row_, t);
   count(direction);
   sign = direction.sign;
-  if (direction.found) check(VecScale(t, 1 / norm.length(t)), "computing a tangent");
-  return direction.found;
+  return direction.found && normalise(t, y);
+}
+
+// To length 1; false where it has none. All ranks know the parameter of both then.
+bool Curve::normalise(Vec t, Vec y) {
+  constexpr const char *doing = "computing a tangent";
+  UniqueVec weighed;
+  check(VecDuplicate(t, weighed.out()), doing);
+  PetscScalar square, rate, parameter;
+  norm.weigh(t, weighed);
+  check(VecDotBegin(weighed, t, &square), doing); // by one message
+  check(VecDotBegin(unit_, t, &rate), doing);
+  check(VecDotBegin(unit_, y, &parameter), doing);
+  check(VecDotEnd(weighed, t, &square), doing);
+  check(VecDotEnd(unit_, t, &rate), doing);
+  check(VecDotEnd(unit_, y, &parameter), doing);
+  if (!(std::isfinite(square) && square > 0)) return false;
+  note_parameter(t, rate), note_parameter(y, parameter);
+  scale_known(t, 1 / std::sqrt(square));
+  return true;
 }
 
 void turn(CurvePoint &s) {
@@ -121,6 +146,8 @@ void turn(CurvePoint &s) {
   s.sign = -s.sign;
 }
 
-double angle(const ArcLengthMetric &norm, Vec t, Vec u) { return std::acos(std::clamp(norm.product(t, u), -1.0, 1.0)); }
+double angle_of(double product) { return std::acos(std::clamp(product, -1.0, 1.0)); }
+
+double angle(const ArcLengthMetric &norm, Vec t, Vec u) { return angle_of(norm.product(t, u)); }
 
 } // namespace dovetail

@@ -57,10 +57,10 @@ public:
   /// the last solve if s is from that. False where it failed. Collective.
   bool correct(const CurvePoint &s, Vec r, Vec c);
 
-  /// How far the middle of the cubic from a to b lies off the curve: roughly, by one correction with the factors of the
-  /// last solve, which led to b or to a; NaN where that failed. Large where the step led to another piece of the curve,
-  /// or across a loop of it. `middle` becomes what the correction finds. Collective.
-  double off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle);
+  /// How far the middle of the cubic from a to b, `length` apart, lies off the curve: roughly, by one correction with
+  /// the factors of the last solve, which led to b or to a; NaN where that failed. Large where the step led to another
+  /// piece of the curve, or across a loop of it. `middle` becomes what the correction finds. Collective.
+  double off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle);
 
   double take_work() { return corrector_.take_work(); } ///< of the linear solver, see BorderedJacobian
   double memory() const { return corrector_.memory(); } ///< likewise
@@ -81,6 +81,7 @@ public:
 
 private:
   bool finish(CurvePoint &s);
+  bool normalise(Vec t, Vec y);
   void count(const Corrector::Outcome &newton);
   void count(const Corrector::Direction &solve);
 
@@ -92,7 +93,8 @@ private:
 
 /// Other way round: the same point, the tangent turned.
 void turn(CurvePoint &s);
-/// Angle between two tangents of weighted length 1 [rad].
+/// Angle between two tangents of weighted length 1 [rad], also by their product.
 double angle(const ArcLengthMetric &norm, Vec t, Vec u);
+double angle_of(double product);
 
 } // namespace dovetail

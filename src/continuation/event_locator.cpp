@@ -30,7 +30,9 @@ std::optional<Located> EventLocator::between(Vec normal, Bound from, Bound to, c
   curve_.precisely(true);
   const std::shared_ptr<void> usual(nullptr, [&](void *) { curve_.precisely(false); });
   double a = from.along, b = to.along, fa = from.value, fb = to.value;
-  UniqueVec ya = curve_.problem.unknowns(), yb = curve_.problem.unknowns();
+  UniqueVec ya, yb; // to lay out new ones would take messages
+  check(VecDuplicate(from.y, ya.out()), doing);
+  check(VecDuplicate(to.y, yb.out()), doing);
   check(VecCopy(from.y, ya), doing);
   check(VecCopy(to.y, yb), doing);
   Located place{0, curve_.point()};

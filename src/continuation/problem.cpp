@@ -1,5 +1,7 @@
 #include "continuation/problem.hpp"
 
+#include <petsc/private/petscimpl.h> // data kept with an object
+
 #include <algorithm>
 #include <cmath>
 
@@ -39,18 +41,30 @@ private:
 
 MPI_Comm comm_of(Vec y) { return PetscObjectComm(reinterpret_cast<PetscObject>(y)); }
 
+std::vector<double> added_up(std::vector<double> sums, MPI_Comm comm) {
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm);
+  return sums;
+}
+
 // x by the largest met so far, the parameter by its unit.
 class PlainMetric : public ArcLengthMetric {
 public:
   PlainMetric(double unit, bool weighted) : unit_(weighted ? unit : 1), weighted_(weighted) {}
 
-  double product(Vec a, Vec b) const override {
-    const Own x(a), y(b);
-    double sum = 0;
-    for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * y[i];
-    sum = sum * weight() + x.parameter() * y.parameter() / (unit_ * unit_);
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm_of(a));
-    return sum;
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
+                               const std::vector<Vec> &known) const override {
+    std::vector<double> sums;
+    for (const auto &[a, b] : pairs) {
+      const Own x(a), y(b);
+      double sum = 0;
+      for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * y[i];
+      sums.push_back(sum * weight() + x.parameter() * y.parameter() / (unit_ * unit_));
+    }
+    for (const Vec y : moving) sums.push_back(square(y));
+    for (const Vec y : known) sums.push_back(Own(y).parameter());
+    sums = added_up(std::move(sums), comm_of(pairs[0][0]));
+    for (std::size_t i = 0; i < known.size(); ++i) note_parameter(known[i], sums[pairs.size() + moving.size() + i]);
+    return sums;
   }
   void weigh(Vec t, Vec row) const override {
     const double p = parameter_of(t);
@@ -58,22 +72,28 @@ public:
     check(VecScale(row, weight()), doing);
     set_parameter(row, p / (unit_ * unit_));
   }
-  double motion(Vec y) const override {
+  double largest_motion() const override { return largest_; }
+  void see(Vec y) override { largest_ = std::max(largest_, std::sqrt(added_up({square(y)}, comm_of(y))[0])); }
+
+private:
+  static double square(Vec y) { // of this rank's part of x
     const Own x(y);
     double sum = 0;
     for (PetscInt i = 0; i < x.size(); ++i) sum += x[i] * x[i];
-    MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, comm_of(y));
-    return std::sqrt(sum);
+    return sum;
   }
-  double largest_motion() const override { return largest_; }
-  void see(Vec y) override { largest_ = std::max(largest_, motion(y)); }
-
-private:
   double weight() const { return weighted_ && largest_ > 0 ? 1 / (largest_ * largest_) : 1; }
 
   double unit_, largest_ = 0;
   bool weighted_;
 };
+
+// PETSc keeps a number with a vector until that changes, on all ranks alike.
+PetscInt kept_parameter() {
+  static PetscInt number = -1;
+  if (number < 0) check(PetscObjectComposedDataRegister(&number), doing);
+  return number;
+}
 
 } // namespace
 
@@ -83,21 +103,51 @@ std::unique_ptr<ArcLengthMetric> Problem::metric(double unit, bool weighted) con
   return std::make_unique<PlainMetric>(unit, weighted);
 }
 
-std::array<double, Problem::projections> Problem::projected(Vec y) const {
-  const Own x(y);
-  std::array<double, projections> out{};
-  out[0] = x.parameter();
-  for (PetscInt i = 0; i < x.size(); ++i)
-    for (int k = 1; k < projections; ++k) out[k] += pseudo_random(x.first() + i, 0, k) * x[i];
-  MPI_Allreduce(MPI_IN_PLACE, out.data(), projections, MPI_DOUBLE, MPI_SUM, comm_of(y));
+double Problem::residual_and_plane(Vec y, Vec f, Vec border) {
+  double along;
+  residual(y, f);
+  check(VecDot(border, y, &along), "evaluating the arc-length equation");
+  return along;
+}
+
+std::vector<Problem::Projected> Problem::projected(const std::vector<Vec> &of) const {
+  std::vector<Projected> all = own_projected(of);
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(of.size()) * projections, MPI_DOUBLE, MPI_SUM,
+                comm_of(of[0]));
+  return all;
+}
+
+std::vector<Problem::Projected> Problem::own_projected(const std::vector<Vec> &of) const {
+  std::vector<Projected> out(of.size());
+  for (std::size_t v = 0; v < of.size(); ++v) {
+    const Own x(of[v]);
+    out[v][0] = x.parameter();
+    for (PetscInt i = 0; i < x.size(); ++i)
+      for (int k = 1; k < projections; ++k) out[v][k] += pseudo_random(x.first() + i, 0, k) * x[i];
+  }
   return out;
 }
 
+void note_parameter(Vec y, double value) {
+  check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), kept_parameter(), value), doing);
+}
+
+void scale_known(Vec y, double factor) {
+  const double value = parameter_of(y);
+  check(VecScale(y, factor), doing);
+  note_parameter(y, factor * value);
+}
+
 double parameter_of(Vec y) {
-  double value = Own(y).parameter();
+  double value;
+  PetscBool known;
+  check(PetscObjectComposedDataGetReal(reinterpret_cast<PetscObject>(y), kept_parameter(), value, known), doing);
+  if (known) return value;
+  value = Own(y).parameter();
   int size;
   MPI_Comm_size(comm_of(y), &size);
   MPI_Bcast(&value, 1, MPI_DOUBLE, size - 1, comm_of(y));
+  note_parameter(y, value);
   return value;
 }
 

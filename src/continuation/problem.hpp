@@ -44,9 +44,13 @@ public:
 class ArcLengthMetric {
 public:
   virtual ~ArcLengthMetric() = default;
-  virtual double product(Vec a, Vec b) const = 0; ///< Collective.
-  virtual void weigh(Vec t, Vec row) const = 0;   ///< row . s is the product of t and s
-  virtual double motion(Vec y) const = 0;         ///< size of x, without weights. Collective.
+  using Pair = std::array<Vec, 2>;
+  /// Products of pairs, then squares of how far `moving` move, without weights, by one message; by which parameter_of
+  /// the vectors `known` is known as well. Collective.
+  virtual std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving = {},
+                                       const std::vector<Vec> &known = {}) const = 0;
+  double product(Vec a, Vec b) const { return products({{a, b}})[0]; } ///< Collective.
+  virtual void weigh(Vec t, Vec row) const = 0;                        ///< row . s is the product of t and s
   /// The largest motion met at accepted points; weights may follow it.
   virtual double largest_motion() const = 0;
   virtual void see(Vec y) = 0; ///< an accepted point. Collective.
@@ -66,6 +70,8 @@ public:
   virtual UniqueVec unknowns() const = 0;
   /// f = F(y); its last entry is left alone. Collective.
   virtual void residual(Vec y, Vec f) = 0;
+  /// The same; and border . y, which may travel with what F needs from other ranks. Collective.
+  virtual double residual_and_plane(Vec y, Vec f, Vec border);
   virtual std::unique_ptr<BorderedJacobian> jacobian() = 0;
   /// `unit`: change of the parameter that counts as much as the largest motion. Not weighted: the plain norm.
   virtual std::unique_ptr<ArcLengthMetric> metric(double unit, bool weighted) const;
@@ -74,14 +80,21 @@ public:
   virtual bool is_admissible(double /*parameter*/) const { return true; }
   /// False where F has kinks so close to each other that steps should not look for them one by one.
   virtual bool is_smooth() const { return true; }
-  /// The parameter and five projections of x, by which points are told apart cheaply. Collective.
+  /// Of each vector the parameter and five projections of x, by which points are told apart cheaply. Collective.
   static constexpr int projections = 6;
-  virtual std::array<double, projections> projected(Vec y) const;
+  using Projected = std::array<double, projections>;
+  std::vector<Projected> projected(const std::vector<Vec> &of) const;
+  /// This rank's part of it: they are sums.
+  virtual std::vector<Projected> own_projected(const std::vector<Vec> &of) const;
 };
 
-double parameter_of(Vec y);              ///< last entry, on every rank. Collective.
-void set_parameter(Vec y, double value); ///< the last entry
-double plain_length(Vec t);              ///< 2-norm. Collective.
+/// The last entry, on every rank. Collective; without a message where y is as it was when it was asked before.
+double parameter_of(Vec y);
+void note_parameter(Vec y, double value); ///< what all ranks know it to be
+void set_parameter(Vec y, double value);  ///< the last entry
+/// y *= factor, and its parameter, which all ranks know, stays known.
+void scale_known(Vec y, double factor);
+double plain_length(Vec t); ///< 2-norm. Collective.
 /// A number in (-1, 1), the same wherever it is asked for.
 double pseudo_random(std::size_t a, std::size_t b, std::size_t which);
 

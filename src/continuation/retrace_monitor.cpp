@@ -11,7 +11,11 @@ constexpr double many = 10; // lengths of a piece: its cubic ends nearer, unless
 } // namespace
 
 RetraceMonitor::Sense RetraceMonitor::add(const Problem &problem, Vec y, Vec t, double motion) {
-  for (const Vec v : {y, t}) marks_.append(problem.projected(v));
+  return add(problem.projected({y, t}), motion);
+}
+
+RetraceMonitor::Sense RetraceMonitor::add(const std::vector<Problem::Projected> &of, double motion) {
+  for (const Problem::Projected &mark : of) marks_.append(mark);
   const int sense = older(motion);
   found_ = sense == 0 ? 0 : sense == sense_ ? found_ + 1 : 1;
   sense_ = sense;

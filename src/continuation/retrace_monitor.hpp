@@ -18,6 +18,8 @@ public:
   /// Takes note of a point and its tangent. `motion`: the largest met so far, plain norm. Returns whether this point
   /// and the `enough` before it all lie on older pieces of the way, and which way round those were run. Collective.
   Sense add(const Problem &problem, Vec y, Vec t, double motion);
+  /// The same of what is projected already.
+  Sense add(const std::vector<Problem::Projected> &of, double motion);
 
   /// All marks, and what restores them.
   const GrowingList &marks() const { return marks_; }

@@ -43,6 +43,7 @@ inline double allowed_astray(bool smooth) { return smooth ? most_astray : most_a
 struct StepMeasure {
   double angle = 0, correction = 0; ///< between the tangents [rad]; from the predicted point [steps]
   double allowed = most_astray;     ///< [rad]
+  double chord = 0;                 ///< from one end to the other
   bool turns_too_far() const { return angle > step_limits.most_angle; }
   /// Where the step points elsewhere although the tangents agree, it led to another piece of the curve.
   bool lies_too_far() const;

@@ -86,8 +86,11 @@ Stepper::Outcome Stepper::try_step(double step) {
 Stepper::Outcome Stepper::take_trial(double step) {
   TangentPredictor().predict(here_, step, predicted_);
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  const StepMeasure measure{angle(curve_->norm, here_.t, trial_.t), curve_->norm.length(predicted_) / step,
-                            allowed_astray(curve_->problem.is_smooth())};
+  const std::vector<double> products =
+      curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}, {here_.t, predicted_}, {here_.t, here_.t}});
+  const double chord = step * step * products[3] - 2 * step * products[2] + products[1]; // its square
+  const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step,
+                            allowed_astray(curve_->problem.is_smooth()), std::sqrt(std::max(chord, 0.0))};
   const bool kink = halvings_.add(measure);
   off_ = 0;
   const bool jump = control_.adaptive() && !belongs(step, measure, kink);
@@ -160,7 +163,11 @@ Stepper::Outcome Stepper::settle(Vec) {
   return Outcome::on;
 }
 
-void Stepper::measure_anew() { check(VecScale(here_.t, 1 / curve_->norm.length(here_.t)), "measuring arc length"); }
+void Stepper::measure_anew() {
+  const std::vector<double> squares = curve_->norm.products({{here_.t, here_.t}}, {here_.t, here_.y}, {here_.t});
+  scale_known(here_.t, 1 / std::sqrt(squares[0]));
+  speed_ = std::sqrt(squares[1] / squares[0]), motion_ = std::sqrt(squares[2]);
+}
 
 void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const {
   if (!place) place = curve_->point();
@@ -171,8 +178,7 @@ void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const 
 
 void Stepper::limit_step() {
   if (!control_.adaptive()) return;
-  control_.limit({std::abs(parameter_of(here_.t)) / unit_, curve_->norm.motion(here_.t), curve_->norm.motion(here_.y)},
-                 curve_->problem.is_smooth());
+  control_.limit({std::abs(parameter_of(here_.t)) / unit_, speed_, motion_}, curve_->problem.is_smooth());
 }
 
 void Stepper::take_curve(Curve &curve) {

@@ -30,7 +30,7 @@ protected:
   Outcome advance();
   /// From here on along that curve, whose points the stepper then makes anew.
   void take_curve(Curve &curve);
-  /// Length of the next step by what limits it here.
+  /// Length of the next step by what limits it here, where it was measured anew.
   void limit_step();
   /// here_ was not led to by a step: the next guess follows the tangent alone, and leads where none has been.
   void forget_steps() { before_.reset(), ahead_.clear(); }
@@ -86,9 +86,10 @@ private:
   bool round_kink(double step, KinkTurn::Extent extent, Outcome &outcome);
 
   Halvings halvings_;
-  double curvature_ = 0; // at the last smooth step: angle per arc length
-  double off_ = 0;       // by how much the cubic to trial_ misses the curve; 0: not known
-  UniqueVec middle_;     // where that was found
+  double speed_ = 0, motion_ = 0; // when measured anew: motions of the tangent and of the point, without weights
+  double curvature_ = 0;          // at the last smooth step: angle per arc length
+  double off_ = 0;                // by how much the cubic to trial_ misses the curve; 0: not known
+  UniqueVec middle_;              // where that was found
 };
 
 } // namespace dovetail

@@ -21,8 +21,8 @@ PetscInt worth_factoring(const Layout &layout) {
 
 } // namespace
 
-CoarseSpace::CoarseSpace(const StuckBases &bases, const Layout &layout)
-    : layout_(layout), own_(own_share(layout.comm, layout.dofs())), most_(worth_factoring(layout)) {
+CoarseSpace::CoarseSpace(const StuckBases &bases, const Layout &layout, const ModalShare &share)
+    : layout_(layout), own_(share.own), most_(worth_factoring(layout)) {
   PetscBool given;
   check(PetscOptionsGetInt(nullptr, "hb_modal_", "-lowest", &most_, &given), "reading options");
   given_ = given;
@@ -120,12 +120,15 @@ template <class Work> void CoarseSpace::each_harmonic(Work &&work) const {
   }
 }
 
-void CoarseSpace::factor(const ModalOperator &contacts, const DynamicStiffness &structure) {
+std::vector<float> CoarseSpace::part(const ModalOperator &contacts, const DynamicStiffness &structure) {
   const Timed timed(Work::factors);
   choose(structure.omega());
+  return contacts.among(at_contacts_);
+}
+
+void CoarseSpace::factor(std::vector<float> matrix, const DynamicStiffness &structure) {
+  const Timed timed(Work::factors);
   const std::size_t size = size_;
-  std::vector<float> matrix = contacts.among(at_contacts_);
-  MPI_Allreduce(MPI_IN_PLACE, matrix.data(), static_cast<int>(matrix.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
   each_harmonic([&](std::size_t p, int k, double sign, std::size_t first) {
     const std::size_t c = at_contacts_[p].count;
     for (std::size_t i = 0; i < c; ++i)

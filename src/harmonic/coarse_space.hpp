@@ -12,11 +12,13 @@ namespace dovetail {
 class CoarseSpace {
 public:
   /// `bases` must outlive this.
-  CoarseSpace(const StuckBases &bases, const Layout &layout);
+  CoarseSpace(const StuckBases &bases, const Layout &layout, const ModalShare &share);
 
   bool used() const { return most_ > 0; }
-  /// Of the Jacobian that `contacts` has taken. Collective.
-  void factor(const ModalOperator &contacts, const DynamicStiffness &structure);
+  /// Of the Jacobian that `contacts` has taken: this rank's part of its matrix, for the sum of all ranks' to be
+  /// factored.
+  std::vector<float> part(const ModalOperator &contacts, const DynamicStiffness &structure);
+  void factor(std::vector<float> matrix, const DynamicStiffness &structure);
   void forget() { sign_ = 0; }
   PetscInt size() const {
     return sign_ == 0 ? 0 : size_;

@@ -10,24 +10,33 @@
 
 namespace dovetail {
 
-void ContactFactors::look_at(const ContactDerivative &contact, bool all) {
+void ContactFactors::list_moving(const ContactDerivative &contact, bool all) {
   moving_.clear();
   for (int p = 0; p < contact.size(); ++p) {
     const auto springs = stuck_springs(contact.points()[p]);
     if (!all && contact.springs_only(p) && std::equal(springs.begin(), springs.end(), &basis_.springs[3 * p])) continue;
     for (int d = has_friction(contact.points()[p].law) ? 0 : 2; d < 3; ++d) moving_.push_back(3 * p + d);
   }
-  share_moving();
+}
+
+void ContactFactors::look_at(const ContactDerivative &contact, bool all, std::optional<double> told) {
+  list_moving(contact, all);
+  count_moving(all ? std::nullopt : told);
+}
+
+double ContactFactors::own_moving(const ContactDerivative &contact) {
+  list_moving(contact, false);
+  return static_cast<double>(moving_.size());
 }
 
 // LAPACK reaches more than half of what a core can do, the products of gather and fill less.
 double ContactFactors::work() const {
-  const double rows = static_cast<double>(all_moving_.size()), size = rows * layout_.width;
+  const double rows = static_cast<double>(rows_), size = rows * layout_.width;
   return size * size * size + 100 * size * size + 6.0 * layout_.width * rows * rows * length() + 4e5;
 }
 
 double ContactFactors::work_to_solve() const {
-  const double rows = static_cast<double>(all_moving_.size()), size = rows * layout_.width, n = static_cast<double>(n_);
+  const double rows = static_cast<double>(rows_), size = rows * layout_.width, n = static_cast<double>(n_);
   return 12 * size * size + 8 * length() * layout_.width * (rows + n) + 1e5;
 }
 

@@ -15,9 +15,12 @@ public:
   /// `bases` must outlive this.
   ContactFactors(const StuckBases &bases, const Layout &layout) : ModalFactors(bases, layout) {}
 
-  /// Looks at which points move at the Jacobian to come, or takes all of them to. Before factor(). Collective.
-  void look_at(const ContactDerivative &contact, bool all);
-  PetscInt size() const override { return static_cast<PetscInt>(all_moving_.size()) * layout_.width; }
+  /// Looks at which points move at the Jacobian to come, or takes all of them to. Before factor(). `told`: how many of
+  /// all ranks' contact dofs move, where that is known. Collective.
+  void look_at(const ContactDerivative &contact, bool all, std::optional<double> told = {});
+  /// How many of this rank's do.
+  double own_moving(const ContactDerivative &contact);
+  PetscInt size() const override { return rows_ * layout_.width; }
   double work() const override;
   double work_to_solve() const override;
   bool of_all() const { return points_ == layout_.points; } ///< points
@@ -27,6 +30,7 @@ public:
 private:
   int decompose(const JacobianParts &parts, bool precisely) override;
   void react() override;
+  void list_moving(const ContactDerivative &contact, bool all);
   void list_blocks();
   void gather_deltas(const JacobianParts &parts);
   void fill();

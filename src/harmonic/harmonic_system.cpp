@@ -4,7 +4,9 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
 
+#include "continuation/problem.hpp"
 #include "harmonic/assembled.hpp"
 #include "harmonic/dampers.hpp"
 #include "harmonic/dense_model.hpp"
@@ -130,13 +132,7 @@ UniqueVec HarmonicSystem::unknowns() const {
   return y;
 }
 
-double HarmonicSystem::parameter_in(Vec y) const {
-  const double *own;
-  check(VecGetArrayRead(y, &own), "reading the parameter");
-  const double value = shared_parameter(own);
-  check(VecRestoreArrayRead(y, &own), "reading the parameter");
-  return value;
-}
+double HarmonicSystem::parameter_in(Vec y) const { return parameter_of(y); }
 
 double HarmonicSystem::shared_parameter(const double *own) const {
   double value = layout_.owns_omega() ? own[layout_.own_coefficients()] : 0;
@@ -161,14 +157,47 @@ bool HarmonicSystem::set(double value) {
   return found;
 }
 
-void HarmonicSystem::products(const double *q) {
+bool HarmonicSystem::has_products(const double *q) const {
+  return motion_.size() == static_cast<std::size_t>(layout_.own_coefficients()) &&
+         std::equal(motion_.begin(), motion_.end(), q);
+}
+
+// Sets the parameter, makes the products and evaluates the contact, of unknowns y. Returns border . y. By one message,
+// where the products take one.
+double HarmonicSystem::go_to(const double *y, const double *border) {
+  const double own = layout_.owns_omega() ? y[layout_.own_coefficients()] : 0;
+  std::vector<double> sums{own, border ? std::inner_product(y, y + layout_.own_unknowns(), border, 0.0) : 0};
+  if (layout_.size > 1 || !has_products(y)) products(y, &sums);
+  set(sums[0]);
+  evaluate_contact(y);
+  return sums[1];
+}
+
+// The same where the residual was evaluated last, most likely: by a short message, in which `more` is added up, too.
+// False if it was not there.
+bool HarmonicSystem::stand_at(const double *y, std::vector<double> *more) {
+  const std::optional<double> before = value_;
+  std::vector<double> sums{layout_.owns_omega() ? y[layout_.own_coefficients()] : 0, has_products(y) ? 0.0 : 1.0};
+  if (more) sums.insert(sums.end(), more->begin(), more->end());
+  if (layout_.size > 1)
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+  if (more) more->assign(sums.begin() + 2, sums.end());
+  set(sums[0]);
+  const bool there = sums[1] == 0 && value_ == before;
+  if (sums[1] > 0) products(y);
+  evaluate_contact(y);
+  return there;
+}
+
+// With `sums`, they become those over all ranks.
+void HarmonicSystem::products(const double *q, std::vector<double> *sums) {
   const std::size_t count = layout_.own_coefficients();
-  int same = motion_.size() == count && std::equal(motion_.begin(), motion_.end(), q);
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
-  if (same) return;
   stiffness_force_.resize(count), inertia_force_.resize(count);
   const Timed timed(Work::matrices);
-  linear_->multiply(q, stiffness_force_.data(), inertia_force_.data());
+  if (sums)
+    linear_->multiply_and_share(q, stiffness_force_.data(), inertia_force_.data(), *sums, layout_.comm);
+  else
+    linear_->multiply(q, stiffness_force_.data(), inertia_force_.data());
   if (const Dampers *dampers = linear_->dampers()) {
     if (dampers->is_viscous())
       damping_force_.resize(count), dampers->viscous_force(q, layout_.width, damping_force_.data());
@@ -189,13 +218,16 @@ void HarmonicSystem::evaluate_contact(const double *q) {
 }
 
 void HarmonicSystem::evaluate(const double *q) {
-  products(q);
+  int same = has_products(q);
+  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
+  if (!same) products(q);
   evaluate_contact(q);
 }
 
 const double *HarmonicSystem::holding() {
-  adrift_ = loose_.motions() > 0 && hold_adrift();
-  return adrift_ ? held_.data() : nullptr;
+  const Stiffness of = contact_stiffness();
+  adrift_ = loose_.motions() > 0 && loose_.adrift(of.mean, of.springs);
+  return hold_adrift(of);
 }
 
 void HarmonicSystem::balance(const DynamicStiffness &structure, double constant, double varying, double *out) const {
@@ -222,27 +254,37 @@ void HarmonicSystem::balance(const DynamicStiffness &structure, double constant,
   for (std::size_t i = 0; i < constant_.size(); ++i) contact[i * n] += 2 * constant_[i];
 }
 
-void HarmonicSystem::residual(Vec y, Vec f) {
-  const double *q;
+double HarmonicSystem::residual(Vec y, Vec f, Vec border) {
+  const double *q, *row = nullptr;
   double *out;
   check(VecGetArrayRead(y, &q), "evaluating the residual");
-  set(shared_parameter(q));
-  evaluate(q);
+  if (border) check(VecGetArrayRead(border, &row), "evaluating the residual");
+  const double along = go_to(q, row);
+  if (border) check(VecRestoreArrayRead(border, &row), "evaluating the residual");
   check(VecGetArray(f, &out), "evaluating the residual");
   balance(structure(setting_.omega), setting_.load, setting_.load, out);
   check(VecRestoreArray(f, &out), "evaluating the residual");
   check(VecRestoreArrayRead(y, &q), "evaluating the residual");
+  return along;
 }
 
 void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   const double *q, *last;
   check(VecGetArrayRead(y, &q), "evaluating the Jacobian");
-  set(shared_parameter(q));
-  evaluate(q);
+  evaluate_contact(q);
+  const Stiffness of = contact_stiffness();
+  std::vector<double> sums = loose_.held(of.mean, of.springs);
+  const std::size_t held_sums = sums.size();
+  const std::vector<double> wanted = linear_->own_sums(J, ContactDerivative(forces_));
+  sums.insert(sums.end(), wanted.begin(), wanted.end());
+  const bool there = stand_at(q, &sums);
+  if (there) linear_->take_sums(J, sums.data() + held_sums);
   differentiate(q, parameter_.kind());
   check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
+  adrift_ = loose_.motions() > 0 && there && loose_.adrift(sums.data());
+  const double *held = there ? hold_adrift(of) : holding();
   check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
-  fill(J, structure(setting_.omega), column_.data(), last);
+  linear_->fill(J, {structure(setting_.omega), ContactDerivative(forces_), held, column_.data(), last});
   check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
 }
 
@@ -250,8 +292,7 @@ void HarmonicSystem::transposed_jacobian(Vec y, Vec border, Mat J) {
   constexpr const char *doing = "evaluating the transposed Jacobian";
   const double *q, *last;
   check(VecGetArrayRead(y, &q), doing);
-  set(shared_parameter(q));
-  evaluate(q);
+  stand_at(q);
   differentiate(q, parameter_.kind());
   check(VecRestoreArrayRead(y, &q), doing);
   check(VecGetArrayRead(border, &last), doing);
@@ -296,8 +337,7 @@ double HarmonicSystem::by_damping(std::size_t i) const {
 double HarmonicSystem::weighed_damping(Vec y, Vec weights) {
   const double *q, *w;
   check(VecGetArrayRead(y, &q), "differentiating by damping");
-  set(shared_parameter(q));
-  products(q);
+  stand_at(q);
   check(VecRestoreArrayRead(y, &q), "differentiating by damping");
   double sum = 0;
   check(VecGetArrayRead(weights, &w), "differentiating by damping");
@@ -311,8 +351,7 @@ void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
   const double *q;
   double *column;
   check(VecGetArrayRead(y, &q), "differentiating by a parameter");
-  set(shared_parameter(q));
-  evaluate(q);
+  stand_at(q);
   differentiate(q, by);
   check(VecRestoreArrayRead(y, &q), "differentiating by a parameter");
   check(VecSet(out, 0), "differentiating by a parameter");
@@ -375,20 +414,26 @@ void HarmonicSystem::differentiate(const double *q, const PathParameter &by) {
   for (std::size_t i = 0; i < r.size(); ++i) column_[first + i * n] += 2 * slope.preload * r[i];
 }
 
-// Part of each spring on the diagonal of the constant parts, where contact itself gives none.
-bool HarmonicSystem::hold_adrift() {
-  constexpr double part = 0.25; // separation of bodies tried by experiment: 1/4 comes back from several gaps' distance
-  std::vector<double> stiffness, springs;
-  for (int p = 0; p < forces_.size(); ++p) {
+// Of the own contact dofs, where a rigid motion may be loose.
+HarmonicSystem::Stiffness HarmonicSystem::contact_stiffness() const {
+  Stiffness of;
+  for (int p = 0; p < forces_.size() && loose_.motions() > 0; ++p) {
     const auto mean = forces_.mean_stiffness(p), stuck = stuck_springs(forces_.points()[p]);
-    stiffness.insert(stiffness.end(), mean.begin(), mean.end());
-    springs.insert(springs.end(), stuck.begin(), stuck.end());
+    of.mean.insert(of.mean.end(), mean.begin(), mean.end());
+    of.springs.insert(of.springs.end(), stuck.begin(), stuck.end());
   }
-  if (!loose_.adrift(stiffness, springs)) return false;
-  held_.assign(springs.size(), 0.0);
-  for (std::size_t dof = 0; dof < springs.size(); ++dof)
-    if (std::abs(stiffness[dof]) < 1e-6 * springs[dof]) held_[dof] = part * springs[dof];
-  return true;
+  return of;
+}
+
+// Part of each spring on the diagonal of the constant parts, where contact itself gives none; null if nothing is
+// adrift.
+const double *HarmonicSystem::hold_adrift(const Stiffness &of) {
+  constexpr double part = 0.25; // separation of bodies tried by experiment: 1/4 comes back from several gaps' distance
+  if (!adrift_) return nullptr;
+  held_.assign(of.springs.size(), 0.0);
+  for (std::size_t dof = 0; dof < of.springs.size(); ++dof)
+    if (std::abs(of.mean[dof]) < 1e-6 * of.springs[dof]) held_[dof] = part * of.springs[dof];
+  return held_.data();
 }
 
 } // namespace dovetail

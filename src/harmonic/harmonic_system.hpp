@@ -55,8 +55,9 @@ public:
   UniqueVec unknowns() const;       ///< y = [X; parameter], zero
   double parameter_in(Vec y) const; ///< last unknown, on every rank. Collective.
 
-  /// f = residual of eq (11); its last entry, the parameter's row, is left alone. Collective.
-  void residual(Vec y, Vec f);
+  /// f = residual of eq (11); its last entry, the parameter's row, is left alone. Returns border . y if there is a
+  /// border. Collective.
+  double residual(Vec y, Vec f, Vec border = nullptr);
   void damp_mass() { linear_->damp_mass(); } ///< see linear_part.hpp
   /// Empty Jacobian, bordered by Omega's row and column; `ksp` made to solve with it, before SetFromOptions.
   UniqueMat matrix(bool transposed = false) const { return linear_->matrix(ContactDerivative(forces_, transposed)); }
@@ -120,8 +121,15 @@ public:
 
 private:
   void evaluate_contact(const double *q); // unless done at this motion
-  void products(const double *q);         // stiffness_force_ = K q, inertia_force_ = M q, likewise
-  bool hold_adrift();
+  bool has_products(const double *q) const;
+  void products(const double *q, std::vector<double> *sums = nullptr); // stiffness_force_ = K q, inertia_force_ = M q
+  double go_to(const double *y, const double *border);
+  bool stand_at(const double *y, std::vector<double> *more = nullptr);
+  struct Stiffness { // of contact dofs: on average over the period, and closed and stuck
+    std::vector<double> mean, springs;
+  };
+  Stiffness contact_stiffness() const;
+  const double *hold_adrift(const Stiffness &of);
   void fit_courses(); // to the harmonics
   double shared_parameter(const double *own) const;
   void differentiate(const double *q, const PathParameter &by); // column_ = d residual / d that parameter

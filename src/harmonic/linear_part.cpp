@@ -9,6 +9,12 @@ std::complex<double> mirrored(std::complex<double> value) { return std::conj(val
 
 } // namespace
 
+void LinearPart::multiply_and_share(const double *q, double *stiffness_force, double *inertia_force,
+                                    std::vector<double> &sums, MPI_Comm comm) {
+  multiply(q, stiffness_force, inertia_force);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm);
+}
+
 template <class Number>
 std::vector<CouplingOf<Number>> list_couplings(const Layout &layout, const std::vector<double> &kaa,
                                                const std::function<ContactRow<Number>(PetscInt)> &row) {

@@ -86,6 +86,13 @@ public:
   /// What was done with J since last asked; `solves` iterations, where every solve is one.
   virtual LinearEffort take_effort(Mat J, int solves) const = 0;
 
+  /// multiply(), and `sums` become those over all ranks: by the same message, if the form has one. Collective.
+  virtual void multiply_and_share(const double *q, double *stiffness_force, double *inertia_force,
+                                  std::vector<double> &sums, MPI_Comm comm);
+  /// This rank's part of sums that filling J with the contact as it stands will want to know; and the sums.
+  virtual std::vector<double> own_sums(Mat, const ContactDerivative &) const { return {}; }
+  virtual void take_sums(Mat, const double *) const {}
+
 protected:
   std::shared_ptr<const Dampers> dampers_;
 };

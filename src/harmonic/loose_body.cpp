@@ -111,6 +111,13 @@ LooseBody::LooseBody(const ReducedModel &model, const Layout &layout) : comm_(la
 }
 
 bool LooseBody::adrift(const std::vector<double> &mean_stiffness, const std::vector<double> &springs) const {
+  std::vector<double> sums = held(mean_stiffness, springs);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  return adrift(sums.data());
+}
+
+std::vector<double> LooseBody::held(const std::vector<double> &mean_stiffness,
+                                    const std::vector<double> &springs) const {
   const std::size_t own = mean_stiffness.size(), m = motions_;
   std::vector<double> held(2 * m * m); // by the joint as it is, and closed and stuck
   for (std::size_t a = 0; a < m; ++a)
@@ -119,8 +126,12 @@ bool LooseBody::adrift(const std::vector<double> &mean_stiffness, const std::vec
         const double product = rigid_[a * own + i] * rigid_[b * own + i];
         held[a * m + b] += product * mean_stiffness[i], held[(m + a) * m + b] += product * springs[i];
       }
-  MPI_Allreduce(MPI_IN_PLACE, held.data(), static_cast<int>(held.size()), MPI_DOUBLE, MPI_SUM, comm_);
-  std::vector<double> now(held.begin(), held.begin() + m * m), closed(held.begin() + m * m, held.end());
+  return held;
+}
+
+bool LooseBody::adrift(const double *held) const {
+  const std::size_t m = motions_;
+  std::vector<double> now(held, held + m * m), closed(held + m * m, held + 2 * m * m);
   return eigenvalues(static_cast<PetscBLASInt>(m), now)[0] <
          adrift_stiffness * eigenvalues(static_cast<PetscBLASInt>(m), closed).back();
 }

@@ -18,6 +18,9 @@ public:
   /// True if one of them is held by nothing. `mean_stiffness` (own contact dofs): by which the joint's mean force
   /// follows its mean displacement; `springs`: of the joint closed and stuck. Collective.
   bool adrift(const std::vector<double> &mean_stiffness, const std::vector<double> &springs) const;
+  /// The same in two steps: what all ranks add up, and the judgement of the sum.
+  std::vector<double> held(const std::vector<double> &mean_stiffness, const std::vector<double> &springs) const;
+  bool adrift(const double *held) const;
 
 private:
   MPI_Comm comm_ = MPI_COMM_NULL;

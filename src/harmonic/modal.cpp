@@ -129,11 +129,24 @@ std::unique_ptr<LinearPart> Modal::like(const Layout &layout) const {
 }
 
 // Coefficients of all dofs. What complex matrices are applied to has two parts: of modes both, then of contact dofs.
-void Modal::gather(const double *q) {
+// Behind its coefficients each rank sends its part of the sums.
+void Modal::gather(const double *q, std::vector<double> &sums) {
+  const int more = static_cast<int>(sums.size());
   const double *from = q;
   if (layout_.size > 1) {
-    MPI_Allgatherv(q, counts_[layout_.rank], MPI_DOUBLE, received_.data(), counts_.data(), starts_.data(), MPI_DOUBLE,
-                   layout_.comm);
+    std::vector<double> own(q, q + counts_[layout_.rank]);
+    std::vector<int> counts(counts_), starts(starts_);
+    own.insert(own.end(), sums.begin(), sums.end());
+    for (int r = 0; r < layout_.size; ++r) counts[r] += more, starts[r] += r * more;
+    received_.resize(static_cast<std::size_t>(starts.back()) + counts.back());
+    MPI_Allgatherv(own.data(), counts[layout_.rank], MPI_DOUBLE, received_.data(), counts.data(), starts.data(),
+                   MPI_DOUBLE, layout_.comm);
+    std::fill(sums.begin(), sums.end(), 0.0);
+    for (int r = 0; r < layout_.size; ++r) {
+      const auto behind = received_.begin() + starts[r] + counts_[r];
+      for (int i = 0; i < more; ++i) sums[i] += behind[i];
+      std::copy_n(received_.begin() + starts[r], counts_[r], received_.begin() + starts_[r]); // closed up
+    }
     from = received_.data();
   }
   const PetscInt na = layout_.modes, nc = 3 * layout_.points;
@@ -155,9 +168,15 @@ void Modal::gather(const double *q) {
 }
 
 void Modal::multiply(const double *q, double *stiffness_force, double *inertia_force) {
+  std::vector<double> none;
+  multiply_and_share(q, stiffness_force, inertia_force, none, layout_.comm);
+}
+
+void Modal::multiply_and_share(const double *q, double *stiffness_force, double *inertia_force,
+                               std::vector<double> &sums, MPI_Comm) {
   const int w = layout_.width;
   const PetscInt own_modes = layout_.own_modes.size(), own = 3 * layout_.own_points.size();
-  gather(q);
+  gather(q, sums);
   for (Sheaf &sheaf : sheaves_) {
     const Matrices &of = model_->matrices[sheaf.of.index];
     const auto put = [&](const Bundle<double> &columns, const Slab<double> &matrix, PetscInt rows, double *to) {
@@ -221,6 +240,12 @@ double Modal::take_work(Mat J) const { return solver_of(J).take_work(); }
 double Modal::memory(Mat J) const { return solver_of(J).memory(); }
 
 void Modal::begin(Mat J, double memory, bool for_one) const { solver_of(J).begin(memory, for_one); }
+
+std::vector<double> Modal::own_sums(Mat J, const ContactDerivative &contact) const {
+  return {solver_of(J).own_moving(contact)};
+}
+
+void Modal::take_sums(Mat J, const double *sums) const { solver_of(J).take_moving(sums[0]); }
 
 LinearEffort Modal::take_effort(Mat J, int) const { return solver_of(J).take_effort(); }
 

@@ -19,6 +19,8 @@ public:
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
+  void multiply_and_share(const double *q, double *stiffness_force, double *inertia_force, std::vector<double> &sums,
+                          MPI_Comm comm) override;
   std::vector<Coupling> couplings() const override;
   UniqueMat matrix(const ContactDerivative &contact) const override;
   void fill(Mat J, const JacobianParts &parts) override;
@@ -28,6 +30,8 @@ public:
   double take_work(Mat J) const override;
   double memory(Mat J) const override;
   void begin(Mat J, double memory, bool for_one) const override;
+  std::vector<double> own_sums(Mat J, const ContactDerivative &contact) const override;
+  void take_sums(Mat J, const double *sums) const override;
   LinearEffort take_effort(Mat J, int solves) const override;
 
 private:
@@ -55,7 +59,7 @@ private:
     Aligned<double> product; // (own dofs, columns)
   };
   Modal(std::shared_ptr<Model> model, const Layout &layout);
-  void gather(const double *q);
+  void gather(const double *q, std::vector<double> &sums);
 
   std::shared_ptr<Model> model_;
   Layout layout_;

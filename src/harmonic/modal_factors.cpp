@@ -76,10 +76,28 @@ void ModalFactors::press(const Sheaf &of, std::size_t rows, const double *phi, s
           c, parted[j * columns + c], of.of.complex ? parted[(n_ + j) * columns + of.of.partners[c]] : 0.0);
 }
 
+// One letter for each contact dof: all ranks know how many of these others have.
 void ModalFactors::share_moving() {
-  std::vector<PetscInt> numbers;
-  for (const int dof : moving_) numbers.push_back(3 * layout_.own_points.begin + dof);
-  gather(layout_, std::move(numbers), all_moving_, MPIU_INT);
+  std::vector<char> moves(3 * layout_.points, false);
+  for (const int dof : moving_) moves[3 * layout_.own_points.begin + dof] = true;
+  std::vector<int> counts(layout_.size), starts(layout_.size);
+  for (int r = 0; r < layout_.size; ++r) {
+    const Range points = share_of(layout_.points, r, layout_.size);
+    counts[r] = static_cast<int>(3 * points.size()), starts[r] = static_cast<int>(3 * points.begin);
+  }
+  if (layout_.size > 1)
+    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, moves.data(), counts.data(), starts.data(), MPI_CHAR,
+                   layout_.comm);
+  all_moving_.clear();
+  for (std::size_t dof = 0; dof < moves.size(); ++dof)
+    if (moves[dof]) all_moving_.push_back(static_cast<PetscInt>(dof));
+  rows_ = static_cast<PetscInt>(all_moving_.size()), shared_ = true;
+}
+
+void ModalFactors::count_moving(std::optional<double> told) {
+  double count = told.value_or(static_cast<double>(moving_.size()));
+  if (!told && layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  rows_ = static_cast<PetscInt>(count), shared_ = false;
 }
 
 void ModalFactors::gather_rows() {
@@ -155,27 +173,33 @@ void ModalFactors::flexibility(int k, double *in_phase, double *out_of_phase) {
 bool ModalFactors::factor(const JacobianParts &parts, bool precisely) {
   const Timed timed(Work::factors);
   structure_ = parts.structure;
+  if (!shared_) share_moving();
   gather_rows();
   weigh();
   sign_ = decompose(parts, precisely);
-  to_modes(parts.column, b_);
-  to_modes(parts.border, c_);
-  if (sign_ != 0) solve_in_modes(b_);
   double corner = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
-  MPI_Bcast(&corner, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  to_modes({{parts.column, &b_}, {parts.border, &c_}}, corner);
+  if (sign_ != 0) solve_in_modes(b_);
   schur_ = corner - std::inner_product(c_.begin(), c_.end(), b_.begin(), 0.0);
   if (!std::isfinite(schur_) || schur_ == 0) sign_ = 0;
   if (schur_ < 0) sign_ = -sign_;
   return sign_ != 0;
 }
 
-// y (n, 2H+1) = Phi^T of all ranks' coefficients.
-void ModalFactors::to_modes(const double *own, std::vector<double> &y) const {
-  const std::size_t w = layout_.width;
-  y.assign(n_ * w, 0);
-  for (const Sheaf &sheaf : sheaves_)
-    press(sheaf, layout_.own_dofs(), sheaf.basis.exact.row(0), sheaf.basis.exact.stride(), own, y.data());
-  MPI_Allreduce(MPI_IN_PLACE, y.data(), static_cast<int>(y.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+// Each y (n, 2H+1) = Phi^T of all ranks' coefficients; `last`, of which one rank has another value than 0, on all.
+void ModalFactors::to_modes(const std::vector<std::pair<const double *, std::vector<double> *>> &forces,
+                            double &last) const {
+  const std::size_t size = n_ * layout_.width;
+  std::vector<double> all(forces.size() * size + 1);
+  all.back() = last;
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    for (const Sheaf &sheaf : sheaves_)
+      press(sheaf, layout_.own_dofs(), sheaf.basis.exact.row(0), sheaf.basis.exact.stride(), forces[i].first,
+            &all[i * size]);
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    forces[i].second->assign(all.begin() + i * size, all.begin() + (i + 1) * size);
+  last = all.back();
 }
 
 void ModalFactors::solve_in_modes(std::vector<double> &y) {
@@ -207,10 +231,9 @@ void ModalFactors::solve_in_modes(std::vector<double> &y) {
 void ModalFactors::solve(const double *r, double *x) {
   const Timed timed(Work::factors);
   std::vector<double> y;
-  to_modes(r, y);
-  solve_in_modes(y);
   double last = layout_.owns_omega() ? r[layout_.own_coefficients()] : 0;
-  MPI_Bcast(&last, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  to_modes({{r, &y}}, last);
+  solve_in_modes(y);
   last = (last - std::inner_product(c_.begin(), c_.end(), y.begin(), 0.0)) / schur_;
   for (std::size_t i = 0; i < y.size(); ++i) y[i] -= last * b_[i];
   for (const Sheaf &of : sheaves_)

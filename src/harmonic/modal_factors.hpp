@@ -4,6 +4,8 @@
 //     (D + Phi_c^H Delta Phi_c)^-1 = D^-1 - D^-1 Phi_c^H Delta (I + F Delta)^-1 Phi_c D^-1,   F = Phi_c D^-1 Phi_c^H.
 // What I + F Delta is like depends on the basis: contact_factors.hpp, window_factors.hpp. Every rank factors and solves
 // the same.
+#include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -54,7 +56,8 @@ protected:
   /// force_ = -Delta (I + F Delta)^-1 motion_.
   virtual void react() = 0;
 
-  void share_moving(); // all_moving_, from moving_
+  void count_moving(std::optional<double> told); // rows_, from moving_ of all ranks or as told
+  void share_moving();                           // all_moving_, from moving_
   /// F of a harmonic, (rows, rows) each, by rows; k = 0: one.
   void flexibility(int k, double *in_phase, double *out_of_phase);
 
@@ -65,6 +68,8 @@ protected:
   Layout layout_;
   std::size_t n_;                    // modes of a basis
   std::vector<int> moving_;          // own contact dofs that Delta has rows of
+  PetscInt rows_ = 0;                // how many these are on all ranks
+  bool shared_ = false;              // all_moving_ is of these
   std::vector<PetscInt> all_moving_; // those of all ranks, by number
   std::vector<PetscInt> factored_;   // those that were factored, from here on `rows`
   DynamicStiffness structure_;
@@ -73,7 +78,7 @@ protected:
 private:
   void gather_rows();
   void weigh();
-  void to_modes(const double *own, std::vector<double> &y) const;
+  void to_modes(const std::vector<std::pair<const double *, std::vector<double> *>> &forces, double &last) const;
   void solve_in_modes(std::vector<double> &y);
 
   struct Sheaf { // harmonics that share a basis

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "support/shell.hpp"
 
@@ -18,12 +19,12 @@ constexpr PetscInt large = 1000; // dofs: with fewer, one Jacobian's coarse spac
 } // namespace
 
 ModalKrylov::ModalKrylov(const StuckBases &bases, const Layout &layout)
-    : bases_(bases), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
-      own_modal_(own_.size() * layout.width), operator_(bases, layout), coarse_(bases, layout) {
-  const PetscInt own = own_modal_ + (layout_.owns_omega() ? 1 : 0);
-  matrix_ = shell_matrix<&ModalKrylov::apply>(layout_.comm, own, layout_.unknowns(), this, doing);
+    : bases_(bases), layout_(layout), share_(bases, layout), own_(share_.own), own_modal_(own_.size() * layout.width),
+      operator_(bases, layout, share_), coarse_(bases, layout, share_) {
+  const PetscInt own = own_modal_ + (share_.holds_last ? 1 : 0);
+  matrix_ = shell_matrix<&ModalKrylov::apply>(share_.comm, own, layout_.unknowns(), this, doing);
   check(MatCreateVecs(matrix_, right_.out(), answer_.out()), doing);
-  check(KSPCreate(layout_.comm, ksp_.out()), doing);
+  check(KSPCreate(share_.comm, ksp_.out()), doing);
   check(KSPSetOptionsPrefix(ksp_, "hb_modal_"), doing);
   check(KSPSetOperators(ksp_, matrix_, matrix_), doing);
   check(KSPSetType(ksp_, KSPGMRES), doing);
@@ -42,13 +43,14 @@ void ModalKrylov::begin(bool for_one) {
   coarse_state_ = for_one && layout_.dofs() < large ? Coarse::idle : Coarse::none;
 }
 
-void ModalKrylov::take(const JacobianParts &parts) {
+void ModalKrylov::take(const JacobianParts &parts, Vec r) {
   structure_ = parts.structure;
-  corner_ = layout_.owns_omega() ? parts.border[layout_.own_coefficients()] : 0;
   operator_.take(parts.contact, parts.held, structure_);
-  prepare_border(parts);
-  if (coarse_state_ == Coarse::none)
-    factor_coarse();
+  const bool anew = coarse_state_ == Coarse::none;
+  std::vector<float> matrix = coarse_part(anew);
+  prepare_border(parts, r, matrix);
+  if (anew)
+    factor_coarse(std::move(matrix));
   else if (coarse_state_ == Coarse::fresh)
     coarse_state_ = Coarse::stale;
   prepare_inverse();
@@ -60,15 +62,19 @@ double ModalKrylov::work() const {
 }
 
 bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
-  if (accuracy < usual_accuracy_ && coarse_state_ == Coarse::stale)
-    factor_coarse(), prepare_inverse(); // its sign may be asked
-  {
+  const bool anew = accuracy < usual_accuracy_ && coarse_state_ == Coarse::stale; // the sign may be asked
+  if (std::exchange(taken_, nullptr) != r || anew) {
+    std::vector<float> matrix = coarse_part(anew);
     const ReadValues from(r);
     const Values to(right_);
-    operator_.to_modes(from, to);
-    if (layout_.owns_omega()) to[own_modal_] = from[layout_.own_coefficients()];
-    weigh(to);
+    const double last = layout_.owns_omega() ? from[layout_.own_coefficients()] : 0;
+    std::vector<double> sums;
+    if (share_.everywhere) sums = {last};
+    operator_.to_modes({{from, to}}, sums, matrix);
+    if (share_.holds_last) to[own_modal_] = share_.everywhere ? sums[0] : last;
+    if (anew) factor_coarse(std::move(matrix)), prepare_inverse();
   }
+  weigh(Values(right_));
   PetscInt count;
   KSPConvergedReason reason;
   check(KSPSetTolerances(ksp_, std::max(accuracy, best_accuracy), 0, 1e30, std::min<PetscInt>(most, most_)), doing);
@@ -90,9 +96,9 @@ void ModalKrylov::bound_left() {
   check(KSPGetResidualNorm(ksp_, &left), doing);
   check(VecNorm(right_, NORM_2, &whole), doing);
   const ReadValues y(answer_);
-  double energies[] = {0, layout_.owns_omega() ? std::pow(y[own_modal_] * column_energy_, 2) : 0};
+  double energies[] = {0, share_.holds_last ? std::pow(y[own_modal_] * column_energy_, 2) : 0};
   for (PetscInt i = 0; i < own_modal_; ++i) energies[0] += std::pow(y[i] * roots_[i], 2);
-  MPI_Allreduce(MPI_IN_PLACE, energies, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  MPI_Allreduce(MPI_IN_PLACE, energies, 2, MPI_DOUBLE, MPI_SUM, share_.comm);
   left_ = whole > 0 ? (left + rounding * std::sqrt(energies[0] + energies[1])) / whole : 0;
 }
 
@@ -130,23 +136,44 @@ template <class Work> void ModalKrylov::pairs(Work &&work) {
   }
 }
 
-void ModalKrylov::prepare_border(const JacobianParts &parts) {
+// The border stays the same all through Newton's method.
+void ModalKrylov::prepare_border(const JacobianParts &parts, Vec r, std::vector<float> &matrix) {
   b_.resize(own_modal_), c_.resize(own_modal_);
-  operator_.to_modes(parts.column, b_.data());
   const std::vector<double> border(parts.border, parts.border + layout_.own_unknowns());
-  int same = border == moved_border_; // it stays the same all through Newton's method
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
-  if (!same) operator_.to_modes(border.data(), c_.data()), moved_border_ = border;
+  const ReadValues from(r);
+  const Values to(right_);
+  const double *const column = parts.column;
+  enum { right, corner, others };
+  std::vector<double> sums(3);
+  if (layout_.owns_omega()) sums[right] = from[layout_.own_coefficients()], sums[corner] = border.back();
+  std::vector<ModalOperator::Forces> forces{{column, b_.data()}, {from, to}};
+  const bool first = weights_.empty();
+  if (first)
+    forces.push_back({border.data(), c_.data()});
+  else
+    sums[others] = border != moved_border_;
+  operator_.to_modes(forces, sums, matrix);
+  std::vector<double> none;
+  std::vector<float> nothing;
+  if (!first && sums[others] > 0) operator_.to_modes({{border.data(), c_.data()}}, none, nothing);
+  moved_border_ = border, taken_ = r;
+  if (!share_.holds_last) return;
+  to[own_modal_] = sums[right], corner_ = sums[corner];
 }
 
-void ModalKrylov::factor_coarse() {
-  if (coarse_.used()) coarse_.factor(operator_, structure_);
+// This rank's part of the coarse space's matrix, or nothing.
+std::vector<float> ModalKrylov::coarse_part(bool wanted) {
+  return wanted && coarse_.used() ? coarse_.part(operator_, structure_) : std::vector<float>();
+}
+
+void ModalKrylov::factor_coarse(std::vector<float> matrix) {
+  if (coarse_.used()) coarse_.factor(std::move(matrix), structure_);
   coarse_state_ = Coarse::fresh;
 }
 
 // Those of the first Jacobian serve a whole Newton solve.
 void ModalKrylov::prepare_weights() {
-  const std::size_t all = own_modal_ + (layout_.owns_omega() ? 1 : 0);
+  const std::size_t all = own_modal_ + (share_.holds_last ? 1 : 0);
   roots_.resize(all), weights_.resize(all);
   for (PetscInt i = 0; i < own_.size(); ++i)
     for (int j = 0; j < layout_.width; ++j) {
@@ -172,7 +199,7 @@ void ModalKrylov::prepare_inverse() {
     if (size == 0) return;
     among_.resize(size);
     coarse_.to_motions(v.data(), among_.data());
-    MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size), MPI_DOUBLE, MPI_SUM, layout_.comm);
+    MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size), MPI_DOUBLE, MPI_SUM, share_.comm);
     coarse_.solve(among_.data(), transposed);
     coarse_.add(among_.data(), inverse_v.data());
   };
@@ -180,13 +207,13 @@ void ModalKrylov::prepare_inverse() {
   double sums[] = {corner_ - std::inner_product(c_.begin(), c_.end(), inverse_b_.begin(), 0.0), 0, 0};
   for (PetscInt i = 0; i < own_modal_; ++i)
     sums[1] += std::pow(weights_[i] * b_[i], 2), sums[2] += std::pow(inverse_b_[i] * roots_[i], 2);
-  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  MPI_Allreduce(MPI_IN_PLACE, sums, 3, MPI_DOUBLE, MPI_SUM, share_.comm);
   schur_ = sums[0] == 0 ? 1 : sums[0];
   column_energy_ = std::sqrt(sums[1]);
   // The motion along the curve, [-inverse_b_; 1] / schur_, answers to a last entry of 1: as large as its energy is,
   // what is left of a tangent's equations is relative to the tangent.
   const double size = std::sqrt(sums[1] + sums[2]) / std::abs(schur_);
-  if (!layout_.owns_omega()) return;
+  if (!share_.holds_last) return;
   weights_[own_modal_] = std::isnormal(size) ? size : 1;
   roots_[own_modal_] = 1 / weights_[own_modal_];
 }
@@ -194,7 +221,7 @@ void ModalKrylov::prepare_inverse() {
 void ModalKrylov::apply(Vec y, Vec out) {
   const ReadValues in(y);
   const Values to(out);
-  double last = layout_.owns_omega() ? in[own_modal_] : 0,
+  double last = share_.holds_last ? in[own_modal_] : 0,
          along = std::inner_product(c_.begin(), c_.end(), static_cast<const double *>(in), 0.0);
   operator_.apply(in, to, last, along);
   for (PetscInt i = 0; i < own_.size(); ++i) {
@@ -210,7 +237,7 @@ void ModalKrylov::apply(Vec y, Vec out) {
     }
   }
   for (PetscInt i = 0; i < own_modal_; ++i) to[i] = (to[i] + b_[i] * last) * weights_[i];
-  if (layout_.owns_omega()) to[own_modal_] = (along + corner_ * last) * weights_[own_modal_];
+  if (share_.holds_last) to[own_modal_] = (along + corner_ * last) * weights_[own_modal_];
 }
 
 void ModalKrylov::precondition(Vec r, Vec out) {
@@ -224,9 +251,9 @@ void ModalKrylov::precondition(Vec r, Vec out) {
   double &last = among_[size];
   coarse_.to_motions(in, among_.data());
   last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), in, 0.0);
-  if (layout_.owns_omega()) last += in[own_modal_];
+  if (share_.holds_last) last += in[own_modal_];
   if (layout_.size > 1)
-    MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size + 1), MPI_DOUBLE, MPI_SUM, layout_.comm);
+    MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size + 1), MPI_DOUBLE, MPI_SUM, share_.comm);
   last /= schur_;
   pairs([&](PetscInt at, int k, double a, double b) {
     if (k == 0) {
@@ -237,7 +264,7 @@ void ModalKrylov::precondition(Vec r, Vec out) {
   });
   if (size > 0) coarse_.solve(among_.data(), false), coarse_.add(among_.data(), to);
   for (PetscInt i = 0; i < own_modal_; ++i) to[i] -= inverse_b_[i] * last;
-  if (layout_.owns_omega()) to[own_modal_] = last;
+  if (share_.holds_last) to[own_modal_] = last;
 }
 
 } // namespace dovetail

@@ -23,8 +23,9 @@ public:
   ModalKrylov(const StuckBases &bases, const Layout &layout);
   ModalKrylov(const ModalKrylov &) = delete; // PETSc knows where it is
 
-  void begin(bool for_one);              ///< of another Newton solve, or of one Jacobian, of which nothing is factored
-  void take(const JacobianParts &parts); ///< Collective.
+  void begin(bool for_one); ///< of another Newton solve, or of one Jacobian, of which nothing is factored
+  /// `r`: the right-hand side that is solved for first. Collective.
+  void take(const JacobianParts &parts, Vec r);
   /// x = inverse times r, unknowns of the harmonic system, to a relative `accuracy` no better than `best_accuracy`.
   /// False: not within `most` iterations, or the fewer that PETSc's options allow. Collective.
   bool solve(Vec r, Vec x, double accuracy, int most);
@@ -42,8 +43,9 @@ public:
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 
 private:
-  void prepare_border(const JacobianParts &parts);
-  void factor_coarse();
+  void prepare_border(const JacobianParts &parts, Vec r, std::vector<float> &matrix);
+  std::vector<float> coarse_part(bool wanted);
+  void factor_coarse(std::vector<float> matrix);
   void prepare_inverse();
   void prepare_weights();
   void apply(Vec y, Vec out);                    // the bordered operator
@@ -54,6 +56,7 @@ private:
 
   const StuckBases &bases_;
   Layout layout_;
+  ModalShare share_;
   Range own_;          // modal unknowns
   PetscInt own_modal_; // their coefficients
   ModalOperator operator_;
@@ -61,7 +64,7 @@ private:
   enum class Coarse { none, stale, fresh, idle };
   Coarse coarse_state_ = Coarse::none; // factored of no Jacobian yet, an earlier one, this one; not at all
   DynamicStiffness structure_;
-  double corner_ = 0;                                 // last entry of the border, on the last rank
+  double corner_ = 0;                                 // last entry of the border, where that is held
   std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
   std::vector<double> among_;                         // the coarse space's unknowns, and one more
   double schur_ = 1;
@@ -71,6 +74,7 @@ private:
   UniqueMat matrix_;
   UniqueKSP ksp_;
   UniqueVec right_, answer_; // modal; right_ weighed
+  Vec taken_ = nullptr;      // whose modal form right_ is, not yet weighed
   std::vector<double> forces_;
   PetscReal usual_accuracy_; // and most iterations, unless options say otherwise
   PetscInt most_;

@@ -31,8 +31,8 @@ DOVETAIL_WIDE void add_outer(float scale, const float *__restrict factors, int r
 
 } // namespace
 
-ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout)
-    : basis_(bases.mean()), layout_(layout), own_(own_share(layout.comm, layout.dofs())),
+ModalOperator::ModalOperator(const StuckBases &bases, const Layout &layout, const ModalShare &held)
+    : basis_(bases.mean()), layout_(layout), everywhere_(held.everywhere), own_(held.own),
       padded_(padded<Real>(layout.width)), counts_(layout.size), starts_(layout.size),
       points_(layout.own_points.size()), cross_(padded_),
       written_(9 * static_cast<std::size_t>(layout.width) * layout.width) {
@@ -93,13 +93,13 @@ void ModalOperator::take(const ContactDerivative &contact, const double *held, c
 
 // all_ = the modal unknowns of all ranks, and of each basis those of its harmonics.
 void ModalOperator::spread(const double *y, double last) {
-  Real *own = &all_[starts_[layout_.rank]];
+  Real *own = &all_[own_.begin * padded_];
   const PetscInt rows = own_.size();
   for (PetscInt i = 0; i < rows; ++i)
     for (int j = 0; j < layout_.width; ++j) own[i * padded_ + j] = static_cast<Real>(y[i * layout_.width + j]);
-  if (layout_.owns_omega()) own[rows * padded_] = static_cast<Real>(last);
+  if (everywhere_ || layout_.owns_omega()) own[rows * padded_] = static_cast<Real>(last);
   const Timed timed(Work::exchange);
-  if (layout_.size > 1)
+  if (layout_.size > 1 && !everywhere_)
     MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), MPI_FLOAT,
                    layout_.comm);
   const std::size_t n = layout_.dofs();
@@ -137,36 +137,75 @@ void ModalOperator::clear_sum() {
   for (Sheaf &sheaf : sheaves_) sheaf.sum.clear();
 }
 
-// out = own part of the sums over all ranks.
-void ModalOperator::collect(double *out, double *sum) {
+// to (n, padded) = the sums of this rank.
+void ModalOperator::list_sum(Real *to) const {
   const std::size_t n = layout_.dofs();
   for (const Sheaf &sheaf : sheaves_)
     for (std::size_t j = 0; j < n; ++j)
       for (int c = 0; c < sheaf.of.columns(); ++c)
-        sum_[j * padded_ + sheaf.of.coefficients[c]] = sheaf.of.joined(
+        to[j * padded_ + sheaf.of.coefficients[c]] = sheaf.of.joined(
             c, sheaf.sum.at(j, c), sheaf.of.complex ? sheaf.sum.at(n + j, sheaf.of.partners[c]) : Real{});
+}
 
+void ModalOperator::take_own(const Real *share, double *out) const {
+  for (PetscInt i = 0; i < own_.size(); ++i)
+    for (int j = 0; j < layout_.width; ++j) out[i * layout_.width + j] = share[i * padded_ + j];
+}
+
+// out = own part of the sums over all ranks.
+void ModalOperator::collect(double *out, double *sum) {
+  list_sum(sum_.data());
   const Timed timed(Work::exchange);
   const Real *share = sum_.data();
-  if (layout_.size > 1) {
+  if (everywhere_) {
+    MPI_Allreduce(MPI_IN_PLACE, sum_.data(), static_cast<int>(layout_.dofs()) * padded_, MPI_FLOAT, MPI_SUM,
+                  layout_.comm);
+  } else if (layout_.size > 1) {
     MPI_Reduce_scatter(sum_.data(), share_.data(), counts_.data(), MPI_FLOAT, MPI_SUM, layout_.comm);
     share = share_.data();
   }
-  for (PetscInt i = 0; i < own_.size(); ++i)
-    for (int j = 0; j < layout_.width; ++j) out[i * layout_.width + j] = share[i * padded_ + j];
-  if (layout_.owns_omega() && sum) *sum = share[own_.size() * padded_];
+  take_own(share, out);
+  if (!everywhere_ && layout_.owns_omega() && sum) *sum = share[own_.size() * padded_];
 }
 
-void ModalOperator::to_modes(const double *r, double *out) {
+// The sums of Phi^H r of this rank.
+void ModalOperator::press_all(const double *r) {
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
   clear_sum();
-  {
-    const Timed timed(Work::modes);
-    for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
-      press(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
+  const Timed timed(Work::modes);
+  for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
+    press(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
+}
+
+// Sums travel in two parts, so that no digit is lost.
+void ModalOperator::to_modes(const std::vector<Forces> &forces, std::vector<double> &sums, std::vector<Real> &rough) {
+  if (!everywhere_) {
+    for (const Forces &of : forces) press_all(of.given), collect(of.modal, nullptr);
+    if (layout_.size > 1 && !sums.empty())
+      MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+    if (layout_.size > 1 && !rough.empty())
+      MPI_Allreduce(MPI_IN_PLACE, rough.data(), static_cast<int>(rough.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
+    return;
   }
-  collect(out, nullptr);
+  const std::size_t each = static_cast<std::size_t>(layout_.dofs()) * padded_;
+  message_.assign(forces.size() * each + 2 * sums.size(), 0);
+  Real *const behind = &message_[forces.size() * each];
+  for (std::size_t i = 0; i < forces.size(); ++i) press_all(forces[i].given), list_sum(&message_[i * each]);
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    behind[2 * i] = static_cast<Real>(sums[i]);
+    behind[2 * i + 1] = static_cast<Real>(sums[i] - behind[2 * i]);
+  }
+  const std::size_t before_rough = message_.size();
+  message_.insert(message_.end(), rough.begin(), rough.end());
+  {
+    const Timed timed(Work::exchange);
+    MPI_Allreduce(MPI_IN_PLACE, message_.data(), static_cast<int>(message_.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
+  }
+  for (std::size_t i = 0; i < forces.size(); ++i) take_own(&message_[i * each], forces[i].modal);
+  const Real *const summed = &message_[forces.size() * each];
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = static_cast<double>(summed[2 * i]) + summed[2 * i + 1];
+  rough.assign(message_.begin() + before_rough, message_.end());
 }
 
 void ModalOperator::from_modes(const double *y, double *q) {
@@ -279,7 +318,7 @@ double ModalOperator::work() const {
 
 void ModalOperator::apply(const double *y, double *out, double &last, double &sum) {
   spread(y, last);
-  last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
+  if (!everywhere_) last = all_[static_cast<std::size_t>(layout_.dofs()) * padded_];
   clear_sum();
   {
     const Timed timed(Work::modes);
@@ -292,7 +331,7 @@ void ModalOperator::apply(const double *y, double *out, double &last, double &su
     }
   }
   sum_[static_cast<std::size_t>(layout_.dofs()) * padded_] = static_cast<Real>(sum);
-  collect(out, &sum);
+  collect(out, everywhere_ ? nullptr : &sum);
   if (basis_.dampers_are_diagonal()) return;
   add_dampers(basis_.viscous, &DynamicStiffness::turn, out);
   add_dampers(basis_.hysteretic, &DynamicStiffness::hysteresis, out);

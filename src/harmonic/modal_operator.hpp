@@ -9,6 +9,7 @@
 
 #include "contact/contact_derivative.hpp"
 #include "harmonic/index_groups.hpp"
+#include "harmonic/modal_share.hpp"
 #include "harmonic/slab_products.hpp"
 #include "harmonic/stuck_basis.hpp"
 #include "scaling/dynamic_stiffness.hpp"
@@ -20,17 +21,23 @@ public:
   using Real = float;
 
   /// `bases` must outlive this.
-  ModalOperator(const StuckBases &bases, const Layout &layout);
+  ModalOperator(const StuckBases &bases, const Layout &layout, const ModalShare &share);
 
   /// Takes the contact's derivative at its last evaluation. `held`: see JacobianParts.
   void take(const ContactDerivative &contact, const double *held, const DynamicStiffness &structure);
 
-  /// out (own modal unknowns) = Phi^H r, of r (own coefficients). Collective.
-  void to_modes(const double *r, double *out);
+  struct Forces {
+    const double *given; ///< (own coefficients) r
+    double *modal;       ///< (own modal unknowns) becomes Phi^H r
+  };
+  /// Of all of them; and `sums` and `rough` become those over all ranks, on all. Collective, one message where every
+  /// rank has all modal unknowns.
+  void to_modes(const std::vector<Forces> &forces, std::vector<double> &sums, std::vector<Real> &rough);
   /// q (own coefficients) = Phi y, of y (own modal unknowns). Collective.
   void from_modes(const double *y, double *q);
-  /// out (own modal unknowns) = Phi_c^H { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers; y's last,
-  /// which the last rank holds, made known to all, and `sum` made the sum over all ranks, on the last. Collective.
+  /// out (own modal unknowns) = Phi_c^H { dG - kappa_k K_t } Phi_c y, and what is not diagonal of dampers. Where each
+  /// rank has its share: y's last, which the last rank holds, made known to all, and `sum` made the sum over all ranks,
+  /// on the last. Collective.
   void apply(const double *y, double *out, double &last, double &sum);
 
   /// Of apply() but for the contacts' blocks, as ContactFactors::work.
@@ -63,12 +70,16 @@ private:
   void move(PetscInt row, PetscInt count, Real *motion);
   void press(PetscInt row, PetscInt count, const Real *force);
   void clear_sum();
+  void press_all(const double *r);
+  void list_sum(Real *to) const;
   void collect(double *out, double *sum);
+  void take_own(const Real *share, double *out) const;
   void contact_forces(PetscInt first, PetscInt count);
   void add_dampers(const Slab<float> &rows, double (DynamicStiffness::*factor)(int) const, double *out);
 
   const StuckBasis &basis_; // of the mean
   Layout layout_;
+  bool everywhere_;
   Range own_;
   int padded_;
   std::vector<Sheaf> sheaves_;
@@ -78,8 +89,9 @@ private:
   Aligned<Real> blocks_;            // (width, padded) each: columns, one after the other
   std::vector<double> written_;     // of one point, as the contact law gives them
   Aligned<Real> all_, sum_, share_; // (n, padded) and one more
-  Aligned<Real> motion_, force_;    // (own dofs or a few contact rows, padded)
-  Aligned<Real> damped_;            // (own modal unknowns, width), of dampers that are not diagonal
+  std::vector<Real> message_;
+  Aligned<Real> motion_, force_; // (own dofs or a few contact rows, padded)
+  Aligned<Real> damped_;         // (own modal unknowns, width), of dampers that are not diagonal
   DynamicStiffness structure_;
 };
 

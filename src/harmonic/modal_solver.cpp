@@ -65,17 +65,18 @@ void ModalSolver::multiply(Vec x, Vec y) {
   const PetscInt count = layout_.own_coefficients(), contact = layout_.own_point_offset(0);
   const ReadValues in(x);
   const Values out(y);
-  double last = layout_.owns_omega() ? in[count] : 0;
-  MPI_Bcast(&last, 1, MPI_DOUBLE, layout_.size - 1, layout_.comm);
+  std::vector<double> sums{layout_.owns_omega() ? in[count] : 0,
+                           std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0)};
   stiff_.resize(count), heavy_.resize(count), force_.resize(count - contact);
-  linear_->multiply(in, stiff_.data(), heavy_.data());
+  linear_->multiply_and_share(in, stiff_.data(), heavy_.data(), sums, layout_.comm);
+  const double last = sums[0];
   contact_->multiply(in + contact, force_.data());
   damped_.clear(), lossy_.clear();
   if (const Dampers *dampers = linear_->dampers()) {
     if (dampers->is_viscous()) damped_.resize(count), dampers->viscous_force(in, n, damped_.data());
     if (dampers->is_hysteretic()) lossy_.resize(count), dampers->hysteretic_force(in, n, lossy_.data());
   }
-  double sums[] = {std::inner_product(border_.begin(), border_.end(), static_cast<const double *>(in), 0.0), 0};
+  forces_square_ = 0;
   for (PetscInt i = 0; i < count; ++i) {
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
     const auto across = [&](const std::vector<double> &of) {
@@ -88,11 +89,19 @@ void ModalSolver::multiply(Vec x, Vec y) {
     if (!lossy_.empty()) out[i] += structure_.hysteresis(k) * across(lossy_);
     if (i >= contact) out[i] += force_[i - contact];
     if (i >= contact && place == 0 && !held_.empty()) out[i] += held_[(i - contact) / n] * in[i];
-    sums[1] += stiff_[i] * stiff_[i] + inertia * inertia;
+    forces_square_ += stiff_[i] * stiff_[i] + inertia * inertia;
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
-  if (layout_.owns_omega()) out[count] = sums[0];
-  rounding_ = rounding * std::sqrt(sums[1]);
+  if (layout_.owns_omega()) out[count] = sums[1];
+}
+
+// remainder_ = r less the product with x. Its norm, and the norm that the rounding of the product may have.
+std::array<double, 2> ModalSolver::left_by(Vec x, Vec r) {
+  multiply(x, remainder_);
+  check(VecAYPX(remainder_, -1, r), doing);
+  const ReadValues left(remainder_);
+  double squares[] = {std::inner_product(left + 0, left + layout_.own_unknowns(), left + 0, 0.0), forces_square_};
+  MPI_Allreduce(MPI_IN_PLACE, squares, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  return {std::sqrt(squares[0]), rounding * std::sqrt(squares[1])};
 }
 
 void ModalSolver::set_up(KSP ksp, Mat J) {
@@ -129,11 +138,12 @@ void ModalSolver::begin(double memory, bool for_one) {
   chosen_ = &factors_;
 }
 
-void ModalSolver::choose() {
+void ModalSolver::choose(Vec r) {
   if (taken_ > 0) expected_ = std::exchange(taken_, 0);
   const double reuse = for_one_ ? 1 : usual_reuse;
   const bool small = reuse > 1 && 3 * layout_.points * layout_.width <= small_size; // in double precision: the same on
-  factors_.look_at(*contact_, of_all_ || small);                                    // all ranks
+  const auto told = std::exchange(all_moving_, std::nullopt);                       // all ranks
+  factors_.look_at(*contact_, of_all_ || small, told);
   fresh_ = false;
   chosen_ = &factors_;
   double work = factors_.work() / reuse;
@@ -148,7 +158,7 @@ void ModalSolver::choose() {
   if (by_factors_)
     expected_ *= fading;
   else
-    in_modes_.take(parts());
+    in_modes_.take(parts(), r);
 }
 
 bool ModalSolver::take_windows(double worth) {
@@ -179,7 +189,7 @@ void ModalSolver::solve(Vec r, Vec x) {
 }
 
 bool ModalSolver::solve_some_way(Vec r, Vec x, double asked) {
-  if (std::exchange(stale_, false)) choose();
+  if (std::exchange(stale_, false)) choose(r);
   if (!by_factors_) {
     if (solve_in_modes(r, x, asked)) return true;
     taken_ = never;
@@ -213,13 +223,11 @@ bool ModalSolver::refine(Vec r, Vec x, double asked, const Round &round, const S
   first_sign_.reset();
   Solved last = round(r, x, asked);
   if (last != Solved::roughly) return last == Solved::surely;
-  PetscReal whole, left, before = PETSC_INFINITY;
+  PetscReal whole, before = PETSC_INFINITY;
   check(VecNorm(r, NORM_2, &whole), doing);
   for (; last != Solved::never; check(VecAXPY(x, 1, correction_), doing)) {
-    multiply(x, remainder_);
-    check(VecAYPX(remainder_, -1, r), doing);
-    check(VecNorm(remainder_, NORM_2, &left), doing);
-    if (left <= std::max(asked * whole, rounding_)) return true;
+    const auto [left, rounded] = left_by(x, r);
+    if (left <= std::max(asked * whole, rounded)) return true;
     if (!(left <= least_gain * before)) return false;
     before = left;
     if (!first_sign_) first_sign_ = sign(); // the rounds to come are short and meet few eigenvalues

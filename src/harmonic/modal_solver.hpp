@@ -4,6 +4,7 @@
 // (modal_krylov.hpp); or, where few contacts move or many iterations would be wanted, factors of the contacts' part, as
 // the preconditioner of GMRES in double: those of contact_factors.hpp, which serve the following Jacobians of the same
 // Newton solve as well, or where contacts are open for long those of window_factors.hpp.
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -30,6 +31,12 @@ public:
   int determinant_sign();
   double memory() const; ///< see linear_part.hpp; sign and size: of_all_, expected_
   void begin(double memory, bool for_one);
+  /// Contact dofs that move at the Jacobian to come, on this rank; and on all, which spares asking them.
+  double own_moving(const ContactDerivative &contact) {
+    all_moving_.reset();
+    return factors_.own_moving(contact);
+  }
+  void take_moving(double all) { all_moving_ = all; }
   double take_work() { return std::exchange(work_, 0); }
   LinearEffort take_effort() { return std::exchange(effort_, {}); }
 
@@ -38,7 +45,7 @@ public:
 private:
   void solve(Vec r, Vec x);
   bool solve_some_way(Vec r, Vec x, double asked); // false: it leaves more than is asked
-  void choose();                                   // one way or the other, for a new Jacobian
+  void choose(Vec r);                              // one way or the other, for a new Jacobian
   bool take_windows(double worth);
   bool factor(bool precisely = false);
   bool factor_all();
@@ -51,6 +58,7 @@ private:
   int factors_sign();
   bool solve_with_factors(Vec r, Vec x, double asked); // false: not within as many iterations as are worth it
   bool solve_in_modes(Vec r, Vec x, double asked);     // likewise
+  std::array<double, 2> left_by(Vec x, Vec r);
   JacobianParts parts() const;
 
   std::shared_ptr<const StuckBases> bases_, open_;
@@ -66,6 +74,7 @@ private:
   int taken_ = 0;                           // and with this one
   bool for_one_ = false;                    // Jacobian
   bool stale_ = true;                       // not chosen yet
+  std::optional<double> all_moving_;        // at this Jacobian, where that was told
   std::optional<ContactDerivative> contact_;
   LinearPart *linear_ = nullptr;
   DynamicStiffness structure_;
@@ -81,7 +90,7 @@ private:
   std::optional<int> first_sign_; // by the first round of the last solve, where others followed
   LinearEffort effort_;
   double work_ = 0;
-  double rounding_ = 0; // norm that the rounding of the last product may have
+  double forces_square_ = 0; // of the last product: square of the forces that cancel in it, on this rank
   Courier courier_;
 };
 

@@ -5,6 +5,7 @@
 #include <complex>
 
 #include "support/error.hpp"
+#include "support/gathered.hpp"
 
 namespace dovetail {
 namespace {
@@ -93,11 +94,7 @@ Amplitude AmplitudeMeter::of_row(const double *y, const double *t) {
 }
 
 Amplitude AmplitudeMeter::operator()(Vec y, Vec t) {
-  struct {
-    double value;
-    int rank;
-  } most{-1, layout_.rank};
-  Amplitude found;
+  Amplitude found{-1, 0};
   const double *q, *u;
   check(VecGetArrayRead(y, &q), "measuring an amplitude");
   check(VecGetArrayRead(t, &u), "measuring an amplitude");
@@ -107,17 +104,18 @@ Amplitude AmplitudeMeter::operator()(Vec y, Vec t) {
     const double *c = q + d * layout_.width;
     double bound = 0;
     for (int k = 1; k <= harmonics_; ++k) bound += std::hypot(c[cosine(k)], c[sine(k)]);
-    if (bound <= most.value) continue;
+    if (bound <= found.value) continue;
     const Amplitude here = of_one(c, u + d * layout_.width);
-    if (here.value > most.value) most.value = here.value, found = here;
+    if (here.value > found.value) found = here;
   }
   if (watched_.row) found = of_row(q, u);
   check(VecRestoreArrayRead(t, &u), "measuring an amplitude");
   check(VecRestoreArrayRead(y, &q), "measuring an amplitude");
   if (watched_.row) return found;
-  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, layout_.comm);
-  MPI_Bcast(&found.slope, 1, MPI_DOUBLE, most.rank, layout_.comm);
-  return {std::max(most.value, 0.0), found.slope};
+  const std::vector<double> all = gathered(layout_.comm, MPI_DOUBLE, std::array{found.value, found.slope});
+  for (std::size_t i = 0; i < all.size(); i += 2)
+    if (all[i] > found.value || i == 0) found = {all[i], all[i + 1]};
+  return {std::max(found.value, 0.0), found.slope};
 }
 
 } // namespace dovetail

@@ -39,18 +39,21 @@ std::shared_ptr<PointData> ForcedResponse::describe() {
   return data;
 }
 
-std::array<double, Problem::projections> ForcedResponse::projected(Vec y) const {
+std::vector<Problem::Projected> ForcedResponse::own_projected(const std::vector<Vec> &of) const {
   const Layout &layout = system_.layout();
-  std::array<double, projections> out{};
-  const double *own;
-  check(VecGetArrayRead(y, &own), "marking the way");
-  for (PetscInt d = 0; d < layout.own_dofs(); ++d)
-    for (int i = 0; i < layout.width; ++i)
-      for (int k = 1; k < projections; ++k) out[k] += pseudo_random(layout.number(d), i, k) * own[d * layout.width + i];
-  if (layout.owns_omega()) out[0] = own[layout.own_coefficients()];
-  check(VecRestoreArrayRead(y, &own), "marking the way");
-  MPI_Allreduce(MPI_IN_PLACE, out.data(), projections, MPI_DOUBLE, MPI_SUM, layout.comm);
-  return out;
+  std::vector<Projected> all(of.size());
+  for (std::size_t v = 0; v < of.size(); ++v) {
+    const double *own;
+    Projected &out = all[v];
+    check(VecGetArrayRead(of[v], &own), "marking the way");
+    for (PetscInt d = 0; d < layout.own_dofs(); ++d)
+      for (int i = 0; i < layout.width; ++i)
+        for (int k = 1; k < projections; ++k)
+          out[k] += pseudo_random(layout.number(d), i, k) * own[d * layout.width + i];
+    if (layout.owns_omega()) out[0] = own[layout.own_coefficients()];
+    check(VecRestoreArrayRead(of[v], &own), "marking the way");
+  }
+  return all;
 }
 
 } // namespace dovetail

@@ -22,13 +22,14 @@ public:
   const Parameter &parameter() const override { return parameter_; }
   UniqueVec unknowns() const override { return system_.unknowns(); }
   void residual(Vec y, Vec f) override { system_.residual(y, f); }
+  double residual_and_plane(Vec y, Vec f, Vec border) override { return system_.residual(y, f, border); }
   std::unique_ptr<BorderedJacobian> jacobian() override;
   std::unique_ptr<ArcLengthMetric> metric(double unit, bool weighted) const override;
   std::shared_ptr<PointData> describe() override;
   bool is_admissible(double value) const override { return value > 0 || !system_.parameter().kind().positive(); }
   bool is_smooth() const override { return system_.samples() == exactly; } ///< sampled contact forces make teeth
   /// By dofs and coefficients: alike for any sharing out and number of harmonics.
-  std::array<double, projections> projected(Vec y) const override;
+  std::vector<Projected> own_projected(const std::vector<Vec> &of) const override;
 
 private:
   HarmonicSystem &system_;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "continuation/problem.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -37,7 +38,7 @@ PeakEquations::PeakEquations(const HarmonicSystem &like, const Watched &watched)
       plain_(solver(false)), transposed_(solver(true)),
       row_(watched.row ? *watched.row : row_of(watched.dof, system_->layout())) {
   for (UniqueVec *v : {&y_, &f_, &along_, &gradient_, &adjoint_, &turned_, &at_}) *v = system_->unknowns();
-  set_last(fixed_, 1);
+  set_parameter(fixed_, 1);
 }
 
 PeakEquations::Solver PeakEquations::solver(bool transposed) const {
@@ -62,7 +63,7 @@ bool PeakEquations::solve() {
   for (int i = 0; i < most_corrections; ++i) {
     PetscReal size, change;
     system_->residual(y_, f_);
-    set_last(f_, 0);
+    set_parameter(f_, 0);
     factor(fixed_, false);
     if (!solve(f_, at_, false)) return false;
     check(VecAXPY(y_, -1, at_), doing);
@@ -81,12 +82,12 @@ bool PeakEquations::differentiate() {
   watch(y_, gradient_);
   if (!solve(gradient_, adjoint_, true)) return false; // [lambda; -c]
   c_ = -system_->parameter_in(adjoint_);
-  set_last(adjoint_, 0);
+  set_parameter(adjoint_, 0);
   PetscReal size, rate;
   check(VecNorm(y_, NORM_2, &size), doing);
   check(VecNorm(along_, NORM_2, &rate), doing);
   step_ = part_of_motion * size / rate;
-  set_last(along_, 0);
+  set_parameter(along_, 0);
   return true;
 }
 
@@ -107,7 +108,7 @@ double PeakEquations::omega_by_damping() {
   double sum = 0;
   for (const double side : {1.0, -1.0}) {
     check(VecCopy(y_, at_), doing);
-    set_last(at_, omega() + side * turn);
+    set_parameter(at_, omega() + side * turn);
     sum += side * system_->weighed_damping(at_, adjoint_) / (2 * turn);
   }
   return sum;
@@ -129,7 +130,7 @@ double PeakEquations::slope() const { return system_->parameter_in(turned_) + do
 void PeakEquations::move(double by) {
   const double next = omega() + by;
   check(VecAXPY(y_, by, along_), doing);
-  set_last(y_, next);
+  set_parameter(y_, next);
 }
 
 bool PeakEquations::climb() {
@@ -144,12 +145,6 @@ bool PeakEquations::climb() {
     move(by);
   }
   return false;
-}
-
-void PeakEquations::set_last(Vec v, double value) const {
-  if (system_->layout().owns_omega()) check(VecSetValue(v, system_->layout().omega_row(), value, INSERT_VALUES), doing);
-  check(VecAssemblyBegin(v), doing);
-  check(VecAssemblyEnd(v), doing);
 }
 
 void PeakEquations::factor(Vec border, bool transposed) {
@@ -187,7 +182,7 @@ void PeakEquations::watch(Vec v, Vec out) const {
 // turned_ += weight [J R_Omega]^T lambda, at y + h dY/dOmega and Omega + turn.
 void PeakEquations::add_transposed(double h, double turn, double weight) {
   check(VecWAXPY(at_, h, along_, y_), doing);
-  set_last(at_, omega() + turn);
+  set_parameter(at_, omega() + turn);
   system_->transposed_jacobian(at_, fixed_, transposed_.matrix);
   check(MatMult(transposed_.matrix, adjoint_, f_), doing);
   check(VecAXPY(turned_, weight, f_), doing);

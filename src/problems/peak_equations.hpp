@@ -40,7 +40,6 @@ public:
   bool climb();
 
 protected:
-  void set_last(Vec v, double value) const;
   void factor(Vec border, bool transposed); // for solves at the point at hand
   double omega_by_damping(); // lambda . d R_Omega / d factor on damping: no other parameter is in R_Omega
   bool solve(Vec right, Vec x, bool transposed);

@@ -1,5 +1,6 @@
 #include "problems/peak_sensitivity.hpp"
 
+#include "continuation/problem.hpp"
 #include "problems/peak_equations.hpp"
 #include "support/error.hpp"
 
@@ -22,7 +23,7 @@ public:
     factor(turned_, true);
     if (!solve(fixed_, at_, true)) return std::nullopt;
     const double last = system_->parameter_in(at_);
-    set_last(at_, 0);
+    set_parameter(at_, 0);
     out.omega_by = scaled(weighed(0, at_), -1);
     for (const double side : {1.0, -1.0}) // c_p = lambda . dR_p/dY dY/dOmega
       add(out.omega_by, weighed(side * step_, adjoint_), -last * side / (2 * step_));

@@ -19,14 +19,17 @@ public:
   TrackMetric(const Layout &layout, double omega_unit, double unit, bool weighted)
       : response_(layout, omega_unit, weighted), unit_(weighted ? unit : 1) {}
 
-  double product(Vec a, Vec b) const override {
-    return response_.product(a, b) + parameter_of(a) * parameter_of(b) / (unit_ * unit_);
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
+                               const std::vector<Vec> &) const override {
+    std::vector<double> sums = response_.products(pairs, moving, {}); // their last but one is Omega
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      sums[i] += parameter_of(pairs[i][0]) * parameter_of(pairs[i][1]) / (unit_ * unit_);
+    return sums;
   }
   void weigh(Vec t, Vec row) const override {
     response_.weigh(t, row);
     set_parameter(row, parameter_of(t) / (unit_ * unit_));
   }
-  double motion(Vec y) const override { return response_.motion(y); }
   double largest_motion() const override { return response_.largest_motion(); }
   void see(Vec y) override { response_.see(y); }
 

@@ -12,21 +12,6 @@ namespace dovetail {
 
 std::vector<double> gather(MPI_Comm comm, const std::vector<double> &own) { return gathered(comm, MPI_DOUBLE, own, 0); }
 
-std::vector<double> physical_coefficients(const Layout &layout, const Scales &scales, Vec y) {
-  const double *values;
-  check(VecGetArrayRead(y, &values), "collecting a point");
-  const PetscInt modal = layout.own_modes.size() * layout.width;
-  std::vector<double> own_modal(values, values + modal),
-      own_contact(values + modal, values + layout.own_coefficients());
-  check(VecRestoreArrayRead(y, &values), "collecting a point");
-  for (double &value : own_modal) value *= scales.modal;
-  for (double &value : own_contact) value *= scales.contact;
-  std::vector<double> all = gather(layout.comm, own_modal);
-  const std::vector<double> contact = gather(layout.comm, own_contact);
-  all.insert(all.end(), contact.begin(), contact.end());
-  return all;
-}
-
 void check_start(const std::filesystem::path &results, PetscInt dofs, const TravellingWave &wave) {
   const h5::Reader file(results);
   check_format(file);

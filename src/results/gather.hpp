@@ -1,5 +1,5 @@
 #pragma once
-// From the ranks' scaled unknowns to one row of user-unit coefficients on rank 0, and back.
+// From a results file to the ranks' scaled unknowns, and what ranks have in one place.
 #include <vector>
 
 #include "harmonic/layout.hpp"
@@ -9,10 +9,6 @@ namespace dovetail {
 
 /// Rank 0 gets the values of all ranks, in rank order; the others an empty vector. Collective.
 std::vector<double> gather(MPI_Comm comm, const std::vector<double> &own);
-
-/// (N_a + 3 N_x, 2H+1) coefficients in user units on rank 0: modes first, then t1, t2, n of each contact point.
-/// Empty on the other ranks. Only the file writer needs them in one place. Collective.
-std::vector<double> physical_coefficients(const Layout &layout, const Scales &scales, Vec y);
 
 /// Throws InputError unless the results file holds a point of a model with this many reduced dofs. Each rank on its
 /// own.

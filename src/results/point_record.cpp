@@ -2,20 +2,29 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "harmonic/gathering.hpp"
 
 namespace dovetail {
 namespace {
 
+constexpr int per_contact = 5; // numbers of a contact point
+
 // Energies come in scaled units, force times displacement (docs/theory/equations.md, section 7), and leave in the
 // user's.
-ContactRecord collect_contact(const Layout &layout, const Scales &scales, const std::vector<Activity> &activity) {
+std::vector<double> numbers_of(const Scales &scales, const std::vector<Activity> &activity) {
   const double energy = std::pow(scales.modal * scales.frequency, 2);
   std::vector<double> own;
   for (const Activity &did : activity)
     own.insert(own.end(), {did.stick(), did.slip, did.open, energy * did.dissipation, double(did.events)});
-  const std::vector<double> all = gather(layout.comm, own); // (N_x, 5) on rank 0
+  return own;
+}
+
+ContactRecord contact_of(const std::vector<double> &all) {
   ContactRecord record;
-  for (std::size_t i = 0; i < all.size(); i += 5) {
+  for (std::size_t i = 0; i < all.size(); i += per_contact) {
     record.stick.push_back(all[i]);
     record.slip.push_back(all[i + 1]);
     record.open.push_back(all[i + 2]);
@@ -23,6 +32,17 @@ ContactRecord collect_contact(const Layout &layout, const Scales &scales, const 
     record.events.push_back(static_cast<int>(all[i + 4]));
   }
   return record;
+}
+
+// (N_a + 3 N_x, 2H+1) coefficients in user units, and what is behind them; nothing where there is nothing.
+std::pair<std::vector<double>, double> physical(const Layout &layout, const Scales &scales,
+                                                std::vector<double> coefficients) {
+  if (coefficients.empty()) return {};
+  const double last = coefficients.back();
+  coefficients.pop_back();
+  for (std::size_t i = 0; i < coefficients.size(); ++i)
+    coefficients[i] *= i < static_cast<std::size_t>(layout.modes) * layout.width ? scales.modal : scales.contact;
+  return {std::move(coefficients), last};
 }
 
 } // namespace
@@ -77,17 +97,21 @@ PointRecord collect(const BranchPoint &point, double seconds) {
     record.harmonics_error = error->harmonics, record.sampling_error = error->sampling,
     record.modes_error = error->modes;
   record.between_error = point.between;
-  record.contact = collect_contact(layout, system.scales(), point.activity);
+  Gathering all(layout);
+  all.add_points(numbers_of(system.scales(), point.activity), per_contact);
+  all.add(point.y);
+  if (point.tangent) all.add(point.tangent);
+  all.bring();
+  record.contact = contact_of(all.take(0));
   for (std::size_t p = 0; p < record.contact.open.size(); ++p)
     ++(record.contact.open[p] > 0 ? record.open : record.contact.slip[p] > 0 ? record.slip : record.stick);
   for (double *share : {&record.stick, &record.slip, &record.open}) *share /= std::max<double>(1, layout.points);
-  record.coefficients = physical_coefficients(layout, system.scales(), point.y);
+  record.coefficients = physical(layout, system.scales(), all.take(1)).first;
   if (!point.tangent) return record;
   const double length = plain_length(point.tangent);
-  record.tangent = physical_coefficients(layout, system.scales(), point.tangent);
+  std::tie(record.tangent, record.tangent_parameter) = physical(layout, system.scales(), all.take(2));
   for (double &value : record.tangent) value /= length;
-  record.tangent_parameter =
-      system.parameter_in(point.tangent) / length * system.scales().of(system.parameter().kind());
+  record.tangent_parameter *= system.scales().of(system.parameter().kind()) / length;
   return record;
 }
 

@@ -28,7 +28,7 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const std::string &r
                          const std::filesystem::path &reduced, const PreloadedModel &preloaded, const Kept &kept,
                          std::function<void()> make_room)
     : comm_(preloaded.reduced.comm), wave_(study.wave(preloaded.reduced.sectors)), path_(path), partial_(path),
-      make_room_(std::move(make_room)), continued_(kept.points > 0) {
+      make_room_(std::move(make_room)), continued_(kept.points > 0), agreement_(comm_) {
   partial_ += ".partial";
   on_all_ranks(comm_, [&] {
     if (rank_of(comm_) != 0) return;
@@ -68,6 +68,7 @@ void ResultsFile::say_end(const std::string &end) {
 bool ResultsFile::finish() {
   int named = 0;
   on_all_ranks(comm_, [&] {
+    agreement_.rethrow();
     if (!file_) return;
     if (!named_ && (continued_ || !std::filesystem::exists(path_))) take_name();
     named = named_;
@@ -199,7 +200,7 @@ void ResultsFile::make_sensitivity_columns(hsize_t points) {
 }
 
 void ResultsFile::append(const SensitivityRecord &peak) {
-  on_all_ranks(comm_, [&] {
+  agreement_.hold([&] {
     if (!file_) return;
     for (auto &column : sensitivity_columns_) column.table.append(column.value(peak));
     file_->flush();
@@ -273,7 +274,7 @@ void ResultsFile::widen(hsize_t width) {
 }
 
 void ResultsFile::append(const PointRecord &point) {
-  on_all_ranks(comm_, [&] {
+  agreement_.hold([&] {
     if (!file_) return;
     const hsize_t width = coefficient_count(point.harmonics);
     if (width > columns_.front().table.width()) widen(width);
@@ -288,7 +289,7 @@ void ResultsFile::append(const PointRecord &point) {
 }
 
 void ResultsFile::append(const EventRecord &event) {
-  on_all_ranks(comm_, [&] {
+  agreement_.hold([&] {
     if (!file_) return;
     for (auto &column : event_columns_) column.table.append(column.value(event));
     file_->flush();

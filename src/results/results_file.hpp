@@ -13,6 +13,7 @@
 #include "harmonic/stuck_mode.hpp"
 #include "results/point_record.hpp"
 #include "results/sensitivity_record.hpp"
+#include "support/agreement.hpp"
 #include "support/hdf5.hpp"
 
 namespace dovetail {
@@ -35,14 +36,16 @@ public:
               std::function<void()> make_room);
   /// Without a first point: the file goes again where an earlier one is in its place.
   ~ResultsFile();
-  /// Writes one point and flushes. Rank 0 writes, all ranks learn of a failure. Collective.
+  /// Writes one point and flushes. Rank 0 writes; all ranks learn of a failure when they agree.
   void append(const PointRecord &point);
   void append(const EventRecord &event);
+  /// By which failures of this file are told, and of what is written beside it.
+  Agreement &agreement() { return agreement_; }
   /// Of a nonlinear mode, the one of the stuck structure that it begins with. Collective.
   void describe(const StuckMode &mode);
   /// Of a cyclic sector, frequencies of its structure with the closed points stuck. Collective.
   void describe(const SectorFrequencies &stuck);
-  void append(const SensitivityRecord &peak);
+  void append(const SensitivityRecord &peak); ///< likewise
   /// Says how a run that keeps no state has ended; empty: it was interrupted. Collective.
   void say_end(const std::string &end);
   /// Closes the file. Returns whether it has its name: not so if it has no point and there is an earlier file, which
@@ -83,6 +86,7 @@ private:
   std::size_t wide_ = 1; // columns whose rows grow with the harmonics: the first
   bool estimated_ = false, modes_estimated_ = false, over_path_ = false;
   std::vector<EstimateRecord> estimates_;
+  Agreement agreement_;
 };
 
 } // namespace dovetail

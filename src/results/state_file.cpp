@@ -164,8 +164,8 @@ void StateKeeper::write() {
   written_ = MPI_Wtime(), took_ = written_ - begin;
 }
 
-void StateKeeper::take(BranchState state, const ResultsFile &results) {
-  on_all_ranks(comm_, [&] {
+void StateKeeper::take(BranchState state, ResultsFile &results) {
+  results.agreement().hold([&] {
     if (!speaks_) return;
     run_.branch = std::move(state);
     run_.events = static_cast<long>(results.events().size());

@@ -34,8 +34,8 @@ class StateKeeper {
 public:
   /// `begin`: all but the branch; its seconds are those of the parts before.
   StateKeeper(MPI_Comm comm, std::filesystem::path path, SavedRun begin);
-  /// Takes note, and writes unless that was done a moment ago. Collective.
-  void take(BranchState state, const ResultsFile &results);
+  /// Takes note, and writes unless that was done a moment ago. Ranks learn of a failure when the results agree.
+  void take(BranchState state, ResultsFile &results);
   /// Writes what was noted last, if anything ever was. Collective.
   void finish(const std::string &end);
   double seconds() const; ///< along the branch, over all parts

@@ -5,7 +5,9 @@
 #include <sys/auxv.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <utility>
 
 namespace dovetail {
@@ -102,6 +104,22 @@ std::string in_words(const BlasKernel &kernel) {
 const BlasKernel &blas_kernel() {
   static const BlasKernel kernel = find_kernel();
   return kernel;
+}
+
+std::string kinds_of_arithmetic() {
+  static constexpr const char *names[] = {"unknown", "SSE", "AVX", "AVX2", "AVX-512"};
+  const auto count = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
+  const int threads = count ? count() : 1;
+  return blas_library() + (blas_kernel().name.empty() ? "" : " kernel " + blas_kernel().name) + ", " +
+         std::to_string(threads) + (threads == 1 ? " thread, " : " threads, ") +
+         names[static_cast<int>(vectors_of_processor())];
+}
+
+bool compute_alike(MPI_Comm comm) {
+  const std::uint64_t kind = std::hash<std::string>()(kinds_of_arithmetic());
+  std::uint64_t most[] = {kind, ~kind}; // the largest, and of the smallest what is missing
+  MPI_Allreduce(MPI_IN_PLACE, most, 2, MPI_UINT64_T, MPI_MAX, comm);
+  return most[0] == ~most[1];
 }
 
 void take_better_kernel(char **argv) {

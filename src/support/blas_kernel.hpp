@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <string>
 
 namespace dovetail {
@@ -31,6 +33,12 @@ std::string in_words(const BlasKernel &kernel);
 
 /// The kernel in this process. The first call takes what Dovetail asked for out of the environment.
 const BlasKernel &blas_kernel();
+
+/// What last bits of this process depend on: library, kernel, threads, vector instructions.
+std::string kinds_of_arithmetic();
+
+/// Whether all ranks come to the same bits where they do the same. Collective.
+bool compute_alike(MPI_Comm comm);
 
 /// OpenBLAS chooses its kernel when it is loaded, and without a word takes the slowest for a processor that it does not
 /// know. Then this starts the program anew, once, asking for a better one; to be called before MPI_Init.

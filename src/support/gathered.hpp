@@ -2,6 +2,7 @@
 // Numbers of all ranks in one place.
 #include <mpi.h>
 
+#include <array>
 #include <vector>
 
 #include "support/int_count.hpp"
@@ -16,6 +17,16 @@ inline std::vector<int> places_of(const std::vector<long long> &counts) {
   for (const long long count : counts)
     places.push_back(int_count(static_cast<std::size_t>(count) + places.back(), "numbers that ranks gather at once"));
   return places;
+}
+
+/// `each` own numbers of all ranks, one rank's after the other's, on all. Collective.
+template <class Number, std::size_t each>
+std::vector<Number> gathered(MPI_Comm comm, MPI_Datatype type, const std::array<Number, each> &own) {
+  int size;
+  MPI_Comm_size(comm, &size);
+  std::vector<Number> all(each * size);
+  MPI_Allgather(own.data(), each, type, all.data(), each, type, comm);
+  return all;
 }
 
 /// Own numbers of all ranks, one rank's after the other's, on rank `root` or on all; on others none. Collective.

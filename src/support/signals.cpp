@@ -80,11 +80,7 @@ void ignore_signals() {
   for (const int signal : stopping) std::signal(signal, SIG_IGN);
 }
 
-int noted_signal(MPI_Comm comm) {
-  int signal = noted;
-  MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, comm);
-  return signal;
-}
+int noted_signal() { return noted; }
 
 const char *signal_name(int signal) { return name_of(signal); }
 

@@ -20,8 +20,8 @@ void only_note_signals();
 /// From here on none of them matters: the program is ending, and has said why.
 void ignore_signals();
 
-/// The signal that any rank has noted, or 0: the same on all ranks. Collective.
-int noted_signal(MPI_Comm comm);
+/// The signal that this rank has noted, or 0.
+int noted_signal();
 
 /// "SIGTERM", "SIGUSR1", "SIGINT" or "SIGHUP".
 const char *signal_name(int signal);

@@ -13,6 +13,7 @@ sys.path.insert(0, str(ROOT / "scripts/bench"))
 import contact_kernel
 import measure
 import reduction
+import scale
 import sweeps
 import uneven
 
@@ -135,3 +136,15 @@ def test_left_if_the_points_with_most_keep_theirs():
     made[:, 0, 0] = 1.0, 10.0, 2.0, 3.0
     assert uneven.left(made, 0.25) == pytest.approx(6 / 16)
     assert uneven.left(made, 0.5) == pytest.approx(3 / 16)
+
+
+def test_collective_calls_of_a_stage_and_where_they_come_from(tmp_path):
+    lines = ["4 scaling\tAllreduce\t7\t56\tVecNorm\t10", "5 branch\tAllreduce\t3\t24\tVecNorm\t10\t25", "5 branch\tBcast\t2\t16\t?\t25",
+             "5 branch\tIsend\t5\t400\t?\t10"]
+    (tmp_path / "calls.0").write_text("\n".join(lines) + "\n")
+    calls, given = scale.counted(tmp_path / "calls.0")
+    assert scale.total(calls) == 5 and scale.total(given) == 40
+    assert scale.total(calls, collective=False) == 5
+    names = {"10": "solve", "25": "step"}.get
+    assert [line.split() for line in scale.places(calls, names, 2)] == [["5.00", "Isend", "?", "solve"],
+                                                                       ["3.00", "Allreduce", "VecNorm", "solve", "<", "step"]]

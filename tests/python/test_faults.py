@@ -15,7 +15,7 @@ from trial import KINDS, Scene, Trial
 LIBRARY = BINARY.parent / "tests" / "faults" / "libfault.so"
 # By scene: what fails, its which-th call (from the end if negative), and the exit status.
 ONCE_WRONG = {
-    "fresh": [("MPI_Gatherv", 20, 3),  # PETSc has errors returned: wrong numbers were written
+    "fresh": [("MPI_Allgather", 20, 3),  # PETSc has errors returned: wrong numbers were written
               ("H5Aread", 3, 2), ("H5Lexists", 12, 2),  # units, and a sector: taken for not there
               ("truncate", -1, 0), ("H5Fclose", 28, 3),  # of results: a crash without a word; of a state: nobody heard
               ("H5Tset_size", 1, 3),  # an attribute was cut short, and reduced.h5 then another's
