@@ -92,10 +92,11 @@ def condensed(K, load, kept):
     return (outer + outer.T) / 2, values[kept] - back[:, -1]
 
 
-def at_preload(model, g, count):
-    """Lowest eigenfrequencies [Hz] of the tightened beam: what presses sticks, the rest is open; without the rigid motions."""
+def at_preload(model, g, count, sticks=True):
+    """Lowest eigenfrequencies [Hz] of the tightened beam: what presses sticks, or slides freely; the rest is open."""
     K, closed = model.K.copy(), g[:, 2] > 0
     springs = np.column_stack([model.contact["tangential_stiffness"], model.contact["normal_stiffness"]])[closed]
+    springs[:, :2] *= sticks
     diagonal = K.getDiagonal()
     diagonal.setValues(model.contact_dofs[closed].astype(PETSc.IntType), springs, addv=PETSc.InsertMode.ADD_VALUES)
     diagonal.assemble()
