@@ -44,6 +44,20 @@ def test_damper_has_a_best_force(tmp_path):
     assert found.frequency[first] == pytest.approx(393.7, rel=5e-3) and found.frequency[last] == pytest.approx(317.9, rel=5e-3)
 
 
+@pytest.mark.slow
+def test_flange_opens_and_leans(tmp_path):
+    """Bolts press what they pull; between them it opens, which makes the peak lower, softer, and the curve turn back."""
+    found = results("flange", "case.toml", tmp_path)
+    at_rest = found.g.reshape(-1, 3)
+    assert at_rest[:, 2].sum() == pytest.approx(6 * 3000.0, rel=1e-9) and at_rest[:, 2].min() > 0
+    np.testing.assert_allclose(at_rest[:, :2].sum(axis=0), 0, atol=1e-6 * 18000)
+    top = found.peak_point("top.x")
+    assert found.points("open")[top] > 0.2 and found.points("slip")[top] > 0.2
+    assert found.frequency[top] == pytest.approx(2102.2, rel=2e-3)  # with seven harmonics
+    assert found.amplitude("top.x")[top] == pytest.approx(44.57e-6, rel=3e-2)
+    assert np.any(np.diff(found.omega) < 0)
+
+
 def whole_damper(folder, right=1.0):
     """The case of two blades with a whole wedge between them, which nothing holds but both faces, at their bounds from the preload on; and
     that of its half, by symmetry, in folder/damper. `right`: stiffness of the second blade, in those of the first."""
