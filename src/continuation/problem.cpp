@@ -88,12 +88,26 @@ private:
   bool weighted_;
 };
 
-// PETSc keeps a number with a vector until that changes, on all ranks alike.
-PetscInt kept_parameter() {
-  static PetscInt number = -1;
-  if (number < 0) check(PetscObjectComposedDataRegister(&number), doing);
-  return number;
-}
+// What PETSc keeps with a vector until that changes, on all ranks alike.
+class Kept {
+public:
+  // The number, if it is known.
+  bool find(Vec y, double &value) {
+    PetscBool known;
+    check(PetscObjectComposedDataGetReal(reinterpret_cast<PetscObject>(y), place(), value, known), doing);
+    return known;
+  }
+  void note(Vec y, double value) {
+    check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), place(), value), doing);
+  }
+
+private:
+  PetscInt place() {
+    if (place_ < 0) check(PetscObjectComposedDataRegister(&place_), doing);
+    return place_;
+  }
+  PetscInt place_ = -1;
+} kept_parameter, kept_length;
 
 } // namespace
 
@@ -129,7 +143,7 @@ std::vector<Problem::Projected> Problem::own_projected(const std::vector<Vec> &o
 }
 
 void note_parameter(Vec y, double value) {
-  check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), kept_parameter(), value), doing);
+  kept_parameter.note(y, value);
 }
 
 void scale_known(Vec y, double factor) {
@@ -140,9 +154,7 @@ void scale_known(Vec y, double factor) {
 
 double parameter_of(Vec y) {
   double value;
-  PetscBool known;
-  check(PetscObjectComposedDataGetReal(reinterpret_cast<PetscObject>(y), kept_parameter(), value, known), doing);
-  if (known) return value;
+  if (kept_parameter.find(y, value)) return value;
   value = Own(y).parameter();
   int size;
   MPI_Comm_size(comm_of(y), &size);
@@ -153,9 +165,13 @@ double parameter_of(Vec y) {
 
 // VecNorm remembers a norm that VecScale scales, which a restart does not know to the last bit.
 double plain_length(Vec t) {
+  double length;
+  if (kept_length.find(t, length)) return length;
   PetscScalar square;
   check(VecDot(t, t, &square), doing);
-  return std::sqrt(square);
+  length = std::sqrt(square);
+  kept_length.note(t, length);
+  return length;
 }
 
 void set_parameter(Vec f, double value) {
