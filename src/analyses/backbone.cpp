@@ -375,9 +375,7 @@ void Backbone::archive(Archive &archive) {
   }
   archive_point(archive, "before", layout, *curve_, before_);
   archive_ahead(archive, layout, *curve_, ahead_, [](CurvePoint &) {});
-  double memory = curve_->memory();
-  archive.field("solver_memory", memory);
-  if (archive.restores()) curve_->recall(memory);
+  archive_memory(archive, *curve_);
   if (observer_.archive) observer_.archive(archive);
 }
 

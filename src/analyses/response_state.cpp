@@ -3,26 +3,8 @@
 
 #include "analyses/response_stepper.hpp"
 #include "analyses/saved_points.hpp"
-#include "support/error.hpp"
 
 namespace dovetail {
-namespace {
-
-// One number of each dof, on every rank.
-std::vector<double> of_all_dofs(const HarmonicSystem &system, const std::vector<double> &of_own) {
-  const Layout &layout = system.layout();
-  const UniqueVec y = system.unknowns(); // in the place of each dof's first coefficient
-  double *own;
-  check(VecGetArray(y, &own), "saving a state");
-  for (PetscInt d = 0; d < layout.own_dofs(); ++d) own[d * layout.width] = of_own[d];
-  check(VecRestoreArray(y, &own), "saving a state");
-  const std::vector<double> all = all_coefficients(layout, y);
-  std::vector<double> out;
-  for (std::size_t i = 0; i < all.size(); i += layout.width) out.push_back(all[i]);
-  return out;
-}
-
-} // namespace
 
 // What needs no layout. Saved and restored by the same list.
 void ResponseStepper::archive(Archive &archive) {
@@ -34,10 +16,7 @@ void ResponseStepper::archive(Archive &archive) {
   errors.archive(archive);
   archive.part("stepper", [&] { archive_steps(archive); });
   progress.archive(archive);
-
-  double memory = curve_->memory();
-  archive.field("solver_memory", memory);
-  if (archive.restores()) curve_->recall(memory);
+  archive_memory(archive, *curve_);
 }
 
 // Points that are gone back to or guessed by, without what belongs to the solve; and those that are to be given.
@@ -59,10 +38,9 @@ void ResponseStepper::save(BranchState &state, Archive &saved) {
   state.harmonics = system.harmonics(), state.samples = system.samples();
   state.y = numbers_of(system.layout(), here_.y), state.tangent = numbers_of(system.layout(), here_.t);
   state.y.back() = here_.parameter;
-  state.largest = of_all_dofs(system, response.metric().largest_of_dofs());
   archive(saved);
   archive_points(saved);
-  saved.note("largest_motion", curve_->norm.largest_motion());
+  archive_metric(saved, system.layout(), response.metric());
   state.trail = progress.retraced.marks();
 }
 
@@ -74,12 +52,7 @@ void ResponseStepper::restore(const BranchState &state, Archive &saved) {
   set_numbers(system.layout(), state.y, here_.y);
   set_numbers(system.layout(), state.tangent, here_.t);
   here_.parameter = state.y.back();
-  std::vector<double> largest;
-  for (PetscInt d = 0; d < system.layout().own_dofs(); ++d)
-    largest.push_back(state.largest.at(system.layout().number(d)));
-  double motion = 0;
-  saved.field("largest_motion", motion);
-  response.metric().restore(motion, std::move(largest));
+  archive_metric(saved, system.layout(), response.metric());
   archive(saved);
   archive_points(saved);
   progress.retraced.restore(state.trail);

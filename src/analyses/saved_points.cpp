@@ -51,6 +51,25 @@ void archive_vector(Archive &archive, const char *name, const Layout &layout, Ve
   if (archive.restores()) set_numbers(layout, std::move(numbers), y);
 }
 
+// Both by the number of the dof, on every rank.
+void archive_metric(Archive &archive, const Layout &layout, ResponseMetric &metric) {
+  double motion = metric.largest_motion();
+  std::vector<double> own = metric.largest_of_dofs(), all(layout.dofs(), 0.0);
+  for (std::size_t d = 0; d < own.size(); ++d) all[layout.number(static_cast<PetscInt>(d))] = own[d];
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, layout.comm);
+  archive.field("largest_motion", motion);
+  archive.field("largest_of_dofs", all);
+  if (!archive.restores()) return;
+  for (std::size_t d = 0; d < own.size(); ++d) own[d] = all.at(layout.number(static_cast<PetscInt>(d)));
+  metric.restore(motion, std::move(own));
+}
+
+void archive_memory(Archive &archive, Curve &curve) {
+  double memory = curve.memory();
+  archive.field("solver_memory", memory);
+  if (archive.restores()) curve.recall(memory);
+}
+
 void archive_point(Archive &archive, const char *name, const Layout &layout, const Curve &curve,
                    std::optional<CurvePoint> &point) {
   archive.part(name, [&] {

@@ -6,6 +6,7 @@
 
 #include "continuation/curve.hpp"
 #include "harmonic/layout.hpp"
+#include "problems/response_metric.hpp"
 #include "support/archive.hpp"
 
 namespace dovetail {
@@ -16,6 +17,10 @@ std::vector<double> numbers_of(const Layout &layout, Vec y);
 void set_numbers(const Layout &layout, std::vector<double> numbers, Vec y);
 
 void archive_vector(Archive &archive, const char *name, const Layout &layout, Vec y);
+/// The largest motions met so far, of the whole and of each dof.
+void archive_metric(Archive &archive, const Layout &layout, ResponseMetric &metric);
+/// What a curve's solver has learned.
+void archive_memory(Archive &archive, Curve &curve);
 /// A point, if it is known, without what belongs to its solve.
 void archive_point(Archive &archive, const char *name, const Layout &layout, const Curve &curve,
                    std::optional<CurvePoint> &point);

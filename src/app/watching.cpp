@@ -6,7 +6,8 @@
 namespace dovetail {
 namespace {
 
-// Of an amplitude: unknowns that differ by less move alike, as by symmetry. The first of them is named, on any processor.
+// Of an amplitude: unknowns that differ by less move alike, as by symmetry. The first of them is named, on any
+// processor.
 constexpr double alike = 1e-6;
 
 double size_of(const double *c, int harmonics) {

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "problems/forced_response.hpp"
-#include "problems/response_metric.hpp"
 #include "problems/track_jacobian.hpp"
 #include "support/error.hpp"
 
@@ -13,29 +12,16 @@ namespace {
 
 constexpr const char *doing = "following a peak";
 
-// That of a response in [Y; Omega], and p by its unit.
-class TrackMetric : public ArcLengthMetric {
-public:
-  TrackMetric(const Layout &layout, double omega_unit, double unit, bool weighted)
-      : response_(layout, omega_unit, weighted), unit_(weighted ? unit : 1) {}
-
-  double product(Vec a, Vec b) const override {
-    return response_.product(a, b) + parameter_of(a) * parameter_of(b) / (unit_ * unit_);
-  }
-  void weigh(Vec t, Vec row) const override {
-    response_.weigh(t, row);
-    set_parameter(row, parameter_of(t) / (unit_ * unit_));
-  }
-  double motion(Vec y) const override { return response_.motion(y); }
-  double largest_motion() const override { return response_.largest_motion(); }
-  void see(Vec y) override { response_.see(y); }
-
-private:
-  ResponseMetric response_;
-  double unit_;
-};
-
 } // namespace
+
+double TrackMetric::product(Vec a, Vec b) const {
+  return response_.product(a, b) + parameter_of(a) * parameter_of(b) / (unit_ * unit_);
+}
+
+void TrackMetric::weigh(Vec t, Vec row) const {
+  response_.weigh(t, row);
+  set_parameter(row, parameter_of(t) / (unit_ * unit_));
+}
 
 PeakTrack::PeakTrack(PeakEquations &peak, const PathParameter &kind, std::shared_ptr<VariedPreload> preload,
                      TrackCondition &condition, double omega_unit)
