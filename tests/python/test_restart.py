@@ -245,11 +245,11 @@ def test_restart_while_harmonics_follow_a_tolerance(tmp_path):
 
 @pytest.mark.slow
 def test_restart_of_a_killed_track_of_peaks(tmp_path):
-    """In a corner of the response: the same to the last bit."""
-    whole, case = whole_and_case(tmp_path, "dof5", "gap", 0, -0.75, [-0.71])
+    """On the way to a corner of the response and through it: the same to the last bit."""
+    whole, case = whole_and_case(tmp_path, "dof5", "gap", 0, -0.75, more="[accuracy]\nbetween = 1e-7\n")  # many points
     command, folder = line(case, out="out")
-    with Watched(command, halt=20) as watched:
-        watched.wait_for_point(20)
+    with Watched(command, halt=10) as watched:
+        watched.wait_for_point(10)
         kill(watched.process)
     assert len(read_points(folder)["omega"]) < len(whole.points["omega"])
     same_bits(run(case, "--restart", out="out"), whole)

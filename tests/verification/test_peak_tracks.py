@@ -248,7 +248,7 @@ def same_bits(done, whole):
     ("chain", "friction", 0.5, [0.7], "modal", None)])
 @pytest.mark.slow
 def test_restart_after_any_point(tmp_path, scene, parameter, end, at, solver, ranks):
-    """Also of those within a step, and in a corner: the same to the last bit."""
+    """Also of those within a step, and in a corner: the same to the last bit; MUMPS on several ranks may round otherwise."""
     edits = [("harmonics = 5", f'harmonics = 5\nsolver = "{solver}"')]
     whole, case = whole_and_case(tmp_path, scene, parameter, 0 if parameter == "gap" else 1, end, at, ranks=ranks, edits=edits)
     count = len(whole.points["omega"])
@@ -256,7 +256,11 @@ def test_restart_after_any_point(tmp_path, scene, parameter, end, at, solver, ra
         done = launch.run(limited(case, points), *(["--restart"] if points > 1 else []), out="cut", ranks=ranks)
         assert min(points, count) <= len(done.points["omega"]) <= count
     assert done.summary["parts"] > 5
-    same_bits(done, whole)
+    if ranks and solver == "assembled":
+        for name in ("parameter", "omega", "tracked_amplitude", "coefficients"):
+            assert np.abs(done.points[name] - whole.points[name]).max() <= 1e-8 * np.abs(whole.points[name]).max()
+    else:
+        same_bits(done, whole)
 
 
 def test_restart(tmp_path):
