@@ -17,7 +17,6 @@ import cases
 import chain
 from launch import BINARY, SECONDS, SURROUNDINGS, children, gone, kill, line, read_points, run, wait_for, words_of
 from on_terminal import Watched
-from test_peak_tracks import same_bits, whole_and_case
 
 cases.SECTION_OF |= {"watch": "continuation", "stop_after_peaks": "continuation", "stop_at_amplitude": "continuation",
                      "start": "continuation", "enabled": "stability"}
@@ -241,19 +240,6 @@ def test_restart_while_harmonics_follow_a_tolerance(tmp_path):
     for name in ("adaptations", "newton_iterations"):
         assert done.summary[name] == whole.summary[name]
     assert done.summary["accuracy"] == pytest.approx(whole.summary["accuracy"], rel=1e-2)
-
-
-@pytest.mark.slow
-def test_restart_of_a_killed_track_of_peaks(tmp_path):
-    """On the way to a corner of the response and through it: the same to the last bit."""
-    whole, case = whole_and_case(tmp_path, "dof5", "gap", 0, -0.75, more="[accuracy]\nbetween = 1e-7\n")  # many points
-    command, folder = line(case, out="out")
-    with Watched(command, halt=10) as watched:
-        watched.wait_for_point(10)
-        kill(watched.process)
-    assert len(read_points(folder)["omega"]) < len(whole.points["omega"])
-    same_bits(run(case, "--restart", out="out"), whole)
-    assert "cut off" not in run(case, out="out").out  # it had ended
 
 
 def test_nothing_to_do(halted):

@@ -294,6 +294,19 @@ def test_restart(tmp_path):
     assert "the model, or its reduction, is not what it was" in launch.run(there, "--restart", out="far", status=2).err
 
 
+@pytest.mark.slow
+def test_restart_of_a_killed_run(tmp_path):
+    """What a kill leaves: results that are farther than the state, which stands in a corner."""
+    whole, case = whole_and_case(tmp_path, "dof5", "gap", 0, -0.75, [-0.71])
+    corners = Results(tmp_path / "results.h5").events.of("corner").point
+    folder = launch.run(limited(case, int(np.mean(corners))), out="out").folder
+    shutil.copy(folder / "state.h5", tmp_path / "state.h5")
+    launch.run(limited(case, len(whole.points["omega"]) - 2), "--restart", out="out")
+    shutil.copy(tmp_path / "state.h5", folder / "state.h5")
+    same_bits(launch.run(limited(case, 1000), "--restart", out="out"), whole)
+    assert "cut off" not in launch.run(case, out="out").out  # it had ended
+
+
 def test_a_state_of_another_kind_or_version_is_refused(tmp_path):
     _, case = whole_and_case(tmp_path, "dof5", "friction", 1, 0.99)
     launch.run(limited(case, 2), out="out")
