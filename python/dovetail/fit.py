@@ -1,6 +1,6 @@
-"""Parameters of a joint from a measured response curve: least squares of relative errors, with what the curve leaves open."""
+"""Parameters of a joint from measured response curves: least squares of relative errors, with what the curves leave open."""
 
-import sys
+import copy
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,29 +11,38 @@ from scipy.special import stdtrit
 from .case_changes import CONTACT, need, need_damping, split
 from .case_runs import CaseRuns, CurveCase
 from .fit_report import write
+from .fit_search import MISSED, Curves, Search, Unknown, changes_of, uncertainty, under
 from .measured import read_measured
 from .motion import find_joint
 from .study_runs import Program, RunFailed
 
 USUAL = ("friction", "tangential_stiffness")
-STEP = 1e-3  # of the logarithm of a parameter, for derivatives
-NOISE = 1e-8  # of amplitudes: two runs agree no better, for Newton's method stops there and sums are rounded
 WIDEST = np.log(100.0)  # a factor beyond is no fit
-MISSED = 1.0  # error, as a logarithm, where a curve has no point at a frequency, or could not be computed
 CONFIDENCE = 0.95
 EVALUATIONS = 40
+WEIGHINGS = 8  # searches at most, each with the weights that the one before has left
+SETTLED = 0.02  # change of a weight, as a logarithm, that calls for no further search
 
 
-@dataclass(frozen=True)
-class Unknown:
-    """A factor that is looked for, on what the case has: of a parameter, maybe at the points of one joint alone, (k,) numbers."""
+@dataclass
+class FittedCurve:
+    """One of the measured curves.
 
-    name: str
-    joint: str = ""
-    points: np.ndarray | None = None
+    force : factor on the loads of the case
+    model : (m,) amplitudes of the fit at the measured frequencies, NaN where its curve does not come
+    misfit : root mean square of the relative errors
+    beyond : (case, measured) sweeps in the unit of the case, where the second reaches beyond the first, else None
+    curve, start : `curves.Response` of the fit and of the case as it stands, under that force
+    """
 
-    def __str__(self):
-        return f"{self.name} of {self.joint}" if self.joint else self.name
+    file: Path
+    force: float
+    measured: object
+    model: np.ndarray
+    misfit: float
+    beyond: tuple | None
+    curve: object
+    start: object
 
 
 @dataclass
@@ -43,17 +52,14 @@ class Fit:
     unknowns : list of Unknown
     factor : (p,); deviation (p,) standard deviation of its logarithm, correlation (p, p)
     low, high : (p,) ends of the confidence interval of the factor
-    model : (m,) amplitudes of the fit at the measured frequencies, NaN where its curve does not come
-    misfit : root mean square of the relative errors
-    curve, start : `curves.Response` of the fit and of the case as it stands
+    misfit : root mean square of the relative errors of all curves
+    curves : list of FittedCurve
     """
 
     case: object
-    file: Path
     dof: str
     unit: object
     length: str
-    measured: object
     harmonic: int | None
     contact: dict
     unknowns: list
@@ -62,13 +68,10 @@ class Fit:
     correlation: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    model: np.ndarray
     misfit: float
     runs: int
+    curves: list
     converged: bool = True
-    beyond: tuple | None = None  # (case, measured) sweeps in the unit of the case, where the second reaches beyond the first
-    curve: object = None
-    start: object = None
 
     @property
     def undetermined(self):
@@ -95,6 +98,7 @@ def fit(arguments):
     keys = [split(name)[0] for name in names]
     if len(set(keys)) < len(keys) and any(split(name)[1] == slice(None) for name in names if keys.count(split(name)[0]) > 1):
         raise ValueError(f"--parameters {' '.join(names)}: one of them is part of another")
+    forces = forces_of(arguments.measured, arguments.force)
     case = CurveCase(arguments.case, None, arguments.watch)
     if "damping" in names:
         need_damping(case.content)
@@ -102,51 +106,96 @@ def fit(arguments):
     program.check(case.path)
     out = Path(arguments.out) if arguments.out else case.path.with_name(case.path.stem + "_fit")
     try:
-        found = fitted(CaseRuns(case, program, out, arguments.jobs), Path(arguments.measured), names, arguments.by_joint,
-                       arguments.harmonic)
+        found = fitted(CaseRuns(case, program, out, arguments.jobs), [Path(file) for file in arguments.measured], names,
+                       arguments.by_joint, arguments.harmonic, forces)
     except KeyboardInterrupt:
         raise RunFailed(f"broken off; what was computed is in {out}, and the same command goes on from there") from None
     write(found, out)
 
 
-def fitted(runs, file, names, by_joint=False, harmonic=None):
-    """The Fit of a CaseRuns to a measured file."""
+def forces_of(files, forces):
+    """Factors on the loads, one for each file; 1 of a single file without them. Raises ValueError."""
+    if forces is None and len(files) == 1:
+        return [1.0]
+    if len(forces or []) != len(files):
+        raise ValueError(f"--force: {len(files)} measured {'files want' if len(files) > 1 else 'file wants'} {len(files)} "
+                         f"factor{'s' if len(files) > 1 else ''} on the loads of the case, in their order; found {len(forces or [])}")
+    if not all(force > 0 for force in forces):
+        raise ValueError(f"--force {' '.join(f'{force:g}' for force in forces)}: factors must be greater than 0")
+    if twice := [file for file in files if files.count(file) > 1]:
+        raise ValueError(f"{twice[0]}: this measured file is there twice")
+    return forces
+
+
+def fitted(runs, files, names, by_joint=False, harmonic=None, forces=(1.0,)):
+    """The Fit of a CaseRuns to measured files, each with a factor on the loads."""
     results = runs.begin()
     for name in names:
         need(name, runs.contact)
-    measured = read_measured(file, results.unit)
     unknowns = unknowns_of(results, names, by_joint)
-    if len(measured.omega) <= len(unknowns):
-        raise ValueError(f"{file}: has {len(measured.omega)} frequencies, {len(unknowns)} parameters need more than that")
     if harmonic and harmonic > results.harmonics:
         raise ValueError(f"--harmonic {harmonic}: the case has {results.harmonics}")
-    start = results.response(runs.dof)
-    in_case = results.unit.hertz(measured.omega) if runs.case.content["continuation"].get("unit") == "Hz" else measured.omega
-    beyond = outside(file, in_case, runs.case)
-    first, last = runs.case.content["continuation"]["omega"]
-    ordered = np.asarray(in_case)[::1 if first < last else -1]
-    runs.case.content["continuation"]["omega"] = [float(ordered[0]), float(ordered[-1])]
-    search = Search(runs, unknowns, measured, ordered[1:-1], harmonic)
-    solution = least_squares(search.errors, np.zeros(len(unknowns)), search.derivative, bounds=(-WIDEST, WIDEST), xtol=1e-5, ftol=1e-8,
-                             max_nfev=EVALUATIONS)
+    measured = [read_measured(file, results.unit) for file in files]
+    count = sum(len(curve.omega) for curve in measured)
+    if count <= len(unknowns):
+        raise ValueError(f"{', '.join(map(str, files))}: has {count} frequencies, {len(unknowns)} parameters need more than that")
+    beyond, searches = [], []
+    for file, curve, force in zip(files, measured, forces):
+        in_case = results.unit.hertz(curve.omega) if runs.case.content["continuation"].get("unit") == "Hz" else curve.omega
+        beyond.append(outside(file, in_case, runs.case))
+        first, last = runs.case.content["continuation"]["omega"]
+        ordered = np.asarray(in_case)[::1 if first < last else -1]
+        own = copy.copy(runs)
+        own.case = copy.deepcopy(runs.case)
+        own.case.content["continuation"]["omega"] = [float(ordered[0]), float(ordered[-1])]
+        searches.append(Search(own, unknowns, curve, ordered[1:-1], harmonic, force, file.name if len(files) > 1 else ""))
+    search = Curves(searches)
+    solution = solved(search, len(unknowns))
     if search.failed(solution.x):
         raise RunFailed(f"{runs.case.path}: the case could not be computed with any parameters that were tried")
-    there = np.isfinite(search.amplitudes(solution.x))
+    errors = search.plain_errors(solution.x)
+    there = np.isfinite(np.concatenate(errors))
     deviation, correlation = uncertainty(solution.fun[there], solution.jac[there])
     free = np.count_nonzero(there) - len(unknowns)
     width = stdtrit(free, (1 + CONFIDENCE) / 2) * deviation if free > 0 else deviation
     width = np.where(limited(solution.x) | (solution.status == 0), np.nan, width)
+    misfits = [float(np.sqrt(np.mean(np.where(np.isfinite(found), found, MISSED) ** 2))) for found in errors]
+    misfit = float(np.sqrt(np.average(np.square(misfits), weights=list(map(len, errors)))))
+    factor = np.exp(solution.x)
+    changes = changes_of(unknowns, factor, len(runs.contact["law"]))
+    fitted_curves = [FittedCurve(file, one.force, one.measured, one.amplitudes(solution.x), left, outer,
+                                 curve_of(one.runs, numbered("fitted", i, files), under(one.force, changes)),
+                                 results.response(runs.dof) if one.force == 1 else
+                                 curve_of(runs, numbered("case", i, files), under(one.force, {})))
+                     for i, (file, one, left, outer) in enumerate(zip(files, searches, misfits, beyond))]
     with np.errstate(over="ignore"):
-        found = Fit(runs.case, file, runs.dof, results.unit, results.unit_of(runs.dof), measured, harmonic, runs.contact, unknowns,
-                    np.exp(solution.x), deviation, correlation, np.exp(solution.x - width), np.exp(solution.x + width),
-                    search.amplitudes(solution.x), float(np.sqrt(np.mean(solution.fun**2))), len(search.seen),
-                    bool(solution.status != 0), beyond)
-    found.start = start
-    run, best = runs.whole("fitted", found.changes)
-    if best is None:
-        raise RunFailed(f"{runs.folder / 'fitted'}: the curve of the fit could not be computed: {run.reason}")
-    found.curve = best.response(runs.dof)
-    return found
+        return Fit(runs.case, runs.dof, results.unit, results.unit_of(runs.dof), harmonic, runs.contact, unknowns, factor, deviation,
+                   correlation, np.exp(solution.x - width), np.exp(solution.x + width), misfit, sum(len(one.seen) for one in searches),
+                   fitted_curves, bool(solution.status != 0))
+
+
+def solved(search, count):
+    """The least squares of `count` logarithms; of several curves, once their weights are what the fit leaves of each."""
+    x = np.zeros(count)
+    for _ in range(WEIGHINGS):
+        solution = least_squares(search.errors, x, search.derivative, bounds=(-WIDEST, WIDEST), xtol=1e-5, ftol=1e-8,
+                                 max_nfev=EVALUATIONS)
+        x = solution.x
+        if len(search.searches) == 1 or solution.status == 0 or search.failed(x) or search.weigh(x) < SETTLED:
+            break
+    return solution
+
+
+def numbered(name, i, files):
+    """Of the folder of a run that is kept."""
+    return name if len(files) == 1 and name == "fitted" else f"{name}_{i + 1}"
+
+
+def curve_of(runs, name, changes):
+    run, results = runs.whole(name, changes)
+    if results is None:
+        raise RunFailed(f"{runs.folder / name}: the curve could not be computed: {run.reason}")
+    return results.response(runs.dof)
 
 
 def outside(file, in_case, case):
@@ -179,100 +228,3 @@ def unknowns_of(results, names, by_joint):
         for number in np.unique(joint["joint"]):
             found.append(Unknown(name, joint["names"][number], np.flatnonzero(joint["joint"] == number)))
     return found
-
-
-def changes_of(unknowns, factors, points):
-    """Changes as for `case_changes.apply`, by (p,) factors; `points`: contact points of the case."""
-    changes = {}
-    for unknown, factor in zip(unknowns, factors):
-        if unknown.points is None:
-            changes[unknown.name] = ("factor", float(factor))
-        else:
-            _, each = changes.setdefault(unknown.name, ("factor", np.full(points, np.nan)))
-            each[unknown.points] = factor
-    return changes
-
-
-class Search:
-    """Errors by the logarithms x of the factors, and their derivatives by differences."""
-
-    def __init__(self, runs, unknowns, measured, at, harmonic):
-        self.runs, self.unknowns, self.measured, self.harmonic = runs, unknowns, measured, harmonic
-        self.at, self.seen = [float(value) for value in at], {}
-
-    def digest(self, results):
-        """Amplitudes of each passage of each measured frequency."""
-        response = results.response(self.runs.dof)
-        values = response.amplitude if self.harmonic is None else response.harmonic(self.harmonic)
-        return {"passes": [values[np.abs(results.omega - omega) <= 1e-9 * omega].tolist() for omega in self.measured.omega]}
-
-    def records(self, places):
-        """Those of some x, computed together."""
-        keys = [tuple(np.round(x, 12).tolist()) for x in places]
-        missing = [key for key in dict.fromkeys(keys) if key not in self.seen]
-        size = len(self.runs.contact["law"])
-        wanted = [changes_of(self.unknowns, np.exp(key), size) for key in missing]
-        if wanted:
-            self.seen.update(zip(missing, self.runs.each(wanted, self.digest, at=self.at, key=f"fit, harmonic {self.harmonic}")))
-        return [self.seen[key] for key in keys]
-
-    def failed(self, x):
-        return self.records([x])[0]["status"] != 0
-
-    def amplitudes(self, x):
-        """(m,) of the passage nearest to what was measured, NaN where there is none."""
-        return self._nearest(self.records([x])[0])
-
-    def errors(self, x):
-        """(m,) logarithms of computed over measured amplitudes: relative errors."""
-        found = self._errors(self.records([x])[0])
-        print(f"  relative error {np.sqrt(np.mean(found**2)):.3g} with " + ", ".join(f"{unknown} {factor:.4g}x" for unknown, factor in zip(
-            self.unknowns, np.exp(x))), file=sys.stderr)
-        return found
-
-    def derivative(self, x):
-        """(m, p); where x or the place beside it alone has a point, from the other side, and 0 where that does not help.
-
-        Differences within the noise count as 0: divided by them, the search would go anywhere."""
-        steps = STEP * np.eye(len(x))
-        here, *beside = self.records([x, *(x + step for step in steps)])
-        met = np.isfinite(self._nearest(here))
-        columns = []
-        for step, record in zip(steps, beside):
-            both = met & np.isfinite(self._nearest(record))
-            column = np.where(both, self._errors(record) - self._errors(here), 0.0)
-            if np.any(met & ~both):
-                [other] = self.records([x - step])
-                back = np.where(np.isfinite(self._nearest(other)), self._errors(here) - self._errors(other), 0.0)
-                column = np.where(met & ~both, back, column)
-            columns.append(np.where(np.abs(column) > NOISE, column, 0.0) / STEP)
-        return np.column_stack(columns)
-
-    def _nearest(self, record):
-        if record["status"] != 0:
-            return np.full(len(self.measured.omega), np.nan)
-        return np.array([min(values, key=lambda value: abs(np.log(value / wanted))) if values else np.nan
-                         for values, wanted in zip(record["passes"], self.measured.amplitude)])
-
-    def _errors(self, record):
-        errors = np.log(self._nearest(record) / self.measured.amplitude)
-        return np.where(np.isfinite(errors), errors, MISSED)
-
-
-def uncertainty(errors, jacobian):
-    """Standard deviation (p,) of each unknown and their correlation (p, p); infinite along what the errors do not depend on, and of
-    all where there are not more errors than unknowns."""
-    m, p = jacobian.shape
-    if m <= p:
-        return np.full(p, np.inf), np.eye(p)
-    left, size, right = np.linalg.svd(jacobian, full_matrices=False)
-    variance = np.sum(errors**2) / (m - p)
-    with np.errstate(divide="ignore"):
-        scale = np.where(size > 1e-10 * max(size[0], 1e-300), 1 / size, np.inf)
-    known = np.isfinite(scale)
-    covariance = variance * (right[known].T * scale[known] ** 2) @ right[known]
-    deviation = np.sqrt(np.diag(covariance))
-    deviation = np.where(np.any(np.abs(right[~known]) > 1e-3, axis=0), np.inf, deviation) if not known.all() else deviation
-    with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = covariance / np.outer(deviation, deviation)
-    return deviation, np.nan_to_num(correlation)

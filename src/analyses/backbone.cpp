@@ -380,9 +380,7 @@ void Backbone::archive(Archive &archive, SavedVectors &vectors) {
   }
   vectors.point(archive, "before", *curve_, before_);
   vectors.ahead(archive, *curve_, ahead_, [](CurvePoint &) {});
-  double memory = curve_->memory();
-  archive.field("solver_memory", memory);
-  if (archive.restores()) curve_->recall(memory);
+  archive_memory(archive, *curve_);
   if (observer_.archive) observer_.archive(archive);
 }
 

@@ -22,9 +22,8 @@ struct Counts : SolveCounts {
 struct BranchState {
   int harmonics = 0, samples = 0; ///< in force here; more than the case asks for if recovery raised them
   std::vector<double> y, tangent;
-  std::vector<double> largest; ///< (n) motion of each dof met so far
-  Archive::Fields fields;      ///< step lengths, norms, signs: the continuation's own
-  GrowingList trail;           ///< marks of the points behind, by which a curve that runs back over itself is known
+  Archive::Fields fields; ///< step lengths, norms, signs: the continuation's own
+  GrowingList trail;      ///< marks of the points behind, by which a curve that runs back over itself is known
   Counts counts;
 };
 

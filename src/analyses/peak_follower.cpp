@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "analyses/peak_search.hpp"
+#include "analyses/saved_points.hpp"
 #include "continuation/stepper.hpp"
 #include "harmonic/dense_model.hpp"
 #include "problems/forced_response.hpp"
@@ -26,13 +27,17 @@ public:
   PeakFollower(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload, const NewtonSettings &newton,
                const TrackSettings &settings, const BranchObserver &observer);
 
-  BranchSummary run(Vec y);
+  BranchSummary run(Vec y, const BranchState *state);
 
 private:
   using End = BranchSummary::End;
 
   bool find_first(Vec y);
   void begin(PeakSearch::Found found);
+  bool goes_on();
+  void restore(const BranchState &state);
+  BranchState state();
+  void archive(Archive &archive, SavedVectors &vectors);
   Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
   bool takes_jump(double apart) override;
   void jumped() override;
@@ -75,19 +80,26 @@ PeakFollower::PeakFollower(HarmonicSystem &system, std::shared_ptr<VariedPreload
   take_curve(*leg_->curve);
 }
 
-BranchSummary PeakFollower::run(Vec y) {
+BranchSummary PeakFollower::run(Vec y, const BranchState *state) {
   summary_.parameter = summary_.farthest = settings_.from;
-  if (!find_first(y)) return summary_;
-  while (!ended_) {
-    advance();
-    if (ended_) break;
-    if (summary_.counts.points >= settings_.search.max_points)
-      end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.search.max_points));
-    else if (observer_.interrupted && observer_.interrupted())
-      end(End::interrupted, "interrupted");
-  }
+  if (state)
+    restore(*state);
+  else if (!find_first(y))
+    return summary_;
+  while (!ended_ && goes_on()) advance();
   summary_.parameter = summary_.farthest = here_.parameter;
   return summary_;
+}
+
+// Between two steps: where does it stand, and may it go on.
+bool PeakFollower::goes_on() {
+  curve_->recall(curve_->memory()), peak_.begin_solves(peak_.solver_memory()); // so does a restart
+  if (observer_.state) observer_.state(state());
+  if (summary_.counts.points >= settings_.max_points)
+    end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
+  else if (observer_.interrupted && observer_.interrupted())
+    end(End::interrupted, "interrupted");
+  return !ended_;
 }
 
 // The highest peak of the sweep, as the first point of the track.
@@ -134,7 +146,7 @@ bool PeakFollower::find_first(Vec y) {
 
 // From here on along the leg of that point.
 void PeakFollower::begin(PeakSearch::Found found) {
-  const bool was_in_corner = !leg_->corner.empty();
+  const bool was_in_corner = leg_->lies_in_corner();
   leg_ = std::move(found.leg);
   take_curve(*leg_->curve);
   here_ = std::move(found.at);
@@ -142,9 +154,10 @@ void PeakFollower::begin(PeakSearch::Found found) {
   curve_->norm.see(here_.y);
   measure_anew();
   report(here_, arclength_);
-  if (!leg_->corner.empty())
+  if (leg_->lies_in_corner())
     notify(BranchEvent::Kind::corner,
-           "from here on the peak lies in a corner of the response, where " + leg_->corner + " begins to slip", here_);
+           "from here on the peak lies in a corner of the response, where " + leg_->slider() + " begins to slip",
+           here_);
   else if (was_in_corner)
     notify(BranchEvent::Kind::corner, "the peak has left the corner", here_);
   control_.set(step_limits.careful);
@@ -205,7 +218,7 @@ Stepper::Outcome PeakFollower::no_step() {
 // Whether a point of the track is a maximum: the minimum that a maximum meets lies on the same track.
 bool PeakFollower::is_peak(const CurvePoint &s) {
   if (settings_.kind == TrackedPeak::phase) return true;
-  if (!leg_->corner.empty()) {
+  if (leg_->lies_in_corner()) {
     const auto sides = search_.sides(*leg_->track, s.y);
     return sides && sides->is_peak();
   }
@@ -266,7 +279,7 @@ Stepper::Outcome PeakFollower::meet_minimum(Vec normal, double step, double plai
   const Measured rate = [](CurvePoint &s) { return parameter_of(s.t); };
   std::optional<Located> fold =
       locator().between(normal, {0, here_.y, rate(here_)}, {step, trial_.y, rate(trial_)}, rate);
-  const bool corner = !leg_->corner.empty(), phase = settings_.kind == TrackedPeak::phase;
+  const bool corner = leg_->lies_in_corner(), phase = settings_.kind == TrackedPeak::phase;
   if (fold) {
     if (const Outcome outcome = pass_wanted(normal, plain, fold->at); outcome != Outcome::on) return outcome;
     report(fold->at, arclength_ + fold->along * plain, true);
@@ -284,7 +297,7 @@ Stepper::Outcome PeakFollower::meet_minimum(Vec normal, double step, double plai
 }
 
 Stepper::Outcome PeakFollower::pass(Vec normal, double step, double plain, bool at_kink) {
-  if (!leg_->corner.empty() && !is_peak(trial_)) {
+  if (leg_->lies_in_corner() && !is_peak(trial_)) {
     refusal_ = "the peak leaves the corner within the step";
     return Outcome::refused;
   }
@@ -319,12 +332,77 @@ void PeakFollower::notify(BranchEvent::Kind kind, const std::string &text, const
   observer_.event({kind, text, parameter_of(s.y), meter_(s.y, s.y).value, leg_->track->omega_of(s.y)});
 }
 
+BranchState PeakFollower::state() {
+  const HarmonicSystem &system = peak_.system();
+  BranchState state;
+  state.harmonics = system.harmonics(), state.samples = system.samples();
+  state.counts = summary_.counts;
+  SavedVectors vectors(system.layout());
+  vectors.add(here_.y), vectors.add(here_.t);
+  Archive brought, saved;
+  archive(brought, vectors);
+  vectors.bring();
+  state.y = vectors.take(), state.tangent = vectors.take();
+  archive(saved, vectors);
+  state.fields = saved.fields();
+  return state;
+}
+
+void PeakFollower::restore(const BranchState &state) {
+  const Layout &layout = peak_.system().layout();
+  summary_.counts = state.counts;
+  Archive saved(state.fields);
+  SavedVectors vectors(layout);
+  archive(saved, vectors);
+  set_numbers(layout, state.y, here_.y);
+  set_numbers(layout, state.tangent, here_.t);
+  here_.parameter = parameter_of(here_.y);
+}
+
+void archive_leg(Archive &archive, const char *name, SavedVectors &vectors, const TrackLeg &leg) {
+  archive.part(name, [&] {
+    leg.condition->archive(archive);
+    vectors.metric(archive, leg.metric());
+    archive_memory(archive, *leg.curve);
+  });
+}
+
+// Saved and restored by the same list: the leg first, which makes here_ anew.
+void PeakFollower::archive(Archive &archive, SavedVectors &vectors) {
+  int point = leg_->point;
+  Graze graze;
+  graze.direction = leg_->direction;
+  archive.field("point", point);
+  archive.field("direction", graze.direction);
+  if (archive.restores() && point > 0) {
+    leg_ = search_.corner(point, graze);
+    take_curve(*leg_->curve);
+  }
+  archive_leg(archive, "smooth", vectors, *search_.smooth());
+  if (leg_->lies_in_corner()) archive_leg(archive, "corner", vectors, *leg_);
+
+  std::vector<double> memory = peak_.solver_memory();
+  archive.field("peak_solver_memory", memory);
+  if (archive.restores()) peak_.begin_solves(memory);
+  archive.field("arclength", arclength_);
+  archive.field("leap", leap_);
+  archive.part("stepper", [&] { archive_steps(archive); });
+  vectors.point(archive, "before", *curve_, before_);
+  vectors.ahead(archive, *curve_, ahead_, [&](CurvePoint &s) {
+    const UniqueVec r = peak_.system().unknowns();
+    leg_->track->take(s.y);
+    peak_.system().residual(peak_.y(), r);
+    s.data = leg_->track->describe();
+  });
+}
+
 } // namespace
 
 BranchSummary follow_peak(HarmonicSystem &system, std::shared_ptr<VariedPreload> preload, const NewtonSettings &newton,
-                          const TrackSettings &settings, Vec y, const BranchObserver &observer) {
+                          const TrackSettings &settings, Vec y, const BranchObserver &observer,
+                          const BranchState *state) {
   PeakFollower follower(system, std::move(preload), newton, settings, observer);
-  return follower.run(y);
+  return follower.run(y, state);
 }
 
 } // namespace dovetail

@@ -12,7 +12,6 @@ constexpr const char *doing = "looking for a peak";
 constexpr double aside = 1e-6;    // of the frequency: so far to either side of a corner c is looked at
 constexpr double farthest = 0.02; // of the frequency, from the motion at hand to a corner
 constexpr int most_corners = 6;   // that are tried
-constexpr const char *directions[] = {".t1", ".t2"};
 
 } // namespace
 
@@ -75,10 +74,18 @@ std::vector<PeakSearch::Candidate> PeakSearch::candidates() {
 std::shared_ptr<TrackLeg> PeakSearch::corner_leg(const Candidate &own, int winner) {
   const Layout &layout = peak_.system().layout();
   const bool mine = layout.rank == winner;
-  PetscInt place[2] = {mine ? layout.own_points.begin + own.own_point + 1 : 0, own.graze.direction};
-  MPI_Bcast(place, 2, MPIU_INT, winner, layout.comm);
-  auto corner = leg(std::make_unique<Grazing>(peak_, mine ? own.own_point : -1, mine ? own.graze : Graze{}));
-  corner->corner = "x" + std::to_string(place[0]) + directions[place[1]];
+  int place[2] = {mine ? static_cast<int>(layout.own_points.begin) + own.own_point + 1 : 0, own.graze.direction};
+  MPI_Bcast(place, 2, MPI_INT, winner, layout.comm);
+  Graze graze = mine ? own.graze : Graze{};
+  graze.direction = place[1];
+  return corner(place[0], graze);
+}
+
+std::shared_ptr<TrackLeg> PeakSearch::corner(int point, const Graze &graze) {
+  const Range &own = peak_.system().layout().own_points;
+  const bool mine = own.begin < point && point <= own.end;
+  auto corner = leg(std::make_unique<Grazing>(peak_, mine ? point - 1 - static_cast<int>(own.begin) : -1, graze));
+  corner->point = point, corner->direction = graze.direction;
   return corner;
 }
 

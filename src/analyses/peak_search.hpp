@@ -4,12 +4,15 @@
 
 namespace dovetail {
 
-/// Points of a track that one condition picks.
+/// Points of a track that one condition picks: maxima, or a corner of the response where a slider begins to slip.
 struct TrackLeg {
   std::unique_ptr<TrackCondition> condition;
   std::unique_ptr<PeakTrack> track;
   std::unique_ptr<Curve> curve;
-  std::string corner; ///< the slider that begins to slip there, in words; empty: no corner
+  int point = 0, direction = 0; ///< the slider: a contact point, from 1, or 0: no corner; t1 or t2
+  bool lies_in_corner() const { return point > 0; }
+  std::string slider() const { return "x" + std::to_string(point) + (direction == 0 ? ".t1" : ".t2"); }
+  ResponseMetric &metric() const { return static_cast<TrackMetric &>(curve->norm).response(); }
 };
 
 class PeakSearch {
@@ -21,6 +24,8 @@ public:
   PeakEquations &equations() { return peak_; }
   /// That of the case's condition, which is no corner.
   const std::shared_ptr<TrackLeg> &smooth() const { return smooth_; }
+  /// That of a corner: of a contact point, from 1, whose owner knows the graze, and all ranks its direction.
+  std::shared_ptr<TrackLeg> corner(int point, const Graze &graze);
 
   struct Found {
     std::shared_ptr<TrackLeg> leg;

@@ -1,7 +1,6 @@
 // Where the curve stands, by the names of its fields, and back.
 #include "analyses/response_stepper.hpp"
 #include "analyses/saved_points.hpp"
-#include "support/error.hpp"
 
 namespace dovetail {
 
@@ -15,10 +14,7 @@ void ResponseStepper::archive(Archive &archive) {
   errors.archive(archive);
   archive.part("stepper", [&] { archive_steps(archive); });
   progress.archive(archive);
-
-  double memory = curve_->memory();
-  archive.field("solver_memory", memory);
-  if (archive.restores()) curve_->recall(memory);
+  archive_memory(archive, *curve_);
 }
 
 // Points that are gone back to or guessed by, without what belongs to the solve; and those that are to be given.
@@ -40,15 +36,15 @@ void ResponseStepper::save(BranchState &state, Archive &saved) {
   state.harmonics = system.harmonics(), state.samples = system.samples();
   SavedVectors vectors(system.layout());
   vectors.add(here_.y), vectors.add(here_.t);
-  vectors.add_dofs(response.metric().largest_of_dofs());
   Archive brought;
+  vectors.metric(brought, response.metric());
   archive_points(brought, vectors);
   vectors.bring();
-  state.y = vectors.take(), state.tangent = vectors.take(), state.largest = vectors.take();
+  state.y = vectors.take(), state.tangent = vectors.take();
   if (!state.y.empty()) state.y.back() = here_.parameter;
+  vectors.metric(saved, response.metric());
   archive(saved);
   archive_points(saved, vectors);
-  saved.note("largest_motion", curve_->norm.largest_motion());
   state.trail = progress.retraced.marks();
 }
 
@@ -60,14 +56,9 @@ void ResponseStepper::restore(const BranchState &state, Archive &saved) {
   set_numbers(system.layout(), state.y, here_.y);
   set_numbers(system.layout(), state.tangent, here_.t);
   here_.parameter = state.y.back();
-  std::vector<double> largest;
-  for (PetscInt d = 0; d < system.layout().own_dofs(); ++d)
-    largest.push_back(state.largest.at(system.layout().number(d)));
-  double motion = 0;
-  saved.field("largest_motion", motion);
-  response.metric().restore(motion, std::move(largest));
-  archive(saved);
   SavedVectors vectors(system.layout());
+  vectors.metric(saved, response.metric());
+  archive(saved);
   archive_points(saved, vectors);
   progress.retraced.restore(state.trail);
   describe(here_);

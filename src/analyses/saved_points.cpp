@@ -21,11 +21,15 @@ void set_numbers(const Layout &layout, std::vector<double> numbers, Vec y) {
 
 void SavedVectors::add(Vec y) { all_.add(y); }
 
-void SavedVectors::add_dofs(const std::vector<double> &own) { all_.add_dofs(own); }
-
 void SavedVectors::bring() {
   all_.bring();
   brought_ = true;
+}
+
+void archive_memory(Archive &archive, Curve &curve) {
+  double memory = curve.memory();
+  archive.field("solver_memory", memory);
+  if (archive.restores()) curve.recall(memory);
 }
 
 void SavedVectors::field(Archive &archive, const char *name, Vec y) {
@@ -34,6 +38,18 @@ void SavedVectors::field(Archive &archive, const char *name, Vec y) {
   if (!archive.restores()) numbers = take();
   archive.field(name, numbers);
   if (archive.restores()) set_numbers(layout_, std::move(numbers), y);
+}
+
+void SavedVectors::metric(Archive &archive, ResponseMetric &metric) {
+  double motion = metric.largest_motion();
+  std::vector<double> own = metric.largest_of_dofs(), all;
+  if (!archive.restores() && !brought_) return all_.add_dofs(own);
+  if (!archive.restores()) all = take();
+  archive.field("largest_motion", motion);
+  archive.field("largest_of_dofs", all);
+  if (!archive.restores()) return;
+  for (std::size_t d = 0; d < own.size(); ++d) own[d] = all.at(layout_.number(static_cast<PetscInt>(d)));
+  metric.restore(motion, std::move(own));
 }
 
 void SavedVectors::known_point(Archive &archive, CurvePoint &point) {

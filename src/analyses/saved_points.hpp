@@ -7,6 +7,7 @@
 #include "continuation/curve.hpp"
 #include "harmonic/gathering.hpp"
 #include "harmonic/layout.hpp"
+#include "problems/response_metric.hpp"
 #include "support/archive.hpp"
 
 namespace dovetail {
@@ -14,6 +15,9 @@ namespace dovetail {
 /// Back from a file: coefficients of all dofs, then the unknowns behind them, the same numbers on every rank. y: of a
 /// response, or of a mode. Collective.
 void set_numbers(const Layout &layout, std::vector<double> numbers, Vec y);
+
+/// What a curve's solver has learned.
+void archive_memory(Archive &archive, Curve &curve);
 
 /// Vectors on their way into a state file, or back. All that are saved come to rank 0 by one message, so they are named
 /// twice in one order: to be brought, and to be written. The file has them on rank 0 only.
@@ -23,6 +27,8 @@ public:
 
   /// A field; or, before `bring`, a vector that is to be brought. Reads it back in an archive that restores.
   void field(Archive &archive, const char *name, Vec y);
+  /// The largest motions met so far, of the whole and of each dof.
+  void metric(Archive &archive, ResponseMetric &metric);
   /// A point, if it is known, without what belongs to its solve.
   void point(Archive &archive, const char *name, const Curve &curve, std::optional<CurvePoint> &point);
   /// Ends of steps that are still to be taken. `describe`: what belongs to the solve of one that is restored.
@@ -31,7 +37,6 @@ public:
 
   /// Outside of an archive: brought with the others, and taken in turn with them.
   void add(Vec y);
-  void add_dofs(const std::vector<double> &own);
   std::vector<double> take() { return all_.take(next_++); }
 
   void bring(); ///< collective

@@ -43,19 +43,9 @@ fs::path state_beside(const fs::path &results) { // results.old.2.h5: state.old.
   return results.parent_path() / ("state" + results.filename().string().substr(std::string("results").size()));
 }
 
-// Of runs that keep no state, tracks of peaks: how they ended stands in the results.
-bool says_it_ended(const Case &study) {
-  try {
-    return !h5::Reader(results_of(study)).text_attribute("end").empty();
-  } catch (const InputError &) {
-    return false;
-  }
-}
-
 // Where the results in the folder go when a new run begins; nowhere if their run ended, or if a longer one of the same
 // problem is kept already.
 fs::path place_aside(const Case &study) {
-  if (says_it_ended(study)) return {};
   const std::optional<SavedRun> run = saved(state_of(study));
   if (run && !run->end.empty()) return {};
   const hsize_t points = points_in(results_of(study));
@@ -90,8 +80,10 @@ SavedRun earlier_run(const Case &study, const std::vector<ContactPoint> &points,
                      "\"); put back the one that does, or begin " + "anew without --restart");
   const auto shape = file.extent("/points/coefficients");
   if (shape.size() != 3 || shape[1] != static_cast<hsize_t>(dofs) ||
-      run.branch.y.size() != static_cast<std::size_t>(dofs) * coefficient_count(run.branch.harmonics) +
-                                 (study.mode ? NonlinearMode::extra : 1))
+      run.branch.y.size() !=
+          static_cast<std::size_t>(dofs) * coefficient_count(run.branch.harmonics) + (study.mode ? NonlinearMode::extra
+                                                                                      : study.follows_peaks() ? 2
+                                                                                                              : 1))
     throw InputError(file.place("/points/coefficients") + ": the model had another size when this run began" + anew);
   if (!holds(file, "/points/omega", run.branch.counts.points) || !holds(file, "/events/omega", run.events))
     throw InputError(results.string() + ": holds fewer points than " + path.string() + " knows of" + anew);
@@ -109,24 +101,25 @@ double place_of(const Case &study, const SavedRun &run) {
 }
 
 bool nothing_left(const Case &study, const SavedRun &run) {
-  const bool good = run.end == name_of(BranchSummary::End::arrived) ||
-                    run.end == name_of(BranchSummary::End::max_points) ||
-                    run.end == name_of(BranchSummary::End::peaks) || run.end == name_of(BranchSummary::End::amplitude);
+  const bool good =
+      run.end == name_of(BranchSummary::End::arrived) || run.end == name_of(BranchSummary::End::max_points) ||
+      run.end == name_of(BranchSummary::End::peaks) || run.end == name_of(BranchSummary::End::amplitude) ||
+      run.end == name_of(BranchSummary::End::vanished);
   return good && run.limits == limits_of(study);
 }
 
 void check_place(HarmonicSystem &system, const Case &study, const BranchState &state) {
   HarmonicSystem there(system, state.harmonics, state.samples);
-  const Layout &layout = there.layout();
+  std::vector<double> solution = state.y;
+  if (study.follows_peaks()) { // [Y; Omega; p]
+    there.vary(ResponseParameter().beside(*study.path->parameter, solution.back()), there.preload());
+    solution.pop_back();
+  }
   UniqueVec y = there.unknowns(), f = there.unknowns();
   const auto size_at = [&](double factor) {
-    std::vector<double> coefficients(state.y.begin(), state.y.end() - 1);
-    for (double &value : coefficients) value *= factor;
-    set_coefficients(layout, coefficients, y);
-    double *own;
-    check(VecGetArray(y, &own), "checking the state");
-    if (layout.owns_omega()) own[layout.own_coefficients()] = state.y.back();
-    check(VecRestoreArray(y, &own), "checking the state");
+    std::vector<double> numbers = solution;
+    for (std::size_t i = 0; i + 1 < numbers.size(); ++i) numbers[i] *= factor;
+    set_numbers(there.layout(), std::move(numbers), y);
     there.residual(y, f);
     PetscReal size;
     check(VecNorm(f, NORM_2, &size), "checking the state");

@@ -23,10 +23,8 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
   case End::interrupted:
     if (summary.counts.points == 0)
       return "stopped by " + std::string(signal_name(signal)) + " before a first point was found";
-    if (study.mode) return "stopped by " + std::string(signal_name(signal)) + " at " + where + ". " + so_far;
     return "stopped by " + std::string(signal_name(signal)) + " at " + where + ". " + so_far +
-           (study.follows_peaks() ? "; a run with path.range from there on goes on."
-                                  : "; the same command with --restart goes on from there.");
+           "; the same command with --restart goes on from there.";
   case End::no_start:
     if (study.follows_peaks())
       return summary.why + " (" + where + "). Widen continuation.omega, or begin at the other end of path.range.";

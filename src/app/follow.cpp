@@ -105,6 +105,7 @@ TrackSettings track_settings_of(const Case &study, const HarmonicSystem &system)
   settings.search.from = study.omega_from / system.scales().frequency;
   settings.search.to = study.omega_to / system.scales().frequency;
   settings.search.at.clear();
+  settings.max_points = range.max_points, settings.search.max_points = Case().max_points;
   return settings;
 }
 
@@ -200,7 +201,8 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   story.summary = stages.run("5 branch", [&] {
     const NewtonSettings newton{study.step_tolerance, study.residual_tolerance, study.max_iterations};
     if (study.follows_peaks())
-      return follow_peak(system, system.preload(), newton, track_settings_of(study, system), y, observer);
+      return follow_peak(system, system.preload(), newton, track_settings_of(study, system), y, observer,
+                         earlier ? &earlier->branch : nullptr);
     return follow_branch(system, newton, settings, y, observer, earlier ? &earlier->branch : nullptr);
   });
   story.range = range, story.scale = scale, story.omega = omega;

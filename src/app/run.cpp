@@ -88,10 +88,6 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     check_path(study, checked.contact);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
-    if (request.restart && study.follows_peaks())
-      throw InputError(study.given.at("path.peak") +
-                       ": path.peak: --restart: peaks over a parameter are not continued; "
-                       "begin anew, from the value reached");
     if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
   return checked;
@@ -325,8 +321,6 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, Sta
         mode
             ? follow_mode(study, std::move(preloaded), *mode, results, earlier, std::move(begin), stages, status, voice)
             : follow(study, std::move(preloaded), results, earlier, std::move(begin), stages, status, voice);
-    const BranchSummary::End end = followed.story.summary.end;
-    if (study.follows_peaks()) results.say_end(end == BranchSummary::End::interrupted ? "" : name_of(end));
     followed.kept = results.finish();
     return followed;
   };

@@ -56,7 +56,8 @@ std::string line(const std::string &key, const std::string &value) { return key 
 std::string problem_of(const Case &study, const std::vector<ContactPoint> &points) {
   std::string text;
   for (const Key &key : keys()) {
-    if (!key.text || limits.count(key.name) || no_matter.count(key.name)) continue;
+    const bool which = study.follows_peaks() && key.name == std::string("continuation.stop_after_peaks"); // peak
+    if (!key.text || (limits.count(key.name) && !which) || no_matter.count(key.name)) continue;
     const CurveRange range = study.range();
     if (key.name == std::string(range.key)) // the end may move
       text += line(std::string(range.key) + ", from", rounded(range.from)) +

@@ -142,9 +142,7 @@ std::vector<Problem::Projected> Problem::own_projected(const std::vector<Vec> &o
   return out;
 }
 
-void note_parameter(Vec y, double value) {
-  kept_parameter.note(y, value);
-}
+void note_parameter(Vec y, double value) { kept_parameter.note(y, value); }
 
 void scale_known(Vec y, double factor) {
   const double value = parameter_of(y);

@@ -127,6 +127,14 @@ double PeakEquations::by_parameter(const PathParameter &parameter) {
 
 double PeakEquations::slope() const { return system_->parameter_in(turned_) + dot(turned_, along_); }
 
+std::vector<double> PeakEquations::solver_memory() const {
+  return {system_->solver_memory(plain_.matrix), system_->solver_memory(transposed_.matrix)};
+}
+
+void PeakEquations::begin_solves(const std::vector<double> &memory) {
+  system_->begin_solves(plain_.matrix, memory.at(0)), system_->begin_solves(transposed_.matrix, memory.at(1));
+}
+
 void PeakEquations::move(double by) {
   const double next = omega() + by;
   check(VecAXPY(y_, by, along_), doing);

@@ -34,6 +34,10 @@ public:
   Vec turned() const { return turned_; }     ///< [c_Y; c_Omega]
   double slope() const;                      ///< dc/dOmega along the curve; positive at a maximum
 
+  /// What the solvers have learned, a number each, and a beginning with nothing but that: see LinearPart::memory().
+  std::vector<double> solver_memory() const;
+  void begin_solves(const std::vector<double> &memory);
+
   /// To another frequency, along the curve.
   void move(double by);
   /// From a point near it to the maximum. False where no smooth maximum is near: it lies in a corner, or is none.

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "problems/forced_response.hpp"
-#include "problems/response_metric.hpp"
 #include "problems/track_jacobian.hpp"
 #include "support/error.hpp"
 
@@ -13,32 +12,20 @@ namespace {
 
 constexpr const char *doing = "following a peak";
 
-// That of a response in [Y; Omega], and p by its unit.
-class TrackMetric : public ArcLengthMetric {
-public:
-  TrackMetric(const Layout &layout, double omega_unit, double unit, bool weighted)
-      : response_(layout, omega_unit, weighted), unit_(weighted ? unit : 1) {}
-
-  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
-                               const std::vector<Vec> &) const override {
-    std::vector<double> sums = response_.products(pairs, moving, {}); // their last but one is Omega
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      sums[i] += parameter_of(pairs[i][0]) * parameter_of(pairs[i][1]) / (unit_ * unit_);
-    return sums;
-  }
-  void weigh(Vec t, Vec row) const override {
-    response_.weigh(t, row);
-    set_parameter(row, parameter_of(t) / (unit_ * unit_));
-  }
-  double largest_motion() const override { return response_.largest_motion(); }
-  void see(Vec y) override { response_.see(y); }
-
-private:
-  ResponseMetric response_;
-  double unit_;
-};
-
 } // namespace
+
+std::vector<double> TrackMetric::products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
+                                          const std::vector<Vec> &) const {
+  std::vector<double> sums = response_.products(pairs, moving, {}); // their last but one is Omega
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    sums[i] += parameter_of(pairs[i][0]) * parameter_of(pairs[i][1]) / (unit_ * unit_);
+  return sums;
+}
+
+void TrackMetric::weigh(Vec t, Vec row) const {
+  response_.weigh(t, row);
+  set_parameter(row, parameter_of(t) / (unit_ * unit_));
+}
 
 PeakTrack::PeakTrack(PeakEquations &peak, const PathParameter &kind, std::shared_ptr<VariedPreload> preload,
                      TrackCondition &condition, double omega_unit)

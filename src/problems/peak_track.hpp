@@ -2,9 +2,28 @@
 // Peaks of response curves (eqs D, E) as a problem to be continued: y = [Y; Omega; p], R(Y; Omega, p) = 0 and a
 // condition.
 #include "continuation/problem.hpp"
+#include "problems/response_metric.hpp"
 #include "problems/track_conditions.hpp"
 
 namespace dovetail {
+
+/// That of a response in [Y; Omega], and p by its unit.
+class TrackMetric : public ArcLengthMetric {
+public:
+  TrackMetric(const Layout &layout, double omega_unit, double unit, bool weighted)
+      : response_(layout, omega_unit, weighted), unit_(weighted ? unit : 1) {}
+
+  std::vector<double> products(const std::vector<Pair> &pairs, const std::vector<Vec> &moving,
+                               const std::vector<Vec> &known) const override;
+  void weigh(Vec t, Vec row) const override;
+  double largest_motion() const override { return response_.largest_motion(); }
+  void see(Vec y) override { response_.see(y); }
+  ResponseMetric &response() { return response_; } ///< what was seen
+
+private:
+  ResponseMetric response_;
+  double unit_;
+};
 
 class PeakTrack : public Problem {
 public:
@@ -17,8 +36,8 @@ public:
   UniqueVec unknowns() const override;
   void residual(Vec y, Vec f) override;
   std::unique_ptr<BorderedJacobian> jacobian() override;
-  std::unique_ptr<ArcLengthMetric> metric(double unit, bool weighted) const override;
-  std::shared_ptr<PointData> describe() override; ///< ResponseData
+  std::unique_ptr<ArcLengthMetric> metric(double unit, bool weighted) const override; ///< TrackMetric
+  std::shared_ptr<PointData> describe() override;                                     ///< ResponseData
   bool is_admissible(double value) const override { return value > 0 || !kind_.positive(); }
 
   PeakEquations &peak() { return peak_; }

@@ -100,4 +100,17 @@ double Grazing::derivative(const PathParameter &parameter, Vec row) {
   return by_parameter;
 }
 
+// Known to the point's owner.
+void Grazing::archive(Archive &archive) {
+  double theta = own_point_ >= 0 ? graze_.theta : 0, size = own_point_ >= 0 ? size_ : 0;
+  int side = own_point_ >= 0 ? graze_.side : 0;
+  const MPI_Comm comm = peak_.system().layout().comm;
+  for (double *value : {&theta, &size}) MPI_Allreduce(MPI_IN_PLACE, value, 1, MPI_DOUBLE, MPI_SUM, comm);
+  MPI_Allreduce(MPI_IN_PLACE, &side, 1, MPI_INT, MPI_SUM, comm);
+  archive.field("side", side);
+  archive.field("theta", theta);
+  archive.field("size", size);
+  if (archive.restores()) graze_.side = side, graze_.theta = theta, size_ = size;
+}
+
 } // namespace dovetail

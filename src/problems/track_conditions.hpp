@@ -1,6 +1,7 @@
 #pragma once
 // The equation that picks one point of every response curve, so that the points of many curves make a track.
 #include "problems/peak_equations.hpp"
+#include "support/archive.hpp"
 
 namespace dovetail {
 
@@ -12,6 +13,8 @@ public:
   virtual double value() = 0;
   /// After that: its derivative by [Y; Omega] into `row`; returned: by the parameter. Collective.
   virtual double derivative(const PathParameter &parameter, Vec row) = 0;
+  /// What it remembers of the points before. Collective.
+  virtual void archive(Archive &) {}
 };
 
 /// The maximum of the amplitude: d ln A / d ln Omega = 0.
@@ -47,6 +50,7 @@ public:
   Grazing(PeakEquations &peak, int own_point, const Graze &graze);
   double value() override;
   double derivative(const PathParameter &parameter, Vec row) override;
+  void archive(Archive &archive) override;
 
 private:
   PeakEquations &peak_;

@@ -57,14 +57,6 @@ void ResultsFile::take_name() {
   named_ = true;
 }
 
-void ResultsFile::say_end(const std::string &end) {
-  on_all_ranks(comm_, [&] {
-    if (!file_) return;
-    file_->attribute("end", end);
-    file_->flush();
-  });
-}
-
 bool ResultsFile::finish() {
   int named = 0;
   on_all_ranks(comm_, [&] {

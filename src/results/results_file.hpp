@@ -46,8 +46,6 @@ public:
   /// Of a cyclic sector, frequencies of its structure with the closed points stuck. Collective.
   void describe(const SectorFrequencies &stuck);
   void append(const SensitivityRecord &peak); ///< likewise
-  /// Says how a run that keeps no state has ended; empty: it was interrupted. Collective.
-  void say_end(const std::string &end);
   /// Closes the file. Returns whether it has its name: not so if it has no point and there is an earlier file, which
   /// then stays. Collective.
   bool finish();

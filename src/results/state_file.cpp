@@ -16,7 +16,7 @@ namespace dovetail {
 namespace {
 
 constexpr double pause = 0.5; // between two states [s]
-constexpr int version = 15;
+constexpr int version = 16;
 constexpr const char *count = "count_"; // names of the counts begin like that
 constexpr double share = 50;            // and at least so many times what writing one takes
 
@@ -40,7 +40,7 @@ std::string fingerprint(const SavedRun &run) {
     take(static_cast<double>(values.size()));
     for (const double value : values) take(value);
   };
-  for (const auto *values : {&branch.y, &branch.tangent, &branch.largest}) take_all(*values);
+  for (const auto *values : {&branch.y, &branch.tangent}) take_all(*values);
   for (const auto &[name, size] : branch.fields.names) {
     for (const char letter : name) take(letter);
     take(static_cast<double>(size));
@@ -104,7 +104,6 @@ void write_state(const std::filesystem::path &path, const SavedRun &run) {
                    [&](const char *name, long number) { file.attribute(std::string(count) + name, number); });
     list(file, "/y", run.branch.y);
     list(file, "/tangent", run.branch.tangent);
-    list(file, "/largest", run.branch.largest);
     file.attribute("fields", listed(run.branch.fields));
     list(file, "/numbers", run.branch.fields.numbers);
     list(file, "/trail", run.branch.trail);
@@ -135,7 +134,6 @@ SavedRun read_state(const std::filesystem::path &path) {
   });
   run.branch.y = file.doubles("/y");
   run.branch.tangent = file.doubles("/tangent");
-  run.branch.largest = file.doubles("/largest");
   run.branch.fields = fields_of(file.text_attribute("fields"), file.doubles("/numbers"));
   run.branch.trail = GrowingList(file.doubles("/trail"));
   const auto scales = file.doubles("/scales"), seconds = file.doubles("/seconds");

@@ -38,10 +38,6 @@ public:
     const auto [first, size] = find(name);
     values.assign(first, first + size);
   }
-  /// Saves what is restored in another way than it is saved.
-  template <class T> void note(const char *name, T value) {
-    if (!restores_) field(name, value);
-  }
   /// The fields of a part of the object, under names that begin with the part's: `list` calls field().
   template <class List> void part(const char *name, List &&list) {
     const std::string before = std::exchange(prefix_, prefix_ + name + ".");

@@ -66,13 +66,3 @@ TEST(Archive, says_what_is_missing_or_no_number) {
             "turns is not one number in the saved state");
   EXPECT_EQ(told([](Archive::Fields &) {}), "");
 }
-
-TEST(Archive, notes_are_saved_only) {
-  Archive saved;
-  saved.note("here", 2);
-  Archive again(saved.fields());
-  again.note("elsewhere", 3);
-  double here = 0;
-  again.field("here", here);
-  EXPECT_EQ(here, 2);
-}

@@ -10,7 +10,7 @@ import cases
 from dovetail import Results
 from dovetail.__main__ import main
 from dovetail.case_runs import CaseRuns, CurveCase
-from dovetail.fit import Search, Unknown, changes_of, uncertainty
+from dovetail.fit import Curves, Search, Unknown, changes_of, solved, uncertainty
 from dovetail.measured import Measured, read_measured
 from dovetail.study_runs import Program
 from dovetail.units import parse
@@ -28,9 +28,11 @@ def measured(path, omega, amplitude, header="omega [rad/s], amplitude [m]"):
     return path
 
 
-def fitted(case, file, *options):
-    assert main(["fit", str(case.path), str(file), *options, "--binary", str(BINARY)]) == 0
-    out = case.path.parent / "case_fit"
+def fitted(case, file, *options, out="case_fit"):
+    """The file, or a list of them."""
+    files = file if isinstance(file, list) else [file]
+    out = case.path.parent / out
+    assert main(["fit", str(case.path), *map(str, files), *options, "--out", str(out), "--binary", str(BINARY)]) == 0
     return json.loads((out / "fit.json").read_text()), tomllib.loads((out / "fitted.toml").read_text())
 
 
@@ -85,6 +87,36 @@ def test_planted_friction_and_stiffness_come_back(tmp_path):
 
 
 @pytest.mark.slow
+def test_planted_parameters_come_back_from_two_force_levels(tmp_path, capsys, monkeypatch):
+    """Five degrees of freedom, noise of 0.5 % under the whole load and 2 % under 0.6 of it: within the confidence of both, which is
+    narrower than that of either alone."""
+    drawn = []
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, *_, **__: drawn.append(figure))
+    settings = {"kind": "auto", "harmonics": 3, "samples": "exact", "omega": [0.95, 1.15], **cases.TIGHT}
+    omega, files, forces, noise = np.linspace(0.95, 1.15, 15), [], (1.0, 0.6), (0.005, 0.02)
+    dice = np.random.default_rng(4)
+    for force, part in zip(forces, noise):
+        (planted := tmp_path / f"planted_{force}").mkdir()
+        done = run(cases.dof5(planted, **settings, friction=[0.8, 0.8], tangential_stiffness=[1.2, 1.2], fourier=[0, 0, force],
+                              at=omega[1:-1].tolist()))
+        results = Results(done.folder / "results.h5")
+        amplitude = results.amplitude("a1")[[int(np.argmin(np.abs(results.omega - w))) for w in omega]]
+        files.append(measured(tmp_path / f"curve_{force}.csv", omega, amplitude * np.exp(part * dice.standard_normal(len(omega)))))
+    case = cases.dof5(tmp_path, **settings)
+    both, toml = fitted(case, files, "--force", "1", "0.6", "--watch", "a1")
+    said, [picture] = capsys.readouterr().out, drawn
+    assert "2 curves: 30 frequencies" in said and "curve_0.6.csv: force 0.6x, 15 frequencies" in said
+    assert {"curve_1.0.csv", "curve_0.6.csv"} <= {text.get_text() for text in picture.axes[0].get_legend().get_texts()}
+    alone = [fitted(case, file, "--force", str(force), "--watch", "a1", out=f"alone_{force}")[0] for file, force in zip(files, forces)]
+    for i, planted in enumerate((0.8, 1.2)):
+        assert both["parameters"][i]["low"] < planted < both["parameters"][i]["high"]
+        assert both["parameters"][i]["deviation"] < min(one["parameters"][i]["deviation"] for one in alone)
+    for one, part in zip(both["curves"], noise):
+        assert part / 2 < one["misfit"] < 2 * part
+    assert toml["contact"]["friction"] == both["parameters"][0]["value"] and "excitation" not in toml
+
+
+@pytest.mark.slow
 def test_what_the_curve_does_not_depend_on_is_told(tmp_path, capsys):
     """Friction of a point that never slips."""
     case = cases.stuck_mass(tmp_path)
@@ -112,7 +144,7 @@ def test_uncertainty_of_a_line():
     assert correlation[0, 1] == pytest.approx(-2 / np.sqrt(10) / np.sqrt(1 / 5 + 4 / 10))
 
 
-class Curves(Search):
+class Formula(Search):
     """In place of runs: passages by a formula of x."""
 
     def __init__(self, passes, measured):
@@ -129,15 +161,65 @@ class Curves(Search):
     (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)] if x == 0 else []], [3, 0]),  # missed on both sides
     (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)]] if x <= 0 else None, [3, 2])])  # the run above fails
 def test_slopes_where_a_frequency_is_missed_beside(passes, slopes):
-    search = Curves(passes, Measured(np.array([1.0, 2]), np.array([1.0, 1])))
+    search = Formula(passes, Measured(np.array([1.0, 2]), np.array([1.0, 1])))
     assert search.derivative(np.zeros(1))[:, 0] == pytest.approx(slopes, abs=1e-9)
 
 
 def test_slopes_of_what_runs_differ_by_anyway_are_none():
     """A search divided by the round-off of two runs went to a factor of a hundred."""
-    search = Curves(lambda x: [[1 + 1e-11 * np.sin(1e5 * x)], [np.exp(2e-4 * x)]], Measured(np.array([1.0, 2]), np.array([1.0, 1])))
+    search = Formula(lambda x: [[1 + 1e-11 * np.sin(1e5 * x)], [np.exp(2e-4 * x)]], Measured(np.array([1.0, 2]), np.array([1.0, 1])))
     slopes = search.derivative(np.zeros(1))[:, 0]
     assert slopes[0] == 0 and slopes[1] == pytest.approx(2e-4)
+
+
+def scattered(dice, scatter, slopes):
+    """A curve whose amplitude is exp(slope x) at each of some frequencies, measured at x = 0 with scatter."""
+    wanted = np.exp(scatter * dice.standard_normal(len(slopes)))
+    return Formula(lambda x: [[np.exp(slope * x)] for slope in slopes], Measured(np.arange(1.0, len(slopes) + 1), wanted))
+
+
+def test_every_curve_counts_by_its_own_scatter():
+    """Least squares of a line in closed form, with the weights that it leaves itself."""
+    dice, slopes = np.random.default_rng(7), [np.linspace(1, 2, 12), np.linspace(-1, 3, 20)]
+    curves = Curves([scattered(dice, scatter, slope) for scatter, slope in zip((0.002, 0.01), slopes)])
+    logs = [np.log(search.measured.amplitude) for search in curves.searches]
+    x, scatter = 0.0, np.ones(2)
+    for _ in range(20):
+        x = sum(s @ y / w**2 for s, y, w in zip(slopes, logs, scatter)) / sum(s @ s / w**2 for s, w in zip(slopes, scatter))
+        scatter = [np.sqrt(np.mean((s * x - y) ** 2) / (1 - 1 / 32)) for s, y in zip(slopes, logs)]
+    solution = solved(curves, 1)
+    deviation, _ = uncertainty(solution.fun, solution.jac)
+    assert solution.x[0] == pytest.approx(x, abs=0.02 * deviation[0]) and curves.scatter == pytest.approx(scatter, rel=0.03)
+    assert deviation[0] == pytest.approx(1 / np.sqrt(sum(s @ s / w**2 for s, w in zip(slopes, scatter))), rel=0.05)
+    for search in curves.searches:
+        one = solved(Curves([search]), 1)
+        assert deviation[0] < uncertainty(one.fun, one.jac)[0][0]
+
+
+def test_no_curve_rules_because_it_is_met_by_chance():
+    """Three points without scatter weigh ten times those of the other, not a million times."""
+    curves = Curves([scattered(np.random.default_rng(7), scatter, np.ones(count)) for scatter, count in ((0, 3), (0.01, 20))])
+    curves.weigh(np.zeros(1))
+    assert curves.scatter[1] / curves.scatter[0] == pytest.approx(10)
+
+
+@pytest.mark.parametrize("files, forces, words", [
+    (["a.csv", "b.csv"], [], "2 measured files want 2 factors"), (["a.csv", "b.csv"], ["1"], "found 1"),
+    (["a.csv"], ["1", "2"], "1 measured file wants 1 factor "), (["a.csv", "b.csv"], ["1", "-2"], "--force 1 -2: factors must be"),
+    (["a.csv", "a.csv"], ["1", "2"], "a.csv: this measured file is there twice"),
+    (["a.csv", "c.csv"], ["1", "2"], "c.csv: amplitude [m/s]: the unit of a displacement"), (["a.csv", "d.csv"], ["1", "2"],
+     "d.csv: measured from 20 to 20.2")])
+def test_several_files_that_are_refused(tmp_path, capsys, files, forces, words):
+    case = cases.stuck_mass(tmp_path)
+    omega = np.array([9.0, 10, 11])
+    for name in ("a", "b"):
+        measured(tmp_path / f"{name}.csv", omega, np.ones(3))
+    measured(tmp_path / "c.csv", omega, np.ones(3), "omega [rad/s], amplitude [m/s]")
+    measured(tmp_path / "d.csv", omega / 10 + 19.1, np.ones(3))
+    options = ["--force", *forces] if forces else []
+    paths = [str(tmp_path / name) for name in files]
+    assert main(["fit", str(case.path), *paths, *options, "--watch", "x1.t1", "--binary", str(BINARY)]) == 2
+    assert words in capsys.readouterr().err
 
 
 def test_no_more_points_than_unknowns_tell_nothing():

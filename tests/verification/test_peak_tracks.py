@@ -5,6 +5,7 @@ derivatives; corner_peak.npz peaks of the five dofs that lie in a corner of the 
 """
 
 import re
+import shutil
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -214,18 +215,125 @@ def test_wrong_input(tmp_path, old, new, words):
 
 
 def test_what_cannot_be_followed(tmp_path):
-    """No peak in the range; a run that is continued."""
     done, _ = track(tmp_path, "dof5", "friction", 1, 0.9, omega=[1.2, 1.3], status=3)
     assert "no peak lies within continuation.omega at the first friction" in done.err and "Widen continuation.omega" in done.err
-    (folder := tmp_path / "again").mkdir()
-    track(folder, "dof5", "friction", 1, 0.99)
+
+
+def whole_and_case(folder, *arguments, **options):
+    """Points and summary of a track, and its case, whose first line of [continuation] becomes a limit to its points."""
+    done, _ = track(folder, *arguments, **options)
     case = cases.Case(folder / "case.toml", None, None, {})
-    assert "path.peak: --restart" in launch.run(case, "--restart", status=2).err
-    assert "cut off" not in launch.run(case).out  # it had ended
-    with h5py.File(folder / "results.h5", "r+") as file:
-        assert file.attrs["end"] == b"arrived"
-        del file.attrs["end"]  # as after a kill
-    assert "cut off after" in launch.run(case).out and (folder / "results.old.h5").exists()
+    case.edit("[continuation]", "[continuation]\nmax_points = 1000")
+    return done, case
+
+
+def limited(case, points):
+    case.path.write_text(re.sub("max_points = .*", f"max_points = {points}", case.path.read_text()))
+    return case
+
+
+def same_bits(done, whole):
+    for name in whole.points.keys() - {"seconds"}:
+        np.testing.assert_array_equal(done.points[name], whole.points[name], err_msg=name)
+    with h5py.File(done.folder / "results.h5") as found, h5py.File(whole.folder / "results.h5") as wanted:
+        for name, values in wanted["events"].items():
+            np.testing.assert_array_equal(found["events"][name][()], values[()], err_msg=name)
+    for name in ("end", "points", "newton_iterations", "linear_iterations", "corners"):
+        assert done.summary[name] == whole.summary[name], name
+
+
+@pytest.mark.parametrize("scene, parameter, end, at, solver, ranks", [
+    ("dof5", "gap", -0.75, [-0.71, -0.72, -0.722], "assembled", None),  # into a corner and out of it
+    ("dof5", "gap", -0.75, [-0.71], "modal", 2), ("chain", "friction", 0.5, [0.7], "assembled", 2),
+    ("chain", "friction", 0.5, [0.7], "modal", None)])
+@pytest.mark.slow
+def test_restart_after_any_point(tmp_path, scene, parameter, end, at, solver, ranks):
+    """Also of those within a step, and in a corner: the same to the last bit; MUMPS on several ranks may round otherwise."""
+    edits = [("harmonics = 5", f'harmonics = 5\nsolver = "{solver}"')]
+    whole, case = whole_and_case(tmp_path, scene, parameter, 0 if parameter == "gap" else 1, end, at, ranks=ranks, edits=edits)
+    count = len(whole.points["omega"])
+    for points in (*range(1, count, 1 if ranks is None else 3), 1000):
+        done = launch.run(limited(case, points), *(["--restart"] if points > 1 else []), out="cut", ranks=ranks)
+        assert min(points, count) <= len(done.points["omega"]) <= count
+    assert done.summary["parts"] > 5
+    if ranks and solver == "assembled":
+        for name in ("parameter", "omega", "tracked_amplitude", "coefficients"):
+            assert np.abs(done.points[name] - whole.points[name]).max() <= 1e-8 * np.abs(whole.points[name]).max()
+    else:
+        same_bits(done, whole)
+
+
+def test_restart(tmp_path):
+    """Within a corner, and once more; with no more to do; farther than it was asked for; on other ranks. Another problem is refused."""
+    whole, case = whole_and_case(tmp_path, "dof5", "gap", 0, -0.75)
+    corners = Results(tmp_path / "results.h5").events.of("corner").point
+    entered, left = corners[0] + 1, corners[-1] + 1
+    launch.run(limited(case, entered), out="out")
+    assert "nothing to do" in launch.run(case, "--restart", out="out").out
+    launch.run(limited(case, (entered + left) // 2), "--restart", out="out")
+    for old, new, words in (('peak = "amplitude"', 'peak = "phase"', "path.peak = phase: this run began with amplitude"),
+                            ("[continuation]", "[continuation]\nstop_after_peaks = 1", "continuation.stop_after_peaks = 1")):
+        case.edit(old, new)
+        assert words in launch.run(case, "--restart", out="out", status=2).err
+        case.edit(new, old)
+    limited(case, 1000)
+    there = cases.Case(tmp_path / "case.toml", None, None, {})
+    for folder in ("far", "two"):
+        shutil.copytree(tmp_path / "out", tmp_path / folder)
+    done = launch.run(case, "--restart", out="out")
+    assert "restart: goes on at gap" in done.out and done.summary["parts"] == 3
+    same_bits(done, whole)
+    two = launch.run(case, "--restart", out="two", ranks=2)
+    for name in ("parameter", "omega", "tracked_amplitude"):
+        assert np.abs(two.points[name] - whole.points[name]).max() <= 1e-8 * np.abs(whole.points[name]).max()
+    there.edit("-0.75", "-0.76")
+    assert launch.run(there, "--restart", out="far").points["parameter"][-1] == -0.76
+    with h5py.File(tmp_path / "reduced.h5", "r+") as file:
+        file["Kaa"][0] *= 1.01
+    there.edit("-0.76", "-0.77")
+    assert "the model, or its reduction, is not what it was" in launch.run(there, "--restart", out="far", status=2).err
+
+
+@pytest.mark.slow
+def test_restart_of_a_killed_run(tmp_path):
+    """What a kill leaves: results that are farther than the state, which stands in a corner."""
+    whole, case = whole_and_case(tmp_path, "dof5", "gap", 0, -0.75, [-0.71])
+    corners = Results(tmp_path / "results.h5").events.of("corner").point
+    folder = launch.run(limited(case, int(np.mean(corners))), out="out").folder
+    shutil.copy(folder / "state.h5", tmp_path / "state.h5")
+    launch.run(limited(case, len(whole.points["omega"]) - 2), "--restart", out="out")
+    shutil.copy(tmp_path / "state.h5", folder / "state.h5")
+    same_bits(launch.run(limited(case, 1000), "--restart", out="out"), whole)
+    assert "cut off" not in launch.run(case, out="out").out  # it had ended
+
+
+def test_a_state_of_another_kind_or_version_is_refused(tmp_path):
+    _, case = whole_and_case(tmp_path, "dof5", "friction", 1, 0.99)
+    launch.run(limited(case, 2), out="out")
+    track_text = case.path.read_text()
+    case.path.write_text(track_text.partition("[path]")[0])
+    assert "this run began" in (err := launch.run(case, "--restart", out="out", status=2).err) and "without --restart" in err
+    launch.run(case, out="sweep")
+    case.path.write_text(track_text)
+    assert "this run began" in (err := launch.run(case, "--restart", out="sweep", status=2).err) and "without --restart" in err
+    with h5py.File(tmp_path / "out" / "state.h5", "r+") as file:
+        file.attrs["version"] -= 1
+    assert "not the state of a run of this version" in launch.run(limited(case, 3), "--restart", out="out", status=2).err
+
+
+@pytest.mark.slow
+def test_restart_where_points_begin_to_slip_in_the_peak(tmp_path):
+    """Two posts, whose top moves aside there: within one step."""
+    subprocess.run([sys.executable, launch.ROOT / "inputs/two_solids/model.py", "-o", tmp_path / "model.h5"], check=True,
+                   capture_output=True, env=launch.SURROUNDINGS)
+    case = cases.Case(tmp_path / "case.toml", None, None, {})
+    case.path.write_text(POSTS.format(at=[0.7], between=1e-3).replace("continuation = {", "continuation = { max_points = 1000,"))
+    whole = launch.run(case, out="whole")
+    count = len(whole.points["omega"])
+    for points in (3, *range(4, count, 4), 1000):
+        case.path.write_text(re.sub("max_points = [0-9]+", f"max_points = {points}", case.path.read_text()))
+        done = launch.run(case, *(["--restart"] if points > 3 else []), out="out")
+    same_bits(done, whole)
 
 
 @pytest.mark.parametrize("parameter, key, words", [
