@@ -22,10 +22,11 @@ ROOT = Path(__file__).resolve().parents[2]
 VERDICTS = ["killed", "survived", "equivalent", "not compiled"]
 
 
-def room_of(name, scratch):
+def room_of(name, scratch, near):
     if name in CPP:
-        return CppRoom(name, ROOT, scratch)
-    return PythonRoom(ROOT, scratch, *PYTHON[name])
+        return CppRoom(name, ROOT, scratch, near)
+    sources, stages = PYTHON[name]
+    return PythonRoom(ROOT, scratch, sources, stages[:1] if near else stages)
 
 
 def mutants_of(room):
@@ -66,7 +67,7 @@ def known_verdicts(kept, again):
 
 def try_room(name, chosen, known, scratch):
     """Counts by verdict, and the survivors, of the room's share of mutants."""
-    room = room_of(name, scratch)
+    room = room_of(name, scratch, chosen.near)
     wanted = list(mutants_of(room))
     random.Random(f"{chosen.seed} {name}").shuffle(wanted)
     if chosen.at:
@@ -94,6 +95,7 @@ def main():
     parser.add_argument("--minutes", type=float, default=float("inf"), help="for each room; then no further mutant is begun")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--at", nargs="+", metavar="FILE[:LINE]", help="only mutants of these places")
+    parser.add_argument("--near", action="store_true", help="by the room's own tests alone; --again goes on with the survivors")
     parser.add_argument("--kept", type=Path, default=ROOT / "build" / "mutation.jsonl", help="verdicts, which the next call goes on from")
     parser.add_argument("--again", action="store_true", help="try survivors again, after a test was added")
     chosen = parser.parse_args()

@@ -14,7 +14,7 @@ SWAPS = {"<": ["<=", ">="], ">": [">=", "<="], "<=": ["<", ">"], ">=": [">", "<"
 BINARY = re.compile(r"(?<= )(" + "|".join(re.escape(word) for word in sorted(SWAPS, key=len, reverse=True)) + r")(?= )")
 WORDS = {"true": "false", "false": "true", "True": "False", "False": "True", "min": "max", "max": "min"}
 WORD = re.compile(r"\b(true|false|True|False|(?:min|max)(?=\())")
-REMOVED = re.compile(r"!(?=[\w(*])|\bnot (?!in\b)|(?<=[(\[{,?:=] )-(?=[\w(])|(?<=[(\[{])-(?=[\w(])")  # negations and signs
+REMOVED = re.compile(r"!(?=[\w(*])|\bnot (?!in\b)|(?:(?<=[(\[{,?:=] )|(?<=return )|(?<=else ))-(?=[\w(])|(?<=[(\[{])-(?=[\w(])")  # negations and signs
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
 
 CPP_IF = re.compile(r"^\s*(?:\} )?(?:else )?if (\()")
