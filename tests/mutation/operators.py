@@ -14,7 +14,8 @@ SWAPS = {"<": ["<=", ">="], ">": [">=", "<="], "<=": ["<", ">"], ">=": [">", "<"
 BINARY = re.compile(r"(?<= )(" + "|".join(re.escape(word) for word in sorted(SWAPS, key=len, reverse=True)) + r")(?= )")
 WORDS = {"true": "false", "false": "true", "True": "False", "False": "True", "min": "max", "max": "min"}
 WORD = re.compile(r"\b(true|false|True|False|(?:min|max)(?=\())")
-REMOVED = re.compile(r"!(?=[\w(*])|\bnot (?!in\b)|(?:(?<=[(\[{,?:=] )|(?<=return )|(?<=else ))-(?=[\w(])|(?<=[(\[{])-(?=[\w(])")  # negations and signs
+NEGATION, SIGN = r"!(?=[\w(*])|\bnot (?!in\b)", r"(?:(?<=[(\[{])|(?<=[(\[{,?:=] )|(?<=return )|(?<=else ))-(?=[\w(])"
+REMOVED = re.compile(f"{NEGATION}|{SIGN}")
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
 
 CPP_IF = re.compile(r"^\s*(?:\} )?(?:else )?if (\()")

@@ -74,10 +74,10 @@ def pytest(root, files):
 
 
 def included(file):
-    """Names of the headers that a test includes, also by those beside it."""
+    """Names of the headers of src that a test includes; if none, of those that headers beside it include."""
     names = re.findall(r'^#include "(.*)"', file.read_text(), re.M)
     beside = [file.parent / name for name in names if (file.parent / name).exists()]
-    return names + [name for header in beside for name in included(header)]
+    return [name for name in names if "/" in name] or [name for header in beside for name in included(header)]
 
 
 class CppRoom:
@@ -123,10 +123,10 @@ class CppRoom:
         ordered = []
         for test in self.tests:
             stem = re.sub(r"^\w+\.|\.np\d$", "", test["name"])
-            near = any(name.startswith(f"{self.name}/") for name in included(self.root / "tests" / "unit" / f"test_{stem}.cpp"))
-            two = test["name"].endswith("np2")
+            named, two = stem == Path(file).stem, test["name"].endswith("np2")
+            near = named or any(name.startswith(f"{self.name}/") for name in included(self.root / "tests" / "unit" / f"test_{stem}.cpp"))
             if near and not two or not self.near and (near or not two):
-                ordered.append(((stem != Path(file).stem, two or not near, not near), test))
+                ordered.append(((not named, two or not near, not near), test))
         return [test for _, test in sorted(ordered, key=lambda entry: entry[0])]
 
     def verdict(self, mutant):
