@@ -149,7 +149,7 @@ def test_blocks_are_put_in_place():
     ({"mesh": {**MESH, "cells": {"line": [[0, 1]]}}}, "cells 'line' must be .* numbers of nodes, 0 to 0"),
     ({"mesh": {**MESH, "cells": [[0, 0]]}}, "cells must be a dict"),
     ({"mesh": {**MESH, "sets": {"tip": [-1]}}}, "set 'tip' must hold numbers of nodes, 0 to 0"),
-    ({"mesh": {**MESH, "sets": {"tip": [1]}}}, "set 'tip' must hold numbers of nodes, 0 to 0"),
+    ({"mesh": {**MESH, "sets": {"tip": [0, 1]}}}, "set 'tip' must hold numbers of nodes, 0 to 0"),
     ({"mesh": {**MESH, "dof_direction": np.full(9, 6)}}, "dof_direction must have shape .9,. and values from -1 to 5"),
     ({"mesh": {**MESH, "changed": {"dof": [1], "begin": [0, 1], "column": [9], "value": [1.0]}}}, "columns 0 to 8"),
     ({"mesh": {**MESH, "changed": {"dof": [1], "begin": [0, 2], "column": [2], "value": [1.0]}}}, "values between begin"),
@@ -172,6 +172,7 @@ def cyclic(**changes):
 @pytest.mark.parametrize("changes, message", [
     ({"sectors": 1}, "sectors must be a whole number from 2 on, found 1"),
     ({"axis": [0, 0, 2]}, "axis must be a unit vector"),
+    ({"left": [[0, 1], [4, 5]], "right": [[2, 3], [6, 7]]}, r"dofs of shape \(p, 3\)"),
     ({"right": [[2, 3, 6], [5, -1, -1]]}, "held on both sides alike"),
     ({"right": [[2, 0, -1], [5, -1, -1]]}, "dofs 0 to 8, each once"),
     ({"right": [[2, 9, -1], [5, -1, -1]]}, "dofs 0 to 8, each once"),
@@ -181,6 +182,7 @@ def cyclic(**changes):
     ({"nodes": [[0, 1], [1, -1]]}, "each contact node once, found node row 1 2 times"),
     ({"next_sector": [0, 2]}, "next_sector must be 0 or 1 for each of 2"),
     ({"faces": {"begin": [0, 1, 1], "node": [3], "weight": [1.0]}}, "node rows 0 to 2"),
+    ({"faces": {"begin": [0, 1, 3], "node": [2], "weight": [1.0]}}, "weights between"),
     ({"faces": {"begin": [0, 2, 1], "node": [2], "weight": [1.0]}}, "weights between"),
 ])
 def test_wrong_sectors_are_refused(changes, message):
