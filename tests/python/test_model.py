@@ -86,8 +86,10 @@ def test_file_has_the_documented_layout(tmp_path):
 def test_round_trip(tmp_path):
     mesh = {"nodes": np.random.rand(3, 3), "cells": {"line": [[0, 1], [1, 2]], "vertex": [[2]]}, "dof_node": np.r_[np.arange(8) // 3, -1],
             "dof_direction": np.r_[np.arange(8) % 3, -1], "sets": {"tip": [2], "side/left": [0, 1], "none": []},
-            "materials": [(2e11, 0.3, 7850.0, "steel"), (7e10, 0.33, 2700.0, "aluminium")], "material": {"line": [1, 0], "vertex": [-1]},
-            "integration": {"line": [0, 0], "vertex": [0]}, "changed": {"dof": [3, 4], "begin": [0, 2, 3], "column": [3, 1, 8], "value": [0.5, -0.5, 1.0]}}
+            "materials": [(2e11, 0.3, 7850.0, "steel"), (7e10, 0.33, 2700.0, "aluminium")],
+            "material": {"line": [1, 0], "vertex": [-1]},
+            "integration": {"line": [0, 0], "vertex": [0]},
+            "changed": {"dof": [3, 4], "begin": [0, 2, 3], "column": [3, 1, 8], "value": [0.5, -0.5, 1.0]}}
     joint = {"position": [[1.0, 2.0, 3.0]], "axes": np.eye(3)[None], "area": [0.25], "joint": [1], "names": ["left", "à droite"]}
     written = small(contact={"normal_stiffness": [5.0], "tangential_stiffness": 7.0, "gap": -1}, mesh=mesh, joint=joint, units="mm-N-s")
     written.write(tmp_path / "m.h5")
