@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "python"), *(str(ROOT / "tests" / folder) for folder in ("", "verification", "fuzz", "faults"))]
+sys.path[:0] = [str(ROOT / "python"), *(str(ROOT / "tests" / folder) for folder in ("", "verification", "fuzz", "faults", "mutation"))]
 
 # Open MPI removes its folder when the last run of a user ends, also if another one begins: so each process has its own.
 SESSIONS = tempfile.TemporaryDirectory(prefix="ompi-")

@@ -9,6 +9,7 @@ import pytest
 import scipy.sparse as sp
 
 from dovetail import Model, hdf5_parts
+from dovetail.model_cyclic import checked_cyclic
 from launch import SECONDS, SURROUNDINGS
 
 
@@ -83,8 +84,11 @@ def test_file_has_the_documented_layout(tmp_path):
 
 
 def test_round_trip(tmp_path):
-    mesh = {"nodes": np.random.rand(3, 3), "cells": {"line": [[0, 1], [1, 2]], "vertex": [[2]]}, "dof_node": np.arange(9) // 3,
-            "dof_direction": np.arange(9) % 3, "sets": {"tip": [2], "side/left": [0, 1], "none": []},
+    mesh = {"nodes": np.random.rand(3, 3), "cells": {"line": [[0, 1], [1, 2]], "vertex": [[2]]}, "dof_node": np.r_[np.arange(8) // 3, -1],
+            "dof_direction": np.r_[np.arange(8) % 3, -1], "sets": {"tip": [2], "side/left": [0, 1], "none": []},
+            "materials": [(2e11, 0.3, 7850.0, "steel"), (7e10, 0.33, 2700.0, "aluminium")],
+            "material": {"line": [1, 0], "vertex": [-1]},
+            "integration": {"line": [0, 0], "vertex": [0]},
             "changed": {"dof": [3, 4], "begin": [0, 2, 3], "column": [3, 1, 8], "value": [0.5, -0.5, 1.0]}}
     joint = {"position": [[1.0, 2.0, 3.0]], "axes": np.eye(3)[None], "area": [0.25], "joint": [1], "names": ["left", "à droite"]}
     written = small(contact={"normal_stiffness": [5.0], "tangential_stiffness": 7.0, "gap": -1}, mesh=mesh, joint=joint, units="mm-N-s")
@@ -95,8 +99,10 @@ def test_round_trip(tmp_path):
     np.testing.assert_array_equal(read.force, written.force)
     np.testing.assert_array_equal(read.contact_dofs, [[3, 1, 8]])
     np.testing.assert_array_equal(read.contact["tangential_stiffness"], [[7.0, 7.0]])
-    np.testing.assert_array_equal(read.mesh["nodes"], mesh["nodes"])
-    for group in ("cells", "sets", "changed"):
+    for key in ("nodes", "dof_node", "dof_direction"):
+        np.testing.assert_array_equal(read.mesh[key], mesh[key])
+    assert read.mesh["materials"] == written.mesh["materials"] and read.mesh["materials"][1].name == "aluminium"
+    for group in ("cells", "sets", "material", "integration", "changed"):
         assert read.mesh[group].keys() == mesh[group].keys()
         for key, values in mesh[group].items():
             np.testing.assert_array_equal(read.mesh[group][key], values)
@@ -130,6 +136,7 @@ def test_blocks_are_put_in_place():
     ({"force": np.ones(5)}, "force must have one entry per degree of freedom, 9, found 5"),
     ({"preload": np.full(9, np.inf)}, "preload has an entry that is not finite"),
     ({"contact_dofs": [[0, 1, 9]]}, "contact_dofs must lie in 0 to 8, found 0 to 9"),
+    ({"contact_dofs": [[0, 1, -1]]}, "contact_dofs must lie in 0 to 8, found -1 to 1"),
     ({"contact_dofs": [[0, 1, 2], [3, 1, 5]]}, "must not repeat, found 1 2 times"),
     ({"contact_dofs": [0, 1, 2]}, r"shape \(N_x, 3\).* found int64 of shape \(3,\)"),
     ({"contact_dofs": [[0.0, 1.0, 2.0]]}, "whole numbers.* found float64"),
@@ -140,9 +147,11 @@ def test_blocks_are_put_in_place():
     ({"contact": {"gap": np.nan}}, "gap must be finite"),
     ({"contact": {"stiffness": 1.0}}, "unknown .'stiffness'.; known are"),
     ({"mesh": {"nodes": np.zeros((1, 3))}}, "mesh must have nodes, cells, dof_node, dof_direction and may .* found nodes"),
+    ({"mesh": {**MESH, "nodes": np.zeros((1, 2))}}, r"mesh nodes must have shape \(n_nodes, 3\), found \(1, 2\)"),
     ({"mesh": {**MESH, "cells": {"line": [[0, 1]]}}}, "cells 'line' must be .* numbers of nodes, 0 to 0"),
     ({"mesh": {**MESH, "cells": [[0, 0]]}}, "cells must be a dict"),
-    ({"mesh": {**MESH, "sets": {"tip": [1]}}}, "set 'tip' must hold numbers of nodes, 0 to 0"),
+    ({"mesh": {**MESH, "sets": {"tip": [-1]}}}, "set 'tip' must hold numbers of nodes, 0 to 0"),
+    ({"mesh": {**MESH, "sets": {"tip": [0, 1]}}}, "set 'tip' must hold numbers of nodes, 0 to 0"),
     ({"mesh": {**MESH, "dof_direction": np.full(9, 6)}}, "dof_direction must have shape .9,. and values from -1 to 5"),
     ({"mesh": {**MESH, "changed": {"dof": [1], "begin": [0, 1], "column": [9], "value": [1.0]}}}, "columns 0 to 8"),
     ({"mesh": {**MESH, "changed": {"dof": [1], "begin": [0, 2], "column": [2], "value": [1.0]}}}, "values between begin"),
@@ -153,6 +162,41 @@ def test_blocks_are_put_in_place():
 def test_wrong_input_is_refused(changes, message):
     with pytest.raises(ValueError, match=message):
         small(**changes)
+
+
+def cyclic(**changes):
+    return checked_cyclic({"sectors": 3, "axis": [0, 0, 1], "origin": [0, 0, 0], "left": [[0, 1, -1], [4, -1, -1]],
+                           "right": [[2, 3, -1], [5, -1, -1]], "next_sector": [0, 1], "nodes": [[0, 1], [2, -1]],
+                           "faces": {"begin": [0, 1, 1], "node": [2], "weight": [1.0]}, **changes}, 9,
+                          {"nodes": np.zeros((3, 3)), "changed": {"dof": np.empty(0)}}, {})
+
+
+@pytest.mark.parametrize("changes, message", [
+    ({"sectors": 1}, "sectors must be a whole number from 2 on, found 1"),
+    ({"axis": [0, 0, 2]}, "axis must be a unit vector"),
+    ({"left": [[0, 1], [4, 5]], "right": [[2, 3], [6, 7]]}, r"dofs of shape \(p, 3\)"),
+    ({"right": [[2, 3, 6], [5, -1, -1]]}, "held on both sides alike"),
+    ({"right": [[2, 0, -1], [5, -1, -1]]}, "dofs 0 to 8, each once"),
+    ({"right": [[2, 9, -1], [5, -1, -1]]}, "dofs 0 to 8, each once"),
+    ({"nodes": [[0, 1], [3, -1]]}, "node rows up to 2"),
+    ({"nodes": [[0, 1], [2, -2]]}, "-1 for a side that is held"),
+    ({"nodes": [[0, 1], [-1, -1]]}, "node rows up to 2"),
+    ({"nodes": [[0, 1], [1, -1]]}, "each contact node once, found node row 1 2 times"),
+    ({"next_sector": [0, 2]}, "next_sector must be 0 or 1 for each of 2"),
+    ({"faces": {"begin": [0, 1, 1], "node": [3], "weight": [1.0]}}, "node rows 0 to 2"),
+    ({"faces": {"begin": [0, 1, 3], "node": [2], "weight": [1.0]}}, "weights between"),
+    ({"faces": {"begin": [0, 2, 1], "node": [2], "weight": [1.0]}}, "weights between"),
+])
+def test_wrong_sectors_are_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        cyclic(**changes)
+
+
+def test_a_sector_with_held_dofs_and_points_without_faces_is_taken():
+    taken = cyclic()
+    assert taken["sectors"] == 3 and taken["left"].tolist() == [[0, 1, -1], [4, -1, -1]] and taken["nodes"].tolist() == [[0, 1], [2, -1]]
+    assert taken["faces"]["begin"].tolist() == [0, 1, 1]
+    assert cyclic(faces=None)["faces"]["begin"].tolist() == [0, 0, 0]
 
 
 def test_symmetry_limit_is_relative_to_the_row():

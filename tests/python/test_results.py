@@ -373,3 +373,31 @@ def test_a_place_has_its_unit(tmp_path, name, unit, wanted):
     results = Results(path)
     assert results.place(results.along[0], 6) == wanted
     assert plot.point_title(results, 0, hz=True).endswith(f", at {wanted}")
+
+
+def test_a_run_without_a_point_yet(tmp_path):
+    results = one_point(tmp_path / "r.h5", np.zeros((0, 4, 3)), omega=[])
+    assert len(results) == 0 and results.jumps.tolist() == []
+    for ask in (lambda: results.at(1.0), lambda: results.largest_point("a1"), lambda: results.peak("a1"), results.need_points):
+        with pytest.raises(ValueError, match="no point has been computed yet"):
+            ask()
+
+
+def test_harmonics_are_those_of_the_table(tmp_path):
+    path = tmp_path / "r.h5"
+    assert one_point(path, np.ones((1, 4, 7))).harmonics == 3
+    for told, refused in ((2, False), (3, False), (4, True)):  # a run that adds harmonics widens the table first
+        with h5py.File(path, "r+") as file:
+            file.attrs["harmonics"] = told
+        if refused:
+            with pytest.raises(ValueError, match="points/coefficients"):
+                Results(path)
+        else:
+            assert Results(path).harmonics == 3
+
+
+def test_located_peaks_are_of_the_unknown_asked_for(tmp_path):
+    events = [("peak", 0, 1.0, 1.0, 0), ("peak", 1, 2.0, 1.0, -1), ("peak", 2, 3.0, 1.0, 1), ("turn", 3, 4.0, 1.0, -1)]
+    results = one_point(tmp_path / "r.h5", np.ones((4, 4, 3)), omega=np.arange(4.0), events=events, watch="7.x")
+    assert results.located_peaks("a1").tolist() == [0] and results.located_peaks("x1.t1").tolist() == [2]
+    assert results.located_peaks("7.x").tolist() == [1] and results.located_peaks("7.y").tolist() == []

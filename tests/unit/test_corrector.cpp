@@ -83,6 +83,20 @@ TEST(Corrector, gives_up_where_the_residual_keeps_growing) {
   EXPECT_EQ(outcome.newton, 3);
 }
 
+TEST(Corrector, counts_one_linear_iteration_each_where_the_solver_is_direct) {
+  SmallProblem problem({1, [](const double *y, double *f) { f[0] = std::atan(y[0]) - 0.5; },
+                        [](const double *y, double *J) { J[0] = 1 / (1 + y[0] * y[0]), J[1] = 0; }});
+  Corrector corrector(problem, tight);
+  UniqueVec y = problem.unknowns(), e = problem.unknowns(), t = problem.unknowns();
+  check(VecSetValue(y, 0, 1, INSERT_VALUES), "");
+  set_parameter(e, 1);
+  const auto outcome = corrector.solve(y, e, 0);
+  ASSERT_TRUE(outcome.converged) << outcome.why;
+  EXPECT_GT(outcome.newton, 2);
+  EXPECT_EQ(outcome.linear, outcome.newton);
+  EXPECT_EQ(corrector.tangent(t).linear, 0); // of a tangent those are not told
+}
+
 // Stiff contacts that open: where it runs in a circle no number of iterations would help.
 TEST(Corrector, gives_up_in_a_circle) {
   ReducedModel model = small_reduced(PETSC_COMM_WORLD);

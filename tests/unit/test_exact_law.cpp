@@ -272,3 +272,56 @@ TEST(ContactForces, nothing_but_numbers_goes_through) { // any law, either evalu
         }
       }
 }
+
+// Forces at a standstill of their own count, too: their derivative by each parameter against differences, and weighed.
+TEST(ContactForces, derivatives_by_parameters_are_those_of_the_forces) {
+  int slipping = 0;
+  for (const Law law : {Law::coulomb, Law::cone})
+    for (const int number : {205, 333, 411, 547}) {
+      Scene s = scene(number, 3);
+      s.point.law = law;
+      if (law == Law::cone) s.point.kt[1] = s.point.kt[0], s.point.mu[1] = s.point.mu[0];
+      const Standstill rest{s.rest.x, {}, s.rest.w};
+      ContactForces forces({s.point}, {rest}, s.harmonics, exactly);
+      const std::size_t width = s.X.size();
+      std::vector<double> weights(width), found(width);
+      for (std::size_t i = 0; i < width; ++i) weights[i] = std::cos(1.0 + i);
+      for (const PathParameter &parameter : all_parameters) {
+        const std::string name = parameter.name;
+        if (!has_points(parameter) || (law == Law::cone && (name.back() == '1' || name.back() == '2'))) continue;
+        Setting slope{0, 0, 0, 0, {0, {0, 0}, {0, 0}, 0}};
+        parameter.set(slope, 1);
+        double least = 1; // of steps: one that crosses to another order of states tells nothing
+        for (const double h : {1e-4, 1e-5, 1e-6}) {
+          std::vector<double> difference(width);
+          for (const int side : {-1, 1}) {
+            Setting there;
+            parameter.set(there, (name == "gap" ? 0 : 1) + side * h);
+            forces.change({changed(s.point, there.contact)}, {rest});
+            forces.evaluate(s.X.data(), found.data(), false);
+            for (std::size_t i = 0; i < width; ++i) difference[i] += side * found[i] / (2 * h);
+          }
+          forces.change({s.point}, {rest});
+          forces.evaluate(s.X.data(), found.data());
+          forces.by_parameter(s.X.data(), {EquivalentMotion(Setting{}.contact, slope.contact)}, {Memory{}},
+                              found.data());
+          least = std::min(least, deviation(found, difference, 1e-3 * largest(difference)));
+        }
+        EXPECT_LT(least, 1e-5) << name << " " << number;
+        const ByParameter weighed = forces.weighed(0, s.X.data(), weights.data());
+        const double wanted = std::inner_product(found.begin(), found.end(), weights.begin(), 0.0);
+        const auto &t = weighed.tangential_stiffness, &mu = weighed.friction;
+        const double told = name == "gap"                      ? weighed.gap
+                            : name == "normal_stiffness"       ? weighed.normal_stiffness
+                            : name == "tangential_stiffness"   ? t[0] + t[1]
+                            : name == "tangential_stiffness_1" ? t[0]
+                            : name == "tangential_stiffness_2" ? t[1]
+                            : name == "friction"               ? mu[0] + mu[1]
+                            : name == "friction_1"             ? mu[0]
+                                                               : mu[1];
+        EXPECT_NEAR(told, wanted, 1e-10 * (1 + std::abs(wanted))) << name << " " << number;
+        slipping += name == "friction" && wanted != 0;
+      }
+    }
+  EXPECT_GT(slipping, 4); // of eight
+}

@@ -25,7 +25,7 @@ struct Curve : RecoveryContext {
     places.push_back(where);
     return succeeds(what, where);
   }
-  std::vector<double> places, shares;
+  std::vector<double> places, shares, ends;
 
   Sweep sweep() const override { return range; }
   bool interrupted() override { return stop; }
@@ -36,7 +36,10 @@ struct Curve : RecoveryContext {
     return attempt("integrate", value);
   }
   bool solve_by_simpler(double value) override { return attempt("simpler", value); }
-  bool begin_at(double from, double) override { return attempt("begin", from); }
+  bool begin_at(double from, double to) override {
+    ends.push_back(to);
+    return attempt("begin", from);
+  }
   void go_on(const Failure &, bool integrated) override { tried.push_back(integrated ? "integrated" : "jumped"); }
 };
 
@@ -46,6 +49,11 @@ std::vector<std::string> order(Kind kind, const Strategies &strategies = Strateg
   EXPECT_FALSE(recover(strategies, {kind, "", 1.2}, curve));
   curve.tried.erase(std::unique(curve.tried.begin(), curve.tried.end()), curve.tried.end());
   return curve.tried;
+}
+
+void near(const std::vector<double> &found, const std::vector<double> &wanted) {
+  ASSERT_EQ(found.size(), wanted.size());
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], wanted[i], 1e-12) << i;
 }
 
 Strategies listed(const std::vector<std::string> &names) {
@@ -104,6 +112,9 @@ TEST(Recovery, jumps_are_not_made_for_ever) {
   curve.made = most_jumps;
   EXPECT_FALSE(recover(Strategies::all(), {Kind::lost, "", 1.2}, curve));
   EXPECT_TRUE(curve.tried.empty());
+  --curve.made;
+  EXPECT_FALSE(recover(Strategies::all(), {Kind::lost, "", 1.2}, curve));
+  EXPECT_EQ(curve.tried.size(), 11u); // six places to jump to, five to integrate at
 }
 
 TEST(Recovery, work_is_shared_among_the_places_that_are_left) {
@@ -115,10 +126,6 @@ TEST(Recovery, work_is_shared_among_the_places_that_are_left) {
 }
 
 TEST(Recovery, frequencies_ahead_meet_those_wanted_and_end_with_the_sweep) {
-  const auto near = [](const std::vector<double> &found, const std::vector<double> &wanted) {
-    ASSERT_EQ(found.size(), wanted.size());
-    for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], wanted[i], 1e-12);
-  };
   near(ahead({1, 2, {}}, 1.5, {0.1, 0.2}), {1.6, 1.7});
   near(ahead({2, 1, {}}, 1.5, {0.1, 0.2}), {1.4, 1.3}); // downwards
   near(ahead({1, 2, {1.55, 1.52, 1.65}}, 1.5, {0.1, 0.2}), {1.52, 1.6, 1.65, 1.7});
@@ -135,6 +142,18 @@ TEST(Recovery, elsewhere_is_the_other_end_first_and_nowhere_for_one_frequency) {
   point.range = {1, 1, {}};
   EXPECT_FALSE(recover(Strategies::all(), {Kind::nowhere, "", 1}, point));
   EXPECT_TRUE(point.tried.empty());
+}
+
+// Ever farther, so that a narrow gap loses little of the curve and a wide one is crossed.
+TEST(Recovery, places_that_are_tried) {
+  Curve jumps, integrated, begun;
+  EXPECT_FALSE(recover(listed({"jump"}), {Kind::no_step, "", 1}, jumps));
+  near(jumps.places, {1.0001, 1.001, 1.01, 1.05, 1.2, 1.4});
+  EXPECT_FALSE(recover(listed({"integration"}), {Kind::no_step, "", 1}, integrated));
+  near(integrated.places, {1.001, 1.01, 1.05, 1.2, 1.4});
+  EXPECT_FALSE(recover(listed({"elsewhere"}), {Kind::nowhere, "", 1}, begun));
+  near(begun.places, {2, 1.02, 1.2, 1.35, 1.5, 1.65, 1.8});
+  EXPECT_EQ(begun.ends, (std::vector<double>{1, 2, 2, 2, 2, 2, 2})); // the way of the sweep, but from its end
 }
 
 // Each strategy by itself: which failures it is for, and what it asks for.
