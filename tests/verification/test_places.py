@@ -11,8 +11,10 @@ import h5py
 import launch
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scipy.optimize import brentq, minimize_scalar
 
+import chain
 from dovetail import Model, Results
 
 FAR = 1e4  # [N/m] stiffness of directions that nothing excites
@@ -174,3 +176,17 @@ def test_branch_points_of_two_masses_in_step(tmp_path):
     np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=1e-5)  # located to 1e-5 of a step
     apart = Results(tmp_path / "results.h5")
     np.testing.assert_allclose(apart.amplitude("x1.n")[point], apart.amplitude("x2.n")[point], rtol=1e-6)  # in step there
+
+
+def test_unknowns_that_move_alike_are_named_by_the_first(tmp_path):
+    """Last bits, which a processor decides, do not say which of two equal blades has the peak."""
+    path = chain.write(tmp_path, 1, harmonics=3)
+    one = chain.model(1)
+    twins = Model(sp.block_diag([one.K] * 2, "csc"), sp.block_diag([one.M] * 2, "csc"), np.array([[0, 1, 2], [6, 7, 8]]),
+                  np.append(one.force, one.force * (1 + 1e-9)), np.tile(one.preload, 2))
+    twins.write(path.with_name("model.h5"))
+    launch.run(SimpleNamespace(path=path), out="out")
+    results = Results(tmp_path / "out/results.h5")
+    first, second = (results.response(f"x{i}.t1").amplitude for i in (1, 2))
+    assert 0 < (second - first).max() < 1e-6 * first.max()
+    assert results.watched.startswith("x1."), results.watched
