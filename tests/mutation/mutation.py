@@ -99,7 +99,7 @@ def main():
     parser.add_argument("--kept", type=Path, default=ROOT / "build" / "mutation.jsonl", help="verdicts, which the next call goes on from")
     parser.add_argument("--again", action="store_true", help="try survivors again, after a test was added")
     chosen = parser.parse_args()
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the temporary folder goes
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C does, so that the temporary folder goes
     known, counts, survivors = known_verdicts(chosen.kept, chosen.again), {}, []
     for name in chosen.room:
         with tempfile.TemporaryDirectory(prefix="dovetail-mutation-") as scratch:

@@ -89,7 +89,7 @@ def test_nothing_is_left_after_an_interrupt(tmp_path):
                                env=os.environ | {"TMPDIR": str(tmp_path)})
     while process.poll() is None and not list(tmp_path.glob("dovetail-mutation-*/unchanged/build")):
         time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGTERM)
     assert "interrupted" in process.communicate()[1]
     assert process.returncode == 1 and not list(tmp_path.glob("dovetail-*"))
     assert (ROOT / "python" / "dovetail" / "model.py").read_bytes() == before
