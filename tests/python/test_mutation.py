@@ -16,7 +16,8 @@ from operators import mutants
 from rooms import CppRoom, Mutant, PythonRoom
 
 TOOL = [sys.executable, str(ROOT / "tests" / "mutation" / "mutation.py")]
-needs_build = pytest.mark.skipif(not (ROOT / "build" / "build.ninja").exists(), reason="no build folder")
+needs_build = pytest.mark.skipif(not (ROOT / "build" / "build.ninja").exists(),
+                                 reason="needs build/, where mutants are compiled: scripts/setup makes it")
 
 
 def replacements(line, suffix, number=1):
