@@ -168,7 +168,11 @@ int main(int argc, char **argv) {
   char **petsc_argv = petsc.data();
   // Without mpirun Open MPI would start a daemon, and fail where it finds no ssh on the path.
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
-  if (alone()) setenv("OMPI_MCA_pml", "ob1", 0); // which looks for no networks: a fifth of a second
+  if (alone()) {
+    setenv("OMPI_MCA_pml", "ob1", 0); // which looks for no networks: a fifth of a second
+    // All such runs would share one folder, which the first to end removes while another is beginning.
+    setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+  }
   dovetail::begin_petsc(&petsc_argc, &petsc_argv);
   if (dovetail::logs_json()) PETSC_STDOUT = stderr; // for what PETSc's options print
   dovetail::install_error_handler();

@@ -49,6 +49,13 @@ def cut_off(case, points):
 
 
 # ------------------------------------------------------------------------------------------------------ one at a time
+def test_runs_on_one_rank_need_no_folder_of_open_mpi(tmp_path):
+    """All would share it, and the first to end takes it away from one that begins."""
+    (tmp_path / "file").touch()
+    case = cases.dof5(tmp_path, max_points=3, **SMALL)
+    run(case, prefix=["env", f"OMPI_MCA_orte_tmpdir_base={tmp_path}/file/folder"], out="out")
+
+
 @pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_second_run_is_told_who_holds_the_folder(tmp_path, ranks):
     case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
