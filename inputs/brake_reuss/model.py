@@ -14,12 +14,11 @@ import time
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import beam
-from dovetail import Joint, Model
+from dovetail import Joint
 from dovetail.bolts import static_state
 from dovetail.eigenfrequencies import eigenfrequencies
 from dovetail.material import Material
@@ -55,41 +54,13 @@ def tightened(solid, joint):
     for i in (1, 2, 3):
         solid = solid.with_preload(f"head {i}", [0.0, 0.0, -BOLT_FORCE]).with_preload(f"nut {i}", [0.0, 0.0, BOLT_FORCE])
     model = solid.join([joint])
-    K, load = condensed(model.K, model.preload, model.contact_dofs.ravel())
-    dofs = np.arange(len(load)).reshape(-1, 3)
-    small = Model(sp.csr_matrix(K), sp.identity(len(load), format="csr"), dofs, preload=load, contact=model.contact)
-    x, g = static_state(small, load, friction=False)
+    u, g = static_state(model, model.preload.getArray(), friction=False)
     factor = len(beam.BOLTS) * BOLT_FORCE / g[:, 2].sum()
-    x, g = factor * x.reshape(-1, 3), factor * g
+    x, g = factor * u[model.contact_dofs], factor * g
     preload = model.K.createVecRight()
     preload.setValues(model.contact_dofs[:, 2].astype(PETSc.IntType), g[:, 2])
     preload.assemble()
     return model.with_loads(preload=preload).with_contact({**model.contact, "gap": -x[:, 2]}), x, g
-
-
-def condensed(K, load, kept):
-    """Stiffness and load of the dofs `kept` alone, the others free of other forces: K_cc - K_ce K_ee^-1 K_ec."""
-    rest = np.setdiff1d(np.arange(K.getSize()[0]), kept)
-    c, e = (PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=K.getComm()) for rows in (kept, rest))
-    inner = K.createSubMatrix(e, e)
-    inner.setOption(PETSc.Mat.Option.SPD, True)
-    solver = PETSc.KSP().create(comm=K.getComm())
-    solver.setOperators(inner)
-    solver.setType("preonly")
-    solver.getPC().setType("cholesky")
-    solver.getPC().setFactorSolverType("mumps")
-    solver.setErrorIfNotConverged(True)
-    solver.setUp()
-    coupling = sp.csr_matrix(K.createSubMatrix(e, c).getValuesCSR()[::-1], shape=(len(rest), len(kept)))
-    values = load.getArray()
-    right = PETSc.Mat().createDense((len(rest), len(kept) + 1), array=np.column_stack([coupling.toarray(), values[rest]]),
-                                    comm=K.getComm())
-    moved = right.duplicate()
-    solver.getPC().getFactorMatrix().matSolve(right, moved)
-    back = coupling.T @ moved.getDenseArray()
-    indptr, indices, data = K.createSubMatrix(c, c).getValuesCSR()
-    outer = sp.csr_matrix((data, indices, indptr)).toarray() - back[:, :-1]
-    return (outer + outer.T) / 2, values[kept] - back[:, -1]
 
 
 def at_preload(model, g, count, sticks=True):

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 
+from .condensation import Condensed
 from .sparse_rows import is_petsc
 from .units import parse, with_unit
 
@@ -67,14 +67,17 @@ def tightened(model, bolts, friction=True):
     if not locked and friction:
         return (model.with_loads(preload=model.preload + pulls),
                 [f"bolt {bolt.name}: force {said(bolt)}, which stays" for bolt in bolts])
-    u, g = static_state(model, model.preload + pulls, friction)
+    if is_petsc(model.K):
+        raise ValueError("bolts that are locked, or tightened without friction, need a model with SciPy matrices")
+    statics = _Statics(model)
+    u, g = statics.state(model.preload + pulls, friction)
     K, preload, notes = sp.csr_matrix(model.K), model.preload + pulls, []
     for bolt in bolts:
         approach = bolt.pull @ u
         if not bolt.lock:
             notes.append(f"bolt {bolt.name}: force {said(bolt)}, which stays; its ends approach by {approach:.4g}")
             continue
-        stiffness = bolt.stiffness or RIGID / (bolt.pull @ _solved(model, bolt.pull))
+        stiffness = bolt.stiffness or RIGID / (bolt.pull @ statics.stuck(bolt.pull))
         column = sp.csr_matrix(bolt.pull[:, None])
         K = K + stiffness * (column @ column.T)
         preload = preload + bolt.pull * (stiffness * approach)
@@ -92,70 +95,100 @@ def tightened(model, bolts, friction=True):
 
 
 def static_state(model, load, friction=True):
-    """Displacements u (n,) [m] and contact forces g (N_x, 3) [N] with K u + [0; g] = load, coulomb's law from rest. Newton's method."""
-    if is_petsc(model.K):
-        raise ValueError("bolts that are locked, or tightened without friction, need a model with SciPy matrices")
-    if model.cyclic:
-        raise ValueError("a bolt of a cyclic sector keeps its force and is tightened with friction; one that is locked, or tightened "
-                         "without friction, is not computed there")
-    missing = [key for key in ("normal_stiffness", "tangential_stiffness", "friction") if key not in model.contact]
-    if missing:
-        raise ValueError(f"a bolt that is locked, or tightened without friction, needs {missing[0]} of the joints here, "
-                         "not in the case file")
-    u = _solved(model, load)
-    if friction:
-        return _newton(model, u, load, None)
-    for _ in range(ROUNDS):  # springs from where the last ones ended: what holds the joint besides takes over
-        u, g = _newton(model, u, load, u[model.contact_dofs[:, :2]])
-        if np.abs(g[:, :2]).max() <= 10 * TOLERANCE * np.abs(g).max():
-            return u, g * [0.0, 0.0, 1.0]
-    raise ValueError("the bolts cannot be tightened without friction: the loads push a part along the joint, and nothing else holds it "
-                     "there")
+    """Displacements and contact forces under a load, from rest.
+
+    Parameters
+    ----------
+    model : dovetail.Model
+        Its matrices whole in this process. Stiffnesses of the contact points must be known, and friction.
+    load : (n,) array [N]
+    friction : bool
+        Coulomb's law, or none along the joint.
+
+    Returns
+    -------
+    u (n,) [m], g (N_x, 3) [N] : K u + [0; g] = load
+    """
+    return _Statics(model).state(load, friction)
 
 
-def _newton(model, u, load, anchors):
-    """The static state from a start u; with `anchors` (N_x, 2) soft springs from there in place of friction."""
-    K, dofs = sp.csc_matrix(model.K), model.contact_dofs
-    rows, columns = np.repeat(dofs, 3, axis=1).ravel(), np.tile(dofs, (1, 3)).ravel()
-    left, g, slopes = _residual(K, u, load, model, anchors)
-    for _ in range(ITERATIONS):
-        if np.abs(left).max() <= TOLERANCE * max(np.abs(load).max(), np.abs(g).max()):
-            return u, g
-        J = K + sp.csc_matrix((slopes.ravel(), (rows, columns)), shape=K.shape)
-        try:
-            step = sla.splu(J).solve(-left)
-        except RuntimeError:
-            step = np.full(len(u), np.nan)
-        if not np.all(np.isfinite(step)) or np.abs(J @ step + left).max() > 1e-6 * np.abs(left).max():
-            raise ValueError("the bolts cannot be tightened: under their forces a part moves freely")
-        length = 1.0
-        while True:
-            tried = _residual(K, u + length * step, load, model, anchors)
-            if np.linalg.norm(tried[0]) < np.linalg.norm(left) or length < 1e-3:
-                break
-            length /= 2
-        u, (left, g, slopes) = u + length * step, tried
-    raise ValueError(f"the state under the forces of the bolts was not found in {ITERATIONS} iterations; what is left of the forces is "
-                     f"{np.abs(left).max():.3g}")
+class _Statics:
+    """The joint under loads of the structure, seen from the contact dofs: one factorisation serves all."""
+
+    def __init__(self, model):
+        if model.cyclic:
+            raise ValueError("a bolt of a cyclic sector keeps its force and is tightened with friction; one that is locked, or "
+                             "tightened without friction, is not computed there")
+        missing = [key for key in ("normal_stiffness", "tangential_stiffness", "friction") if key not in model.contact]
+        if missing:
+            raise ValueError(f"a bolt that is locked, or tightened without friction, needs {missing[0]} of the joints here, "
+                             "not in the case file")
+        self.contact = model.contact
+        self.structure = Condensed(model.K, model.contact_dofs.ravel())
+
+    def stuck(self, load):
+        """Displacements (n,) with all contact points closed and stuck."""
+        return self.structure.displacements(self._stuck(self.structure.load(load)), load)
+
+    def state(self, load, friction):
+        """As in `static_state`. Newton's method."""
+        force, scale = self.structure.load(load), np.abs(load).max()
+        x = self._stuck(force)
+        if friction:
+            x, g = self._newton(x, force, scale, None)
+            return self.structure.displacements(x, load), g
+        for _ in range(ROUNDS):  # springs from where the last ones ended: what holds the joint besides takes over
+            x, g = self._newton(x, force, scale, x.reshape(-1, 3)[:, :2])
+            if np.abs(g[:, :2]).max() <= 10 * TOLERANCE * np.abs(g).max():
+                return self.structure.displacements(x, load), g * [0.0, 0.0, 1.0]
+        raise ValueError("the bolts cannot be tightened without friction: the loads push a part along the joint, and nothing else "
+                         "holds it there")
+
+    def _stuck(self, force):
+        springs = np.column_stack([self.contact["tangential_stiffness"], self.contact["normal_stiffness"]]).ravel()
+        K = self.structure.stiffness + np.diag(springs)
+        x = _solved(K, force)
+        if not np.all(np.isfinite(x)) or np.abs(K @ x - force).max() > 1e-6 * np.abs(force).max():
+            raise ValueError("the bolts cannot be tightened: a part moves freely even with all contact points closed")
+        return x
+
+    def _newton(self, x, force, scale, anchors):
+        """The static state (3 N_x,) from a start x; with `anchors` (N_x, 2) soft springs from there in place of friction."""
+        K, points = self.structure.stiffness, np.arange(len(x) // 3)
+        left, g, slopes = self._residual(x, force, anchors)
+        for _ in range(ITERATIONS):
+            if np.abs(left).max() <= TOLERANCE * max(scale, np.abs(g).max()):
+                return x, g
+            J = K.copy()
+            J.reshape(len(points), 3, len(points), 3)[points, :, points, :] += slopes
+            step = _solved(J, -left)
+            if not np.all(np.isfinite(step)) or np.abs(J @ step + left).max() > 1e-6 * np.abs(left).max():
+                raise ValueError("the bolts cannot be tightened: under their forces a part moves freely")
+            length = 1.0
+            while True:
+                tried = self._residual(x + length * step, force, anchors)
+                if np.linalg.norm(tried[0]) < np.linalg.norm(left) or length < 1e-3:
+                    break
+                length /= 2
+            x, (left, g, slopes) = x + length * step, tried
+        raise ValueError(f"the state under the forces of the bolts was not found in {ITERATIONS} iterations; what is left of the "
+                         f"forces is {np.abs(left).max():.3g}")
+
+    def _residual(self, x, force, anchors):
+        """K x + g - force, the contact forces g (N_x, 3) and their slopes (N_x, 3, 3)."""
+        g, slopes = _contact_forces(x.reshape(-1, 3), self.contact, anchors)
+        return self.structure.stiffness @ x - force + g.ravel(), g, slopes
 
 
-def _solved(model, load):
-    """Displacements under a load with all contact points closed and stuck."""
-    springs = np.zeros(model.n)
-    springs[model.contact_dofs] = np.column_stack([model.contact["tangential_stiffness"], model.contact["normal_stiffness"]])
-    K = sp.csc_matrix(model.K + sp.diags(springs))
+def _solved(matrix, right):
     try:
-        u = sla.splu(K).solve(load)
-    except RuntimeError:
-        u = np.full(len(load), np.nan)
-    if not np.all(np.isfinite(u)) or np.abs(K @ u - load).max() > 1e-6 * np.abs(load).max():
-        raise ValueError("the bolts cannot be tightened: a part moves freely even with all contact points closed")
-    return u
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:  # singular to the last bit
+        return np.full(right.shape, np.nan)
 
 
-def _residual(K, u, load, model, anchors):
-    """K u + g - load, the contact forces g (N_x, 3) and their slopes (N_x, 3, 3)."""
-    x, contact = u[model.contact_dofs], model.contact
+def _contact_forces(x, contact, anchors):
+    """Forces (N_x, 3) of contact points at x (N_x, 3), and their slopes (N_x, 3, 3); `anchors` as in `_Statics`."""
     k_n = contact["normal_stiffness"]
     pressed = x[:, 2] - contact.get("gap", 0.0)
     closed = pressed > 0
@@ -174,6 +207,4 @@ def _residual(K, u, load, model, anchors):
         g[:, axis] = np.where(sticks, trial, np.where(slips, np.sign(trial) * bound, 0.0))
         slopes[:, axis, axis] = np.where(sticks, k_t, 0.0)
         slopes[:, axis, 2] = np.where(slips, np.sign(trial) * contact["friction"][:, axis] * k_n, 0.0)
-    left = K @ u - load
-    left[model.contact_dofs] += g
-    return left, g, slopes
+    return g, slopes
