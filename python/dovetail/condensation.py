@@ -6,6 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
+from .petsc_begin import petsc
 from .sparse_rows import is_petsc
 
 LARGE = 3000  # dofs, from which on MUMPS factors K_ee, where petsc4py is there
@@ -70,11 +71,7 @@ def _whole(K):
 
 
 def _mumps(inner):
-    import petsc4py
-
-    petsc4py.init([])
-    from petsc4py import PETSc
-
+    PETSc = petsc()
     alone, count = PETSc.COMM_SELF, PETSc.IntType
     matrix = PETSc.Mat().createAIJ(inner.shape, comm=alone,
                                    csr=(inner.indptr.astype(count), inner.indices.astype(count), inner.data))

@@ -1,11 +1,11 @@
 """Eigenfrequencies of a model with PETSc matrices, its contact points held, stuck or open. Needs slepc4py; collective."""
 
 import numpy as np
-import petsc4py
 
-petsc4py.init([])
-from petsc4py import PETSc
-from slepc4py import SLEPc
+from .petsc_begin import petsc
+
+PETSc = petsc()
+from slepc4py import SLEPc  # noqa: E402
 
 
 def eigenfrequencies(K, M, count, below=0.0):

@@ -1,10 +1,10 @@
 """Lowest modes of large matrices by SLEPc and MUMPS, where petsc4py and slepc4py are there."""
 
 import numpy as np
-import petsc4py
 
-petsc4py.init([])
-from petsc4py import PETSc  # noqa: E402
+from ..petsc_begin import petsc
+
+PETSc = petsc()
 from slepc4py import SLEPc  # noqa: E402
 
 

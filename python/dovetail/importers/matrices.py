@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from .. import hdf5_read
 from ..model import CONTACT_WIDTH, Model
+from ..petsc_begin import petsc
 from .apart import apart
 from .whole import whole
 
@@ -114,8 +115,7 @@ def _matrix_market(path):
 
 
 def _petsc(path):
-    from petsc4py import PETSc
-
+    PETSc = petsc()
     with open(path, "rb") as stream:
         kind = int.from_bytes(stream.read(4), "big")
     viewer = PETSc.Viewer().createBinary(str(path), "r", comm=PETSc.COMM_SELF)

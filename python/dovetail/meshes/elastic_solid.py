@@ -6,17 +6,16 @@ The mesh is known whole to every rank; matrices are distributed from the start a
 import copy
 
 import numpy as np
-import petsc4py
-
-petsc4py.init([])
-import ufl
-from dolfinx import fem, mesh as dolfinx_mesh
-from dolfinx.fem import petsc as fem_petsc
-from petsc4py import PETSc
 
 from .. import faces
 from ..material import Material
+from ..petsc_begin import petsc
 from ..structure import Structure
+
+PETSc = petsc()
+import ufl  # noqa: E402
+from dolfinx import fem, mesh as dolfinx_mesh  # noqa: E402
+from dolfinx.fem import petsc as fem_petsc  # noqa: E402
 
 VTK_TO_DOLFINX = [0, 1, 2, 3, 9, 8, 5, 7, 6, 4]  # dolfinx counts mid-side nodes from the edge 2-3 backwards
 LOAD_QUADRATURE = np.array([(1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3)])  # each with weight 1/6: exact for flat six-node triangles
