@@ -9,8 +9,8 @@ import scipy.sparse.linalg as sla
 from .petsc_begin import petsc
 from .sparse_rows import is_petsc
 
-LARGE = 3000  # dofs, from which on MUMPS factors K_ee, where petsc4py is there
-AT_ONCE = 64  # right-hand sides: more need memory, and are no faster
+LARGE = 3000  # dofs, from which on MUMPS factors K_ee where petsc4py is there; below, either takes less than a second
+AT_ONCE = 64  # right-hand sides: dense, so that all at once would need much memory
 
 
 class Condensed:
