@@ -76,9 +76,14 @@ class CurveCase(UserCase):
         if changes and OTHER_LOAD & set(changes):
             content, head = without_model(content, contact, PRELOADED), COPY + load_in_words(changes)
         if "model" in content:
-            node = watch.rpartition(".")[0] if watch and not curves.is_reduced(watch) else ""
-            content["output"] = {"motion": [int(node) if node.isdigit() else node] if node else []}
+            content["output"] = {"motion": motion_of(watch)}
         return head + toml(content)
+
+
+def motion_of(watch):
+    """Of whose motion results are wanted, as output.motion says it: the node that is watched, or none."""
+    node = watch.rpartition(".")[0] if watch and not curves.is_reduced(watch) else ""
+    return [int(node) if node.isdigit() else node] if node else []
 
 
 @dataclass
@@ -151,17 +156,18 @@ class CaseRuns:
         self.contact, self.dof = results.contact, self.case.watch or results.watched
         return results
 
-    def each(self, list_of_changes, digest, what="", at=None, key="", path=None):
+    def each(self, list_of_changes, digest, what="", at=None, key="", path=None, each_at=None):
         """What `digest` (a function of Results, to JSON) makes of each case with changes, a dict with `status` and `reason` besides.
 
-        `what` names them on the screen, where nothing is said without it; `at`: frequencies wanted exactly, in the unit of the case;
-        `path`: the section [path] of cases that follow another parameter.
+        `what` names them on the screen, where nothing is said without it; `at`: frequencies wanted exactly, in the unit of the case, or
+        amplitudes of a mode; `each_at`: those of each; `path`: the section [path] of cases that follow another parameter.
         digest must not depend on anything that neither the case's text nor `key`, a string, shows.
         """
         runs = []
         for number, changes in enumerate(list_of_changes):
             folder = self.folder / "under_way" / f"{number + 1}"
-            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=at, path=path), key))
+            own = at if each_at is None else each_at[number]
+            runs.append(self._run(folder, changes, self.case.text(folder, self.contact, changes, self.dof, at=own, path=path), key))
         missing = {run.fingerprint: run for run in runs if run.fingerprint not in self.kept}
         if what and len(missing) < len({run.fingerprint for run in runs}):
             print(f"{what}: {len(runs) - len(missing)} of {len(runs)} are there from before", file=sys.stderr)

@@ -1,7 +1,6 @@
-"""Parameters of a joint from measured response curves: least squares of relative errors, with what the curves leave open."""
+"""Parameters of a joint from measured response curves or a backbone: least squares of relative errors, with what they leave open."""
 
-import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +9,12 @@ from scipy.special import stdtrit
 
 from .case_changes import CONTACT, need, need_damping, split
 from .case_runs import CaseRuns, CurveCase
+from .fit_backbone import BackboneCase, BackboneToFit
+from .fit_curves import CurvesToFit
 from .fit_report import write
-from .fit_search import MISSED, Curves, Search, Unknown, changes_of, uncertainty, under
-from .measured import read_measured
+from .fit_search import Curves, Unknown, changes_of, uncertainty
 from .motion import find_joint
+from .ranges_mode import follows_mode
 from .study_runs import Program, RunFailed
 
 USUAL = ("friction", "tangential_stiffness")
@@ -25,35 +26,14 @@ SETTLED = 0.02  # change of a weight, as a logarithm, that calls for no further 
 
 
 @dataclass
-class FittedCurve:
-    """One of the measured curves.
-
-    force : factor on the loads of the case
-    model : (m,) amplitudes of the fit at the measured frequencies, NaN where its curve does not come
-    misfit : root mean square of the relative errors
-    beyond : (case, measured) sweeps in the unit of the case, where the second reaches beyond the first, else None
-    curve, start : `curves.Response` of the fit and of the case as it stands, under that force
-    """
-
-    file: Path
-    force: float
-    measured: object
-    model: np.ndarray
-    misfit: float
-    beyond: tuple | None
-    curve: object
-    start: object
-
-
-@dataclass
 class Fit:
     """What `fit` finds.
 
     unknowns : list of Unknown
     factor : (p,); deviation (p,) standard deviation of its logarithm, correlation (p, p)
     low, high : (p,) ends of the confidence interval of the factor
-    misfit : root mean square of the relative errors of all curves
-    curves : list of FittedCurve
+    curves : list of FittedCurve, empty where it is fitted to a backbone
+    backbone : FittedBackbone, None where it is fitted to curves
     """
 
     case: object
@@ -68,10 +48,10 @@ class Fit:
     correlation: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    misfit: float
     runs: int
-    curves: list
     converged: bool = True
+    curves: list = field(default_factory=list)
+    backbone: object = None
 
     @property
     def undetermined(self):
@@ -98,8 +78,11 @@ def fit(arguments):
     keys = [split(name)[0] for name in names]
     if len(set(keys)) < len(keys) and any(split(name)[1] == slice(None) for name in names if keys.count(split(name)[0]) > 1):
         raise ValueError(f"--parameters {' '.join(names)}: one of them is part of another")
-    forces = forces_of(arguments.measured, arguments.force)
-    case = CurveCase(arguments.case, None, arguments.watch)
+    if follows_mode(arguments.case):
+        need_no_load(arguments, names)
+        forces, case = [1.0], BackboneCase(arguments.case, arguments.watch)
+    else:
+        forces, case = forces_of(arguments.measured, arguments.force), CurveCase(arguments.case, None, arguments.watch)
     if "damping" in names:
         need_damping(case.content)
     program = Program(arguments.binary)
@@ -111,6 +94,15 @@ def fit(arguments):
     except KeyboardInterrupt:
         raise RunFailed(f"broken off; what was computed is in {out}, and the same command goes on from there") from None
     write(found, out)
+
+
+def need_no_load(arguments, names):
+    """Refuses what a nonlinear mode has not."""
+    mode = f"{arguments.case} follows a nonlinear mode ([mode])"
+    if arguments.force is not None or "force" in names:
+        raise ValueError(f"{'--force' if arguments.force is not None else '--parameters force'}: {mode}, which depends on no load")
+    if len(arguments.measured) > 1:
+        raise ValueError(f"{', '.join(arguments.measured)}: {mode}: wanted is one measured backbone, found {len(arguments.measured)} files")
 
 
 def forces_of(files, forces):
@@ -135,21 +127,9 @@ def fitted(runs, files, names, by_joint=False, harmonic=None, forces=(1.0,)):
     unknowns = unknowns_of(results, names, by_joint)
     if harmonic and harmonic > results.harmonics:
         raise ValueError(f"--harmonic {harmonic}: the case has {results.harmonics}")
-    measured = [read_measured(file, results.unit) for file in files]
-    count = sum(len(curve.omega) for curve in measured)
-    if count <= len(unknowns):
-        raise ValueError(f"{', '.join(map(str, files))}: has {count} frequencies, {len(unknowns)} parameters need more than that")
-    beyond, searches = [], []
-    for file, curve, force in zip(files, measured, forces):
-        in_case = results.unit.hertz(curve.omega) if runs.case.content["continuation"].get("unit") == "Hz" else curve.omega
-        beyond.append(outside(file, in_case, runs.case))
-        first, last = runs.case.content["continuation"]["omega"]
-        ordered = np.asarray(in_case)[::1 if first < last else -1]
-        own = copy.copy(runs)
-        own.case = copy.deepcopy(runs.case)
-        own.case.content["continuation"]["omega"] = [float(ordered[0]), float(ordered[-1])]
-        searches.append(Search(own, unknowns, curve, ordered[1:-1], harmonic, force, file.name if len(files) > 1 else ""))
-    search = Curves(searches)
+    measured = BackboneToFit(runs, results, unknowns, files[0], harmonic) if runs.case.MODE else \
+        CurvesToFit(runs, results, unknowns, files, harmonic, forces)
+    search = Curves(measured.searches)
     solution = solved(search, len(unknowns))
     if search.failed(solution.x):
         raise RunFailed(f"{runs.case.path}: the case could not be computed with any parameters that were tried")
@@ -159,19 +139,14 @@ def fitted(runs, files, names, by_joint=False, harmonic=None, forces=(1.0,)):
     free = np.count_nonzero(there) - len(unknowns)
     width = stdtrit(free, (1 + CONFIDENCE) / 2) * deviation if free > 0 else deviation
     width = np.where(limited(solution.x) | (solution.status == 0), np.nan, width)
-    misfits = [float(np.sqrt(np.mean(np.where(np.isfinite(found), found, MISSED) ** 2))) for found in errors]
-    misfit = float(np.sqrt(np.average(np.square(misfits), weights=list(map(len, errors)))))
+    misfits = [float(np.sqrt(np.mean(np.where(np.isfinite(found), found, one.missed) ** 2)))
+               for one, found in zip(measured.searches, errors)]
     factor = np.exp(solution.x)
-    changes = changes_of(unknowns, factor, len(runs.contact["law"]))
-    fitted_curves = [FittedCurve(file, one.force, one.measured, one.amplitudes(solution.x), left, outer,
-                                 curve_of(one.runs, numbered("fitted", i, files), under(one.force, changes)),
-                                 results.response(runs.dof) if one.force == 1 else
-                                 curve_of(runs, numbered("case", i, files), under(one.force, {})))
-                     for i, (file, one, left, outer) in enumerate(zip(files, searches, misfits, beyond))]
+    outcome = measured.outcome(solution.x, changes_of(unknowns, factor, len(runs.contact["law"])), misfits)
     with np.errstate(over="ignore"):
         return Fit(runs.case, runs.dof, results.unit, results.unit_of(runs.dof), harmonic, runs.contact, unknowns, factor, deviation,
-                   correlation, np.exp(solution.x - width), np.exp(solution.x + width), misfit, sum(len(one.seen) for one in searches),
-                   fitted_curves, bool(solution.status != 0))
+                   correlation, np.exp(solution.x - width), np.exp(solution.x + width), measured.count, bool(solution.status != 0),
+                   **outcome)
 
 
 def solved(search, count):
@@ -184,30 +159,6 @@ def solved(search, count):
         if len(search.searches) == 1 or solution.status == 0 or search.failed(x) or search.weigh(x) < SETTLED:
             break
     return solution
-
-
-def numbered(name, i, files):
-    """Of the folder of a run that is kept."""
-    return name if len(files) == 1 and name == "fitted" else f"{name}_{i + 1}"
-
-
-def curve_of(runs, name, changes):
-    run, results = runs.whole(name, changes)
-    if results is None:
-        raise RunFailed(f"{runs.folder / name}: the curve could not be computed: {run.reason}")
-    return results.response(runs.dof)
-
-
-def outside(file, in_case, case):
-    """(case, measured) sweeps where the measured one reaches beyond that of the case, else None; refuses two without overlap."""
-    low, high = sorted(case.content["continuation"]["omega"])
-    unit = case.content["continuation"].get("unit", "")
-    words = (f"{file}: measured from {in_case.min():.6g} to {in_case.max():.6g}, "
-             f"{case.path}: continuation.omega from {low:g} to {high:g} {unit}")
-    if in_case.min() > high or in_case.max() < low:
-        raise ValueError(f"{words.rstrip()}: wanted are frequencies that the sweep of the case has")
-    slack = 1e-9 * high
-    return None if low - slack <= in_case.min() and in_case.max() <= high + slack else ((low, high), (in_case.min(), in_case.max()))
 
 
 def limited(x):

@@ -1,4 +1,4 @@
-"""Relative errors of computed curves at what was measured, by the factors that are looked for: one curve, or several weighted."""
+"""Relative errors of computed curves where something was measured, by the factors that are looked for: one, or several weighted."""
 
 import sys
 from dataclasses import dataclass
@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 STEP = 1e-3  # of the logarithm of a parameter, for derivatives
-NOISE = 1e-8  # of amplitudes: two runs agree no better, for Newton's method stops there and sums are rounded
-MISSED = 1.0  # error, as a logarithm, where a curve has no point at a frequency, or could not be computed
-LEAST_SCATTER = 0.1  # of the largest: no curve weighs more than ten times another
+NOISE = 1e-8  # of what is compared: two runs agree no better, for Newton's method stops there and sums are rounded
+MISSED = 1.0  # error, as a logarithm, where a curve has no point, or could not be computed
+LEAST_SCATTER = 0.1  # of the largest: no curve weighs more than ten times another, beside what is usual
 
 
 @dataclass(frozen=True)
@@ -41,41 +41,38 @@ def under(force, changes):
 
 
 class Search:
-    """Errors of one curve by the logarithms x of the factors, and their derivatives by differences.
+    """Errors of one measured curve by the logarithms x of the factors, and their derivatives by differences of runs.
 
-    `force`: factor on the loads of the case with which it was measured; `name`: of the curve on the screen, or nothing.
+    `wanted`: (m,) what was measured; `name`: on the screen, or nothing. Who is one has `records` and `passes`.
     """
 
-    def __init__(self, runs, unknowns, measured, at, harmonic, force=1.0, name=""):
-        self.runs, self.unknowns, self.measured, self.harmonic = runs, unknowns, measured, harmonic
-        self.force, self.name = force, name
-        self.at, self.seen = [float(value) for value in at], {}
+    usual = 1.0  # size of its errors beside those of others, before a fit has said it
+    missed = MISSED
 
-    def digest(self, results):
-        """Amplitudes of each passage of each measured frequency."""
-        response = results.response(self.runs.dof)
-        values = response.amplitude if self.harmonic is None else response.harmonic(self.harmonic)
-        return {"passes": [values[np.abs(results.omega - omega) <= 1e-9 * omega].tolist() for omega in self.measured.omega]}
+    def __init__(self, unknowns, wanted, name=""):
+        self.unknowns, self.wanted, self.name = unknowns, wanted, name
 
     def records(self, places):
-        """Those of some x, computed together."""
-        keys = [tuple(np.round(x, 12).tolist()) for x in places]
-        missing = [key for key in dict.fromkeys(keys) if key not in self.seen]
-        size = len(self.runs.contact["law"])
-        wanted = [under(self.force, changes_of(self.unknowns, np.exp(key), size)) for key in missing]
-        if wanted:
-            self.seen.update(zip(missing, self.runs.each(wanted, self.digest, at=self.at, key=f"fit, harmonic {self.harmonic}")))
-        return [self.seen[key] for key in keys]
+        """What runs with some x have given, computed together: dicts with `status`."""
+        raise NotImplementedError
+
+    def passes(self, record):
+        """Of a run with status 0: for each that was measured, the values of each passage of the curve."""
+        raise NotImplementedError
 
     def failed(self, x):
         return self.records([x])[0]["status"] != 0
 
-    def amplitudes(self, x):
+    def values(self, x):
         """(m,) of the passage nearest to what was measured, NaN where there is none."""
         return self._nearest(self.records([x])[0])
 
+    def plain_errors(self, x):
+        """(m,) logarithms of computed over measured values: relative errors; NaN where there is no passage."""
+        return np.log(self.values(x) / self.wanted)
+
     def errors(self, x):
-        """(m,) logarithms of computed over measured amplitudes: relative errors."""
+        """The same with `missed` where there is none, and a line on the screen."""
         found = self._errors(self.records([x])[0])
         factors = ", ".join(f"{unknown} {factor:.4g}x" for unknown, factor in zip(self.unknowns, np.exp(x)))
         print(f"{self.name}  relative error {np.sqrt(np.mean(found**2)):.3g} with {factors}", file=sys.stderr)
@@ -101,13 +98,13 @@ class Search:
 
     def _nearest(self, record):
         if record["status"] != 0:
-            return np.full(len(self.measured.omega), np.nan)
+            return np.full(len(self.wanted), np.nan)
         return np.array([min(values, key=lambda value: abs(np.log(value / wanted))) if values else np.nan
-                         for values, wanted in zip(record["passes"], self.measured.amplitude)])
+                         for values, wanted in zip(self.passes(record), self.wanted)])
 
     def _errors(self, record):
-        errors = np.log(self._nearest(record) / self.measured.amplitude)
-        return np.where(np.isfinite(errors), errors, MISSED)
+        errors = np.log(self._nearest(record) / self.wanted)
+        return np.where(np.isfinite(errors), errors, self.missed)
 
 
 class Curves:
@@ -115,7 +112,8 @@ class Curves:
     scatter."""
 
     def __init__(self, searches):
-        self.searches, self.scatter = searches, np.ones(len(searches))
+        self.searches = searches
+        self.scatter = self.usual = np.array([search.usual for search in searches])
 
     def errors(self, x):
         return np.concatenate([search.errors(x) / scatter for search, scatter in zip(self.searches, self.scatter)])
@@ -125,7 +123,7 @@ class Curves:
 
     def plain_errors(self, x):
         """Of each curve, not divided; NaN where it has no point."""
-        return [np.log(search.amplitudes(x) / search.measured.amplitude) for search in self.searches]
+        return [search.plain_errors(x) for search in self.searches]
 
     def failed(self, x):
         return any(search.failed(x) for search in self.searches)
@@ -133,13 +131,13 @@ class Curves:
     def weigh(self, x):
         """Takes the scatter that the curves leave at x. Returns the largest change of a weight, as a logarithm.
 
-        Of all that the errors of m frequencies leave, p unknowns take a share of p / m.
+        Of all that m errors leave, p unknowns take a share of p / m.
         """
         errors = [found[np.isfinite(found)] for found in self.plain_errors(x)]
         free = 1 - len(x) / max(sum(map(len, errors)), len(x) + 1)
-        scatter = np.array([np.sqrt(np.mean(found**2) / free) if len(found) else np.nan for found in errors])
+        scatter = np.array([np.sqrt(np.mean(found**2) / free) if len(found) else np.nan for found in errors]) / self.usual
         most = np.nanmax(scatter, initial=NOISE)
-        scatter = np.maximum(np.nan_to_num(scatter, nan=most), LEAST_SCATTER * most)
+        scatter = np.maximum(np.nan_to_num(scatter, nan=most), LEAST_SCATTER * most) * self.usual
         before, self.scatter = self.scatter, scatter
         change = np.log(scatter / before)
         return float(np.ptp(change))

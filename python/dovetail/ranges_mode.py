@@ -37,6 +37,13 @@ class ModeCase(UserCase):
 
     def text(self, folder, contact=None, changes=None, watch=None, sensitivity=False, at=None, path=None):
         """As `CurveCase.text`."""
+        content, head = self.changed(folder, contact, changes)
+        if "model" in content:
+            content["output"] = {"motion": []}
+        return head + toml(content)
+
+    def changed(self, folder, contact, changes):
+        """(content, what stands above it)."""
         content, head = self.moved(folder), COPY
         if self.reach is not None:
             content["mode"]["amplitude"] = [float(end) for end in self.reach]
@@ -45,9 +52,7 @@ class ModeCase(UserCase):
             content = apply(content, contact, changes)
         if changes and OTHER_LOAD & set(changes):
             content, head = without_model(content, contact, PRELOADED), COPY + load_in_words(changes)
-        if "model" in content:
-            content["output"] = {"motion": []}
-        return head + toml(content)
+        return content, head
 
 
 @dataclass

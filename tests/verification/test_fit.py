@@ -10,7 +10,9 @@ import cases
 from dovetail import Results
 from dovetail.__main__ import main
 from dovetail.case_runs import CaseRuns, CurveCase
-from dovetail.fit import Curves, Search, Unknown, changes_of, solved, uncertainty
+from dovetail.fit import solved
+from dovetail.fit_curves import CurveSearch
+from dovetail.fit_search import Curves, Search, Unknown, changes_of, uncertainty
 from dovetail.measured import Measured, read_measured
 from dovetail.study_runs import Program
 from dovetail.units import parse
@@ -147,12 +149,15 @@ def test_uncertainty_of_a_line():
 class Formula(Search):
     """In place of runs: passages by a formula of x."""
 
-    def __init__(self, passes, measured):
-        super().__init__(None, [Unknown("friction")], measured, [], None)
-        self.passes = passes
+    def __init__(self, formula, wanted):
+        super().__init__([Unknown("friction")], np.asarray(wanted))
+        self.formula = formula
 
     def records(self, places):
-        return [{"status": 3} if (found := self.passes(float(x[0]))) is None else {"status": 0, "passes": found} for x in places]
+        return [{"status": 3} if (found := self.formula(float(x[0]))) is None else {"status": 0, "passes": found} for x in places]
+
+    def passes(self, record):
+        return record["passes"]
 
 
 @pytest.mark.parametrize("passes, slopes", [
@@ -161,13 +166,13 @@ class Formula(Search):
     (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)] if x == 0 else []], [3, 0]),  # missed on both sides
     (lambda x: [[np.exp(3 * x)], [np.exp(2 * x)]] if x <= 0 else None, [3, 2])])  # the run above fails
 def test_slopes_where_a_frequency_is_missed_beside(passes, slopes):
-    search = Formula(passes, Measured(np.array([1.0, 2]), np.array([1.0, 1])))
+    search = Formula(passes, [1.0, 1.0])
     assert search.derivative(np.zeros(1))[:, 0] == pytest.approx(slopes, abs=1e-9)
 
 
 def test_slopes_of_what_runs_differ_by_anyway_are_none():
     """A search divided by the round-off of two runs went to a factor of a hundred."""
-    search = Formula(lambda x: [[1 + 1e-11 * np.sin(1e5 * x)], [np.exp(2e-4 * x)]], Measured(np.array([1.0, 2]), np.array([1.0, 1])))
+    search = Formula(lambda x: [[1 + 1e-11 * np.sin(1e5 * x)], [np.exp(2e-4 * x)]], [1.0, 1.0])
     slopes = search.derivative(np.zeros(1))[:, 0]
     assert slopes[0] == 0 and slopes[1] == pytest.approx(2e-4)
 
@@ -175,14 +180,14 @@ def test_slopes_of_what_runs_differ_by_anyway_are_none():
 def scattered(dice, scatter, slopes):
     """A curve whose amplitude is exp(slope x) at each of some frequencies, measured at x = 0 with scatter."""
     wanted = np.exp(scatter * dice.standard_normal(len(slopes)))
-    return Formula(lambda x: [[np.exp(slope * x)] for slope in slopes], Measured(np.arange(1.0, len(slopes) + 1), wanted))
+    return Formula(lambda x: [[np.exp(slope * x)] for slope in slopes], wanted)
 
 
 def test_every_curve_counts_by_its_own_scatter():
     """Least squares of a line in closed form, with the weights that it leaves itself."""
     dice, slopes = np.random.default_rng(7), [np.linspace(1, 2, 12), np.linspace(-1, 3, 20)]
     curves = Curves([scattered(dice, scatter, slope) for scatter, slope in zip((0.002, 0.01), slopes)])
-    logs = [np.log(search.measured.amplitude) for search in curves.searches]
+    logs = [np.log(search.wanted) for search in curves.searches]
     x, scatter = 0.0, np.ones(2)
     for _ in range(20):
         x = sum(s @ y / w**2 for s, y, w in zip(slopes, logs, scatter)) / sum(s @ s / w**2 for s, w in zip(slopes, scatter))
@@ -309,7 +314,7 @@ def test_a_harmonic_does_not_take_over_peaks_of_another(tmp_path):
     for harmonic, there in ((None, True), (2, False), (None, True)):
         runs = CaseRuns(CurveCase(case.path, (9, 11), "x1.t1"), Program(BINARY), tmp_path / "out")
         runs.begin()
-        [record] = Search(runs, [Unknown("tangential_stiffness")], curve, [10.0], harmonic).records(np.zeros((1, 1)))
+        [record] = CurveSearch(runs, [Unknown("tangential_stiffness")], curve, [10.0], harmonic).records(np.zeros((1, 1)))
         assert all((max(values) > 1e-3) == there for values in record["passes"])
 
 
