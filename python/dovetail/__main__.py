@@ -339,11 +339,12 @@ def _range_options(commands):
 
 def _fit_options(commands):
     command = commands.add_parser("fit", help="parameters of a joint from measured curves", description="Find factors on parameters of "
-                                  "a case by which its response curves fit measured ones, by least squares of relative errors, with "
-                                  "confidence intervals. Called again, it goes on where it was broken off.")
+                                  "a case by which its response curves, or its nonlinear mode, fit measured ones, by least squares of "
+                                  "relative errors, with confidence intervals. Called again, it goes on where it was broken off.")
     command.add_argument("case", metavar="CASE.toml")
     command.add_argument("measured", metavar="MEASURED.csv", nargs="+", help='frequency and amplitude in two columns, under a header that '
-                         'says units: "frequency [Hz], amplitude [mm]"; several files want --force')
+                         'says units: "frequency [Hz], amplitude [mm]"; several files want --force; of a case with [mode] a backbone: '
+                         '"amplitude [mm], frequency [Hz], damping [%%]"')
     command.add_argument("--force", metavar="FACTOR", nargs="+", type=finite, help="factor on the loads of the case with which each file "
                          "was measured, in the order of the files; default, of a single file: 1")
     command.add_argument("--parameters", metavar="NAME", nargs="+", choices=[name for name in NAMES if name not in ("gap", "preload")],
