@@ -1,6 +1,7 @@
 """A measured backbone, and what a fit makes of it: runs of the mode which go exactly to the measured amplitudes."""
 
 import copy
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +16,6 @@ from .study_runs import CaseFile, RunFailed, toml
 from .units import with_unit
 
 NAMES = {"omega": "frequency", "damping_ratio": "damping"}  # in the order of passages
-
 MET = 1e-5  # distance of a computed from a measured amplitude, as a logarithm, where nothing is left to interpolate
 ROUNDS = 5  # runs of one set of factors at most, each begun with the modal amplitudes that the one before has found
 SAME = 1e-9  # of two modal amplitudes, as a logarithm
@@ -77,6 +77,7 @@ class ModeRuns:
 
     def __init__(self, runs, unknowns, amplitude, harmonic):
         self.runs, self.unknowns, self.amplitude, self.harmonic = runs, unknowns, amplitude, harmonic
+        self.key = f"fit, harmonic {harmonic}, amplitudes {hashlib.sha256(amplitude.tobytes()).hexdigest()}"
         self.first, self.seen, self.count = None, {}, 0  # `first`: modal amplitudes with which the first run begins
 
     def curve(self, results):
@@ -96,7 +97,7 @@ class ModeRuns:
         size = len(self.runs.contact["law"])
         for _ in range(ROUNDS):
             found = self.runs.each([changes_of(self.unknowns, np.exp(key), size) for key in left], self.digest,
-                                   each_at=[at[key] for key in left], key=f"fit, harmonic {self.harmonic}")
+                                   each_at=[at[key] for key in left], key=self.key)
             self.count += len(left)
             for key, record in zip(left, found):
                 if record["status"] == 0 or key not in best:

@@ -9,6 +9,7 @@ from .case_changes import CONTACT, DAMPING, contact_values, split
 from .study_runs import value_text
 from .units import with_unit
 
+TITLE = 90  # letters in a line above the picture
 TIED = 0.95  # correlation above which two parameters can hardly be told apart
 
 
@@ -48,9 +49,15 @@ def interval(found, i):
 
 
 def title(found):
-    """Of the picture: two unknowns in a line."""
-    words = [f"{unknown} {found.factor[i]:.4g}x ({interval(found, i)})" for i, unknown in enumerate(found.unknowns)]
-    return ",\n".join(", ".join(words[i:i + 2]) for i in range(0, len(words), 2))
+    """Of the picture: as many unknowns in a line as there is room for."""
+    lines = []
+    for i, unknown in enumerate(found.unknowns):
+        word = f"{unknown} {found.factor[i]:.4g}x ({interval(found, i)})"
+        if lines and len(lines[-1]) + len(word) <= TITLE:
+            lines[-1] += f", {word}"
+        else:
+            lines.append(word)
+    return "\n".join(lines)
 
 
 def cautions(found):

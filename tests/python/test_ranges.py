@@ -194,7 +194,7 @@ def test_a_copy_that_was_broken_off_is_overwritten(tmp_path):
 
 
 @pytest.mark.parametrize("section, command", [("[path]\nparameter = \"force\"\nrange = [1, 2]\n", ["range", "--friction", "0.2", "0.5"]),
-                                              ("[mode]\nnumber = 1\n", ["fit", "m.csv"])])
+                                              ("[path]\nparameter = \"force\"\nrange = [1, 2]\n", ["fit", "m.csv"])])
 def test_other_curves_are_refused(tmp_path, capsys, section, command):
     case = cases.dof5(tmp_path)
     case.path.write_text(f"{case.path.read_text()}\n{section}")

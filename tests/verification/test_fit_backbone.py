@@ -78,6 +78,7 @@ def test_planted_parameters_come_back_exactly(tmp_path, bench, capsys, drawn):
     said, [picture] = capsys.readouterr().out, drawn
     assert "backbone of 15 amplitudes, x1.t1, half the peak-to-peak" in said and "frequency: relative error" in said
     assert "reach beyond those of the mode of the case, 0 to " in said
+    assert picture.texts[0].get_text().startswith("friction 0.8x (0.8 to 0.8), tangential_stiffness 1.2x (1.2 to 1.2)")
     assert [axis.get_ylabel() for axis in picture.axes] == ["frequency [Hz]", "damping ratio [%]"]
     for axis, values in zip(picture.axes, (omega / (2 * np.pi), 100 * zeta)):
         before, after, points = axis.get_lines()
@@ -141,6 +142,16 @@ def test_runs_have_points_at_the_measured_amplitudes(tmp_path, bench):
     near, far = mode.records([[0.0], [np.log(3.0)]])
     assert near["off"] < 1e-5 and far["off"] < 1e-5 and len(far["at"]) == len(ALPHA)
     assert all(len(passes) == 1 for passes in far["passes"]) and mode.count <= 10
+
+
+def test_what_was_kept_of_other_amplitudes_is_not_taken_over(tmp_path):
+    """A second test of the same amplitudes: the runs are the same."""
+    case = mode_case(tmp_path)
+    for amplitude in ([2.0, 3.0], [2.0, 2.0, 3.0]):
+        runs = CaseRuns(BackboneCase(case.path), Program(BINARY), tmp_path / "out")
+        mode = ModeRuns(runs, [Unknown("friction")], np.array(amplitude), None)
+        mode.first = mode.digest(runs.begin())["at"]
+        assert len(mode.first) == 2 and len(mode.records([[0.0]])[0]["passes"]) == len(amplitude)
 
 
 def test_passages_of_a_mode_that_turns_back():
