@@ -20,12 +20,13 @@ TURNED = np.array([[0.0, -1.0], [1.0, 0.0]])  # what i does to c and s
 
 @dataclass(frozen=True)
 class Wheel:
-    """reduced : `reference.Reduced` of all sectors, with loads on one sector each, `names`, all patterns of sector 0 first
+    """reduced : `reference.Reduced` of all sectors, with loads on one sector each
+    loads : pattern and sector of each of them, all patterns of sector 0 first
     phases : (N_a,) by which modes of N/2 nodal diameters become real; None for odd N
     """
 
     reduced: Reduced
-    names: list
+    loads: list
     phases: np.ndarray | None
 
 
@@ -51,7 +52,7 @@ def unrolled(file, results):
         fx += _on_each(B @ B.T, B @ J.T @ B.T, model.fx).reshape(N, L, -1)
     fa = np.concatenate(fa, axis=2).reshape(N * L, N * n)
     reduced = Reduced(np.concatenate(kaa), np.concatenate(couplings), mxx, kxx, fa, fx.reshape(N * L, N * m), np.tile(first.r, N))
-    return Wheel(reduced, [f"{name}_{j}" for j in range(N) for name in names], phases)
+    return Wheel(reduced, [(name, j) for j in range(N) for name in names], phases)
 
 
 def _on_each(cosine, sine, load):
@@ -100,4 +101,4 @@ def write_reduced(path, wheel, units):
                              ("Fx", reduced.fx), ("R", reduced.r)):
             file[name] = values
         file.attrs["format"], file.attrs["version"], file.attrs["units"] = "dovetail-reduced", 1, units
-        file.attrs["force_names"] = wheel.names
+        file.attrs["force_names"] = [f"{name}_{j}" for name, j in wheel.loads]
