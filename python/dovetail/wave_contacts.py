@@ -10,6 +10,7 @@ from .reference import OPEN, contact, law, synthesis
 
 MANY = 1 << 15  # samples of a period: exponents are off by some 1e-5 of Omega
 NOTHING = 1e-10  # of the motion: a foot that moves less from sample to sample rests; one that slides moves 1e-8 next to where it turns
+OF_CONES = 128  # of points of law cone, which are dear: whether they stick all the time
 AT_ONCE = 1 << 21  # samples of all contact points together that are in memory at a time
 
 
@@ -17,17 +18,21 @@ class ContactWaves:
     """The contact points of a `HarmonicBalance` in the motion q: which states they are in, and since when."""
 
     def __init__(self, system, q):
-        self.points, self.X, self.spans = system.contact, system.contact_part(q), []
-        for part in np.array_split(np.arange(self.points.points), -(-self.points.points * MANY // AT_ONCE) or 1):
-            self.spans += [[spans(state[:, t]) for t in range(2)] for state in self._states(part, system.preload)]
-        slips = [any(value in (1, -1) for value, *_ in one[0] + one[1]) for one in self.spans]
-        if np.any(slips & (self.points.kind == contact.CONE)):
-            number = int(np.flatnonzero(slips & (self.points.kind == contact.CONE))[0]) + 1
-            raise ValueError(f'contact point {number} of law "cone" slips: how it answers is known to the program alone; ask with --whole')
+        self.points, self.X = system.contact, system.contact_part(q)
+        self.spans = [None] * self.points.points
+        cones = self.points.kind == contact.CONE
+        for which, samples in ((np.flatnonzero(cones), OF_CONES), (np.flatnonzero(~cones), MANY)):
+            for part in np.array_split(which, -(-len(which) * samples // AT_ONCE) or 1):
+                for point, state in zip(part, self._states(part, samples, system.preload)):
+                    self.spans[point] = [spans(state[:, t]) for t in range(2)]
+        for point in np.flatnonzero(cones):
+            if [value for one in self.spans[point] for value, *_ in one] not in ([0, 0], [OPEN, OPEN]):
+                raise ValueError(f'contact point {point + 1} of law "cone" slips, or opens and closes: how it answers is known to the '
+                                 "program alone; ask with --whole")
 
-    def _states(self, part, preload):
+    def _states(self, part, samples, preload):
         points = self.points
-        x = np.swapaxes(synthesis(self.X[part], MANY), -1, -2)
+        x = np.swapaxes(synthesis(self.X[part], samples), -1, -2)
         force, states = law(x, preload.xp[part], preload.w[part], points.kn[part], points.kt[part], points.mu[part], points.gap[part],
                             points.kind[part])
         foot = x[..., :2] - force[..., :2] / np.where(points.kt[part] > 0, points.kt[part], 1)[:, None]

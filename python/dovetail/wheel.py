@@ -14,8 +14,9 @@ from .shown import contact_dofs, in_own_unit
 from .wave_exponents import largest
 from .wheel_runs import WholeWheel
 
-UNSURE = 1e-3  # of a multiplier from 1: samples and harmonics left out may be as much
+UNSURE = 2e-4  # of a multiplier from 1: twice what samples were seen to make of it
 SHOWN = 0.05  # share of a nodal diameter that is worth a word
+BEYOND = 1e-4  # of a frequency: how far past the ends one may be asked for, as printed ones are rounded
 WORDS = {STABLE: "stable", UNSTABLE: "unstable"}
 
 
@@ -58,7 +59,7 @@ def chosen_points(results, at, hz):
         return peaks.tolist() or [response.largest_point()]
     low, high = results.omega.min(), results.omega.max()
     for value in at:
-        if not low * (1 - 1e-9) <= in_own_unit(results, value, hz) <= high * (1 + 1e-9):
+        if not low * (1 - BEYOND) <= in_own_unit(results, value, hz) <= high * (1 + BEYOND):
             ends = (f"{results.unit.hertz(end) if hz else end:.6g}" for end in (low, high))
             raise ValueError(f"--at {value:g}: {results.path} has frequencies from {' to '.join(ends)} {'Hz' if hz else results.unit.omega}")
     return [results.at(in_own_unit(results, value, hz)) for value in at]
