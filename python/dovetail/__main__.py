@@ -385,13 +385,13 @@ def _wear_options(commands):
 
 
 def _wheel_options(commands):
-    command = commands.add_parser("wheel", help="is a travelling wave stable", description="Of points of a cyclic sector's results: does a "
-                                  "small motion of any nodal diameter die out or grow, and which ones are in it. By Hill's method in NumPy.")
+    command = commands.add_parser("wheel", help="is a travelling wave stable", description="Of points of a cyclic sector's results: does "
+                                  "a small motion of any nodal diameter die out or grow, and which are in it. By Hill's method in NumPy.")
     command.add_argument("file", metavar="RESULTS.h5")
-    command.add_argument("--at", metavar="OMEGA", type=finite, nargs="+", help="frequencies in units of the model, rad/s (in Hz with --hz): "
-                         "the nearest points; default: the peaks, or the largest point")
+    command.add_argument("--at", metavar="OMEGA", type=finite, nargs="+", help="in units of the model, rad/s (in Hz with --hz), "
+                         "to the nearest points; default: the peaks, or the largest point")
     command.add_argument("--hz", action="store_true", help="frequencies in Hz")
-    command.add_argument("--whole", action="store_true", help="also run the program on the whole wheel, all sectors as one structure, where "
+    command.add_argument("--whole", action="store_true", help="also run the program on the whole wheel, all sectors as one structure, if "
                          "it is small")
     _folder_options(command, "RESULTS_wheel", "the results")
     command.set_defaults(run=wheel)

@@ -61,7 +61,8 @@ def chosen_points(results, at, hz):
     for value in at:
         if not low * (1 - BEYOND) <= in_own_unit(results, value, hz) <= high * (1 + BEYOND):
             ends = (f"{results.unit.hertz(end) if hz else end:.6g}" for end in (low, high))
-            raise ValueError(f"--at {value:g}: {results.path} has frequencies from {' to '.join(ends)} {'Hz' if hz else results.unit.omega}")
+            raise ValueError(f"--at {value:g}: {results.path} has frequencies from {' to '.join(ends)} "
+                             f"{'Hz' if hz else results.unit.omega}")
     return [results.at(in_own_unit(results, value, hz)) for value in at]
 
 

@@ -41,9 +41,9 @@ class WholeWheel:
         N, widest = results.wave.sectors, 2 * int(results.points("harmonics")[points].max()) + 1
         unknowns = 3 * N * results.contact_points * widest
         if unknowns > CONTACT_UNKNOWNS:
-            raise ValueError(f"--whole: {N} sectors with {results.contact_points} contact points and {widest // 2} harmonics are {unknowns} "
-                             f"unknowns that hang together, {CONTACT_UNKNOWNS} are the limit, a matrix of 0.5 GiB; without --whole the "
-                             "sector tells it")
+            raise ValueError(f"--whole: {N} sectors with {results.contact_points} contact points and {widest // 2} harmonics are "
+                             f"{unknowns} unknowns that hang together, {CONTACT_UNKNOWNS} are the limit, a matrix of 0.5 GiB; "
+                             "without --whole the sector tells it")
         for point in points:
             need_own(self.folder_of(point))
         with opened(reduced_file(results)) as file:

@@ -22,9 +22,9 @@ SWEEP = 2730.0, 2541.5
 STABLE, UNSTABLE = ("stable", 2730.0), ("unstable", 2541.5)
 
 
-def response(folder, name="eo3_aliased", omega=SWEEP, factor=2.0, harmonics=9, start=None, further=""):
+def response(folder, name="eo3_aliased", omega=SWEEP, factor=2.0, harmonics=9, start=None):
     """Results of a sweep with loads that many times those of the case."""
-    path, models = cyclic_sector.write(folder, name, omega[0], samples='"exact"', modes=20, further=f"accuracy.estimates = false\n{further}")
+    path, models = cyclic_sector.write(folder, name, omega[0], samples='"exact"', modes=20, further="accuracy.estimates = false\n")
     if start is not None:
         cyclic_sector.write_start(folder, name, omega[0], models, 1.001 * start.reshape(-1, 15))
 
@@ -152,8 +152,8 @@ def test_what_is_no_wave_in_time_is_refused(curve, tmp_path, capsys, monkeypatch
     monkeypatch.setattr(wave_exponents, "MEMORY", 2**20)
     refused("GiB of dense matrices for their stability", curve.path)
     monkeypatch.setattr("dovetail.wheel_runs.CONTACT_UNKNOWNS", 2000)
-    refused("--whole: 6 sectors with 8 contact points and 9 harmonics are 2736 unknowns that hang together, 2000 are", curve.path, "--whole",
-            "--binary", launch.BINARY)
+    refused("--whole: 6 sectors with 8 contact points and 9 harmonics are 2736 unknowns that hang together, 2000 are", curve.path,
+            "--whole", "--binary", launch.BINARY)
     assert not (curve.path.parent / "results_wheel").exists()
     (tmp_path / "mine/point_0").mkdir(parents=True)
     (tmp_path / "mine/point_0/case.toml").write_text("mine")
