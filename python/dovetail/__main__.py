@@ -1,5 +1,5 @@
 """Set-up and post-processing: python3 -m dovetail new | import | plot | export | stress | info | peaks | verify | watch | study | range |
-fit | wear."""
+fit | wear | wheel."""
 
 import argparse
 import math
@@ -112,6 +112,13 @@ def fit(arguments):
 def wear(arguments):
     """Let friction wear a joint, and say what that makes of it."""
     from .wear import wear as command
+
+    return _with_runs(command, arguments)
+
+
+def wheel(arguments):
+    """Say whether a travelling wave is stable."""
+    from .wheel import wheel as command
 
     return _with_runs(command, arguments)
 
@@ -236,6 +243,7 @@ def parser():
     _range_options(commands)
     _fit_options(commands)
     _wear_options(commands)
+    _wheel_options(commands)
     return top
 
 
@@ -377,13 +385,26 @@ def _wear_options(commands):
     command.set_defaults(run=wear)
 
 
+def _wheel_options(commands):
+    command = commands.add_parser("wheel", help="is a travelling wave stable", description="Of points of a cyclic sector's results: does "
+                                  "a small motion of any nodal diameter die out or grow, and which are in it. By Hill's method in NumPy.")
+    command.add_argument("file", metavar="RESULTS.h5")
+    command.add_argument("--at", metavar="OMEGA", type=finite, nargs="+", help="in units of the model, rad/s (in Hz with --hz), "
+                         "to the nearest points; default: the peaks, or the largest point")
+    command.add_argument("--hz", action="store_true", help="frequencies in Hz")
+    command.add_argument("--whole", action="store_true", help="also run the program on the whole wheel, all sectors as one structure, if "
+                         "it is small")
+    _folder_options(command, "RESULTS_wheel", "the results")
+    command.set_defaults(run=wheel)
+
+
 def _running_options(command, folder):
     command.add_argument("--jobs", metavar="N", type=int, default=1, help="runs at a time; default: %(default)s")
     _folder_options(command, folder)
 
 
-def _folder_options(command, folder):
-    command.add_argument("--out", metavar="DIR", help=f"folder to write; default: {folder} beside the case")
+def _folder_options(command, folder, beside="the case"):
+    command.add_argument("--out", metavar="DIR", help=f"folder to write; default: {folder} beside {beside}")
     command.add_argument("--binary", metavar="FILE",
                          help="the program; default: build/dovetail of this source tree, or dovetail on the path")
 

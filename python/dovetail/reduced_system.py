@@ -37,7 +37,7 @@ def equations(results, samples=None, parameter=None, harmonics=None):
     with opened(path) as file:
         reduced, names = reduced_of(file, results)
         damping = _damping(file, results, case.get("damping", {}), reduced)
-        further = [] if results.wave is None else [_of_index(file, results, h) for h in range(1, results.wave.sectors // 2 + 1)]
+        further = [] if results.wave is None else [of_index(file, results, h) for h in range(1, results.wave.sectors // 2 + 1)]
     contact = reference.Contact(*(results.contact[key] for key in CONTACT_WIDTH), law=results.contact["law"])
     preload = reference.Preload(results.xp.reshape(-1, 3), results.g.reshape(-1, 3), results.w)
     loads = courses(case, names, path)
@@ -115,7 +115,7 @@ def reduced_of(file, results):
     return reference.Reduced(parts["Kaa"], parts["Max"], parts["Mxx"], parts["Kxx"], loads["Fa"], loads["Fx"], parts["R"]), names
 
 
-def _of_index(file, results, h):
+def of_index(file, results, h):
     """The same of a sector in the index h > 0, complex."""
     n, m = results.modes, 3 * results.contact_points
 

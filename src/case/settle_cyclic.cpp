@@ -34,7 +34,7 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
   if (study.stability.value_or(false))
     refuse(study, "stability.enabled",
            sector + "stability is not judged: the travelling wave may lose it to motions of any number of nodal "
-                    "diameters, which one sector does not have; write false, or delete this key");
+                    "diameters; delete this key, and ask python3 -m dovetail wheel of the results");
   study.stability = false;
   if (study.strategies.has("integration"))
     refuse(study, "recovery.strategies",

@@ -37,4 +37,8 @@ class SectorBalance(HarmonicBalance):
         return by_index[h] if h >= 0 else by_index[-h].conj()
 
     def matrices(self, k):
-        return tuple(self._of(k, [pair[i] for pair in self._matrices]) for i in (0, 1))
+        return self.of_index(self.index[k])
+
+    def of_index(self, h):
+        """K and M of an index of any sign."""
+        return tuple(matrix if h >= 0 else matrix.conj() for matrix in self._matrices[abs(h)])
