@@ -14,6 +14,8 @@ from launch import ROOT, SECONDS
 PAGE_SECONDS = 3 * SECONDS  # far more than any page takes
 SLOW_SECONDS = 40 * SECONDS  # the same with what is slow
 MARK = "@@@ block"
+CONSTANT = """tree=$PWD
+constant() { sed -nE "s/.*\\b$2 = ([-+0-9.e]+).*/\\1/p" "$tree/$1"; }"""  # of a source file, for comments that recompute
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
 EFFORT = r"(?=\s+(?:s|ms|MiB|GiB)\b)"  # behind a number that the machine decides
 COUNT = r"(?=\s+(?:points\b|Newton iterations|step cuts?|turning points?))"  # that last bits decide
@@ -150,7 +152,7 @@ def lay_out_given(wish, folder, scratch):
 
 def script(parts, scratch):
     """All blocks of a page as one shell script, so that folder and variables last from one to the next; None if a reader is missing."""
-    lines = ["set -eu -o pipefail"]
+    lines = ["set -eu -o pipefail", CONSTANT]
     for i, block in enumerate(parts):
         lines.append(f"echo '{MARK} {i}'")
         if block.given:
