@@ -166,7 +166,9 @@ def script(parts, scratch):
         elif block.kind.endswith("python"):
             lines.append(f"\"$PYTHON\" - <<'{end}'\n{block.text}{end}")
         else:
-            lines.append(f"(\n{block.text})" if block.recomputes else block.text)  # leaves folder and variables to the next one
+            lines.append(block.text)
+        if block.recomputes:  # leaves folder and variables to the next one
+            lines[-1] = f"(\n. \"$tree/scripts/environment\"\n{lines[-1]}\n)"
     return "\n".join(lines) + "\n"
 
 
@@ -197,7 +199,7 @@ def examine(page, folder, slow=False):
     text = script(parts, scratch)
     if text is None:
         return None
-    (scratch / "page.sh").write_text(text if is_followed(page) else f"source scripts/environment\n{text}")
+    (scratch / "page.sh").write_text(text)
     surroundings = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     surroundings["PYTHONWARNINGS"] = "ignore:OpenBLAS kernel"  # said on some processors only; test_kernels.py asks for it
     process = subprocess.Popen(["bash", scratch / "page.sh"], cwd=users_folder(folder / "dovetail"), env=surroundings, text=True,
