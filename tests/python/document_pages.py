@@ -227,10 +227,11 @@ def claims(page, block, found):
     """Lines that a comment prints, each beside the same words in the text below the comment."""
     findings, taken = [], []
     for line in (line.strip() for line in found.splitlines() if line.strip()):
-        text = block.output if line.startswith("|") else block.output.replace("\n", " ")  # a row, or a part of a sentence
-        pattern, numbers = expression(line)
+        text, (pattern, numbers) = block.output.replace("\n", " "), expression(line)
+        if line.startswith("|"):  # a row, and no part of a sentence
+            text, pattern = block.output, "^" + pattern.replace(r"\s+", "[ \t]+")
         fits = []
-        for match in re.finditer(rf"(?<![\w.]){pattern}(?![\d.]*\d)", text):
+        for match in re.finditer(rf"(?<![\w.]){pattern}(?![\d.]*\d)", text, re.MULTILINE):
             wrong = [f"{old} is {new}" for new, old in zip(numbers, match.groups()) if not as_printed(old, new, block.within)]
             if not any(match.start() < end and start < match.end() for start, end in taken):
                 fits.append((len(wrong), match.span(), ", ".join(wrong)))

@@ -37,6 +37,7 @@ def test_right_numbers_are_passed(text, printed):
     ("at 1.5 Hz", "at nan Hz"),
     ("| 1 | 2.0 |\n", "| 1 | 2.0 |\n| 1 | 2.0 |"),  # every place answers for one line
     ("-2.1 %", "2.1 %"),
+    ("| 1 | 2.0 |\n| 3 | 4.0 |\n", "| ... | 3 | 4.0 |"),  # a row is a row
     ("12 points", ""),
 ])
 def test_wrong_numbers_are_found(text, printed):
