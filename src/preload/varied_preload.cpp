@@ -61,7 +61,7 @@ bool VariedPreload::solve(const Setting &setting) {
   // Always the same start: what is found does not depend on where the curve came from.
   begin();
   std::string note;
-  solved_.reset();
+  solved_.reset(), along_.reset();
   if (!problem_.find(x_, setting.preload, note)) return false;
   solved_ = setting;
   for (std::size_t p = 0; p < contact_.size(); ++p) {
@@ -74,9 +74,16 @@ bool VariedPreload::solve(const Setting &setting) {
   return true;
 }
 
-std::vector<Memory> VariedPreload::memory_slope(const Setting &setting, const Setting &slope) {
+const std::vector<Memory> &VariedPreload::memory_slope(const Setting &setting, const Setting &slope) {
+  const bool known = solve(setting) && along_ && same(*along_, slope);
+  if (known) return slope_;
+  slope_ = solved_ ? slope_of_memory(slope) : std::vector<Memory>(contact_.size());
+  along_ = slope;
+  return slope_;
+}
+
+std::vector<Memory> VariedPreload::slope_of_memory(const Setting &slope) {
   std::vector<Memory> memory(contact_.size());
-  if (!solve(setting)) return memory;
   std::vector<StaticForce> state;
   int moves = 0; // no slider does while all points stick
   for (std::size_t p = 0; p < contact_.size(); ++p) {
@@ -84,7 +91,7 @@ std::vector<Memory> VariedPreload::memory_slope(const Setting &setting, const Se
     if (has_friction(contact_[p].law) && state[p].w != Memory{}) moves = 1;
   }
   MPI_Allreduce(MPI_IN_PLACE, &moves, 1, MPI_INT, MPI_MAX, model_.comm);
-  const std::vector<EquivalentMotion> equivalents = equivalent(setting, slope);
+  const std::vector<EquivalentMotion> equivalents = equivalent(*solved_, slope);
   std::vector<std::array<double, 3>> by_parameter(contact_.size()); // d force at fixed x
   for (std::size_t p = 0; p < contact_.size() && moves; ++p) {
     const double p_n = x_[3 * p + 2] - contact_[p].gap;

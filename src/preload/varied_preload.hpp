@@ -26,11 +26,12 @@ public:
   /// (own) what changes the forces of the points as that slope does.
   std::vector<EquivalentMotion> equivalent(const Setting &setting, const Setting &slope) const;
   /// d w_p along a slope, at a setting that has a state of preload. Collective.
-  std::vector<Memory> memory_slope(const Setting &setting, const Setting &slope);
+  const std::vector<Memory> &memory_slope(const Setting &setting, const Setting &slope);
 
 private:
-  void begin();        // at the nominal state
-  ReducedModel model_; // K_xx and R
+  void begin();                                              // at the nominal state
+  std::vector<Memory> slope_of_memory(const Setting &slope); // at the state that was solved for
+  ReducedModel model_;                                       // K_xx and R
   const std::vector<ContactPoint> nominal_;
   const std::vector<Standstill> origin_;
   std::vector<bool> varied_; // (own)
@@ -40,6 +41,8 @@ private:
   PreloadProblem problem_;
   std::vector<double> x_; // (3 own) x_p at the setting
   std::optional<Setting> solved_;
+  std::optional<Setting> along_; // the slope of `slope_` there
+  std::vector<Memory> slope_;
 };
 
 } // namespace dovetail

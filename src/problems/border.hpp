@@ -41,14 +41,17 @@ public:
       y[layout_.own_coefficients() + a] = std::inner_product(last.begin(), last.end(), corner[a].begin(), sums[a]);
   }
 
-  /// Prepares `solve` by answers to the columns; `inverse(r, x)` gives x = A^-1 r, or false. False where that is, or
-  /// where D - R A^-1 C is singular. Collective.
-  template <class Inverse> bool eliminate(Inverse &&inverse) {
+  /// Prepares `solve` by answers to the columns; `inverse(r, x)` gives x = A^-1 r, or false. `first`: the answer to the
+  /// first column, where it is known. False where an answer fails, or D - R A^-1 C is singular. Collective.
+  template <class Inverse> bool eliminate(Inverse &&inverse, const std::vector<double> *first = nullptr) {
     Dense left(width, width);
     regular_ = false;
     for (int b = 0; b < width; ++b) {
       answers_[b].resize(layout_.own_coefficients());
-      if (!inverse(columns[b].data(), answers_[b].data())) return false;
+      if (b == 0 && first)
+        answers_[b] = *first;
+      else if (!inverse(columns[b].data(), answers_[b].data()))
+        return false;
       const Last sums = along_rows(answers_[b].data());
       for (int a = 0; a < width; ++a) left(a, b) = corner[a][b] - sums[a];
     }

@@ -1,6 +1,8 @@
 #include "problems/peak_equations.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "continuation/problem.hpp"
 #include "support/error.hpp"
@@ -11,8 +13,8 @@ namespace {
 constexpr const char *doing = "differentiating a peak";
 constexpr int most_corrections = 12;    // of a motion at one frequency; from a point of the curve one or two are enough
 constexpr int most_moves = 12;          // of the frequency
-constexpr double accuracy = 1e-10;      // relative, of solves that iterate
 constexpr double exact = 1e-11;         // relative change of the last correction
+constexpr double least_gain = 0.1;      // of a solve that goes on: one by factors gains all its digits
 constexpr double still = 1e-10;         // of the frequency, when it is the peak's
 constexpr double farthest = 0.02;       // of the frequency: a peak beyond is another one
 constexpr double part_of_motion = 1e-6; // for central differences along a motion: half the digits
@@ -37,7 +39,8 @@ PeakEquations::PeakEquations(const HarmonicSystem &like, const Watched &watched)
     : system_(std::make_unique<HarmonicSystem>(like, like.harmonics(), exactly)), fixed_(system_->unknowns()),
       plain_(solver(false)), transposed_(solver(true)),
       row_(watched.row ? *watched.row : row_of(watched.dof, system_->layout())) {
-  for (UniqueVec *v : {&y_, &f_, &along_, &gradient_, &adjoint_, &turned_, &at_}) *v = system_->unknowns();
+  for (UniqueVec *v : {&y_, &f_, &correction_, &along_, &gradient_, &adjoint_, &turned_, &at_})
+    *v = system_->unknowns();
   set_parameter(fixed_, 1);
 }
 
@@ -45,7 +48,6 @@ PeakEquations::Solver PeakEquations::solver(bool transposed) const {
   Solver made{system_->matrix(transposed), {}};
   check(KSPCreate(system_->layout().comm, made.ksp.out()), doing);
   system_->set_up(made.ksp, made.matrix);
-  check(KSPSetTolerances(made.ksp, accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), doing);
   return made;
 }
 
@@ -75,12 +77,17 @@ bool PeakEquations::solve() {
   return false;
 }
 
-bool PeakEquations::differentiate() {
+bool PeakEquations::differentiate(double accuracy_along) {
   for (const bool transposed : {false, true}) factor(fixed_, transposed);
-  if (!solve(fixed_, along_, false)) return false; // [dY/dOmega; 1]
+  const auto solved = [&, on = std::exchange(differentiated_, false)](Vec r, Vec x, bool transposed, double accuracy) {
+    return on ? solve_on(r, x, transposed, accuracy) : solve(r, x, transposed, accuracy);
+  };
+  set_parameter(along_, 1), set_parameter(adjoint_, -c_);           // as they were solved for
+  if (!solved(fixed_, along_, false, accuracy_along)) return false; // [dY/dOmega; 1]
   check(VecSet(gradient_, 0), doing);
   watch(y_, gradient_);
-  if (!solve(gradient_, adjoint_, true)) return false; // [lambda; -c]
+  if (!solved(gradient_, adjoint_, true, finest)) return false; // [lambda; -c]
+  differentiated_ = true;
   c_ = -system_->parameter_in(adjoint_);
   set_parameter(adjoint_, 0);
   PetscReal size, rate;
@@ -133,6 +140,7 @@ std::vector<double> PeakEquations::solver_memory() const {
 
 void PeakEquations::begin_solves(const std::vector<double> &memory) {
   system_->begin_solves(plain_.matrix, memory.at(0)), system_->begin_solves(transposed_.matrix, memory.at(1));
+  differentiated_ = false;
 }
 
 void PeakEquations::move(double by) {
@@ -161,9 +169,23 @@ void PeakEquations::factor(Vec border, bool transposed) {
   check(KSPSetOperators(by.ksp, by.matrix, by.matrix), doing);
 }
 
-bool PeakEquations::solve(Vec right, Vec x, bool transposed) {
+// From x on, where that leaves less than all of the right-hand side.
+bool PeakEquations::solve_on(Vec right, Vec x, bool transposed, double accuracy) {
+  PetscReal whole, left;
+  check(VecNorm(right, NORM_2, &whole), doing);
+  check(MatMult(transposed ? transposed_.matrix : plain_.matrix, x, f_), doing);
+  check(VecAYPX(f_, -1, right), doing);
+  check(VecNorm(f_, NORM_2, &left), doing);
+  if (!(left < whole)) return solve(right, x, transposed, accuracy);
+  if (!solve(f_, correction_, transposed, std::min(accuracy * whole / left, least_gain))) return false;
+  check(VecAXPY(x, 1, correction_), doing);
+  return true;
+}
+
+bool PeakEquations::solve(Vec right, Vec x, bool transposed, double accuracy) {
   const Solver &by = transposed ? transposed_ : plain_;
   KSPConvergedReason reason;
+  check(KSPSetTolerances(by.ksp, accuracy, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), doing);
   check(KSPSolve(by.ksp, right, x), doing);
   check(KSPGetConvergedReason(by.ksp, &reason), doing);
   if (reason <= 0) system_->recover(by.ksp, by.matrix);

@@ -22,8 +22,9 @@ public:
 
   /// Newton's method at the frequency at hand. False where it does not converge.
   bool solve();
-  /// dY/dOmega, the adjoint and c. False where a solve fails.
-  bool differentiate();
+  /// dY/dOmega to that relative accuracy, the adjoint and c. False where a solve fails. Goes on from what it found at
+  /// the point before.
+  bool differentiate(double accuracy_along = finest);
   /// After that: c's own derivatives by Y and Omega.
   void turn();
   /// After differentiate(): c's derivative by a parameter.
@@ -33,6 +34,8 @@ public:
   Vec gradient() const { return gradient_; } ///< [dA/dY; 0]
   Vec turned() const { return turned_; }     ///< [c_Y; c_Omega]
   double slope() const;                      ///< dc/dOmega along the curve; positive at a maximum
+
+  static constexpr double finest = 1e-10; ///< relative accuracy of solves that iterate
 
   /// What the solvers have learned, a number each, and a beginning with nothing but that: see LinearPart::memory().
   std::vector<double> solver_memory() const;
@@ -46,7 +49,7 @@ public:
 protected:
   void factor(Vec border, bool transposed); // for solves at the point at hand
   double omega_by_damping(); // lambda . d R_Omega / d factor on damping: no other parameter is in R_Omega
-  bool solve(Vec right, Vec x, bool transposed);
+  bool solve(Vec right, Vec x, bool transposed, double accuracy = finest);
 
   std::unique_ptr<HarmonicSystem> system_;
   UniqueVec y_, along_, gradient_, adjoint_, turned_, at_;
@@ -54,6 +57,7 @@ protected:
   double step_ = 0; // for differences along dY/dOmega
 
 private:
+  bool solve_on(Vec right, Vec x, bool transposed, double accuracy);
   void watch(Vec v, Vec out) const;
   void add_transposed(double h, double turn, double weight);
 
@@ -65,8 +69,9 @@ private:
 
   Solver plain_, transposed_;
   WatchedRow row_; // what is watched, by q
-  UniqueVec f_;
+  UniqueVec f_, correction_;
   double c_ = 0;
+  bool differentiated_ = false; // somewhere near: dY/dOmega and the adjoint are good beginnings
   std::optional<double> value_; // of the parameter, see set()
 };
 

@@ -16,7 +16,7 @@ constexpr double farthest_turn = 0.5; // [rad], by which the place of a graze ma
 } // namespace
 
 double Extremum::value() {
-  if (!peak_.differentiate()) return std::numeric_limits<double>::quiet_NaN();
+  if (!peak_.differentiate(roughly)) return std::numeric_limits<double>::quiet_NaN();
   const double squared = peak_.amplitude() * peak_.amplitude(); // 2 A
   log_slope_ = 2 * peak_.c() / squared;
   return log_slope_ * peak_.omega();

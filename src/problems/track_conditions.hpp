@@ -13,6 +13,9 @@ public:
   virtual double value() = 0;
   /// After that: its derivative by [Y; Omega] into `row`; returned: by the parameter. Collective.
   virtual double derivative(const PathParameter &parameter, Vec row) = 0;
+  /// [dY/dOmega; 0] there, where the condition knows it, to `roughly`; else null.
+  virtual Vec along() const { return nullptr; }
+  static constexpr double roughly = 1e-6; ///< relative
   /// What it remembers of the points before. Collective.
   virtual void archive(Archive &) {}
 };
@@ -23,6 +26,7 @@ public:
   explicit Extremum(PeakEquations &peak) : peak_(peak) {}
   double value() override;
   double derivative(const PathParameter &parameter, Vec row) override;
+  Vec along() const override { return peak_.along(); }
 
 private:
   PeakEquations &peak_;

@@ -34,6 +34,11 @@ void TrackJacobian::assemble(Vec y, Vec border) {
   };
   track_.evaluate(y);
   const Vec at = track_.peak().y();
+  by_omega_.reset();
+  if (const Vec along = track_.condition().along()) {
+    take(along, by_omega_.emplace());
+    for (double &value : *by_omega_) value = -value;
+  }
   const double by_parameter = track_.condition().derivative(track_.kind(), right_);
   border_.corner[0] = {parameter_of(right_), by_parameter};
   take(right_, border_.rows[0]), take(border, border_.rows[1]);
@@ -62,10 +67,16 @@ void TrackJacobian::multiply(Vec x, Vec y) {
   border_.multiply(in, border_.last_of(in), out);
 }
 
+double TrackJacobian::asked() const {
+  PetscReal asked;
+  check(KSPGetTolerances(outer_, &asked, nullptr, nullptr, nullptr), doing);
+  return asked >= 0.5 ? newton_accuracy : asked;
+}
+
 // x = R_Y^-1 r, (own coefficients).
 bool TrackJacobian::solve_response(const double *r, double *x) {
   const PetscInt own = system_.layout().own_coefficients();
-  PetscReal asked, size;
+  PetscReal size;
   KSPConvergedReason reason;
   {
     const Values right(right_);
@@ -77,9 +88,7 @@ bool TrackJacobian::solve_response(const double *r, double *x) {
     std::fill_n(x, own, 0.0);
     return true;
   }
-  check(KSPGetTolerances(outer_, &asked, nullptr, nullptr, nullptr), doing);
-  if (asked >= 0.5) asked = newton_accuracy;
-  check(KSPSetTolerances(inner_, asked, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), doing);
+  check(KSPSetTolerances(inner_, asked(), PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), doing);
   check(KSPSolve(inner_, right_, left_), doing);
   check(KSPGetConvergedReason(inner_, &reason), doing);
   if (reason <= 0) system_.recover(inner_, response_);
@@ -90,7 +99,8 @@ bool TrackJacobian::solve_response(const double *r, double *x) {
 void TrackJacobian::solve(Vec r, Vec x) {
   const auto inverse = [this](const double *of, double *answer) { return solve_response(of, answer); };
   check(VecSet(x, NAN), doing); // where it fails
-  eliminated_ = eliminated_ || border_.eliminate(inverse);
+  const bool known = by_omega_ && asked() >= TrackCondition::roughly;
+  eliminated_ = eliminated_ || border_.eliminate(inverse, known ? &*by_omega_ : nullptr);
   if (eliminated_ && !border_.solve(inverse, ReadValues(r), Values(x))) check(VecSet(x, NAN), doing);
 }
 

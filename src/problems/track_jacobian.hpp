@@ -1,6 +1,8 @@
 #pragma once
 // The Jacobian of a track in [Y; Omega; p]: [R_Y R_Omega R_p; condition; border], solved with by elimination. R_Y is
 // regular at a peak.
+#include <optional>
+
 #include "problems/border.hpp"
 #include "problems/peak_track.hpp"
 
@@ -25,6 +27,7 @@ public:
 private:
   void multiply(Vec x, Vec y);
   void solve(Vec r, Vec x);
+  double asked() const; // accuracy
   bool solve_response(const double *r, double *x);
 
   PeakTrack &track_;
@@ -33,6 +36,7 @@ private:
   UniqueMat matrix_, response_; // the whole; [R_Y R_Omega; 0 1]
   UniqueKSP inner_;
   UniqueVec right_, left_, fixed_;
+  std::optional<std::vector<double>> by_omega_; // (own coefficients) R_Y^-1 R_Omega, where the condition knows it
   bool eliminated_ = false;
   KSP outer_ = nullptr;
   Courier courier_;

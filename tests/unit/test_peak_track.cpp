@@ -16,11 +16,10 @@ const Watched watched{0, {}}; // the first mode
 std::vector<double> sizes() { return alone() ? std::vector<double>{0.06, 0.6} : std::vector<double>{0.6}; }
 
 struct Scene {
-  explicit Scene(double load = 1) {
+  explicit Scene(double load = 1, LinearForm form = LinearForm::assembled) {
     PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
     preload = std::make_shared<VariedPreload>(model);
-    system.emplace(scaled(std::move(model), 0.05, {}), 3, exactly, course({0.2, load, 0.3 * load}),
-                   LinearForm::assembled);
+    system.emplace(scaled(std::move(model), 0.05, {}), 3, exactly, course({0.2, load, 0.3 * load}), form);
     peak.emplace(*system, watched);
   }
   PeakTrack track(const PathParameter &parameter, TrackCondition &condition) {
@@ -115,6 +114,30 @@ TEST(PeakTrack, derivatives_of_a_graze) {
       }
     }
     EXPECT_GT(found, 3) << parameter.name;
+  }
+}
+
+TEST(PeakTrack, derivatives_do_not_depend_on_the_point_before) {
+  for (const LinearForm form : {LinearForm::assembled, LinearForm::modal}) {
+    Scene scene(1, form);
+    PeakEquations &peak = *scene.peak;
+    const auto differentiate = [&](double size, double at_omega, double accuracy) {
+      peak.take(vector_of(*scene.system, size, 3, at_omega));
+      EXPECT_TRUE(peak.differentiate(accuracy));
+      UniqueVec along = scene.system->unknowns();
+      check(VecCopy(peak.along(), along), "");
+      return std::pair{peak.c(), std::move(along)};
+    };
+    std::vector<std::pair<double, double>> places{{0.6001, omega}};
+    if (alone()) places.insert(places.end(), {{0.6, omega}, {0.06, 1.1 * omega}});
+    for (const auto &[size, at_omega] : places) {
+      differentiate(0.6, omega, 1e-6);
+      const auto [c, along] = differentiate(size, at_omega, 1e-6);
+      peak.begin_solves(peak.solver_memory());
+      const auto [alone_c, alone_along] = differentiate(size, at_omega, PeakEquations::finest);
+      EXPECT_NEAR(c, alone_c, 1e-8 * std::abs(alone_c)) << "size " << size;
+      EXPECT_LT(relative_difference(along, alone_along), 1e-5) << "size " << size;
+    }
   }
 }
 
