@@ -1,0 +1,121 @@
+// Derivatives of the equations of harmonic balance by parameters: of joint, loads, damping, and the frequency.
+#include "harmonic/harmonic_system.hpp"
+#include "support/error.hpp"
+
+namespace dovetail {
+namespace {
+
+// A coefficient of a motion or force times the imaginary unit, on cosine and sine; the mean has none.
+double turned(const std::vector<double> &of, std::size_t i, int place) {
+  return place == 0 ? 0 : place % 2 ? of[i + 1] : -of[i - 1];
+}
+
+} // namespace
+
+std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {
+  const double *q, *w;
+  check(VecGetArrayRead(y, &q), "differentiating by parameters");
+  set(shared_parameter(q));
+  evaluate_contact(q);
+  check(VecGetArrayRead(weights, &w), "differentiating by parameters");
+  std::vector<ByParameter> out;
+  for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
+    const PetscInt at = layout_.own_point_offset(p);
+    out.push_back(forces_.weighed(static_cast<int>(p), q + at, w + at));
+  }
+  check(VecRestoreArrayRead(weights, &w), "differentiating by parameters");
+  check(VecRestoreArrayRead(y, &q), "differentiating by parameters");
+  return out;
+}
+
+double HarmonicSystem::by_damping(std::size_t i) const {
+  const int place = static_cast<int>(i % layout_.width), k = (place + 1) / 2;
+  if (place == 0) return 0;
+  const DynamicStiffness one(scaled_.damping, setting_.omega);
+  double sum = one.loss(k) * turned(stiffness_force_, i, place) + one.drag(k) * turned(inertia_force_, i, place);
+  if (!damping_force_.empty()) sum += one.turn(k) * turned(damping_force_, i, place);
+  if (!hysteretic_force_.empty()) sum += one.hysteresis(k) * turned(hysteretic_force_, i, place);
+  return sum;
+}
+
+double HarmonicSystem::weighed_damping(Vec y, Vec weights) {
+  const double *q, *w;
+  check(VecGetArrayRead(y, &q), "differentiating by damping");
+  stand_at(q);
+  check(VecRestoreArrayRead(y, &q), "differentiating by damping");
+  double sum = 0;
+  check(VecGetArrayRead(weights, &w), "differentiating by damping");
+  for (PetscInt i = 0; i < layout_.own_coefficients(); ++i) sum += w[i] * by_damping(i);
+  check(VecRestoreArrayRead(weights, &w), "differentiating by damping");
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  return sum;
+}
+
+void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
+  const double *q;
+  double *column;
+  check(VecGetArrayRead(y, &q), "differentiating by a parameter");
+  stand_at(q);
+  differentiate(q, by);
+  check(VecRestoreArrayRead(y, &q), "differentiating by a parameter");
+  check(VecSet(out, 0), "differentiating by a parameter");
+  check(VecGetArray(out, &column), "differentiating by a parameter");
+  std::copy(column_.begin(), column_.end(), column);
+  check(VecRestoreArray(out, &column), "differentiating by a parameter");
+}
+
+std::vector<std::vector<Graze>> HarmonicSystem::grazes(Vec y) {
+  const double *q;
+  check(VecGetArrayRead(y, &q), "looking for grazes");
+  set(shared_parameter(q));
+  std::vector<std::vector<Graze>> out;
+  for (PetscInt p = 0; p < layout_.own_points.size(); ++p)
+    out.push_back(forces_.grazes(static_cast<int>(p), q + layout_.own_point_offset(p)));
+  check(VecRestoreArrayRead(y, &q), "looking for grazes");
+  return out;
+}
+
+double HarmonicSystem::by_parameter(Vec y, int own_point, const Graze &graze, const PathParameter &by) {
+  if (!by.changes_joint) return 0;
+  const double *q;
+  check(VecGetArrayRead(y, &q), "differentiating a graze");
+  set(shared_parameter(q));
+  const Setting slope = ResponseParameter(by).slope();
+  const std::vector<Memory> memory = preload_->memory_slope(setting_, slope);
+  double value = 0;
+  if (own_point >= 0)
+    value = forces_.by_parameter(own_point, q + layout_.own_point_offset(own_point), graze,
+                                 preload_->equivalent(setting_, slope)[own_point], memory[own_point]);
+  check(VecRestoreArrayRead(y, &q), "differentiating a graze");
+  return value;
+}
+
+void HarmonicSystem::by_frequency(const DynamicStiffness &structure, double *out) const {
+  const std::vector<double> &u = stiffness_force_, &v = inertia_force_, &w = damping_force_;
+  const int n = layout_.width;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const int place = static_cast<int>(i % n), k = (place + 1) / 2;
+    out[i] = -structure.inertia_slope(k) * v[i] + structure.loss_slope(k) * turned(u, i, place) +
+             structure.drag_slope(k) * turned(v, i, place);
+    if (!w.empty()) out[i] += structure.turn_slope(k) * turned(w, i, place);
+  }
+}
+
+// At the motion q, whose products and contact forces are there.
+void HarmonicSystem::differentiate(const double *q, const PathParameter &by) {
+  const Setting slope = ResponseParameter(by).slope();
+  column_.assign(layout_.own_coefficients(), 0.0);
+  const int n = layout_.width;
+  if (slope.omega != 0) by_frequency(structure(setting_.omega), column_.data()); // eq (13)
+  for (std::size_t i = 0; i < column_.size() && slope.damping != 0; ++i) column_[i] += slope.damping * by_damping(i);
+  for (std::size_t i = 0; i < column_.size() && slope.load != 0; ++i)
+    column_[i] -= slope.load * force_coefficient(loads_, i / n, i % n);
+  if (!by.changes_joint) return;
+  const PetscInt first = layout_.own_point_offset(0);
+  forces_.by_parameter(q + first, preload_->equivalent(setting_, slope), preload_->memory_slope(setting_, slope),
+                       &column_[first]);
+  const std::vector<double> &r = scaled_.model.reduced.r;
+  for (std::size_t i = 0; i < r.size(); ++i) column_[first + i * n] += 2 * slope.preload * r[i];
+}
+
+} // namespace dovetail
