@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "support/error.hpp"
+#include "support/int_count.hpp"
 #include "support/partition.hpp"
 
 namespace dovetail {
@@ -24,14 +25,19 @@ struct Exchange {
 
   Exchange(MPI_Comm comm, PetscInt own_rows, PetscInt count) {
     int size;
+    const int own = int_count(own_rows, "rows of a rank");
     MPI_Comm_size(comm, &size);
     rows.resize(size);
-    MPI_Allgather(&own_rows, 1, MPIU_INT, rows.data(), 1, MPIU_INT, comm);
+    MPI_Allgather(&own, 1, MPI_INT, rows.data(), 1, MPI_INT, comm);
     columns = own_share(comm, count).size();
+    const auto numbers = [](std::size_t lines, std::size_t each) {
+      return int_count(lines * each, "numbers of columns that ranks exchange at once");
+    };
     for (int rank = 0; rank < size; ++rank) {
       const Range theirs = share_of(count, rank, size);
-      some.push_back(own_rows * theirs.size()), some_at.push_back(own_rows * theirs.begin);
-      all_at.push_back(rank == 0 ? 0 : all_at.back() + all.back()), all.push_back(rows[rank] * columns);
+      some.push_back(numbers(own, theirs.size())), some_at.push_back(numbers(own, theirs.begin));
+      all_at.push_back(rank == 0 ? 0 : int_count(std::size_t(all_at.back()) + all.back(), "numbers of own columns"));
+      all.push_back(numbers(rows[rank], columns));
     }
   }
 
