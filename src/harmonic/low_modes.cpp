@@ -9,6 +9,7 @@
 #include "harmonic/dense_modes.hpp"
 #include "harmonic/stuck_basis.hpp"
 #include "reduction/block_lanczos.hpp"
+#include "support/dense_inverse.hpp"
 #include "support/error.hpp"
 #include "support/hash.hpp"
 
@@ -58,26 +59,19 @@ double shift_of(const ReducedModel &model, const std::vector<double> &diagonal, 
   return std::isfinite(least) ? least : 1;
 }
 
-// K + shift M and M, whole, by the rows of the harmonic system. Dense on one rank: LAPACK's factors are quicker there.
+// K + shift M and M, whole, by the rows of the harmonic system.
 struct Operators {
   UniqueMat A, M;
 };
 
 Operators operators(const ReducedModel &model, const std::vector<double> &springs, double shift, const Layout &layout) {
   const PetscInt own = layout.own_dofs(), n = layout.dofs(), na = layout.modes, nc = 3 * layout.points;
-  std::vector<PetscInt> columns(nc), entries(own, n), elsewhere(own, n);
+  std::vector<PetscInt> columns(nc);
   for (PetscInt j = 0; j < nc; ++j) columns[j] = layout.contact_row(j);
-  for (PetscInt d = 0; d < layout.own_modes.size(); ++d)
-    entries[d] = std::min(own, nc + 1), elsewhere[d] = std::min(n - own, nc);
-  for (PetscInt d = 0; d < own; ++d)
-    entries[d] = std::min(entries[d], own), elsewhere[d] = std::min(elsewhere[d], n - own);
   Operators made;
   for (UniqueMat *matrix : {&made.A, &made.M}) {
     const bool mass = matrix == &made.M;
-    if (layout.size == 1)
-      check(MatCreateSeqDense(layout.comm, n, n, nullptr, matrix->out()), doing);
-    else
-      check(MatCreateAIJ(layout.comm, own, own, n, n, 0, entries.data(), 0, elsewhere.data(), matrix->out()), doing);
+    check(MatCreateDense(layout.comm, own, own, n, n, nullptr, matrix->out()), doing);
     const auto put = [&](PetscInt row, PetscInt column, double value) {
       check(MatSetValue(*matrix, row, column, value, INSERT_VALUES), doing);
     };
@@ -118,18 +112,20 @@ void set_start(EPS eps, Mat A, const Layout &layout) {
   check(EPSSetInitialSpace(eps, width, vectors.data()), doing);
 }
 
-// Shift-and-invert about 0 with Cholesky factors of A.
-void set_inverse(EPS eps, const Layout &layout) {
+// Shift-and-invert about 0 with factors of A: LAPACK's, or `spread` of several ranks.
+void set_inverse(EPS eps, Mat A, std::optional<DenseInverse> &spread) {
   ST st;
   KSP ksp;
   PC pc;
+  int size;
+  MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(eps)), &size);
   check(EPSGetST(eps, &st), doing);
   check(STSetType(st, STSINVERT), doing);
   check(STGetKSP(st, &ksp), doing);
+  if (size > 1) return spread.emplace(A).set_up(ksp, A);
   check(KSPSetType(ksp, KSPPREONLY), doing);
   check(KSPGetPC(ksp, &pc), doing);
   check(PCSetType(pc, PCCHOLESKY), doing);
-  check(PCFactorSetMatSolverType(pc, layout.size == 1 ? MATSOLVERPETSC : MATSOLVERMUMPS), doing);
 }
 
 // Lanczos tells values apart that differ by more than a small part of the shift.
@@ -182,6 +178,7 @@ std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const st
   const PetscInt wanted = std::min(count, layout.dofs());
   Shift shift{first, nearest * first};
   Operators pencil;
+  std::optional<DenseInverse> spread;
   UniqueEPS eps;
   register_block_lanczos();
   do {
@@ -195,7 +192,7 @@ std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const st
     check(EPSSetTolerances(eps, lanczos_tolerance, PETSC_DEFAULT), doing);
     check(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE), doing);
     check(EPSSetStoppingTestFunction(eps, stop_if_far, &shift, nullptr), doing);
-    set_inverse(eps, layout);
+    set_inverse(eps, pencil.A, spread);
     set_start(eps, pencil.A, layout);
     if (!solved(eps)) return {};
   } while (shift.lower);
