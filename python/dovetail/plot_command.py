@@ -3,12 +3,11 @@
 from pathlib import Path
 
 from .output_files import made
+from .saved_picture import save_picture
 
 
 def plot(arguments):
     """Draw a picture of a results file, or of the mesh of a model file."""
-    from matplotlib import pyplot
-
     from .info import format_of
 
     path = Path(arguments.file)
@@ -22,15 +21,12 @@ def plot(arguments):
             return _film(results, arguments)
         figure, suffix = _picture_of_results(results, arguments)
     output = made(arguments.output or path.with_name(path.stem + suffix))
-    figure.savefig(output, bbox_inches="tight" if suffix == "_mesh.png" else None)
-    pyplot.close(figure)
+    save_picture(figure, output, bbox_inches="tight" if suffix == "_mesh.png" else None)
     print(output)
 
 
 def _several(path, arguments):
     """Draws the curves of several results into one picture."""
-    from matplotlib import pyplot
-
     from .plot_several import several
     from .results import Results
 
@@ -41,8 +37,7 @@ def _several(path, arguments):
     runs = [Results(file, arguments.model) for file in (path, *arguments.further)]
     figure = several(runs, arguments.labels, (arguments.dof or [None])[0], arguments.hz)
     output = made(arguments.output or path.with_name(path.stem + "_several.png"))
-    figure.savefig(output)
-    pyplot.close(figure)
+    save_picture(figure, output)
     print(output)
 
 

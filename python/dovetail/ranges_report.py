@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 
 from .case_runs import has_peak
+from .saved_picture import save_picture
 from .units import with_unit
 
 PERCENTILES = (5, 50, 95)
@@ -24,7 +25,7 @@ def write_report(out, lines, numbers, tables, figure):
     (out / "ranges.txt").write_text(text + "\n")
     (out / "ranges.json").write_text(json.dumps(numbers, indent=2) + "\n")
     tables(out / "ranges.h5")
-    figure.savefig(out / "ranges.png")
+    save_picture(figure, out / "ranges.png")
     print(text)
     print(f"\n{out}: ranges.txt, ranges.json, ranges.h5, ranges.png")
 

@@ -16,6 +16,7 @@ from .motion import find_model, read_model_parts  # noqa: E402
 from .motion_picture import MOST, view  # noqa: E402
 from .plot import LINES, STYLE, point_title  # noqa: E402
 from .plot_units import dress, formatter, labelled  # noqa: E402
+from .saved_picture import save_picture  # noqa: E402
 
 UNKNOWN = (0.85, 0.85, 0.85)  # colour of faces without stress
 CIRCLE = {"marker": "o", "linestyle": "", "markersize": 9, "markerfacecolor": "none", "markeredgecolor": "black"}
@@ -24,9 +25,7 @@ FINE = 20_000  # triangles, each of one colour, that look smooth
 
 def save(path, results, point, found, arguments):
     """Writes the picture of a Life, as the options of the command `stress` say."""
-    figure = stress_picture(results, point, found, asked_strengths(arguments), arguments.up, arguments.hz)
-    figure.savefig(path)
-    plt.close(figure)
+    save_picture(stress_picture(results, point, found, asked_strengths(arguments), arguments.up, arguments.hz), path)
 
 
 def stress_picture(results, point, found, strengths=None, up="z", hz=False):

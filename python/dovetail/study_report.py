@@ -86,13 +86,14 @@ class Report:
 
     def write(self):
         """study.json, study.txt and study.png; prints the text, and where they are."""
+        from .saved_picture import save_picture
         from .study_picture import picture
 
         (self.out / "study.json").write_text(json.dumps(self.numbers(), indent=2) + "\n")
         text = "\n".join([*self.heading(), "", *self.table(), "", *self.advice()])
         (self.out / "study.txt").write_text(text + "\n")
         if self.compared:
-            picture(self).savefig(self.out / "study.png")
+            save_picture(picture(self), self.out / "study.png")
         print(text)
         print(f"\n{self.out}: study.txt, study.json" + (", study.png" if self.compared else "; no setting came through"))
 

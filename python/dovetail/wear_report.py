@@ -6,6 +6,7 @@ import numpy as np
 
 from .motion import find_joint
 from .plot_units import dress, labelled
+from .saved_picture import save_picture
 from .units import with_unit
 
 CURVES = ("cycles", "amplitude", "frequency", "clamp_load", "power", "largest_depth", "volume")
@@ -33,7 +34,7 @@ def write(found, out):
     _table(out / "depth.csv", _points(found, joint))
     text = "\n".join(in_words(found, table))
     (out / "wear.txt").write_text(text + "\n")
-    picture(found, table, joint).savefig(out / "wear.png")
+    save_picture(picture(found, table, joint), out / "wear.png")
     print(text)
     print(f"\n{out}: wear.csv (over the cycles), depth.csv (of every contact point), wear.txt, wear.png")
 
