@@ -50,7 +50,8 @@ bool PlaceFinder::keep(std::optional<Place> place) {
 
 void PlaceFinder::tell_later(int &count, BranchEvent::Kind kind, const std::string &text, double parameter,
                              double amplitude) {
-  untold_.push_back([=, this, &count] { report_.event(count, kind, text, parameter, amplitude); });
+  untold_.push_back(
+      [this, kind, text, parameter, amplitude, &count] { report_.event(count, kind, text, parameter, amplitude); });
 }
 
 std::optional<Place> PlaceFinder::locate(Place::Kind kind, Bound from, Bound to, const Measured &f) {

@@ -14,7 +14,7 @@ Trial trial_between(SmallCurve &scene, const CurvePoint &from, const CurvePoint 
   return {scene.curve, from, to, step, measure, kink, EventLocator(scene.curve, from, to, 1e-11)};
 }
 
-constexpr StepMeasure turned{1.0, std::tan(0.5)}, beside{0.1, 2}, smooth{0.1, 0.05};
+const StepMeasure turned{1.0, std::tan(0.5)}, beside{0.1, 2}, smooth{0.1, 0.05};
 
 } // namespace
 
