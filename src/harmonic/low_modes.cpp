@@ -146,9 +146,11 @@ PetscErrorCode stop_if_far(EPS eps, PetscInt steps, PetscInt most, PetscInt good
   PetscFunctionReturn(0);
 }
 
-bool solved(EPS eps) { // false if M is not positive definite
+bool solved(EPS eps, std::optional<DenseInverse> &spread) { // false if M is not positive definite
   try {
-    check(EPSSolve(eps), doing);
+    const PetscErrorCode code = EPSSolve(eps);
+    if (spread) spread->rethrow();
+    check(code, doing);
   } catch (const ComputeError &error) {
     if (std::string(error.what()).find("inner product is not well defined") == std::string::npos) throw;
     return false;
@@ -194,7 +196,7 @@ std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const st
     check(EPSSetStoppingTestFunction(eps, stop_if_far, &shift, nullptr), doing);
     set_inverse(eps, pencil.A, spread);
     set_start(eps, pencil.A, layout);
-    if (!solved(eps)) return {};
+    if (!solved(eps, spread)) return {};
   } while (shift.lower);
   PetscInt converged;
   check(EPSGetConverged(eps, &converged), doing);

@@ -81,7 +81,7 @@ double HarmonicSystem::by_parameter(Vec y, int own_point, const Graze &graze, co
   check(VecGetArrayRead(y, &q), "differentiating a graze");
   set(shared_parameter(q));
   const Setting slope = ResponseParameter(by).slope();
-  const std::vector<Memory> memory = preload_->memory_slope(setting_, slope);
+  const std::vector<Memory> &memory = preload_->memory_slope(setting_, slope);
   double value = 0;
   if (own_point >= 0)
     value = forces_.by_parameter(own_point, q + layout_.own_point_offset(own_point), graze,

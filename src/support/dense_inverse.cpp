@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "support/gathered.hpp"
 #include "support/int_count.hpp"
 #include "support/shell.hpp"
 
@@ -34,7 +35,7 @@ std::vector<std::vector<int>> rows_of(Mat A) {
 
 } // namespace
 
-DenseInverse::DenseInverse(Mat A) : rows_(rows_of(A)), grid_(comm_of(A), order_of(A), rows_), factors_(grid_) {
+DenseInverse::DenseInverse(Mat A) : grid_(comm_of(A), order_of(A), rows_of(A)), factors_(grid_) {
   const double *values;
   PetscInt stride;
   check(MatDenseGetArrayRead(A, &values), doing);
@@ -51,18 +52,12 @@ DenseInverse::DenseInverse(Mat A) : rows_(rows_of(A)), grid_(comm_of(A), order_o
 void DenseInverse::set_up(KSP ksp, Mat A) { shell_solver<&DenseInverse::solve>(ksp, A, this, doing); }
 
 void DenseInverse::solve(Vec r, Vec x) {
-  std::vector<int> counts, first;
-  for (const std::vector<int> &rows : rows_) {
-    first.push_back(first.empty() ? 0 : first.back() + counts.back());
-    counts.push_back(static_cast<int>(rows.size()));
-  }
-  std::vector<double> all(grid_.order());
-  int rank;
-  MPI_Comm_rank(grid_.comm(), &rank);
-  MPI_Allgatherv(ReadValues(r), counts[rank], MPI_DOUBLE, all.data(), counts.data(), first.data(), MPI_DOUBLE,
-                 grid_.comm());
+  PetscInt begin, end;
+  check(VecGetOwnershipRange(r, &begin, &end), doing);
+  const ReadValues from(r);
+  std::vector<double> all = gathered(grid_.comm(), MPI_DOUBLE, std::vector<double>(from + 0, from + (end - begin)));
   factors_.solve(all.data());
-  std::copy_n(all.begin() + first[rank], counts[rank], static_cast<double *>(Values(x)));
+  std::copy(all.begin() + begin, all.begin() + end, static_cast<double *>(Values(x)));
 }
 
 } // namespace dovetail

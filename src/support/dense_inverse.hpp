@@ -12,14 +12,14 @@ public:
   explicit DenseInverse(Mat A);
   DenseInverse(const DenseInverse &) = delete; // PETSc knows where it is
 
-  void set_up(KSP ksp, Mat A); ///< for A itself; this must outlive it
+  void set_up(KSP ksp, Mat A);           ///< for A itself; this must outlive it
+  void rethrow() { courier_.rethrow(); } ///< what a solve has thrown within PETSc
 
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); } ///< for PETSc
 
 private:
   void solve(Vec r, Vec x);
 
-  const std::vector<std::vector<int>> rows_; // of each rank
   const BlockCyclic grid_;
   SpreadFactors factors_;
   Courier courier_;
