@@ -59,6 +59,27 @@ def matrices_step(inside=""):
     return f"*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n{inside}*END STEP\n"
 
 
+def held_end(nodes, level):
+    """Nodes at x = 0, but not those on z = level, where the contact is."""
+    return [label for label in on(nodes, 0, 0) if abs(nodes[label][2] - level) > 1e-9]
+
+
+def deck(extra="", inside="", kind="C3D20R", level=0, **shape):
+    """A bar held at x = 0 outside z = level, with node sets Left (held) and Bottom and the surface UNDER."""
+    nodes, elements = bar(**shape)
+    if kind.startswith("C3D8"):
+        used = {label for members in elements.values() for label in members[:8]}
+        nodes = {label: place for label, place in nodes.items() if label in used}
+    sets = f"*Nset, nset=Left\n{rows(held_end(nodes, level))}\n*Nset, nset=Bottom\n{rows(on(nodes, 2, 0))}\n"
+    return (mesh_text(nodes, elements, kind) + sets + "*SURFACE, NAME=UNDER, TYPE=ELEMENT\nBODY, S1\n" + material()
+            + f"*BOUNDARY\nLEFT, 1, 3\n{extra}" + matrices_step(inside))
+
+
+def solved(text):
+    """The deck for CalculiX's own frequencies instead of matrices."""
+    return text.replace("SOLVER=MATRIXSTORAGE\n1", "SOLVER=SPOOLES\n6")
+
+
 def run_ccx(folder, name, text):
     """Writes the deck and runs CalculiX on it; returns the path of the deck."""
     if CCX is None:

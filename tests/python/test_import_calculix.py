@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as sla
 
-from brick_deck import DENSITY, bar, frequencies, material, matrices_step, mesh_text, on, rows, run_ccx, static_displacement
+from brick_deck import (DENSITY, bar, deck, frequencies, held_end, material, matrices_step, mesh_text, on, rows, run_ccx, solved,
+                        static_displacement)
 from dovetail import Joint, Model
 from dovetail.importers import calculix, setup_file
 from dovetail.importers.elements import cell_of
@@ -33,22 +34,6 @@ GROUND = 'units = "t, mm, s, N"\n[[joint]]\nground = "bottom"\nnormal_stiffness 
 PAIR = '[[joint]]\nbetween = ["UPPER", "LOWER"]\nname = "middle"\n'
 
 
-def held_end(nodes, level):
-    """Nodes at x = 0, but not those on z = level, where the contact is."""
-    return [label for label in on(nodes, 0, 0) if abs(nodes[label][2] - level) > 1e-9]
-
-
-def deck(extra="", inside="", kind="C3D20R", level=0, **shape):
-    """A bar held at x = 0 outside z = level, with node sets Left (held) and Bottom and the surface UNDER."""
-    nodes, elements = bar(**shape)
-    if kind.startswith("C3D8"):
-        used = {label for members in elements.values() for label in members[:8]}
-        nodes = {label: place for label, place in nodes.items() if label in used}
-    sets = f"*Nset, nset=Left\n{rows(held_end(nodes, level))}\n*Nset, nset=Bottom\n{rows(on(nodes, 2, 0))}\n"
-    return (mesh_text(nodes, elements, kind) + sets + "*SURFACE, NAME=UNDER, TYPE=ELEMENT\nBODY, S1\n" + material()
-            + f"*BOUNDARY\nLEFT, 1, 3\n{extra}" + matrices_step(inside))
-
-
 def test_contact_pairs_of_calculix_are_refused_by_name(tmp_path):
     """Their springs are in the stiffness: the joint would count twice."""
     text = two_bars().replace("*STEP", "*CONTACT PAIR, INTERACTION=HARD, TYPE=SURFACE TO SURFACE\nUPPER, LOWER\n*STEP", 1)
@@ -67,11 +52,6 @@ def two_bars():
     text += f"*NSET, NSET=FIXED\n{rows(held_end(lower[0], 5) + held_end(upper[0], 5))}\n"
     text += f"*NSET, NSET=LOWER\n{rows(on(lower[0], 2, 5))}\n*SURFACE, NAME=UPPER\nUP, S1\n"
     return text + material("ALL") + "*BOUNDARY\nFIXED, 1, 3\n" + matrices_step()
-
-
-def solved(text):
-    """The deck for CalculiX's own frequencies instead of matrices."""
-    return text.replace("SOLVER=MATRIXSTORAGE\n1", "SOLVER=SPOOLES\n6")
 
 
 def reduced_frequencies(folder, path, setup):
@@ -304,25 +284,6 @@ def test_right_equations_hold_nothing(tmp_path):
     text = "".join(f"*EQUATION\n3\n{label}, {d}, 1.0, {ends[0]}, {d}, -0.5, {ends[1]}, {d}, -0.5\n" for d in (1, 2, 3))
     said = notes_of(run_ccx(tmp_path, "right", deck(extra=text).replace("*BOUNDARY\nLEFT, 1, 3\n", "")))
     assert "nothing holds the mesh" in said and "CHECK" not in said
-
-
-@pytest.mark.parametrize("held", [True, False])
-def test_unknowns_inside_of_incompatible_elements_are_condensed(tmp_path, held):
-    """The mass is that of the body, the unknowns are those of the nodes, statics are kept and low frequencies nearly."""
-    shape = {"cells": (12, 3, 2)}
-    text = deck(kind="C3D8I", **shape)
-    text = text if held else text.replace("*BOUNDARY\nLEFT, 1, 3\n", "")
-    structure = calculix.read([run_ccx(tmp_path, "bar", text)])
-    assert (structure.dof_node >= 0).all()
-    said = "\n".join(structure.notes)
-    assert f"{9 * 72} unknowns inside of C3D8I elements are condensed" in said
-    if not held:
-        assert f"moving mass r^T M r: {40 * 10 * 5 * DENSITY:.6g} " in said and "nothing holds the mesh" in said
-        return
-    values = sla.eigsh(structure.K.tocsc(), 6, structure.M.tocsc(), sigma=-1e6, return_eigenvectors=False)
-    ours, theirs = np.sqrt(np.sort(values)), frequencies(run_ccx(tmp_path, "modes", solved(text)))
-    assert np.all(ours >= theirs * (1 - 1e-6))  # what moves statically only is stiffer
-    np.testing.assert_allclose(ours[:3], theirs[:3], rtol=1.5e-3)
 
 
 # One sheared element each: number of faces, corners, mid-side edges; and the part of a face's load that each of its nodes takes.
