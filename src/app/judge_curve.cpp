@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analyses/branch.hpp"
 #include "app/earlier_run.hpp"
 #include "app/tell_resonances.hpp"
 #include "case/undamped.hpp"
@@ -17,6 +18,11 @@ public:
 
   std::size_t size() const { return omega_.size(); }
   double omega(std::size_t i) const { return omega_[i]; }
+
+  bool has_peak() const {
+    const std::vector<long> kinds = file_.integers("/events/kind");
+    return std::count(kinds.begin(), kinds.end(), static_cast<long>(BranchEvent::Kind::peak)) > 0;
+  }
 
   bool slips(std::size_t i) const {
     const std::vector<double> share = row("slip", i);
@@ -82,6 +88,8 @@ std::vector<Warning> warnings_of_curve(const std::optional<Resonances> &found, c
     warnings.push_back({"no_slip", "no contact point slips at any point of the curve: friction does nothing, its "
                                    "springs k_t alone are seen. A larger load, or less clamping or friction, makes it "
                                    "slip"});
+  if (found && finished && !curve.has_peak())
+    if (const auto warning = no_peak(*found, study)) warnings.push_back(*warning);
   if (found && undamped(study.damping)) passed_over(*found, study, curve, warnings);
   return warnings;
 }

@@ -39,6 +39,13 @@ std::string sweep_in_words(const Case &study) {
   return low == high ? first : first + " to " + in_both_units(study.frequency_unit, high);
 }
 
+bool none_listed(const Resonances &found) {
+  for (const ResonanceSet *set : {&found.stuck, &found.slipping, &found.open})
+    for (const int met : set->in_sweep)
+      if (met > 0) return false;
+  return true;
+}
+
 // A resonance of the joint in motion lies between those of the joint slipping and stuck.
 bool some_in_sweep(const Resonances &found, const Case &study) {
   const auto [low, high] = std::minmax(study.omega_from, study.omega_to);
@@ -73,6 +80,17 @@ double nearest(const Resonances &found, const Case &study) {
       if (omega > 0 && off < distance) distance = off, best = omega;
     }
   return best;
+}
+
+std::string nearest_in_words(const Resonances &found, const Case &study) {
+  const double omega = nearest(found, study);
+  return omega > 0 ? "the nearest is at " + in_both_units(study.frequency_unit, omega) : "there is none";
+}
+
+// Whether a sweep's range is within what is known.
+bool all_known(const Resonances &found, const Case &study) {
+  const std::vector<int> harmonics = driving_harmonics(study.loads);
+  return found.reach >= std::max(study.omega_from, study.omega_to) * (harmonics.empty() ? 1 : harmonics.back());
 }
 
 } // namespace
@@ -130,7 +148,13 @@ std::string in_table(const Resonances &found, const Case &study) {
     for (const ResonanceSet *set : sets) row += cell(*set, j);
     out += row.substr(0, row.find_last_not_of(' ') + 1) + "\n";
   }
-  if (!study.mode) out += "\nsweep: " + sweep_in_words(study) + (marked ? "; * lies in it" : "");
+  if (!study.mode) {
+    out += "\nsweep: " + sweep_in_words(study);
+    if (marked)
+      out += "; * lies in it";
+    else if (study.omega_from != study.omega_to && none_listed(found))
+      out += "; none of these lies in it, " + nearest_in_words(found, study);
+  }
   std::string harmonics;
   for (const int k : driving_harmonics(study.loads))
     if (k > 1) harmonics += (harmonics.empty() ? "" : ", ") + std::to_string(k);
@@ -145,16 +169,9 @@ std::string in_table(const Resonances &found, const Case &study) {
 
 std::vector<Warning> warnings_of(const Resonances &found, const Case &study) {
   std::vector<Warning> out;
-  const double high = std::max(study.omega_from, study.omega_to);
-  const std::vector<int> harmonics = driving_harmonics(study.loads);
-  const bool all_known = found.reach >= high * (harmonics.empty() ? 1 : harmonics.back());
-  if (study.omega_from != study.omega_to && all_known && !some_in_sweep(found, study)) {
-    const double omega = nearest(found, study);
+  if (study.omega_from != study.omega_to && all_known(found, study) && !some_in_sweep(found, study))
     out.push_back({"no_resonance", "no resonance lies in the sweep, " + sweep_in_words(study) + "; " +
-                                       (omega > 0 ? "the nearest is at " + in_both_units(study.frequency_unit, omega)
-                                                  : "there is none") +
-                                       remedy_by_unit(found, study)});
-  }
+                                       nearest_in_words(found, study) + remedy_by_unit(found, study)});
   if (found.may_lift > 0 && !(found.clamping > 0))
     out.push_back({"not_pressed", "nothing presses the joint: at rest no contact point bears a normal force. Check the "
                                   "sign of /preload and of the normals (positive x_n closes), and contact.gap "
@@ -166,6 +183,15 @@ std::vector<Warning> warnings_of(const Resonances &found, const Case &study) {
                        behind_number(study.units.force) + " (mu times the clamping): it slides as a whole, and " +
                        "nothing but its inertia bounds the motion"});
   return out;
+}
+
+std::optional<Warning> no_peak(const Resonances &found, const Case &study) {
+  if (study.path || study.mode || study.omega_from == study.omega_to || !all_known(found, study) ||
+      !none_listed(found) || !some_in_sweep(found, study))
+    return {};
+  return Warning{"no_resonance", "the curve has no peak, and no resonance of the joint stuck, slipping or open lies in "
+                                 "the sweep, " +
+                                     sweep_in_words(study) + "; " + nearest_in_words(found, study)};
 }
 
 } // namespace dovetail

@@ -22,6 +22,9 @@ std::string in_table(const Resonances &found, const Case &study);
 /// What is wrong with the case, as far as the resonances tell.
 std::vector<Warning> warnings_of(const Resonances &found, const Case &study);
 
+/// What to say of a curve without a peak. Nothing where a resonance lies in the sweep, or `warnings_of` has said so.
+std::optional<Warning> no_peak(const Resonances &found, const Case &study);
+
 /// What is wrong with a curve, by its results file; `finished`: it came to a good end. Of one rank alone.
 std::vector<Warning> warnings_of_curve(const std::optional<Resonances> &found, const Case &study,
                                        const std::vector<ContactPoint> &contact, bool finished);

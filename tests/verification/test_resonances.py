@@ -213,6 +213,18 @@ def test_no_point_slips(tmp_path):
     assert kinds(run(smooth).summary) == []
 
 
+def test_no_peak_between_slipping_and_stuck(tmp_path):
+    """Where a resonance may lie while some points slip, but none does: told by the table, and once the curve is there."""
+    for omega, listed, said in (([2, 3], False, ["no_slip", "no_resonance"]), ([5, 6], True, []), ([2, 2], False, ["no_slip"])):
+        case = held_by_friction(tmp_path, [100.0, 0, 0], omega=omega)
+        table = run(case, command="modes").out
+        assert ("; * lies in it" in table) == listed and warned(table) == []
+        assert ("none of these lies in it, the nearest is at 0.159155 Hz = 1 rad/s" in table) == ("no_resonance" in said)
+        done = run(case)
+        assert kinds(done.summary) == said and done.summary["peaks"] == 0
+        assert ("warning: the curve has no peak, and no resonance" in done.out) == ("no_resonance" in said)
+
+
 def test_no_slip_counts_all_parts_of_a_run(tmp_path):
     """The points that slip are of the part before the restart."""
     settings = {"fourier": [0, 0.5], "omega": [1.0, 2.6], "estimates": False}
