@@ -124,12 +124,11 @@ def _peaks(results):
     lines = []
     for dof in default_dofs(results):
         curve = results.response(dof)
-        peaks = curve.peaks()
-        if peaks:
-            omega, amplitude = max(peaks, key=lambda peak: peak[1])
-            lines.append((f"peak of {dof}", _amplitude(results, curve.unit, amplitude, omega)))
+        omega, highest = max(curve.peaks(), key=lambda peak: peak[1], default=(None, 0.0))
+        if omega is not None:
+            lines.append((f"peak of {dof}", _amplitude(results, curve.unit, highest, omega)))
         lines += [(f"no peak: {dof}", f"{words}, {_amplitude(results, curve.unit, amplitude, omega)}")
-                  for omega, amplitude, words in curve.ends()]
+                  for omega, amplitude, words in curve.ends() if amplitude > highest]
     return lines
 
 

@@ -253,17 +253,20 @@ void tell(const BranchStory &story) {
   tell_accuracy(story);
   if (counts.leaps + counts.integrations > 0)
     log_line("  after a leap the branch may be another one: look at the curve there\n");
+  double highest = 0;
   for (const EventRecord &event : story.events)
-    if (event.kind == static_cast<int>(Kind::peak))
+    if (event.kind == static_cast<int>(Kind::peak)) {
+      highest = std::max(highest, event.amplitude);
       log_line("  peak of %s at %s\n", story.told.amplitude(event.unknown, event.amplitude).c_str(),
                story.range.text(value_of(story, event)).c_str());
+    }
   const bool at_peak = !story.events.empty() && story.events.back().kind == static_cast<int>(Kind::peak) &&
                        story.events.back().point == counts.points - 1; // the run stopped there
   const std::pair<const CurveEnds::End *, const char *> ends[] = {
       {story.ends.falling(), "falling from the beginning of the curve"},
       {at_peak ? nullptr : story.ends.rising(), "still rising at the end of the curve"}};
   for (const auto &[end, words] : ends)
-    if (end)
+    if (end && end->amplitude > highest) // a lower one is no news
       log_line("  no peak, %s: %s at %s\n", words, story.told.amplitude(end->unknown, end->amplitude).c_str(),
                story.range.text(end->value).c_str());
   for (const EventRecord &event : story.events)

@@ -104,6 +104,11 @@ def test_an_end_of_the_sweep_is_no_peak(tmp_path):
     said = describe(results.path)
     assert "no peak: x1.t1" in said and "still rising at the end of the curve, 2 mm at 2 rad/s (0.3183099 Hz)" in said
     assert "peak of x1.t1" not in said
+    rising_again = coefficients[:, 0, 1].copy()
+    for tail, told in ((0.3, True), (0.05, False)):  # an end above the peak, and one below it
+        coefficients[:, 1, 1] = rising_again * np.where(omega < 1.75, 1, tail)
+        said = describe(one_point(tmp_path / f"{tail}.h5", coefficients, omega=omega).path)
+        assert "peak of x1.t1" in said and ("no peak: x1.t1" in said) == told, said
     figure = plot.response(results, ["x1.t1"])
     assert "still rising at the end" in figure.axes[0].get_legend().get_texts()[0].get_text()
 
