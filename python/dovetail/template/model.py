@@ -95,6 +95,7 @@ structure = (
 # Stiffness and friction of the joint are in case.toml; Joint.between takes them as well, stiffness per area.
 joint = Joint.between(structure.surface("lower face of A"), structure.surface("upper face of B"))
 model = structure.join([joint])
+model.units = "SI"  # a label for what is printed and drawn; numbers stay as they are
 model.write(Path(__file__).with_name("model.h5"))
-print(joint.report())
+print(joint.report(model.units))
 print(f"model.h5: {model.n} degrees of freedom, {len(joint)} contact points")
