@@ -38,8 +38,8 @@ def need_name(name):
 
 def with_phase(values, phase, name):
     """Pattern name to values and course, of values that come `phase` [rad] later than the cosine."""
-    if not np.isfinite(phase):
-        raise ValueError(f"phase must be a finite number [rad], found {phase}")
+    if np.ndim(phase) or np.asarray(phase).dtype.kind not in "iuf" or not np.isfinite(phase):
+        raise ValueError(f"phase must be a finite number [rad], found {phase!r}; nodes with phases of their own take a call each")
     values = np.asarray(values) * np.exp(-1j * phase) if phase else np.asarray(values)
     parts = {name: (values.real.astype(float), FORTH), name + LATER: (-values.imag.astype(float), LATE)}
     rounding = 4 * np.finfo(float).eps * np.abs(values).max(initial=0)  # of a phase of 90 degrees
@@ -67,6 +67,8 @@ def pressure_series(pressure, nodes, course):
         raise ValueError("a complex pressure is a cosine with a phase; a series, of all nodes or of each, is real")
     if pressure.ndim < 2:
         course = numbers_of(course, "fourier", (np.size(course),), "-")
+        if not course.size:
+            raise ValueError("fourier must have a coefficient at least, found []")
         pressure = numbers_of(np.broadcast_to(pressure, (nodes,)) if pressure.ndim == 0 else pressure, "pressure", (nodes,), "Pa")
         return np.outer(pressure, course)
     if course is not None:

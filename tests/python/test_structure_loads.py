@@ -36,6 +36,12 @@ def test_a_phase_makes_two_patterns():
     by_hand = brick.pair().with_force("top", np.array([0, 2, 0]) * np.exp(-0.3j), name="shaker")
     for name in structure.forces:
         np.testing.assert_allclose(by_hand.forces[name], structure.forces[name], atol=1e-15)
+    wave, nodes = brick.pair(), brick.pair().node_sets["top"][:2]
+    for node, phase in zip(nodes, (0.3, 1.1)):  # nodes with phases of their own: two patterns in all
+        wave = wave.with_force([node], [0, 2, 0], phase=phase)
+    dofs = [np.flatnonzero((wave.dof_node == node) & (wave.dof_direction == 1))[0] for node in nodes]
+    assert list(wave.courses) == ["force", "force_sin"]
+    np.testing.assert_allclose(wave.force[dofs] - 1j * wave.forces["force_sin"][dofs], 2 * np.exp([-0.3j, -1.1j]), rtol=1e-14)
     turning = brick.pair().with_force("top", [1, -1j, 0])  # Re((1, -i) exp(i omega t)) = (cos, sin): it goes round
     np.testing.assert_allclose(totals(turning, turning.force)[0], [1, 0, 0], atol=1e-15)
     np.testing.assert_allclose(totals(turning, turning.forces["force_sin"])[0], [0, 1, 0], atol=1e-15)
@@ -97,6 +103,9 @@ def test_what_is_refused():
             (lambda: free.with_base_acceleration([1j, 0, 0]), "direction must be real"),
             (lambda: free.with_force("top", [1, 2, np.nan]), "force must be a vector of three finite numbers"),
             (lambda: free.with_force("top", [1, 2, 3], phase=np.inf), "phase must be a finite number"),
+            (lambda: free.with_force("top", [1, 2, 3], phase="late"), "phase must be a finite number .* found 'late'"),
+            (lambda: free.with_force("top", [1, 2, 3], phase=[0, 1]), "phase must be a finite number .* a call each"),
+            (lambda: free.with_pressure("top", 1.0, fourier=[]), "fourier must have a coefficient"),
             (lambda: free.with_force("top", [1, 2, 3], name="a/b"), "without a slash, found 'a/b'"),
             (lambda: free.with_preload("top", [1, 2j, 3]), "preload must be real"),
             (lambda: free.with_moment("top", [1, 2]), "moment must be a vector of three finite numbers"),
