@@ -260,7 +260,7 @@ def test_what_holds_a_free_body_is_named(tmp_path):
     free = deck().replace("*BOUNDARY\nLEFT, 1, 3\n", "")
     path = run_ccx(tmp_path, "free", free)
     said = notes_of(path)
-    assert "x 0, y 0, z 0, about x 0, about y 0, about z 0: nothing holds the mesh" in said and "CHECK" not in said
+    assert "x 0, y 0, z 0, about x 0, about y 0, about z 0: nothing in the deck holds the mesh" in said and "CHECK" not in said
     lines = path.with_suffix(".sti").read_text().splitlines()
     row = path.with_suffix(".dof").read_text().split().index("265.3") + 1
     at = next(i for i, line in enumerate(lines) if line.split()[:2] == [str(row)] * 2)
@@ -283,7 +283,7 @@ def test_right_equations_hold_nothing(tmp_path):
     assert len(ends) == 2
     text = "".join(f"*EQUATION\n3\n{label}, {d}, 1.0, {ends[0]}, {d}, -0.5, {ends[1]}, {d}, -0.5\n" for d in (1, 2, 3))
     said = notes_of(run_ccx(tmp_path, "right", deck(extra=text).replace("*BOUNDARY\nLEFT, 1, 3\n", "")))
-    assert "nothing holds the mesh" in said and "CHECK" not in said
+    assert "nothing in the deck holds the mesh" in said and "CHECK" not in said
 
 
 # One sheared element each: number of faces, corners, mid-side edges; and the part of a face's load that each of its nodes takes.

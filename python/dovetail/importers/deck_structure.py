@@ -144,7 +144,7 @@ def _say_rigid_motion(deck, K, moved, judged, dof_node, dof_direction, held, not
     share = np.where(resists.any(axis=0), energy, 0.0) / scale.clip(min=np.finfo(float).tiny)
     notes.append("energy of rigid motions r^T K r, as a part of r^T |K| r: "
                  + ", ".join(f"{name} {value:.3g}" for name, value in zip(MOTIONS, share))
-                 + (" (boundary conditions hold it)" if held.any() else "" if share.any() else ": nothing holds the mesh"))
+                 + (" (boundary conditions hold it)" if held.any() else "" if share.any() else ": nothing in the deck holds the mesh"))
     stuck = held.any(axis=1)
     for equation in deck.equations:
         if any(held[node, direction] for node, direction, _ in equation.terms):
