@@ -59,8 +59,10 @@ def tightened(model, bolts, friction=True):
     -------
     Model, list of str
     """
+    unit = parse(model.units)
+
     def said(bolt):
-        return with_unit(f"{bolt.force:g}", parse(model.units).force)
+        return with_unit(f"{bolt.force:g}", unit.force)
 
     pulls = sum(bolt.pull * bolt.force for bolt in bolts)
     locked = [bolt for bolt in bolts if bolt.lock]
@@ -74,15 +76,16 @@ def tightened(model, bolts, friction=True):
     K, preload, notes = sp.csr_matrix(model.K), model.preload + pulls, []
     for bolt in bolts:
         approach = bolt.pull @ u
+        nearer = f"its ends approach by {with_unit(f'{approach:.4g}', unit.length)}"
         if not bolt.lock:
-            notes.append(f"bolt {bolt.name}: force {said(bolt)}, which stays; its ends approach by {approach:.4g}")
+            notes.append(f"bolt {bolt.name}: force {said(bolt)}, which stays; {nearer}")
             continue
         stiffness = bolt.stiffness or RIGID / (bolt.pull @ statics.stuck(bolt.pull))
         column = sp.csr_matrix(bolt.pull[:, None])
         K = K + stiffness * (column @ column.T)
         preload = preload + bolt.pull * (stiffness * approach)
-        notes.append(f"bolt {bolt.name}: tightened to {said(bolt)}, its ends approach by {approach:.4g}; then locked by a stiffness of "
-                     f"{stiffness:.4g}")
+        notes.append(f"bolt {bolt.name}: tightened to {said(bolt)}, {nearer}; then locked by a stiffness of "
+                     + with_unit(f"{stiffness:.4g}", unit.stiffness))
     contact = dict(model.contact)
     if not friction:
         normal = model.contact_dofs[:, 2]
