@@ -1,6 +1,7 @@
 """Loads that Structure puts on its nodes: totals, phases, moments, pressure, base motion and weight."""
 
 import re
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -8,7 +9,8 @@ import pytest
 import scipy.sparse as sp
 
 import brick
-from dovetail import Joint, Model, Structure, reference
+from dovetail import Joint, Model, Structure, loads, reference
+from launch import run
 
 
 def totals(structure, load):
@@ -189,3 +191,33 @@ def dynamic_forces(k, m, motion, omega):
         out[:, 2 * h - 1] = k @ c - w * w * (m @ c) + w * XI * (k @ s)
         out[:, 2 * h] = k @ s - w * w * (m @ s) - w * XI * (k @ c)
     return out
+
+
+CHAIN = f"""model = "{{name}}.h5"
+reduction.modes = 3
+damping.stiffness = {XI}
+newton = {{{{ step_tolerance = 1e-13, residual_tolerance = 1e-13 }}}}
+continuation.omega = [{{omega}}, {{omega}}]
+harmonic_balance = {{{{ harmonics = 5, solver = "{{solver}}" }}}}
+contact = {{{{ normal_stiffness = {KN}, tangential_stiffness = {KT}, friction = {MU}, gap = 0.0 }}}}
+"""
+
+
+@pytest.mark.parametrize("solver", ["modal", "assembled"])
+def test_the_program_finds_relative_and_absolute_base_motion_alike(tmp_path, solver):
+    """Absolute motion by a pattern for each coefficient of what the moving base does at this frequency."""
+    structure, omega = shaken_chain(), 1.1
+    k, m, base = np.kron(K.toarray(), np.eye(3)), np.kron(np.diag(MASSES), np.eye(3)), np.zeros((3, len(COURSE)))
+    base[0, 1:] = -np.array(COURSE[1:]) / (np.array([1, 1, 2, 2])[:len(COURSE) - 1] * omega) ** 2
+    absolute = -dynamic_forces(k[3:], m[3:], np.vstack([base, base, 0 * base]), omega)  # the slider's coordinate is relative
+    patterns = {f"c{place}": absolute[:, place] for place in range(1, len(COURSE))}
+    found = {}
+    for name, forces, courses in (("relative", {"base": structure.forces["base"]}, {"base": COURSE}),
+                                  ("absolute", patterns, {name: [0] * int(name[1:]) + [1] for name in patterns})):
+        Model(structure.K, structure.M, [[0, 1, 2]], preload=structure.preload, forces=forces).write(tmp_path / f"{name}.h5")
+        path = tmp_path / f"{name}.toml"
+        path.write_text(CHAIN.format(name=name, solver=solver, omega=omega) + loads.excitation(courses))
+        found[name] = run(SimpleNamespace(path=path), out=name).points
+    slider = [found[name]["coefficients"][0][-3:] for name in ("relative", "absolute")]
+    assert 0.2 < found["relative"]["slip"][0] == found["absolute"]["slip"][0]
+    np.testing.assert_allclose(*slider, rtol=0, atol=1e-12 * np.abs(slider[0]).max())
