@@ -8,6 +8,9 @@
 namespace dovetail {
 namespace {
 
+constexpr const char *constant_alone =
+    "is constant alone, nothing would vibrate; write [0, 1] for a cosine, and static loads into /preload of the model";
+
 std::vector<double> without_last_zeros(std::vector<double> values) {
   while (!values.empty() && values.back() == 0) values.pop_back();
   return values;
@@ -25,11 +28,12 @@ std::vector<Entry> read_loads(const Document &document, Case &study) {
     study.loads = {{force_pattern, without_last_zeros(fourier.numbers()), fourier.where() + " = " + fourier.source()}};
     if (study.loads[0].fourier.empty())
       fourier.refuse("nothing would move; write [0, 1] for a cosine, [0, 0, 1] for a sine");
+    if (study.loads[0].fourier.size() == 1) fourier.refuse(constant_alone);
     return {fourier};
   }
   std::vector<Entry> series;
   std::map<std::string, size_t> lines;
-  bool moving = false;
+  bool moving = false, vibrating = false;
   study.loads.clear();
   for (const Entry &load : loads.tables("[[excitation.load]], in double brackets, once for each load pattern")) {
     const Entry pattern = load["pattern"], course = load["fourier"];
@@ -45,11 +49,13 @@ std::vector<Entry> read_loads(const Document &document, Case &study) {
                      " already; add the coefficients of the two");
     study.loads.push_back({name, without_last_zeros(course.numbers()), pattern.where() + " = " + pattern.source()});
     moving = moving || !study.loads.back().fourier.empty();
+    vibrating = vibrating || study.loads.back().fourier.size() > 1;
     series.push_back(course);
   }
   if (!moving)
     throw InputError(loads.where() + ": all coefficients are zero, nothing would move; write fourier = [0, 1] for a "
                                      "cosine, [0, 0, 1] for a sine");
+  if (!vibrating) throw InputError(loads.where() + ": " + constant_alone);
   return series;
 }
 

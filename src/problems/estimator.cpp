@@ -82,7 +82,10 @@ ErrorEstimate Estimator::operator()(Vec y, Vec t) {
   pad(system_->layout(), t, layout, t_);
   ErrorEstimate found;
   motion_ = size(y_);
-  if (motion_ == 0) return found;
+  if (motion_ == 0) {
+    found.content.assign(n / 2 + 1, 0.0);
+    return found;
+  }
 
   PetscReal residual;
   check(VecSet(residual_, 0), doing);

@@ -135,6 +135,7 @@ CASES = [
     ("stiffness = 0.05", "of = \"stuck\"", ["damping.of = \"stuck\"", "not given"]),
     ("stiffness = 0.05", "structual = 0.01", ["damping.structual = 0.01", "did you mean structural"]),
     ("fourier = [0, 0, 1]", "fourier = [0, 0, 0]", ["excitation.fourier = [0, 0, 0]", "nothing would move"]),
+    ("fourier = [0, 0, 1]", "fourier = [7]", ["excitation.fourier = [7]", "constant alone, nothing would vibrate", "/preload"]),
     ("fourier = [0, 0, 1]", "fourier = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]", ["excitation.fourier", "harmonic 6", "harmonics = 5"]),
     ("normal_stiffness = 1.0", "normal_stiffness = 0.0", ["contact.normal_stiffness = 0", "greater than 0"]),
     ("normal_stiffness = 1.0", "normal_stiffness = [1.0, 2.0, 3.0]", ["contact.normal_stiffness", "3 values", "N_x = 1"]),

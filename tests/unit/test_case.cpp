@@ -159,7 +159,7 @@ TEST_F(CaseFile, ShortestFileTakesDefaults) {
 TEST_F(CaseFile, GoodVariants) {
   EXPECT_EQ(read({{19, "samples = \"exact\""}}).samples, 0);
   EXPECT_EQ(read({{19, "samples = 11"}}).samples, 11);
-  EXPECT_EQ(read({{9, "fourier = [0.5]"}}).loads[0].fourier.front(), 0.5);
+  EXPECT_EQ(read({{9, "fourier = [0.5, 1]"}}).loads[0].fourier.front(), 0.5);
   EXPECT_EQ(read({{9, "fourier = [0, 0, 1, 0, 0]"}, {18, "harmonics = 1"}}).loads[0].fourier,
             (std::vector<double>{0, 0, 1}));
   EXPECT_EQ(read({{9, "fourier = [0, 1, 0, 2]"}, {18, "harmonics = 2"}}).loads[0].fourier,
@@ -301,6 +301,7 @@ TEST_F(CaseFile, NumbersOutOfRange) {
 TEST_F(CaseFile, Excitation) {
   refused(9, "fourier = [0, 0, 0]", {"excitation.fourier = [0, 0, 0]", "nothing would move"});
   refused(9, "fourier = []", {"nothing would move"});
+  refused(9, "fourier = [2, 0, 0]", {"excitation.fourier = [2, 0, 0]", "nothing would vibrate", "/preload"});
   refused({{9, "fourier = [0, 0, 1, 0, 0, 2]"}, {18, "harmonics = 2"}}, 9,
           {"the force has harmonic 3", "harmonic_balance.harmonics = 2", "at least 3"});
 }
@@ -319,7 +320,7 @@ TEST_F(CaseFile, SeveralLoads) {
   EXPECT_EQ(study.loads[1].pattern, "force");
   EXPECT_EQ(study.loads[0].fourier, (std::vector<double>{0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(study.loads[1].fourier, (std::vector<double>{0, 0, 0.3, 0, 1, 0, 0, 0, 0, 0, 0}));
-  EXPECT_EQ(read({{9, "load = [{pattern = \"a b\", fourier = [1]}]"}}).loads[0].pattern, "a b");
+  EXPECT_EQ(read({{9, "load = [{pattern = \"a b\", fourier = [0, 1]}]"}}).loads[0].pattern, "a b");
   EXPECT_EQ(read(with(load("still", "[0]"))).loads[1].fourier.size(), 11u); // one of them may rest
 
 #if TOML11_VERSION_MAJOR < 4 // which takes it for one table
@@ -348,6 +349,7 @@ TEST_F(CaseFile, SeveralLoads) {
           {"excitation.load.fourier", "the force has harmonic 6", "harmonic_balance.harmonics = 5", "at least 6"});
   refused({{8, ""}, {9, load("drag", "[0, 0]")}}, 9,
           {"excitation.load: all coefficients are zero", "nothing would move"});
+  refused({{8, ""}, {9, load("drag", "[3]")}}, 9, {"excitation.load: is constant alone", "nothing would vibrate"});
   const auto without_pattern = [&](const Changes &changes, const std::vector<std::string> &patterns) {
     return message_of([&] { check_patterns(read(changes), patterns, "model.h5"); });
   };
