@@ -14,6 +14,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.optimize import brentq, minimize_scalar
 
+import cases
 import chain
 from dovetail import Model, Results
 
@@ -190,3 +191,10 @@ def test_unknowns_that_move_alike_are_named_by_the_first(tmp_path):
     first, second = (results.response(f"x{i}.t1").amplitude for i in (1, 2))
     assert 0 < (second - first).max() < 1e-6 * first.max()
     assert results.watched.startswith("x1."), results.watched
+
+
+@pytest.mark.parametrize("omega, told", [([1.5, 2.5], True), ([1.6, 2.0], False)])
+def test_an_end_is_told_where_it_lies_above_all_peaks(tmp_path, omega, told):
+    """Both curves fall at first, behind a peak at 1.47 rad/s, and have others."""
+    done = launch.run(cases.always_stuck(tmp_path, omega=omega, fourier=[0, 1], harmonics=1))
+    assert done.summary["peaks"] > 0 and ("  no peak, falling from the beginning of the curve" in done.out) == told
