@@ -178,7 +178,8 @@ void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const 
 
 void Stepper::limit_step() {
   if (!control_.adaptive()) return;
-  control_.limit({std::abs(parameter_of(here_.t)) / unit_, speed_, motion_}, curve_->problem.is_smooth());
+  const double rate = curve_->problem.resonates() ? std::abs(parameter_of(here_.t)) / unit_ : 0;
+  control_.limit({rate, speed_, motion_}, curve_->problem.is_smooth());
 }
 
 void Stepper::take_curve(Curve &curve) {
