@@ -94,10 +94,12 @@ public:
 double parameter_of(Vec y);
 void note_parameter(Vec y, double value); ///< what all ranks know it to be
 void set_parameter(Vec y, double value);  ///< the last entry
-/// y *= factor, and its parameter, which all ranks know, stays known.
+/// y *= factor; its parameter and its plain length, where all ranks know them, stay known.
 void scale_known(Vec y, double factor);
 /// 2-norm. Collective; without a message where t is as it was when it was asked before.
 double plain_length(Vec t);
+void note_plain_length(Vec t, double length);
+void forget_plain_length(Vec t);
 /// A number in (-1, 1), the same wherever it is asked for.
 double pseudo_random(std::size_t a, std::size_t b, std::size_t which);
 
