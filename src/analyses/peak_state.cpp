@@ -27,6 +27,7 @@ BranchState PeakStepper::state() {
   archive(brought, vectors);
   vectors.bring();
   state.y = vectors.take(), state.tangent = vectors.take();
+  archive_corner(saved);
   archive(saved, vectors);
   state.fields = saved.fields();
   return state;
@@ -37,14 +38,15 @@ void PeakStepper::restore(const BranchState &state) {
   summary_.counts = state.counts;
   Archive saved(state.fields);
   SavedVectors vectors(layout);
-  archive(saved, vectors);
+  archive_corner(saved);
   set_numbers(layout, state.y, here_.y);
   set_numbers(layout, state.tangent, here_.t);
   here_.parameter = parameter_of(here_.y);
+  archive(saved, vectors);
 }
 
-// Saved and restored by the same list: the leg first, which makes here_ anew.
-void PeakStepper::archive(Archive &archive, SavedVectors &vectors) {
+// Saved and restored by the same list, and first: the leg makes here_ anew.
+void PeakStepper::archive_corner(Archive &archive) {
   int point = leg_->point;
   Graze graze;
   graze.direction = leg_->direction;
@@ -54,6 +56,10 @@ void PeakStepper::archive(Archive &archive, SavedVectors &vectors) {
     leg_ = search_.corner(point, graze);
     take_curve(*leg_->curve);
   }
+}
+
+// Saved and restored by the same list.
+void PeakStepper::archive(Archive &archive, SavedVectors &vectors) {
   archive_leg(archive, "smooth", vectors, *search_.smooth());
   if (leg_->lies_in_corner()) archive_leg(archive, "corner", vectors, *leg_);
 

@@ -24,6 +24,7 @@ private:
   bool goes_on();
   void restore(const BranchState &state);
   BranchState state();
+  void archive_corner(Archive &archive);
   void archive(Archive &archive, SavedVectors &vectors);
   Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
   bool takes_jump(double apart) override;

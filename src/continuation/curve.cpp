@@ -122,21 +122,23 @@ bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {
   return direction.found && normalise(t, y);
 }
 
-// To length 1; false where it has none. All ranks know the parameter of both then.
+// To length 1; false where it has none. All ranks know the parameter of both then, and the tangent's plain length.
 bool Curve::normalise(Vec t, Vec y) {
   constexpr const char *doing = "computing a tangent";
   UniqueVec weighed;
   check(VecDuplicate(t, weighed.out()), doing);
-  PetscScalar square, rate, parameter;
+  PetscScalar square, plain, rate, parameter;
   norm.weigh(t, weighed);
   check(VecDotBegin(weighed, t, &square), doing); // by one message
+  check(VecDotBegin(t, t, &plain), doing);
   check(VecDotBegin(unit_, t, &rate), doing);
   check(VecDotBegin(unit_, y, &parameter), doing);
   check(VecDotEnd(weighed, t, &square), doing);
+  check(VecDotEnd(t, t, &plain), doing);
   check(VecDotEnd(unit_, t, &rate), doing);
   check(VecDotEnd(unit_, y, &parameter), doing);
   if (!(std::isfinite(square) && square > 0)) return false;
-  note_parameter(t, rate), note_parameter(y, parameter);
+  note_plain_length(t, std::sqrt(plain)), note_parameter(t, rate), note_parameter(y, parameter);
   scale_known(t, 1 / std::sqrt(square));
   return true;
 }

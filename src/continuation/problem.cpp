@@ -95,7 +95,7 @@ public:
   bool find(Vec y, double &value) {
     PetscBool known;
     check(PetscObjectComposedDataGetReal(reinterpret_cast<PetscObject>(y), place(), value, known), doing);
-    return known;
+    return known && std::isfinite(value);
   }
   void note(Vec y, double value) {
     check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), place(), value), doing);
@@ -146,8 +146,11 @@ void note_parameter(Vec y, double value) { kept_parameter.note(y, value); }
 
 void scale_known(Vec y, double factor) {
   const double value = parameter_of(y);
+  double length;
+  const bool measured = kept_length.find(y, length);
   check(VecScale(y, factor), doing);
   note_parameter(y, factor * value);
+  if (measured) note_plain_length(y, std::abs(factor) * length);
 }
 
 double parameter_of(Vec y) {
@@ -161,14 +164,16 @@ double parameter_of(Vec y) {
   return value;
 }
 
-// VecNorm remembers a norm that VecScale scales, which a restart does not know to the last bit.
+void note_plain_length(Vec t, double length) { kept_length.note(t, length); }
+void forget_plain_length(Vec t) { kept_length.note(t, std::nan("")); }
+
 double plain_length(Vec t) {
   double length;
   if (kept_length.find(t, length)) return length;
   PetscScalar square;
   check(VecDot(t, t, &square), doing);
   length = std::sqrt(square);
-  kept_length.note(t, length);
+  note_plain_length(t, length);
   return length;
 }
 

@@ -80,6 +80,8 @@ public:
   virtual bool is_admissible(double /*parameter*/) const { return true; }
   /// False where F has kinks so close to each other that steps should not look for them one by one.
   virtual bool is_smooth() const { return true; }
+  /// Whether the motion may rise and fall within a small part of the parameter's range.
+  virtual bool resonates() const { return true; }
   /// Of each vector the parameter and five projections of x, by which points are told apart cheaply. Collective.
   static constexpr int projections = 6;
   using Projected = std::array<double, projections>;
@@ -92,10 +94,12 @@ public:
 double parameter_of(Vec y);
 void note_parameter(Vec y, double value); ///< what all ranks know it to be
 void set_parameter(Vec y, double value);  ///< the last entry
-/// y *= factor, and its parameter, which all ranks know, stays known.
+/// y *= factor; its parameter and its plain length, where all ranks know them, stay known.
 void scale_known(Vec y, double factor);
 /// 2-norm. Collective; without a message where t is as it was when it was asked before.
 double plain_length(Vec t);
+void note_plain_length(Vec t, double length);
+void forget_plain_length(Vec t);
 /// A number in (-1, 1), the same wherever it is asked for.
 double pseudo_random(std::size_t a, std::size_t b, std::size_t which);
 

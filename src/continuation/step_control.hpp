@@ -65,7 +65,7 @@ private:
 
 /// How fast a curve goes along its tangent.
 struct Rates {
-  double parameter; ///< of its range, per arc length
+  double parameter; ///< of its range, per arc length; 0: nothing resonates over it
   double motion;    ///< plain size of the tangent's x
   double size;      ///< plain size of x
 };

@@ -21,6 +21,7 @@ Stepper::Outcome Stepper::advance() {
     ahead_.pop_back();
     halvings_ = {};
     check(VecScale(trial_.t, 1 / curve_->norm.length(trial_.t)), "measuring arc length"); // the metric may have grown
+    forget_plain_length(trial_.t); // by a factor of 1 it stays as it was, and a restart does not know what was known
     const double step = length_to(trial_);
     const Outcome outcome = step > 0 ? take_trial(step) : Outcome::refused;
     if (outcome == Outcome::on) stepped();
@@ -178,7 +179,8 @@ void Stepper::note(std::optional<CurvePoint> &place, const CurvePoint &s) const 
 
 void Stepper::limit_step() {
   if (!control_.adaptive()) return;
-  control_.limit({std::abs(parameter_of(here_.t)) / unit_, speed_, motion_}, curve_->problem.is_smooth());
+  const double rate = curve_->problem.resonates() ? std::abs(parameter_of(here_.t)) / unit_ : 0;
+  control_.limit({rate, speed_, motion_}, curve_->problem.is_smooth());
 }
 
 void Stepper::take_curve(Curve &curve) {
@@ -193,6 +195,9 @@ void Stepper::archive_steps(Archive &archive) {
   archive.field("sign", here_.sign);
   archive.field("newton", here_.newton.newton);
   archive.field("curvature", curvature_);
+  double length = archive.restores() ? 0 : plain_length(here_.t); // to the last bit, which scaling has rounded
+  archive.field("tangent_length", length);
+  if (archive.restores()) note_plain_length(here_.t, length);
   archive.field("kinks_in_vain", kinks_in_vain_);
 }
 

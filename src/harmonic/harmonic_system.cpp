@@ -153,8 +153,8 @@ bool HarmonicSystem::set(double value) {
 }
 
 bool HarmonicSystem::has_products(const double *q) const {
-  return motion_.size() == static_cast<std::size_t>(layout_.own_coefficients()) &&
-         std::equal(motion_.begin(), motion_.end(), q);
+  return of_.motion.size() == static_cast<std::size_t>(layout_.own_coefficients()) &&
+         std::equal(of_.motion.begin(), of_.motion.end(), q);
 }
 
 // Sets the parameter, makes the products and evaluates the contact, of unknowns y. Returns border . y. By one message,
@@ -162,7 +162,7 @@ bool HarmonicSystem::has_products(const double *q) const {
 double HarmonicSystem::go_to(const double *y, const double *border) {
   const double own = layout_.owns_omega() ? y[layout_.own_coefficients()] : 0;
   std::vector<double> sums{own, border ? std::inner_product(y, y + layout_.own_unknowns(), border, 0.0) : 0};
-  if (layout_.size > 1 || !has_products(y)) products(y, &sums);
+  if (layout_.size > 1 || !has_products(y)) products(y, of_, &sums);
   set(sums[0]);
   evaluate_contact(y);
   return sums[1];
@@ -179,27 +179,27 @@ bool HarmonicSystem::stand_at(const double *y, std::vector<double> *more) {
   if (more) more->assign(sums.begin() + 2, sums.end());
   set(sums[0]);
   const bool there = sums[1] == 0 && value_ == before;
-  if (sums[1] > 0) products(y);
+  if (sums[1] > 0) products(y, of_);
   evaluate_contact(y);
   return there;
 }
 
 // With `sums`, they become those over all ranks.
-void HarmonicSystem::products(const double *q, std::vector<double> *sums) {
+void HarmonicSystem::products(const double *q, Products &of, std::vector<double> *sums) {
   const std::size_t count = layout_.own_coefficients();
-  stiffness_force_.resize(count), inertia_force_.resize(count);
+  of.stiffness.resize(count), of.inertia.resize(count);
   const Timed timed(Work::matrices);
   if (sums)
-    linear_->multiply_and_share(q, stiffness_force_.data(), inertia_force_.data(), *sums, layout_.comm);
+    linear_->multiply_and_share(q, of.stiffness.data(), of.inertia.data(), *sums, layout_.comm);
   else
-    linear_->multiply(q, stiffness_force_.data(), inertia_force_.data());
+    linear_->multiply(q, of.stiffness.data(), of.inertia.data());
   if (const Dampers *dampers = linear_->dampers()) {
     if (dampers->is_viscous())
-      damping_force_.resize(count), dampers->viscous_force(q, layout_.width, damping_force_.data());
+      of.viscous.resize(count), dampers->viscous_force(q, layout_.width, of.viscous.data());
     if (dampers->is_hysteretic())
-      hysteretic_force_.resize(count), dampers->hysteretic_force(q, layout_.width, hysteretic_force_.data());
+      of.hysteretic.resize(count), dampers->hysteretic_force(q, layout_.width, of.hysteretic.data());
   }
-  motion_.assign(q, q + count);
+  of.motion.assign(q, q + count);
 }
 
 void HarmonicSystem::evaluate_contact(const double *q) {
@@ -215,7 +215,7 @@ void HarmonicSystem::evaluate_contact(const double *q) {
 void HarmonicSystem::evaluate(const double *q) {
   int same = has_products(q);
   if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
-  if (!same) products(q);
+  if (!same) products(q, of_);
   evaluate_contact(q);
 }
 
@@ -227,7 +227,7 @@ const double *HarmonicSystem::holding() {
 
 void HarmonicSystem::balance(const DynamicStiffness &structure, double constant, double varying, double *out) const {
   const int n = layout_.width;
-  const std::vector<double> &u = stiffness_force_, &v = inertia_force_;
+  const std::vector<double> &u = of_.stiffness, &v = of_.inertia;
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d) {
     const PetscInt at = d * n;
     out[at] = u[at] - force_coefficient(loads_, d, 0, constant);
@@ -238,12 +238,12 @@ void HarmonicSystem::balance(const DynamicStiffness &structure, double constant,
       out[s] = u[s] - inertia * v[s] - loss * u[c] - drag * v[c] - force_coefficient(loads_, d, sine(k), varying);
     }
   }
-  for (std::size_t i = 0; i < damping_force_.size(); ++i)
+  for (std::size_t i = 0; i < of_.viscous.size(); ++i)
     if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
-      out[i] += structure.turn(k) * (place % 2 ? damping_force_[i + 1] : -damping_force_[i - 1]);
-  for (std::size_t i = 0; i < hysteretic_force_.size(); ++i)
+      out[i] += structure.turn(k) * (place % 2 ? of_.viscous[i + 1] : -of_.viscous[i - 1]);
+  for (std::size_t i = 0; i < of_.hysteretic.size(); ++i)
     if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
-      out[i] += structure.hysteresis(k) * (place % 2 ? hysteretic_force_[i + 1] : -hysteretic_force_[i - 1]);
+      out[i] += structure.hysteresis(k) * (place % 2 ? of_.hysteretic[i + 1] : -of_.hysteretic[i - 1]);
   double *contact = out + layout_.own_point_offset(0);
   for (std::size_t i = 0; i < force_.size(); ++i) contact[i] += force_[i];
   for (std::size_t i = 0; i < constant_.size(); ++i) contact[i * n] += 2 * constant_[i];

@@ -88,17 +88,17 @@ public:
   /// out (own coefficients) = D q + G - the loads, their means times `constant`, their harmonics times `varying`.
   void balance(const DynamicStiffness &structure, double constant, double varying, double *out) const;
   /// out (own coefficients) = derivative of D q by the frequency, eq (13).
-  void by_frequency(const DynamicStiffness &structure, double *out) const;
+  void by_frequency(const DynamicStiffness &structure, double *out) const { by_frequency(structure, of_, out); }
   const ContactForces &contact_forces() const { return forces_; }
   const std::vector<double> &contact_force() const { return force_; } ///< (own points, 3, 2H+1) G
   /// See loose_body(): what is added to the derivative of the means, (own contact dofs), or null. Collective.
   const double *holding();
 
   /// K q and M q of the motion evaluated last, (own coefficients).
-  const std::vector<double> &stiffness_force() const { return stiffness_force_; }
-  const std::vector<double> &inertia_force() const { return inertia_force_; }
-  const std::vector<double> &damping_force() const { return damping_force_; }       ///< C q of the dampers, or none
-  const std::vector<double> &hysteretic_force() const { return hysteretic_force_; } ///< S q, likewise
+  const std::vector<double> &stiffness_force() const { return of_.stiffness; }
+  const std::vector<double> &inertia_force() const { return of_.inertia; }
+  const std::vector<double> &damping_force() const { return of_.viscous; }       ///< C q of the dampers, or none
+  const std::vector<double> &hysteretic_force() const { return of_.hysteretic; } ///< S q, likewise
   const Dampers *dampers() const { return linear_->dampers(); } ///< damping besides K and M, or none
   DynamicStiffness structure(double omega) const {              ///< its D_k
     return DynamicStiffness(scaled_.damping, omega, setting_.damping);
@@ -111,6 +111,10 @@ public:
   std::vector<ByParameter> weighed(Vec y, Vec weights);
   /// out = d residual / d that parameter, at y and what is set besides; its last entry is 0. Collective.
   void by_parameter(Vec y, const PathParameter &by, Vec out);
+  /// out = d (weights . [d residual / dY along + d residual / dOmega]) / d [Y; Omega] at y, for vectors like y whose
+  /// last entries do not count: by central differences along the motion of that step, exactly along the frequency.
+  /// Collective.
+  void differentiate_twice(Vec y, Vec along, double step, Vec weights, Vec out);
   /// Grazes of the own contact points at y, and the derivative of one's height by a parameter: of the own point of
   /// that number, or 0 where that is -1 and another rank owns it. Collective.
   std::vector<std::vector<Graze>> grazes(Vec y);
@@ -120,9 +124,14 @@ public:
   const std::vector<Activity> &activity() const { return forces_.activity(); }
 
 private:
+  struct Products { // (own coefficients) each
+    std::vector<double> motion, stiffness, inertia; // q, K q, M q
+    std::vector<double> viscous, hysteretic;        // C q and S q of the dampers, or empty
+  };
   void evaluate_contact(const double *q); // unless done at this motion
   bool has_products(const double *q) const;
-  void products(const double *q, std::vector<double> *sums = nullptr); // stiffness_force_ = K q, inertia_force_ = M q
+  void by_frequency(const DynamicStiffness &structure, const Products &of, double *out) const;
+  void products(const double *q, Products &of, std::vector<double> *sums = nullptr);
   double go_to(const double *y, const double *border);
   bool stand_at(const double *y, std::vector<double> *more = nullptr);
   struct Stiffness { // of contact dofs: on average over the period, and closed and stuck
@@ -150,10 +159,9 @@ private:
   ContactForces forces_;
   std::vector<double> contact_; // (own points, 3, 2H+1) motion that forces_ was last evaluated at
   std::unique_ptr<LinearPart> linear_;
-  std::vector<double> motion_, stiffness_force_, inertia_force_; // (own coefficients) of the last products
-  std::vector<double> damping_force_, hysteretic_force_;         // likewise, C q and S q of the dampers, or empty
-  std::vector<double> column_, held_;                            // of the Jacobian, see JacobianParts
-  std::vector<double> force_;                                    // (own points, 3, 2H+1)
+  Products of_;                       // the motion multiplied last
+  std::vector<double> column_, held_; // of the Jacobian, see JacobianParts
+  std::vector<double> force_;         // (own points, 3, 2H+1)
 };
 
 } // namespace dovetail

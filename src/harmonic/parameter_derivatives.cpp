@@ -1,6 +1,10 @@
 // Derivatives of the equations of harmonic balance by parameters: of joint, loads, damping, and the frequency.
+#include <numeric>
+
+#include "contact/contact_derivative.hpp"
 #include "harmonic/harmonic_system.hpp"
 #include "support/error.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -32,9 +36,9 @@ double HarmonicSystem::by_damping(std::size_t i) const {
   const int place = static_cast<int>(i % layout_.width), k = (place + 1) / 2;
   if (place == 0) return 0;
   const DynamicStiffness one(scaled_.damping, setting_.omega);
-  double sum = one.loss(k) * turned(stiffness_force_, i, place) + one.drag(k) * turned(inertia_force_, i, place);
-  if (!damping_force_.empty()) sum += one.turn(k) * turned(damping_force_, i, place);
-  if (!hysteretic_force_.empty()) sum += one.hysteresis(k) * turned(hysteretic_force_, i, place);
+  double sum = one.loss(k) * turned(of_.stiffness, i, place) + one.drag(k) * turned(of_.inertia, i, place);
+  if (!of_.viscous.empty()) sum += one.turn(k) * turned(of_.viscous, i, place);
+  if (!of_.hysteretic.empty()) sum += one.hysteresis(k) * turned(of_.hysteretic, i, place);
   return sum;
 }
 
@@ -55,7 +59,12 @@ void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
   const double *q;
   double *column;
   check(VecGetArrayRead(y, &q), "differentiating by a parameter");
-  stand_at(q);
+  if (by.changes_joint) { // by nothing else, and without products
+    set(shared_parameter(q));
+    evaluate_contact(q);
+  } else {
+    stand_at(q);
+  }
   differentiate(q, by);
   check(VecRestoreArrayRead(y, &q), "differentiating by a parameter");
   check(VecSet(out, 0), "differentiating by a parameter");
@@ -90,15 +99,41 @@ double HarmonicSystem::by_parameter(Vec y, int own_point, const Graze &graze, co
   return value;
 }
 
-void HarmonicSystem::by_frequency(const DynamicStiffness &structure, double *out) const {
-  const std::vector<double> &u = stiffness_force_, &v = inertia_force_, &w = damping_force_;
+void HarmonicSystem::by_frequency(const DynamicStiffness &structure, const Products &of, double *out) const {
   const int n = layout_.width;
-  for (std::size_t i = 0; i < v.size(); ++i) {
+  for (std::size_t i = 0; i < of.inertia.size(); ++i) {
     const int place = static_cast<int>(i % n), k = (place + 1) / 2;
-    out[i] = -structure.inertia_slope(k) * v[i] + structure.loss_slope(k) * turned(u, i, place) +
-             structure.drag_slope(k) * turned(v, i, place);
-    if (!w.empty()) out[i] += structure.turn_slope(k) * turned(w, i, place);
+    out[i] = -structure.inertia_slope(k) * of.inertia[i] + structure.loss_slope(k) * turned(of.stiffness, i, place) +
+             structure.drag_slope(k) * turned(of.inertia, i, place);
+    if (!of.viscous.empty()) out[i] += structure.turn_slope(k) * turned(of.viscous, i, place);
   }
+}
+
+void HarmonicSystem::differentiate_twice(Vec y, Vec along, double step, Vec weights, Vec out) {
+  constexpr const char *doing = "differentiating twice";
+  const ReadValues at(y), a(along), w(weights);
+  const PetscInt own = layout_.own_coefficients(), first = layout_.own_point_offset(0);
+  const double *q = at;
+  stand_at(q);
+  Products of;
+  products(w, of);
+  check(VecSet(out, 0), doing);
+  const Values to(out);
+  by_frequency(structure(setting_.omega).transposed(), of, to);
+  double by_omega = std::inner_product(a + 0, a + own, to + 0, 0.0);
+  std::vector<double> moved(own), change(own);
+  for (const double side : {1.0, -1.0}) { // of inertia the frequency's square
+    by_frequency(structure(setting_.omega * (1 + side / 2)), change.data());
+    by_omega += side * std::inner_product(change.begin(), change.end(), w + 0, 0.0) / setting_.omega;
+  }
+  for (const double side : {1.0, -1.0}) { // of what is not linear
+    for (PetscInt i = 0; i < own; ++i) moved[i] = q[i] + side * step * a[i];
+    evaluate_contact(moved.data());
+    ContactDerivative(forces_, true).multiply(w + first, change.data());
+    for (PetscInt i = first; i < own; ++i) to[i] += side / (2 * step) * change[i - first];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &by_omega, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  if (layout_.owns_omega()) to[own] = by_omega;
 }
 
 // At the motion q, whose products and contact forces are there.

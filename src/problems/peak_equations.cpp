@@ -99,12 +99,7 @@ bool PeakEquations::differentiate(double accuracy_along) {
 }
 
 void PeakEquations::turn() {
-  check(VecSet(turned_, 0), doing); // [c_Y; c_Omega]
-  const double turn = part_of_omega * omega();
-  for (const double side : {1.0, -1.0}) {
-    add_transposed(side * step_, 0, side / (2 * step_));
-    add_transposed(0, side * turn, side / (2 * turn));
-  }
+  system_->differentiate_twice(y_, along_, step_, adjoint_, turned_); // [c_Y; c_Omega]
   check(VecSet(f_, 0), doing);
   watch(along_, f_);
   check(VecAXPY(turned_, -1, f_), doing);
@@ -207,15 +202,6 @@ void PeakEquations::watch(Vec v, Vec out) const {
   for (PetscInt d = 0; d < layout.own_dofs(); ++d) row_.add_transposed(layout.number(d), motion.data(), n, to + d * n);
   check(VecRestoreArray(out, &to), doing);
   check(VecRestoreArrayRead(v, &from), doing);
-}
-
-// turned_ += weight [J R_Omega]^T lambda, at y + h dY/dOmega and Omega + turn.
-void PeakEquations::add_transposed(double h, double turn, double weight) {
-  check(VecWAXPY(at_, h, along_, y_), doing);
-  set_parameter(at_, omega() + turn);
-  system_->transposed_jacobian(at_, fixed_, transposed_.matrix);
-  check(MatMult(transposed_.matrix, adjoint_, f_), doing);
-  check(VecAXPY(turned_, weight, f_), doing);
 }
 
 } // namespace dovetail

@@ -59,7 +59,6 @@ protected:
 private:
   bool solve_on(Vec right, Vec x, bool transposed, double accuracy);
   void watch(Vec v, Vec out) const;
-  void add_transposed(double h, double turn, double weight);
 
   struct Solver {
     UniqueMat matrix;

@@ -40,6 +40,8 @@ public:
   std::shared_ptr<PointData> describe() override;                                     ///< ResponseData
   bool is_admissible(double value) const override { return value > 0 || !kind_.positive(); }
 
+  bool resonates() const override { return false; } ///< the resonance goes along
+
   PeakEquations &peak() { return peak_; }
   double omega_of(Vec y) const; ///< Collective.
   /// The peak's equations take [Y; Omega] of y, and its p.

@@ -35,11 +35,11 @@ public:
   double turn(int k) const { return sign_ * k * omega_ * factor_; }
   double hysteresis(int k) const { return k > 0 && damping_.of_parts ? sign_ * damping_.structural : 0; }
 
-  // Derivatives by Omega; not of a transpose.
+  // Derivatives by Omega.
   double inertia_slope(int k) const { return 2 * k * k * omega_; }
-  double loss_slope(int k) const { return k * damping_.stiffness; }
-  double drag_slope(int k) const { return k * (damping_.mass - 4 * ratio_ * omega_); }
-  double turn_slope(int k) const { return k * factor_; }
+  double loss_slope(int k) const { return sign_ * k * damping_.stiffness; }
+  double drag_slope(int k) const { return sign_ * k * (damping_.mass - 4 * ratio_ * omega_); }
+  double turn_slope(int k) const { return sign_ * k * factor_; }
   /// Of drag, by zeta.
   double feeding_slope(int k) const { return -2 * k * omega_ * omega_; }
 

@@ -16,6 +16,10 @@ void descinit_(int *, const int *, const int *, const int *, const int *, const 
 void pdgetrf_(const int *, const int *, double *, const int *, const int *, const int *, int *, int *);
 void pdgetrs_(const char *, const int *, const int *, const double *, const int *, const int *, const int *,
               const int *, double *, const int *, const int *, const int *, int *);
+void pdlapiv_(const char *, const char *, const char *, const int *, const int *, double *, const int *, const int *,
+              const int *, const int *, const int *, const int *, const int *, int *);
+void pdtrsv_(const char *, const char *, const char *, const int *, const double *, const int *, const int *,
+             const int *, double *, const int *, const int *, const int *, const int *);
 }
 
 namespace dovetail {
@@ -169,6 +173,14 @@ std::array<int, 9> BlockCyclic::columns_descriptor(int count) const { // all of 
   return descriptor;
 }
 
+std::array<int, 9> BlockCyclic::pivots_descriptor() const { // each column of the grid has all of its rows'
+  std::array<int, 9> descriptor;
+  const int n = n_ + block * rows_, own = own_rows_ + block;
+  int info;
+  descinit_(descriptor.data(), &n, &one, &block, &one, &zero, &column_, &context_, &own, &info);
+  return descriptor;
+}
+
 bool SpreadFactors::factor(const BlockCyclic::Row &row) {
   const int n = grid_.order();
   int info = 0;
@@ -184,8 +196,19 @@ void SpreadFactors::solve(double *b, int columns) const {
   const int n = grid_.order();
   int info = 0;
   std::vector<double> local = grid_.take_columns(b, columns);
-  pdgetrs_("N", &n, &columns, lu_.data(), &one, &one, grid_.descriptor(), pivots_.data(), local.data(), &one, &one,
-           grid_.columns_descriptor(columns).data(), &info);
+  const auto of_columns = grid_.columns_descriptor(columns);
+  const int *of_matrix = grid_.descriptor();
+  if (columns > 1) {
+    pdgetrs_("N", &n, &columns, lu_.data(), &one, &one, of_matrix, pivots_.data(), local.data(), &one, &one,
+             of_columns.data(), &info);
+  } else { // of one column pdgetrs makes products of matrices, each copied first: three times as slow
+    const auto of_pivots = grid_.pivots_descriptor();
+    pdlapiv_("Forward", "Row", "Col", &n, &one, local.data(), &one, &one, of_columns.data(), pivots_.data(), &one, &one,
+             of_pivots.data(), &info);
+    for (const bool lower : {true, false})
+      pdtrsv_(lower ? "L" : "U", "N", lower ? "U" : "N", &n, lu_.data(), &one, &one, of_matrix, local.data(), &one, &one,
+              of_columns.data(), &one);
+  }
   grid_.give_columns(local, columns, b);
 }
 

@@ -39,6 +39,7 @@ public:
   std::vector<double> take_columns(const double *all, int count) const;
   void give_columns(const std::vector<double> &local, int count, double *all) const;
   std::array<int, 9> columns_descriptor(int count) const;
+  std::array<int, 9> pivots_descriptor() const;
 
 private:
   struct Counts;

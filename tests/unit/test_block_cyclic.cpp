@@ -68,11 +68,14 @@ TEST(BlockCyclic, factors_solve_as_those_of_one_rank_do) {
     }));
     for (int i = 0; i < 2 * n; ++i) b[i] = number(i, n);
     one = b;
+    std::vector<double> alone(b.begin(), b.begin() + n);
     factors.solve(b.data(), 2);
+    factors.solve(alone.data());
     Factors lapack;
     ASSERT_TRUE(lapack.factor(A));
     lapack.solve(one.data()), lapack.solve(one.data() + n);
     for (int i = 0; i < 2 * n; ++i) EXPECT_NEAR(b[i], one[i], 1e-12) << n << " " << i;
+    for (int i = 0; i < n; ++i) EXPECT_NEAR(alone[i], one[i], 1e-12) << n << " " << i;
   }
 }
 

@@ -252,7 +252,7 @@ def test_restart_after_any_point(tmp_path, scene, parameter, end, at, solver, ra
     edits = [("harmonics = 5", f'harmonics = 5\nsolver = "{solver}"')]
     whole, case = whole_and_case(tmp_path, scene, parameter, 0 if parameter == "gap" else 1, end, at, ranks=ranks, edits=edits)
     count = len(whole.points["omega"])
-    for points in (*range(1, count, 1 if ranks is None else 3), 1000):
+    for points in (*range(1, count, 1 if ranks is None else max(1, count // 6)), 1000):
         done = launch.run(limited(case, points), *(["--restart"] if points > 1 else []), out="cut", ranks=ranks)
         assert min(points, count) <= len(done.points["omega"]) <= count
     assert done.summary["parts"] > 5
