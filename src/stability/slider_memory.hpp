@@ -15,14 +15,14 @@ public:
   SliderMemory(const std::vector<ContactHistory::Hold> &holds, Waves waves, int harmonics, int first);
 
   int size() const { return terms * static_cast<int>(sticks_.size()); } ///< of c: of each stick, v / k_t
-  /// With lambda / Omega = exponent_shift + t, from c t: contact forces are those by the blocks of p for that lag less
-  /// what is added to `force`, and c is what follows.
+  /// With lambda / Omega = exponent_shift + t, from c t: contact forces are those by the blocks for a lag of
+  /// exponent_shift less what push adds to `force`, and c is what follows.
   void push(const double *ct, double *force) const;
   void follow(const double *ct, const double *p, double *c) const;
 
 private:
-  static constexpr int terms =
-      8; // v to 2e-7 for |lambda| = 0.4 Omega, in a stick as long as the period; 1e-9 in half of it
+  // v is right to 2e-7 for |lambda| = 0.4 Omega in a stick as long as the period, to 1e-9 in half of that.
+  static constexpr int terms = 8;
   struct Stick {
     int t, n; // where coefficients of the two directions begin
     double by_n;
