@@ -95,6 +95,16 @@ TEST(Stability, of_a_body_held_by_its_joint_alone) {
   EXPECT_LT(test.opinions().by_hill, -1e-3);
 }
 
+// Hill's method with sliders that remember nothing would be off by 2e-4 and 6e-4.
+TEST(Stability, of_sliders_that_remember_by_both_methods) {
+  const DenseModel model = dense_scene({point, point, point}, 2, 1, 0.01, 0.05);
+  StabilityTest test(model);
+  for (const auto &[amplitude, accuracy] : {std::pair(0.3, 2e-5), {1.2, 2e-4}}) {
+    EXPECT_EQ(test.judge(motion(model, 6, amplitude), 0.9).verdict, Verdict::stable);
+    EXPECT_NEAR(test.opinions().by_hill, test.opinions().by_monodromy, accuracy);
+  }
+}
+
 TEST(Stability, is_uncertain_where_methods_disagree) {
   const Growth falls{-0.02, Kind::jump}, grows{0.01, Kind::period_doubling}, unknown;
   EXPECT_EQ(conclude(falls, falls, true).verdict, Verdict::stable);
