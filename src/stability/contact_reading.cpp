@@ -40,17 +40,17 @@ void ContactReading::read(const std::vector<double> &coefficients) {
   writer_.finish();
 }
 
-std::vector<double> ContactReading::answers(Waves waves, int harmonics) const {
+std::vector<double> ContactReading::answers(Waves waves, int harmonics, double lag) const {
   const int w = wave_coefficients(waves, harmonics);
   std::vector<double> blocks;
   for (int p = 0; p < model_.points; ++p) {
     const ContactPoint &point = model_.contact[p];
     const std::size_t at = blocks.size();
     blocks.resize(at + block_places(point.law).size() * w * w);
-    if (sampled_)
+    if (sampled_ && shares_slider(point.law))
       linear_[p].write(point, &blocks[at]);
     else
-      write_waves(waves, harmonics, point, linear_[p], history(), p, &blocks[at]);
+      write_waves(waves, harmonics, point, linear_[p], history(), p, lag, &blocks[at]);
   }
   return blocks;
 }

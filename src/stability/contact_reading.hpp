@@ -23,7 +23,7 @@ public:
   const std::vector<double> &force() const { return force_; } ///< (points, 3, 2H+1)
   /// What Hill's method takes: blocks of all points one after the other, by write_waves for waves up to `harmonics` (at
   /// most those read). If sampled(), whole waves and the harmonics read only.
-  std::vector<double> answers(Waves waves, int harmonics) const;
+  std::vector<double> answers(Waves waves, int harmonics, double lag = 0) const;
   /// Some point of law cone slips or opens: it is sampled, its linearisation dense, and `history` does not know it.
   bool sampled() const { return sampled_; }
 

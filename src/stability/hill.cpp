@@ -9,7 +9,7 @@
 namespace dovetail {
 namespace {
 
-constexpr double shift = 1e-3;    // where exponents are sought around, over Omega: J may be singular at 0
+constexpr double shift = exponent_shift;
 constexpr double further = 0.15;  // than the strip is wide: exponents that must be found
 constexpr double accuracy = 1e-6; // of those: what they may be off, over Omega
 using Complex = std::complex<double>;
@@ -29,9 +29,11 @@ void add_wave(Complex z, const double *from, int i, double *to) {
 
 } // namespace
 
-void Hill::assemble(Waves waves, int harmonics, double omega, std::vector<double> blocks) {
+void Hill::assemble(Waves waves, int harmonics, double omega, std::vector<double> blocks,
+                    const std::vector<ContactHistory::Hold> &holds) {
   waves_ = waves, omega_ = omega, width_ = wave_coefficients(waves, harmonics);
   blocks_ = std::move(blocks);
+  memory_ = SliderMemory(holds, waves, harmonics, model_.modes * width_);
 }
 
 template <class Take> void Hill::for_each_block(Take take) const {
@@ -143,28 +145,31 @@ void Hill::solve(double *b) const {
 
 // Arnoldi's iteration. With lambda = (shift + t) Omega and Q = J + lambda D + lambda^2 M at t = 0, the problem
 // linearised in (p, r = t p) has the eigenvalues 1 / t of (p, r) -> (-Q^-1 (Omega D p + Omega^2 M (2 shift p + r)), p).
+// What sliders remember comes after that.
 Hill::Exponents Hill::near_zero(double strip) {
-  const int N = size(), most = std::min(2 * N, most_steps);
+  const int N = size(), all = 2 * N + memory_.size(), most = std::min(all, most_steps);
   const double scale = omega_ * omega_;
   Exponents out;
   if (!factor(shift * omega_)) return out;
   std::vector<double> inertia(N), product(N), h(most + 1);
-  basis_.reset(2 * N, most + 1), hessenberg_.reset(most + 1, most);
+  basis_.reset(all, most + 1), hessenberg_.reset(most + 1, most);
   const auto normalise = [&](double *v) {
-    const double length = std::sqrt(std::inner_product(v, v + 2 * N, v, 0.0));
-    for (int i = 0; length > 0 && i < 2 * N; ++i) v[i] /= length;
+    const double length = std::sqrt(std::inner_product(v, v + all, v, 0.0));
+    for (int i = 0; length > 0 && i < all; ++i) v[i] /= length;
     return length;
   };
   double *start = basis_.column(0); // noise, the same everywhere
   for (int i = 0; i < 2 * N; ++i) start[i] = 0.5 + static_cast<double>(mix(i + 1)) / 18446744073709551616.0;
   normalise(start);
   for (int j = 0, look = first_look; j < most && !out.found; ++j) {
-    const double *p = basis_.column(j), *r = p + N;
+    const double *p = basis_.column(j), *r = p + N, *c = r + N;
     double *next = basis_.column(j + 1);
     for (int i = 0; i < N; ++i) inertia[i] = 2 * shift * p[i] + r[i];
     rate_times(p, next), mass_times(inertia.data(), product.data());
     for (int i = 0; i < N; ++i) next[i] = -omega_ * next[i] - scale * product[i], next[N + i] = p[i];
+    memory_.push(c, next);
     solve(next);
+    memory_.follow(c, next, next + 2 * N);
     for (int pass = 0; pass < 2; ++pass) {
       transposed_times(basis_, j + 1, next, h.data());
       subtract_columns(basis_, j + 1, h.data(), next);

@@ -3,11 +3,11 @@
 // linearised equations of harmonic balance,
 //   lambda^2 M p + lambda (C + 2 Omega M d/dtheta) p + J p = 0.
 // On whole waves J is the Jacobian of harmonic balance, so that lambda passes zero exactly where that is singular. What
-// a slider remembers is taken to be of the same instant, exp(lambda (t - t_set)) = 1: right where lambda is small.
+// sliders remember depends on lambda besides, J being its value for lambda = 0 (slider_memory.hpp).
 #include <complex>
 
 #include "harmonic/dense_model.hpp"
-#include "stability/waves.hpp"
+#include "stability/slider_memory.hpp"
 #include "support/dense.hpp"
 
 namespace dovetail {
@@ -18,8 +18,10 @@ class Hill {
 public:
   explicit Hill(const DenseModel &model) : model_(model) {} ///< `model` must outlive it
 
-  /// `blocks`: of all contact points one after the other, as write_waves gives them.
-  void assemble(Waves waves, int harmonics, double omega, std::vector<double> blocks);
+  /// `blocks`: of all contact points one after the other, as write_waves gives them, for a lag of exponent_shift if
+  /// sliders are to remember `holds`.
+  void assemble(Waves waves, int harmonics, double omega, std::vector<double> blocks,
+                const std::vector<ContactHistory::Hold> &holds = {});
 
   int size() const { return model_.dofs() * width_; }       ///< of p: (n, coefficients of the waves)
   void stiffness_times(const double *p, double *out) const; ///< J p
@@ -50,6 +52,7 @@ private:
   int width_ = 0;
   double omega_ = 1;
   std::vector<double> blocks_;
+  SliderMemory memory_;
   Dense basis_, hessenberg_;
   std::vector<std::complex<double>> inverse_,
       coupling_;  // of factor(): (waves, eliminated), (waves, eliminated, others)

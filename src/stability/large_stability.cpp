@@ -15,9 +15,10 @@ DenseModel own_points(const HarmonicSystem &system) {
   return out;
 }
 
-Growth by_hill(const HarmonicSystem &system, Waves waves, double omega, const std::vector<double> &blocks,
+Growth by_hill(const HarmonicSystem &system, Waves waves, double omega, const ContactReading &from,
                double strip = 0.25) {
-  const WaveSystem::Exponents exponents = WaveSystem(system, waves, omega, blocks).near_zero(strip);
+  const std::vector<double> blocks = from.answers(waves, system.harmonics(), exponent_shift);
+  const auto exponents = WaveSystem(system, waves, omega, blocks, from.history().holds).near_zero(strip);
   return exponents.found ? largest_of(exponents.values, waves) : Growth{};
 }
 
@@ -30,7 +31,6 @@ LargeStabilityTest::LargeStabilityTest(const HarmonicSystem &system)
 
 Stability LargeStabilityTest::judge(Vec y) {
   const Layout &layout = system_.layout();
-  const int harmonics = system_.harmonics();
   own_.contact = system_.contact(), own_.standstill = system_.standstill();
   const double omega = system_.parameter().at(system_.parameter_in(y)).omega;
   const double *values;
@@ -39,11 +39,10 @@ Stability LargeStabilityTest::judge(Vec y) {
   check(VecRestoreArrayRead(y, &values), "judging stability");
   int sampled = reading_.sampled(); // on any rank
   MPI_Allreduce(MPI_IN_PLACE, &sampled, 1, MPI_INT, MPI_MAX, layout.comm);
-  const std::vector<double> whole = reading_.answers(Waves::whole, harmonics);
-  if (sampled) return conclude_sampled(by_hill(system_, Waves::whole, omega, whole, 0.5));
-  return conclude_alone(larger(by_hill(system_, Waves::whole, omega, whole),
-                               by_hill(system_, Waves::half, omega, reading_.answers(Waves::half, harmonics))),
-                        accuracy);
+  if (sampled) return conclude_sampled(by_hill(system_, Waves::whole, omega, reading_, 0.5));
+  return conclude_alone(
+      larger(by_hill(system_, Waves::whole, omega, reading_), by_hill(system_, Waves::half, omega, reading_)),
+      accuracy);
 }
 
 } // namespace dovetail

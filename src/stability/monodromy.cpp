@@ -176,11 +176,9 @@ Dense Monodromy::unfelt(const ContactHistory &history, bool held_too) const {
 
 void Monodromy::find_indifferent(const ContactHistory &history) {
   indifferent_.clear();
-  loose_ = 0;
   if (rigid_ == 0) return;
   std::vector<std::vector<double>> states;
   const Dense places = unfelt(history, false), drifts = unfelt(history, true);
-  loose_ = places.columns;
   for (int j = 0; j < places.columns; ++j) {
     std::vector<double> &state = states.emplace_back(map_.rows);
     std::copy_n(places.column(j), rigid_, state.begin());

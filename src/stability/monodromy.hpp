@@ -16,10 +16,8 @@ public:
   /// Eigenvalues of the map over one period; the largest are those of changes that matter. Sliders that never move are
   /// no states, and the values 1 of rigid displacements that nothing resists are made 0. Empty if LAPACK fails.
   std::vector<std::complex<double>> multipliers(const ContactHistory &history, double omega);
-  /// How many of those were made 0, and how many displacements they belong to: one that nothing resists at all can also
-  /// drift, one that only friction resists cannot.
+  /// How many of those were made 0: displacements, and drifts of those that not even friction resists.
   int indifferent() const { return static_cast<int>(indifferent_.size()); }
-  int loose() const { return loose_; }
 
 private:
   void follow(const ContactHistory &history, double omega);
@@ -43,7 +41,6 @@ private:
   Dense state_;                   // the same with v of all sliders; a column for each state at the beginning
   Dense map_;                     // over the whole period
   std::vector<std::vector<double>> indifferent_; // orthonormal states that stay what they are
-  int loose_ = 0;                                // of those, displacements
   Exponential exponential_;
 };
 

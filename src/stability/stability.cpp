@@ -80,11 +80,10 @@ struct StabilityTest::Workspace {
 
   Growth by_hill(Waves waves, const ContactReading &from, double omega, double strip = 0.25) {
     if (contact_unknowns() > only_opinion) return {};
-    hill.assemble(waves, harmonics, omega, from.answers(waves, harmonics));
+    hill.assemble(waves, harmonics, omega, from.answers(waves, harmonics, exponent_shift), from.history().holds);
     const Hill::Exponents exponents = hill.near_zero(strip);
     if (!exponents.found) return {};
-    // A loose displacement and its drift: without their lag, sliders do not resist that either.
-    const Growth out = largest_of(exponents.values, waves, waves == Waves::whole ? 2 * monodromy.loose() : 0);
+    const Growth out = largest_of(exponents.values, waves, waves == Waves::whole ? monodromy.indifferent() : 0);
     opinions.by_hill = std::fmax(opinions.by_hill, out.value);
     return out;
   }

@@ -5,7 +5,7 @@
 // the motion it is given, so what it errs by is the error of that motion: it is asked for the motion of harmonic
 // balance and for a finer one, and the difference says how far it is to be trusted. Hill's method (hill.hpp) is
 // consistent with harmonic balance itself, right about turning points and forgiving where there are few harmonics, but
-// takes sliders as if they had no lag. It costs ten times as much, and is asked only where it may matter.
+// knows no finer changes than its waves. It costs ten times as much, and is asked only where it may matter.
 #include <memory>
 
 #include "harmonic/dense_model.hpp"

@@ -10,7 +10,7 @@
 namespace dovetail {
 namespace {
 
-constexpr double shift = 1e-3;     // where exponents are sought around, over Omega: J may be singular at 0
+constexpr double shift = exponent_shift;
 constexpr double further = 0.15;   // than the strip is wide: exponents that must be found
 constexpr double tolerance = 1e-8; // relative, of 1 / (lambda / Omega - shift)
 constexpr PetscInt first_wanted = 24;
@@ -29,9 +29,11 @@ UniqueMat sparse(const Layout &layout, PetscInt own, PetscInt all, std::vector<P
 
 } // namespace
 
-WaveSystem::WaveSystem(const HarmonicSystem &system, Waves waves, double omega, const std::vector<double> &blocks)
+WaveSystem::WaveSystem(const HarmonicSystem &system, Waves waves, double omega, const std::vector<double> &blocks,
+                       const std::vector<ContactHistory::Hold> &holds)
     : system_(system), waves_(waves), width_(wave_coefficients(waves, system.harmonics())), omega_(omega),
-      own_(system.layout().own_dofs() * width_) {
+      own_(system.layout().own_dofs() * width_),
+      memory_(holds, waves, system.harmonics(), system.layout().own_modes.size() * width_) {
   const Layout &layout = system.layout();
   std::vector<PetscInt> k_rows, k_columns, rows, columns;
   std::vector<double> k_values, values;
@@ -50,7 +52,8 @@ WaveSystem::WaveSystem(const HarmonicSystem &system, Waves waves, double omega, 
   check(KSPSetOptionsPrefix(ksp_, "stability_"), doing);
   factor_by_lu(ksp_, shifted_);
   check(KSPSetFromOptions(ksp_), doing);
-  check(MatCreateShell(layout.comm, 2 * own_, 2 * own_, PETSC_DETERMINE, PETSC_DETERMINE, this, inverse_.out()), doing);
+  const PetscInt size = 2 * own_ + memory_.size();
+  check(MatCreateShell(layout.comm, size, size, PETSC_DETERMINE, PETSC_DETERMINE, this, inverse_.out()), doing);
   check(MatShellSetOperation(inverse_, MATOP_MULT, reinterpret_cast<void (*)()>(&WaveSystem::apply_inverse)), doing);
 }
 
@@ -94,9 +97,10 @@ void WaveSystem::assemble(const std::vector<double> &blocks) {
 }
 
 // With lambda = (shift + t) Omega and Q = J + lambda D + lambda^2 M at t = 0, the problem linearised in (p, r = t p)
-// has the eigenvalues 1 / t of (p, r) -> (-Q^-1 (Omega D p + Omega^2 M (2 shift p + r)), p).
+// has the eigenvalues 1 / t of (p, r) -> (-Q^-1 (Omega D p + Omega^2 M (2 shift p + r)), p). What sliders remember is
+// carried along.
 void WaveSystem::apply(const double *x, double *y) {
-  const double *p = x, *r = x + own_;
+  const double *p = x, *r = x + own_, *c = r + own_;
   const Damping damping = system_.damping();
   const double squared = omega_ * omega_;
   const double *stiff, *heavy;
@@ -123,6 +127,7 @@ void WaveSystem::apply(const double *x, double *y) {
     dampers->viscous_force(p, width_, force.data());
     for (PetscInt i = 0; i < own_; ++i) right[i] -= omega_ * system_.setting().damping * force[i];
   }
+  memory_.push(c, right);
   check(VecRestoreArray(right_, &right), doing);
   check(VecRestoreArrayRead(heavy_, &heavy), doing);
   check(VecRestoreArrayRead(stiff_, &stiff), doing);
@@ -130,6 +135,7 @@ void WaveSystem::apply(const double *x, double *y) {
   check(KSPSolve(ksp_, right_, p_), doing);
   check(VecResetArray(p_), doing);
   std::copy_n(p, own_, y + own_);
+  memory_.follow(c, y, y + 2 * own_);
 }
 
 PetscErrorCode WaveSystem::apply_inverse(Mat shell, Vec x, Vec y) {
@@ -158,6 +164,7 @@ WaveSystem::Exponents WaveSystem::near_zero(double strip) {
   UniqueVec start; // noise, the same on any number of ranks
   double *values;
   check(MatCreateVecs(inverse_, start.out(), nullptr), doing);
+  check(VecSet(start, 0), doing);
   check(VecGetArray(start, &values), doing);
   for (PetscInt d = 0; d < layout.own_dofs(); ++d)
     for (int i = 0; i < width_; ++i)
@@ -166,7 +173,8 @@ WaveSystem::Exponents WaveSystem::near_zero(double strip) {
         values[half * own_ + d * width_ + i] = 0.5 + static_cast<double>(mix(name + 1)) / 18446744073709551616.0;
       }
   check(VecRestoreArray(start, &values), doing);
-  const PetscInt all = 2 * layout.dofs() * width_;
+  PetscInt all;
+  check(VecGetSize(start, &all), doing);
   for (PetscInt wanted = std::min(first_wanted, all); !out.found; wanted = std::min(2 * wanted, all)) {
     UniqueEPS eps;
     check(EPSCreate(layout.comm, eps.out()), doing);

@@ -5,15 +5,17 @@
 #include <optional>
 
 #include "harmonic/harmonic_system.hpp"
-#include "stability/waves.hpp"
+#include "stability/slider_memory.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
 
 class WaveSystem {
 public:
-  /// `blocks`: of the own contact points one after the other, as write_waves gives them. Collective.
-  WaveSystem(const HarmonicSystem &system, Waves waves, double omega, const std::vector<double> &blocks);
+  /// `blocks`: of the own contact points one after the other, as write_waves gives them, for a lag of exponent_shift
+  /// if sliders are to remember `holds`. Collective.
+  WaveSystem(const HarmonicSystem &system, Waves waves, double omega, const std::vector<double> &blocks,
+             const std::vector<ContactHistory::Hold> &holds);
 
   struct Exponents {
     bool found = false;                       ///< false: singular, or not all of them converged
@@ -32,6 +34,7 @@ private:
   int width_; // coefficients of a dof
   double omega_;
   PetscInt own_;
+  SliderMemory memory_;
   UniqueMat stiffness_, mass_, stiffness_kron_, mass_kron_; // (dofs, dofs), and acting on all coefficients at once
   UniqueMat shifted_, inverse_;
   UniqueVec p_, stiff_, heavy_, right_; // (own)

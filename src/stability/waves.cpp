@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "contact/law_traits.hpp"
 
@@ -46,23 +47,24 @@ private:
   double *values_;
 };
 
-// Coefficients of the function that is 1 while a slider is held, and what a change of coefficients is at the beginning.
-void describe(const ContactHistory::Hold &hold, Waves waves, std::vector<double> &share, std::vector<double> &value) {
+// Coefficients of the function that is exp(-lag (theta - begin)) while a slider is held and 0 elsewhere, and what a
+// change of coefficients is at the beginning.
+void describe(const ContactHistory::Hold &hold, Waves waves, double lag, std::vector<double> &share,
+              std::vector<double> &value) {
+  const double length = hold.end - hold.begin;
   for (std::size_t i = 0; i < share.size(); ++i) {
-    const double a = wave_number(waves, i), begin = a * hold.begin, end = a * hold.end;
-    if (a == 0)
-      share[i] = (hold.end - hold.begin) / M_PI, value[i] = 0.5;
-    else if (is_sine(waves, i))
-      share[i] = (std::cos(begin) - std::cos(end)) / (M_PI * a), value[i] = std::sin(begin);
-    else
-      share[i] = (std::sin(end) - std::sin(begin)) / (M_PI * a), value[i] = std::cos(begin);
+    const double a = wave_number(waves, i);
+    const std::complex<double> turn(-lag, a), at = std::polar(1.0, a * hold.begin);
+    const std::complex<double> z = turn == 0.0 ? length : at * (std::exp(turn * length) - 1.0) / turn;
+    share[i] = (is_sine(waves, i) ? z.imag() : z.real()) / M_PI;
+    value[i] = a == 0 ? 0.5 : is_sine(waves, i) ? at.imag() : at.real();
   }
 }
 
 } // namespace
 
 void write_waves(Waves waves, int harmonics, const ContactPoint &point, const Linearisation &linear,
-                 const ContactHistory &history, int number, double *blocks) {
+                 const ContactHistory &history, int number, double lag, double *blocks) {
   const int n = wave_coefficients(waves, harmonics), size = n * n;
   const bool springs = linear.springs_only || !may_open(point.law), friction = has_friction(point.law);
   if (shares_slider(point.law)) { // always stuck, or always open
@@ -89,7 +91,7 @@ void write_waves(Waves waves, int harmonics, const ContactPoint &point, const Li
     by_n.add_gram(linear.slip[d], point.mu[d] * point.kn);
     for (const ContactHistory::Hold &hold : history.holds) {
       if (hold.slider != 2 * number + d) continue;
-      describe(hold, waves, share, value);
+      describe(hold, waves, lag, share, value);
       by_t.add_hold(share, value, hold.by_t), by_n.add_hold(share, value, hold.by_n);
     }
   }

@@ -61,6 +61,49 @@ TEST(Waves, whole_ones_give_the_derivative_of_harmonic_balance) {
   EXPECT_GT(held, 400);
 }
 
+// To the blocks for one lag it adds what makes them those of another, also far from the exponents that are sought.
+TEST(SliderMemory, of_any_lag) {
+  int held = 0;
+  for (int number = 0; number < scenes; number += 3) {
+    const Scene s = scene(number);
+    const DenseModel model = model_of(s);
+    ContactReading reading(model, s.harmonics);
+    reading.read(s.X);
+    held += !reading.history().holds.empty();
+    for (const Waves waves : {Waves::whole, Waves::half})
+      for (const double t : {-0.4, 0.1, 0.4, 3.0}) {
+        const int w = wave_coefficients(waves, s.harmonics);
+        const SliderMemory memory(reading.history().holds, waves, s.harmonics, 0);
+        std::vector<double> p(3 * w), c(memory.size()), none(memory.size()), ct(memory.size()), pushed(3 * w);
+        for (int i = 0; i < 3 * w; ++i) p[i] = std::sin(1.0 + 2 * i);
+        Dense A(memory.size(), memory.size()); // c = follow(c t, p)
+        for (int i = 0; i < memory.size(); ++i) {
+          ct = none, ct[i] = t;
+          memory.follow(ct.data(), pushed.data(), A.column(i));
+          for (int j = 0; j < memory.size(); ++j) A(j, i) = (i == j) - A(j, i);
+        }
+        memory.follow(none.data(), p.data(), c.data());
+        Factors factors;
+        ASSERT_TRUE(memory.size() == 0 || factors.factor(A));
+        if (memory.size() > 0) factors.solve(c.data());
+        for (int i = 0; i < memory.size(); ++i) ct[i] = t * c[i];
+        memory.push(ct.data(), pushed.data());
+        std::vector<double> at_shift = reading.answers(waves, s.harmonics, exponent_shift),
+                            expected = reading.answers(waves, s.harmonics, exponent_shift + t), forces[2];
+        for (const bool there : {false, true}) {
+          forces[there].assign(3 * w, 0);
+          const double *next = (there ? expected : at_shift).data();
+          for (const BlockPlace place : block_places(s.point.law))
+            for (int i = 0; i < w; ++i)
+              for (int j = 0; j < w; ++j) forces[there][place.row * w + i] += *next++ * p[place.column * w + j];
+        }
+        for (int i = 0; i < 3 * w; ++i) forces[0][i] -= pushed[i];
+        ASSERT_LT(worst(forces[0], forces[1]), t < 1 ? 1e-6 : 1e-2) << "scene " << number << ", t = " << t;
+      }
+  }
+  EXPECT_GT(held, 130);
+}
+
 // Half waves are odd harmonics of twice the period: the same motion, passed twice, answers to those.
 TEST(Waves, half_ones_give_that_of_twice_the_period) {
   int held = 0;

@@ -6,6 +6,7 @@
 #include "stability/growth.hpp"
 #include "stability/hill.hpp"
 #include "stability/large_stability.hpp"
+#include "stability/wave_system.hpp"
 #include "support/error.hpp"
 
 using namespace dovetail;
@@ -94,6 +95,16 @@ TEST(Stability, of_a_body_held_by_its_joint_alone) {
   EXPECT_LT(test.opinions().by_hill, -1e-3);
 }
 
+// Hill's method with sliders that remember nothing would be off by 2e-4 and 6e-4.
+TEST(Stability, of_sliders_that_remember_by_both_methods) {
+  const DenseModel model = dense_scene({point, point, point}, 2, 1, 0.01, 0.05);
+  StabilityTest test(model);
+  for (const auto &[amplitude, accuracy] : {std::pair(0.3, 2e-5), {1.2, 2e-4}}) {
+    EXPECT_EQ(test.judge(motion(model, 6, amplitude), 0.9).verdict, Verdict::stable);
+    EXPECT_NEAR(test.opinions().by_hill, test.opinions().by_monodromy, accuracy);
+  }
+}
+
 TEST(Stability, is_uncertain_where_methods_disagree) {
   const Growth falls{-0.02, Kind::jump}, grows{0.01, Kind::period_doubling}, unknown;
   EXPECT_EQ(conclude(falls, falls, true).verdict, Verdict::stable);
@@ -114,14 +125,24 @@ namespace {
 
 constexpr int harmonics = 4;
 
-HarmonicSystem small_system(Law law, const Damping &damping = 0.05) {
+HarmonicSystem small_system(Law law, const Damping &damping = 0.05, int order = harmonics) {
   PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
   add_damping_matrices(damping, model.reduced);
   for (ContactPoint &c : model.contact) {
     c.law = law;
     if (law == Law::cone) c.mu[1] = c.mu[0];
   }
-  return HarmonicSystem(scaled(std::move(model), damping, {}), harmonics, exactly, course({0, 1, 0}));
+  return HarmonicSystem(scaled(std::move(model), damping, {}), order, exactly, course({0, 1, 0}));
+}
+
+UniqueVec point_of(const HarmonicSystem &system, const std::vector<double> &q, double omega) {
+  UniqueVec y = system.unknowns();
+  set_coefficients(system.layout(), q, y);
+  double *own;
+  check(VecGetArray(y, &own), "");
+  if (system.layout().owns_omega()) own[system.layout().own_coefficients()] = omega;
+  check(VecRestoreArray(y, &own), "");
+  return y;
 }
 
 } // namespace
@@ -139,12 +160,7 @@ TEST(LargeStability, agrees_with_the_dense_computation) {
         const HarmonicSystem system = small_system(law, damping);
         const DenseModel model = dense_model(system);
         std::vector<double> q = motion(model, harmonics, amplitude);
-        UniqueVec y = system.unknowns();
-        set_coefficients(system.layout(), q, y);
-        double *own;
-        check(VecGetArray(y, &own), "");
-        if (system.layout().owns_omega()) own[system.layout().own_coefficients()] = omega;
-        check(VecRestoreArray(y, &own), "");
+        const UniqueVec y = point_of(system, q, omega);
         const Stability found = LargeStabilityTest(system).judge(y);
 
         ContactReading reading(model, harmonics);
@@ -152,7 +168,8 @@ TEST(LargeStability, agrees_with_the_dense_computation) {
         Hill hill(model);
         Growth expected[2];
         for (const Waves waves : {Waves::whole, Waves::half}) {
-          hill.assemble(waves, harmonics, omega, reading.answers(waves, harmonics));
+          hill.assemble(waves, harmonics, omega, reading.answers(waves, harmonics, exponent_shift),
+                        reading.history().holds);
           expected[waves == Waves::half] = largest_of(hill.near_zero().values, waves);
         }
         const Stability dense = conclude_alone(larger(expected[0], expected[1]), 1e-7);
@@ -164,17 +181,66 @@ TEST(LargeStability, agrees_with_the_dense_computation) {
   EXPECT_GT(unstable, 1);
 }
 
+// All multipliers, of either sign and off the real axis, go to those of the map with the harmonics of what is small.
+TEST(LargeStability, knows_what_sliders_remember) {
+  using Complex = std::complex<double>;
+  const int many = 18;
+  int unstable = 0, positive = 0, negative = 0;
+  for (const double damping : {0.05, -0.04})
+    for (const auto &[amplitude, omega] : {std::pair(0.3, 0.8), {1.2, 1.3}, {2.4, 0.5}}) {
+      const HarmonicSystem system = small_system(Law::coulomb, damping, many);
+      const DenseModel model = dense_model(system);
+      ContactReading all(model, many);
+      const std::vector<double> q = motion(model, many, amplitude);
+      all.read(q);
+      ASSERT_GT(all.history().holds.size(), 6u);
+      const std::vector<Complex> expected = Monodromy(model).multipliers(all.history(), omega);
+
+      const UniqueVec y = point_of(system, q, omega);
+      const Stability found = LargeStabilityTest(system).judge(y);
+      const Growth growth = largest_of(expected);
+      EXPECT_NEAR(found.growth, growth.value, 6e-4);
+      EXPECT_EQ(found.verdict, growth.positive() ? Verdict::unstable : Verdict::stable);
+      if (growth.positive()) EXPECT_EQ(found.kind, growth.kind);
+      unstable += growth.positive();
+
+      DenseModel own;
+      own.contact = system.contact(), own.standstill = system.standstill();
+      own.points = static_cast<int>(own.contact.size());
+      ContactReading reading(own, many);
+      const auto from = q.begin() + (model.modes + 3 * system.layout().own_points.begin) * (2 * many + 1);
+      reading.read({from, from + 3 * own.points * (2 * many + 1)});
+      for (const bool remembering : {true, false}) {
+        std::vector<Complex> multipliers;
+        for (const Waves waves : {Waves::whole, Waves::half}) {
+          WaveSystem waves_of(system, waves, omega, reading.answers(waves, many, remembering ? exponent_shift : 0),
+                              remembering ? reading.history().holds : std::vector<ContactHistory::Hold>());
+          const WaveSystem::Exponents exponents = waves_of.near_zero();
+          EXPECT_TRUE(exponents.found);
+          for (const Complex s : exponents.values)
+            multipliers.push_back((waves == Waves::half ? -1.0 : 1.0) * std::exp(2 * M_PI * s));
+        }
+        if (!remembering) {
+          EXPECT_GT(farthest(multipliers, expected), 0.05);
+          continue;
+        }
+        EXPECT_EQ(multipliers.size(), 2u * model.dofs()); // those of sliders are all but 0
+        EXPECT_LT(farthest(multipliers, expected), 3e-3 * std::max(1.0, largest_modulus(expected)));
+        for (const Complex z : multipliers)
+          if (z.imag() == 0) (z.real() > 0 ? positive : negative) += std::abs(z) > 1;
+      }
+    }
+  EXPECT_EQ(unstable, 3);
+  EXPECT_GT(positive, 4);
+  EXPECT_GT(negative, 1);
+}
+
 TEST(LargeStability, of_a_cone) {
   const HarmonicSystem system = small_system(Law::cone);
   const DenseModel model = dense_model(system);
   for (const double amplitude : {0.01, 0.5}) {
     const std::vector<double> q = motion(model, harmonics, amplitude);
-    UniqueVec y = system.unknowns();
-    set_coefficients(system.layout(), q, y);
-    double *own;
-    check(VecGetArray(y, &own), "");
-    if (system.layout().owns_omega()) own[system.layout().own_coefficients()] = 0.7;
-    check(VecRestoreArray(y, &own), "");
+    const UniqueVec y = point_of(system, q, 0.7);
     const Stability found = LargeStabilityTest(system).judge(y), dense = StabilityTest(model).judge(q, 0.7);
     EXPECT_NEAR(found.growth, dense.growth, 3e-6);
     EXPECT_EQ(found.verdict, dense.verdict);
