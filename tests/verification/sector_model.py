@@ -13,8 +13,8 @@ STIFFNESS = np.repeat([[5e7, 5e7, 1e8], [1e7, 1e7, 2e7]], [6, 2], axis=0)  # of 
 FREE = np.setdiff1d(np.arange(NODES), SECTOR["clamped"])
 DOF = np.full((NODES, 3), -1)
 DOF[FREE] = np.arange(3 * len(FREE)).reshape(-1, 3)
-INNER = 3 * (len(FREE) - 2 * 8 - 2 * len(SECTOR["left"]))  # dofs off faces and contact nodes
-ALL = INNER + 3 * 8 + 3 * len(SECTOR["left"])  # modes of a nodal diameter with the contact points held
+INNER = 3 * (len(FREE) - 6 - 2 * 2 - 2 * len(SECTOR["left"]))  # dofs off faces, root points and nodes of shrouds
+ALL = INNER + 3 * 2 + 3 * len(SECTOR["left"])  # modes of a nodal diameter with the contact points held
 
 
 def matrix(name):
