@@ -1,5 +1,5 @@
 #pragma once
-// Craig-Bampton on two levels for a cyclic sector: real modes and constraint modes of dofs b, contact nodes and faces,
+// Craig-Bampton on two levels for a cyclic sector: real modes and constraint modes of dofs b, contact points and faces,
 // are the same for all nodal diameters; on them, for each index h, complex modes with x held. Dense from here on.
 #include "reduction/clamped_structure.hpp"
 #include "reduction/reduced_model.hpp"

@@ -23,6 +23,14 @@ def matrix(name):
     return whole[rows][:, rows].tocsc()
 
 
+def put(file, name, A):
+    A = sp.csc_matrix(A)
+    A.sort_indices()
+    group = file.create_group(name)
+    group["data"], group["ir"], group["jc"] = A.data, A.indices, A.indptr
+    group.attrs["MATLAB_sparse"] = A.shape[0]
+
+
 def write_model(path, patterns=("lift",), points=8):
     """A model with the 6 contact points of the roots and, to the next sector, 2 of the shrouds or none."""
     rows = np.ravel([3 * FREE + d for d in range(3)], order="F")
@@ -30,11 +38,7 @@ def write_model(path, patterns=("lift",), points=8):
     with h5py.File(path, "w") as file:
         file.attrs["format"], file.attrs["version"] = "dovetail-model", 1
         for name in "KM":
-            A = matrix(name)
-            A.sort_indices()
-            group = file.create_group(name)
-            group["data"], group["ir"], group["jc"] = A.data, A.indices, A.indptr
-            group.attrs["MATLAB_sparse"] = A.shape[0]
+            put(file, name, matrix(name))
         file["preload"] = SECTOR["preload"][rows]
         for pattern in patterns:
             file[f"forces/{pattern}"] = SECTOR[f"pattern_{pattern}"][rows]
