@@ -10,6 +10,7 @@
 #include "case/travelling_wave.hpp"
 #include "harmonic/resonances.hpp"
 #include "reduction/craig_bampton.hpp"
+#include "reduction/sector_change.hpp"
 #include "reduction/sector_coordinates.hpp"
 #include "reduction/sector_levels.hpp"
 #include "support/error.hpp"
@@ -75,7 +76,7 @@ int judged_index(const Case &study, int sectors) {
 // Dofs that the real modes hold, and those that they move.
 PetscInt held_by_modes(const FullModel &model) {
   return static_cast<PetscInt>(
-      3 * (is_sector(model) ? held_dofs(model.cyclic, model.dofs).size() : model.contact_dofs.size()));
+      3 * (is_sector(model) ? held_dofs(changed(model.cyclic), model.dofs).size() : model.contact_dofs.size()));
 }
 
 // Real modes: N_a, or of a cyclic sector those that its indices share.
@@ -91,15 +92,11 @@ Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
   auto &[parts, settings, plan, second] = prepared;
   settings.modes = real_modes(study, model);
   if (is_sector(model)) {
-    model.contact_dofs = held_dofs(model.cyclic, model.dofs);
     model.C = UniqueMat(), model.K_structural = UniqueMat();
+    change_within_sector(model, motion.all, motion.dofs);
+    model.contact_dofs = held_dofs(model.cyclic, model.dofs);
     second.exact = study.exact_modes, second.judged = judged_index(study, model.cyclic.sectors);
     second.modes = study.modes, second.model_file = study.model;
-    for (const auto &point : model.contact_dofs)
-      for (const PetscInt dof : point) {
-        second.held.push_back(dof);
-        second.wanted.push_back(motion.all || std::binary_search(motion.dofs.begin(), motion.dofs.end(), dof));
-      }
   }
   parts = clamp(std::move(model));
   settings.check_modes = study.check_modes;
@@ -107,9 +104,8 @@ Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
   settings.wanted.assign(parts.elastic_dofs.size(), motion.all);
   for (std::size_t i = 0; i < parts.elastic_dofs.size(); ++i)
     if (std::binary_search(motion.dofs.begin(), motion.dofs.end(), parts.elastic_dofs[i])) settings.wanted[i] = 1;
-  for (std::size_t i = 0; i < settings.wanted.size(); ++i)
-    if (settings.wanted[i]) second.kept.push_back(static_cast<PetscInt>(i));
-  const auto kept = std::count(settings.wanted.begin(), settings.wanted.end(), 1);
+  const auto kept = is_sector(parts.full) ? static_cast<PetscInt>(parts.moved.dofs.size())
+                                          : std::count(settings.wanted.begin(), settings.wanted.end(), 1);
   plan = plan_memory(parts, settings.modes, static_cast<PetscInt>(kept), study.memory * 1024 * 1024 * 1024,
                      study.check_modes);
   if (is_sector(parts.full)) plan_sector(parts, settings.modes, second, plan);
@@ -120,11 +116,12 @@ void refuse_too_many_modes(const Case &study, const FullModel &model) {
   const PetscInt elastic = model.dofs - held_by_modes(model);
   if (is_sector(model)) {
     const PetscInt shared = real_modes(study, model),
-                   own = SectorCoordinates(model.cyclic, held_by_modes(model), 0).own();
+                   own = SectorCoordinates(changed(model.cyclic), held_by_modes(model), 0).own();
     if (shared > elastic)
       throw InputError(model.file.string() + ": reduction.interior_modes = " + std::to_string(shared) +
-                       ", but inside, off its faces and contact nodes, the sector has only " + std::to_string(elastic) +
-                       " dofs: at most so many modes exist");
+                       ", but with its faces, its contact points and the nodes of joints to the next one held, the "
+                       "sector has only " +
+                       std::to_string(elastic) + " dofs: at most so many modes exist");
     if (study.modes > shared + own)
       throw InputError(model.file.string() + ": reduction.modes = " + std::to_string(study.modes) + ", but " +
                        std::to_string(shared) + " interior modes and the faces make only " +
@@ -269,7 +266,7 @@ ReducedModel reduced_from(MPI_Comm comm, const Case &study, const std::filesyste
   const CyclicSector sector = model.cyclic;
   if (sector.sectors > 0)
     voice.say("  a sector of " + std::to_string(sector.sectors) + ": " + std::to_string(held_by_modes(model)) +
-              " dofs of contact nodes and faces, " + std::to_string(source.interior_modes) +
+              " dofs of contact points and faces held, " + std::to_string(source.interior_modes) +
               " interior modes for nodal diameters 0 to " + std::to_string(sector.sectors / 2));
   return stages.run("2 reduction", [&] {
     Prepared prepared = stages.run("2a analysis", [&] { return prepare(study, std::move(model), motion); });

@@ -28,6 +28,8 @@ struct FullModel {
   UniqueVec preload;                                 ///< (n,) P [N]
   std::vector<std::array<PetscInt, 3>> contact_dofs; ///< (N_x): t1, t2, n of each contact point; on every rank
   CyclicSector cyclic;                               ///< in place of contact_dofs, if the model is such a sector
+  UniqueMat change;                                  ///< T, if all this is in unknowns q of a sector, u = T q; or none
+  std::vector<PetscInt> moved;                       ///< then: own dofs u whose motion is wanted later, ascending
   ContactSettings contact;                           ///< what the model file says of the contact law
   std::uint64_t hash = 0; ///< of everything the reduction depends on; the same on any number of ranks
 };

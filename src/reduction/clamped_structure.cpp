@@ -78,6 +78,13 @@ ClampedStructure clamp(FullModel &&full) {
     *whole = UniqueMat();
   }
   parts.full.preload = UniqueVec();
+  if (parts.full.change) {
+    parts.moved.dofs.assign(parts.full.moved.begin(), parts.full.moved.end());
+    const UniqueIS rows = list(comm, parts.full.moved);
+    check(MatCreateSubMatrix(parts.full.change, rows, e, MAT_INITIAL_MATRIX, parts.moved.e.out()), "splitting rows");
+    check(MatCreateSubMatrix(parts.full.change, rows, c, MAT_INITIAL_MATRIX, parts.moved.c.out()), "splitting rows");
+    parts.full.change = UniqueMat();
+  }
   if (parts.elastic > 0) parts.solver = std::make_unique<ClampedSolver>(parts.K.ee, parts.full.file.string());
   return parts;
 }

@@ -14,6 +14,11 @@ struct Blocks { // of one symmetric matrix; rows ..e with elastic dofs, ..c with
   UniqueMat ee, ec, ce, cc;
 };
 
+struct MovedRows { // what is wanted later of the motion of a sector whose joints are relative, by unknowns e and c
+  std::vector<long> dofs; // own ones, of the model
+  UniqueMat e, c;
+};
+
 struct ClampedStructure {
   FullModel full; ///< without its matrices and loads, which are in the parts below
   Range own_points;
@@ -22,6 +27,7 @@ struct ClampedStructure {
   std::vector<long> elastic_dofs; ///< (own) their numbers in the full model
   Blocks K, M;
   Blocks C, K_structural;                   ///< or none
+  MovedRows moved;                          ///< or none
   Tall force_e;                             ///< own parts of the F_j, a column each [N]
   std::vector<std::vector<double>> force_c; ///< likewise, of contact dofs
   std::vector<double> preload_e, preload_c; ///< own parts of P [N]

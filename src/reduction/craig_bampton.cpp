@@ -48,11 +48,20 @@ double backward_error(Mat K, const Tall &psi, Mat K_ec) {
   return largest[0] > 0 ? largest[0] / (norm * largest[1] + largest[2]) : 0;
 }
 
-// Rows `kept` of columns of S into a row-major array of `width` columns, from column `first` on.
-void keep_rows(const std::vector<PetscInt> &kept, const Tall &S, PetscInt from, PetscInt count,
-               std::vector<double> &rows, PetscInt width, PetscInt first) {
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    for (PetscInt j = 0; j < count; ++j) rows[i * width + first + j] = S.column(from + j)[kept[i]];
+// What is wanted later of elastic motions S, columns [from, from + count): rows `kept`, or those of a sector.
+Tall wanted_rows(const MovedRows &moved, const std::vector<PetscInt> &kept, const Tall &S, PetscInt from,
+                 PetscInt count) {
+  if (moved.e) return multiply(moved.e, S, from, count);
+  Tall rows(static_cast<PetscInt>(kept.size()), count);
+  for (PetscInt j = 0; j < count; ++j)
+    for (std::size_t i = 0; i < kept.size(); ++i) rows.column(j)[i] = S.column(from + j)[kept[i]];
+  return rows;
+}
+
+// Into a row-major array of `width` columns, from column `first` on.
+void keep_rows(const Tall &S, std::vector<double> &rows, PetscInt width, PetscInt first) {
+  for (PetscInt i = 0; i < S.rows; ++i)
+    for (PetscInt j = 0; j < S.columns; ++j) rows[static_cast<std::size_t>(i) * width + first + j] = S.column(j)[i];
 }
 
 } // namespace
@@ -88,7 +97,12 @@ Reduction craig_bampton(ClampedStructure &parts, const ReductionSettings &settin
   std::vector<std::pair<const Blocks *, DampingMatrix *>> damped;
   for (const auto &[C, matrix] : {std::pair{&parts.C, &model.viscous}, {&parts.K_structural, &model.structural}})
     if (C->cc) damped.emplace_back(C, matrix), matrix->given = true, matrix->xx = dense_rows(C->cc);
-  if (parts.elastic == 0) return out; // every dof in contact: nothing to condense
+  recovery.elastic_dofs = parts.moved.dofs;
+  if (parts.elastic == 0) { // every dof in contact: nothing to condense
+    recovery.xe0.resize(parts.moved.dofs.size());
+    if (parts.moved.c) recovery.psi = dense_rows(parts.moved.c);
+    return out;
+  }
 
   const ClampedSolver &solver = *parts.solver;
   stages.run("2c factorisation", [&] { parts.solver->factor(); });
@@ -106,10 +120,10 @@ Reduction craig_bampton(ClampedStructure &parts, const ReductionSettings &settin
   const Tall &phi = found.shapes;
 
   std::vector<PetscInt> kept;
-  for (PetscInt i = 0; i < own_rows; ++i)
-    if (settings.wanted[i])
-      kept.push_back(i), recovery.elastic_dofs.push_back(parts.elastic_dofs[i]), recovery.xe0.push_back(xe0.values[i]);
-  recovery.psi.resize(kept.size() * nc);
+  for (PetscInt i = 0; i < own_rows && !parts.moved.e; ++i)
+    if (settings.wanted[i]) kept.push_back(i), recovery.elastic_dofs.push_back(parts.elastic_dofs[i]);
+  recovery.xe0 = wanted_rows(parts.moved, kept, xe0, 0, 1).values;
+  recovery.psi.resize(recovery.xe0.size() * nc);
 
   const Tall &force = parts.force_e, of_loads = load_probes(comm, force);
   const PetscInt loads = force.columns;
@@ -135,7 +149,9 @@ Reduction craig_bampton(ClampedStructure &parts, const ReductionSettings &settin
     stages.run("2e constraint modes",
                [&] { solver.solve_sparse(right_hand_sides(sides, first, count), psi, at, count); }); // eq (16)
     Tall carried = stages.run("2f projections", [&] {
-      keep_rows(kept, psi, at, count, recovery.psi, nc, first);
+      Tall seen = wanted_rows(parts.moved, kept, psi, at, count);
+      if (parts.moved.c) add_columns(parts.moved.c, first, seen);
+      keep_rows(seen, recovery.psi, nc, first);
       if (first == 0) out.backward_error = backward_error(parts.K.ee, psi, parts.K.ec);
       add_block(model.kxx, nc, first, 1, multiply(parts.K.ce, psi, at, count)); // K_xx = K_cc + K_ce Psi
       Tall inertia = carry(parts.M, model.mxx);
@@ -182,8 +198,8 @@ Reduction craig_bampton(ClampedStructure &parts, const ReductionSettings &settin
   const auto modal = gram(comm, phi, 0, modes, force, 0, loads); // eq (17)
   for (PetscInt pattern = 0; pattern < loads; ++pattern)
     model.loads[pattern].fa.assign(modal.begin() + pattern * modes, modal.begin() + (pattern + 1) * modes);
-  recovery.phi.resize(kept.size() * modes);
-  keep_rows(kept, phi, 0, modes, recovery.phi, modes, 0);
+  recovery.phi.resize(recovery.xe0.size() * modes);
+  keep_rows(wanted_rows(parts.moved, kept, phi, 0, modes), recovery.phi, modes, 0);
   mirror_upper(comm, model.points, model.kxx);
   mirror_upper(comm, model.points, model.mxx);
   if (settings.check_modes && modes > 0) {

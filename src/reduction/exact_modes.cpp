@@ -186,11 +186,12 @@ ExactModes exact_modes(const ClampedStructure &parts, const SectorCoordinates &E
   Tall unused;
   out.carried = felt(parts, f, unused).block(0, 0, E.held(), static_cast<int>(count));
   out.squares.resize(count);
-  out.held = held.block(0, 0, E.held(), static_cast<int>(count));
-  out.inside = Tall(own, 2 * count);
+  Tall all = multiply(parts.moved.e, v.inside);
+  add(all, multiply(parts.moved.c, v.held));
+  out.moved = Tall(all.rows, 2 * count);
   for (int j = 0; j < count; ++j) {
-    std::copy_n(v.inside.column(j), own, out.inside.column(j));
-    std::copy_n(v.inside.column(p + j), own, out.inside.column(count + j));
+    std::copy_n(all.column(j), all.rows, out.moved.column(j));
+    std::copy_n(all.column(p + j), all.rows, out.moved.column(count + j));
   }
   return out;
 }

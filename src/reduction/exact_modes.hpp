@@ -8,8 +8,7 @@ namespace dovetail {
 
 struct ExactModes {
   std::vector<double> squares;  ///< ascending [rad^2/s^2]
-  Tall inside;                  ///< (own, 2 count) of elastic dofs: real parts, then imaginary ones; v^H M^h v = 1
-  ComplexDense held;            ///< (n_b, count) of dofs b; on every rank
+  Tall moved;                   ///< (own rows wanted later, 2 count): real parts, then imaginary ones; v^H M^h v = 1
   ComplexDense carried;         ///< (n_b, count) M v as b feels it: (M v)_b + Psi^T (M v)_e
   std::vector<ComplexDense> fa; ///< (count, 1) v^H F of each load pattern
   int steps = 0;                ///< iterations made

@@ -71,7 +71,8 @@ SectorCoordinates::SectorCoordinates(const CyclicSector &sector, PetscInt held, 
     for (int d = 0; d < 3 && contact.has_a(); ++d) { // u_a = (s + Q x) / 2, or Q x + what it stands on
       rows_.emplace_back();
       if (contact.is_pair()) rows_.back().push_back({s + d, 0.5});
-      for (int j = 0; j < 3; ++j) rows_.back().push_back({x + j, half * Q(d, j)});
+      for (int j = 0; j < 3; ++j)
+        if (Q(d, j) != 0) rows_.back().push_back({x + j, half * Q(d, j)});
       for (const CyclicSector::Weighted &part : contact.face)
         for (int e = 0; e < 3; ++e)
           if (part.node[e] >= 0 && seen(d, e) != 0.0) {
@@ -104,6 +105,12 @@ SectorCoordinates::SectorCoordinates(const CyclicSector &sector, PetscInt held, 
     first += count;
   }
   for (int i = 0; i < rest; ++i) rows_.push_back({{s + faces + i, 1.0}});
+}
+
+int SectorCoordinates::contact_at(int i) const {
+  if (rows_[i].size() != 1) return -1;
+  const Entry &entry = rows_[i].front();
+  return entry.value == 1.0 && entry.column >= own_ ? entry.column - own_ : -1;
 }
 
 ComplexDense SectorCoordinates::to_held(const ComplexDense &y) const {

@@ -23,6 +23,7 @@ public:
   int contact() const { return contact_; } ///< length of x, 3 N_x
   int all() const { return own_ + contact_; }
   int held() const { return static_cast<int>(rows_.size()); } ///< n_b
+  int contact_at(int i) const;                                ///< which of x dof i of b is, -1 if it is none
 
   ComplexDense to_held(const ComplexDense &y) const;                  ///< E y; of s alone, x is 0
   ComplexDense own_from_held(const ComplexDense &b) const;            ///< the rows of s of E^H b

@@ -44,10 +44,10 @@ std::vector<Complex> read_hermitian(const h5::Reader &file, const std::string &n
   const std::vector<Complex> own = read(file, name, {first, 0}, {rows, nc}),
                              columns = read(file, name, {0, first}, {nc, rows});
   double largest = 0;
-  for (const Complex value : own) largest = std::max(largest, std::abs(value));
+  for (const Complex value : own) largest = std::max(largest, std::norm(value));
   for (hsize_t i = 0; i < rows; ++i)
     for (hsize_t j = 0; j < nc; ++j)
-      if (std::abs(own[i * nc + j] - std::conj(columns[j * rows + i])) > 1e-8 * largest)
+      if (std::norm(own[i * nc + j] - std::conj(columns[j * rows + i])) > 1e-16 * largest)
         throw InputError(file.place(name) + ": not Hermitian, row " + std::to_string(first + i) + ", column " +
                          std::to_string(j) + " (of 0..)");
   return own;

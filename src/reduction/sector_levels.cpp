@@ -5,7 +5,7 @@
 
 #include "reduction/exact_modes.hpp"
 #include "reduction/sector_coordinates.hpp"
-#include "support/dense.hpp"
+#include "reduction/sector_motion.hpp"
 #include "support/error.hpp"
 #include "support/gathered.hpp"
 #include "support/memory.hpp"
@@ -110,16 +110,16 @@ Index reduced_index(const CyclicSector &sector, const FirstLevel &first, const S
   HermitianModes modes = modes_of(first, Ks, Ms, Cs, s, count, settings, h);
   out.squares = modes.squares;
   const ComplexDense eta = modes.shapes.block(0, 0, m, na), phi = modes.shapes.block(m, 0, s, na);
-  const auto add = [](ComplexDense &sum, const ComplexDense &term) {
-    for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += term.values[i];
+  const auto add = [](ComplexDense &sum, const ComplexDense &term, double factor = 1) {
+    for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += factor * term.values[i];
   };
   out.kxx = K.block(s, s, nc, nc);
-  add(out.kxx, adjoint_product(Kx, psi));  // K_xx + K_xs Psi
-  ComplexDense carried = product(Ms, psi); // M_ss Psi + M_sx
+  add(out.kxx, adjoint_product(Kx, psi));                     // K_xx + K_xs Psi
+  ComplexDense inertia = product(Ms, psi), carried = inertia; // M_ss Psi + M_sx
   add(carried, Mx);
+  add(inertia, Mx, 2); // M_xx + Psi^H (M_ss Psi / 2 + M_sx) + its adjoint
   out.mxx = M.block(s, s, nc, nc);
-  add(out.mxx, adjoint_product(Mx, psi));
-  add(out.mxx, adjoint_product(psi, carried));
+  add(out.mxx, mutual_product(psi, inertia), 0.5);
   out.max = adjoint_product(phi, carried);  // Phi^H (M_ee Psi + M_ex), interior modes by C
   ComplexDense of_modes = product(Cs, eta); // (s, N_a)
   add(out.max, adjoint_product(of_modes, psi));
@@ -183,14 +183,6 @@ std::vector<double> real(const std::vector<Complex> &values) {
   return out;
 }
 
-// [Re A, Im A]^T
-Dense parts_below(const ComplexDense &A) {
-  Dense out(2 * A.columns, A.rows);
-  for (int j = 0; j < A.columns; ++j)
-    for (int i = 0; i < A.rows; ++i) out(j, i) = A(i, j).real(), out(A.columns + j, i) = A(i, j).imag();
-  return out;
-}
-
 SectorIndex own_part(const Index &index, Range own) {
   SectorIndex part;
   part.kaa = index.squares;
@@ -210,11 +202,11 @@ void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, const S
   const PetscInt held = 3 * static_cast<PetscInt>(parts.full.contact_dofs.size());
   const SectorCoordinates E(sector, held, 0);
   const double b = held, y = E.all(), nc = E.contact(), m = interior_modes, n = m + E.own(),
-               a = settings.modes + guards, rows = parts.own.size(), kept = settings.kept.size();
+               a = settings.modes + guards, rows = parts.own.size(), kept = parts.moved.dofs.size();
   const double first = 8 * b * (2 * b + m), congruent = 16 * (3 * y * y + b * y + 2 * y * m),
                search = 16 * (4 * n * n + 2 * n * a), found = 16 * (nc * (2 * nc + a) + b * (a + nc) + m * a),
                all = sector.sectors / 2 * 16 * nc * (2 * nc + a), iterated = 8 * rows * (m + 5 * 2 * a),
-               motion = 16 * kept * (nc + a) * (1 + sector.sectors / 2);
+               motion = 16 * kept * (nc + a) * (1 + sector.sectors / 2) + 8 * kept * (b + m + 4 * nc);
   plan.bytes = std::max(plan.bytes, resident_bytes() + (parts.solver ? parts.solver->forecast_bytes() : 0) + first +
                                         congruent + search + found + all + iterated + motion);
   plan.machine_bytes = sum_on_machine(comm, plan.bytes);
@@ -239,36 +231,14 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
   model.modes = settings.modes, model.points = static_cast<PetscInt>(sector.contacts.size());
   model.own_modes = own_share(comm, model.modes), model.own_points = own_share(comm, model.points);
   model.sectors = sector.sectors;
-  const Range own_held{3 * held.model.own_points.begin, 3 * held.model.own_points.end}, own = model.own_points;
+  const Range own = model.own_points;
   std::vector<std::string> names;
   for (const LoadPattern &load : held.model.loads) names.push_back(load.name);
   const FirstLevel first = first_level(std::move(held.model));
 
   recovery.elastic_dofs = before.elastic_dofs, recovery.xe0 = before.xe0;
-  std::vector<PetscInt> kept; // own of b
-  for (PetscInt i = own_held.begin; i < own_held.end; ++i)
-    if (settings.wanted[i]) kept.push_back(i), recovery.elastic_dofs.push_back(settings.held[i]);
-  const auto inner = static_cast<int>(before.elastic_dofs.size());
-  Dense psi_inside, phi_inside; // a column for each dof
-  psi_inside.rows = first.held, psi_inside.columns = inner, psi_inside.values = std::move(before.psi);
-  phi_inside.rows = first.modes, phi_inside.columns = inner, phi_inside.values = std::move(before.phi);
+  const SectorMotion motion(SectorCoordinates(sector, first.held, 0), first.modes, before);
   const auto columns = static_cast<int>(model.modes);
-  // Rows of the motion by columns of b and, if any, of interior modes.
-  const auto motion = [&](const ComplexDense &by_b, const ComplexDense *by_modes) {
-    const int n = by_b.columns;
-    std::vector<Complex> rows;
-    rows.reserve((inner + kept.size()) * n);
-    if (inner > 0 && n > 0) {
-      Dense sum(2 * n, inner);
-      multiply(1, parts_below(by_b), psi_inside, 0, sum);
-      if (by_modes && first.modes > 0) multiply(1, parts_below(*by_modes), phi_inside, 1, sum);
-      for (int i = 0; i < inner; ++i)
-        for (int j = 0; j < n; ++j) rows.emplace_back(sum(j, i), sum(n + j, i));
-    }
-    for (const PetscInt i : kept)
-      for (int j = 0; j < n; ++j) rows.push_back(by_b(i, j));
-    return rows;
-  };
   // The exact modes in place of those of the interior ones; or one step towards them, which tells what these cost.
   const bool judged = first.modes < parts.elastic && parts.solver && model.modes > 0;
   const PetscInt wanted = model.modes + (judged ? guards : 0);
@@ -284,17 +254,15 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
         index.squares = found.squares, index.fa = found.fa;
         index.max = adjoint_product(found.carried, index.contact_b);
         std::vector<Complex> rows;
-        for (const PetscInt i : settings.kept)
+        for (PetscInt i = 0; i < found.moved.rows; ++i)
           for (int j = 0; j < columns; ++j)
-            rows.emplace_back(found.inside.column(j)[i], found.inside.column(columns + j)[i]);
-        for (const PetscInt i : kept)
-          for (int j = 0; j < columns; ++j) rows.push_back(found.held(i, j));
+            rows.emplace_back(found.moved.column(j)[i], found.moved.column(columns + j)[i]);
         return rows;
       }
     }
     index.squares.resize(columns);
     const ComplexDense by_modes = index.shapes_of_modes.block(0, 0, first.modes, columns);
-    return motion(index.modes_b.block(0, 0, first.held, columns), &by_modes);
+    return motion.of(index.modes_b.block(0, 0, first.held, columns), &by_modes);
   };
   const int last = sector.sectors / 2;
   for (int begin = 0; begin <= last; begin += size) {
@@ -306,7 +274,7 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
       Index passed;
       Index &index = owner == rank ? mine : passed;
       share(comm, owner, first.fx.size(), index);
-      std::vector<Complex> phi = improve(index, begin + owner), psi = motion(index.contact_b, nullptr);
+      std::vector<Complex> phi = improve(index, begin + owner), psi = motion.of_contacts(index.contact_b);
       SectorIndex part = own_part(index, own);
       if (begin + owner > 0) {
         model.indices.push_back(std::move(part)), recovery.indices.push_back({std::move(phi), std::move(psi)});
@@ -319,12 +287,8 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
       for (std::size_t j = 0; j < names.size(); ++j)
         model.loads.push_back({names[j], real(part.loads[j].fa), real(part.loads[j].fx)});
       recovery.phi = real(phi), recovery.psi = real(psi);
-      const std::vector<double> rest = real(motion(index.at_rest, nullptr));
-      for (std::size_t i = 0; i < rest.size(); ++i)
-        if (i < before.elastic_dofs.size())
-          recovery.xe0[i] += rest[i];
-        else
-          recovery.xe0.push_back(rest[i]);
+      const std::vector<double> rest = real(motion.of(index.at_rest));
+      for (std::size_t i = 0; i < rest.size(); ++i) recovery.xe0[i] += rest[i];
     }
   }
   return made;

@@ -1,5 +1,5 @@
 #pragma once
-// Craig-Bampton on two levels for a cyclic sector: real modes and constraint modes of dofs b, contact nodes and faces,
+// Craig-Bampton on two levels for a cyclic sector: real modes and constraint modes of dofs b, contact points and faces,
 // are the same for all nodal diameters; on them, for each index h, complex modes with x held. Dense from here on.
 #include "reduction/clamped_structure.hpp"
 #include "reduction/reduced_model.hpp"
@@ -8,12 +8,9 @@ namespace dovetail {
 
 struct SecondLevel {
   PetscInt modes = 0;               ///< N_a of each index
-  std::vector<PetscInt> held;       ///< (n_b) the dofs b
-  std::vector<char> wanted;         ///< (n_b) 1 where the motion is wanted later
   std::filesystem::path model_file; ///< for messages
   bool exact = false;               ///< modes are iterated until no interior mode is missed
   int judged = 0;                   ///< else: the index whose modes are judged by a step
-  std::vector<PetscInt> kept;       ///< own elastic rows whose motion is wanted, in the order of the recovery
 };
 
 struct SectorModel {
@@ -22,9 +19,9 @@ struct SectorModel {
   int steps = 0;        ///< of the exact modes, the most of any index
 };
 
-/// The reduced model of a sector from that of dofs b, with the recovery of its elastic dofs and those of b that are
-/// wanted. Ranks share out the indices. `parts` with factors, unless every mode there is is among the interior ones,
-/// and `interior`, their shapes. Collective. InputError: a rigid motion, a mass that is not positive.
+/// The reduced model of a sector from that of dofs b. Ranks share out the indices. `parts` with factors, unless every
+/// mode there is is among the interior ones, and `interior`, their shapes. Collective. InputError: a rigid motion, a
+/// mass that is not positive.
 SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Reduction &&held,
                          const SecondLevel &settings);
 

@@ -10,6 +10,8 @@ extern "C" {
 using Z = std::complex<double>;
 void zgemm_(const char *, const char *, const int *, const int *, const int *, const Z *, const Z *, const int *,
             const Z *, const int *, const Z *, Z *, const int *);
+void zher2k_(const char *, const char *, const int *, const int *, const Z *, const Z *, const int *, const Z *,
+             const int *, const double *, Z *, const int *);
 void zgeqrf_(const int *, const int *, Z *, const int *, Z *, Z *, const int *, int *);
 void zungqr_(const int *, const int *, const int *, Z *, const int *, const Z *, Z *, const int *, int *);
 void zpotrf_(const char *, const int *, Z *, const int *, int *);
@@ -65,6 +67,19 @@ ComplexDense ComplexDense::block(int i, int j, int m, int n) const {
 
 ComplexDense product(const ComplexDense &A, const ComplexDense &B) { return times("N", A, B); }
 ComplexDense adjoint_product(const ComplexDense &A, const ComplexDense &B) { return times("C", A, B); }
+
+ComplexDense mutual_product(const ComplexDense &A, const ComplexDense &B) {
+  ComplexDense C(A.columns, A.columns);
+  const int lead = leading(A.rows), n = leading(A.columns);
+  const Z one = 1;
+  const double zero = 0;
+  if (A.rows > 0 && A.columns > 0)
+    zher2k_("L", "C", &A.columns, &A.rows, &one, A.values.data(), &lead, B.values.data(), &lead, &zero, C.values.data(),
+            &n);
+  for (int j = 0; j < C.columns; ++j)
+    for (int i = j + 1; i < C.rows; ++i) C(j, i) = std::conj(C(i, j));
+  return C;
+}
 
 ComplexDense adjoint(const ComplexDense &A) {
   ComplexDense out(A.columns, A.rows);

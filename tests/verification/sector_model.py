@@ -13,14 +13,22 @@ STIFFNESS = np.repeat([[5e7, 5e7, 1e8], [1e7, 1e7, 2e7]], [6, 2], axis=0)  # of 
 FREE = np.setdiff1d(np.arange(NODES), SECTOR["clamped"])
 DOF = np.full((NODES, 3), -1)
 DOF[FREE] = np.arange(3 * len(FREE)).reshape(-1, 3)
-INNER = 3 * (len(FREE) - 2 * 8 - 2 * len(SECTOR["left"]))  # dofs off faces and contact nodes
-ALL = INNER + 3 * 8 + 3 * len(SECTOR["left"])  # modes of a nodal diameter with the contact points held
+INNER = 3 * (len(FREE) - 6 - 2 * 2 - 2 * len(SECTOR["left"]))  # dofs off faces, root points and nodes of shrouds
+ALL = INNER + 3 * 2 + 3 * len(SECTOR["left"])  # modes of a nodal diameter with the contact points held
 
 
 def matrix(name):
     rows = np.ravel([3 * FREE + d for d in range(3)], order="F")
     whole = sp.csr_matrix(tuple(SECTOR[f"{name}_{part}"] for part in ("data", "indices", "indptr")))
     return whole[rows][:, rows].tocsc()
+
+
+def put(file, name, A):
+    A = sp.csc_matrix(A)
+    A.sort_indices()
+    group = file.create_group(name)
+    group["data"], group["ir"], group["jc"] = A.data, A.indices, A.indptr
+    group.attrs["MATLAB_sparse"] = A.shape[0]
 
 
 def write_model(path, patterns=("lift",), points=8):
@@ -30,11 +38,7 @@ def write_model(path, patterns=("lift",), points=8):
     with h5py.File(path, "w") as file:
         file.attrs["format"], file.attrs["version"] = "dovetail-model", 1
         for name in "KM":
-            A = matrix(name)
-            A.sort_indices()
-            group = file.create_group(name)
-            group["data"], group["ir"], group["jc"] = A.data, A.indices, A.indptr
-            group.attrs["MATLAB_sparse"] = A.shape[0]
+            put(file, name, matrix(name))
         file["preload"] = SECTOR["preload"][rows]
         for pattern in patterns:
             file[f"forces/{pattern}"] = SECTOR[f"pattern_{pattern}"][rows]

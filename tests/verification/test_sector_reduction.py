@@ -12,6 +12,7 @@ import cyclic_sector
 import launch
 import sector_model
 import whole_rotor
+from dovetail.cyclic import turn
 from sector_model import ALL, INNER, N
 
 DATA = np.load(Path(__file__).with_name("data") / "rotor_linear.npz")
@@ -81,7 +82,8 @@ def check_matrices(complete, points=None):
         np.testing.assert_allclose(coordinates[-24:], np.eye(len(K))[-24:], rtol=0, atol=1e-9 * np.abs(motion).max())
 
 
-def test_nodes_on_faces_and_held_sides(tmp_path):
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_nodes_on_faces_and_held_sides(tmp_path, ranks):
     """One root point on a face, one whose a is held, one on the ground; a shroud point on a face of the next sector."""
     points = sector_model.contacts()
     taken = [sector_model.SECTOR[name] for name in ("left", "right", "root_a", "root_b", "shroud_a", "shroud_b")]
@@ -95,7 +97,30 @@ def test_nodes_on_faces_and_held_sides(tmp_path):
         parts = [part for point in points for part in point[2]]
         file["contact/faces/begin"] = np.cumsum([0, *(len(point[2]) for point in points)])
         file["contact/faces/node"], file["contact/faces/weight"] = [node for node, _ in parts], [weight for _, weight in parts]
-    check_matrices(reduce(sector_model.write_case(tmp_path / "case.toml", 60)), points)
+    check_matrices(reduce(sector_model.write_case(tmp_path / "case.toml", 60), ranks=ranks), points)
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_sector_all_of_which_is_held(tmp_path, ranks):
+    """Faces and one point between sectors, nothing inside: the matrices follow from its motion, and the right face from the left one."""
+    random, dofs = np.random.default_rng(1), np.arange(18)
+    K = random.normal(size=(18, 18))
+    K, M = K @ K.T + np.eye(18), np.diag(1 + random.random(18))
+    with h5py.File(tmp_path / "model.h5", "w") as file:
+        file.attrs["format"], file.attrs["version"] = "dovetail-model", 1
+        sector_model.put(file, "K", K), sector_model.put(file, "M", M)
+        file["forces/lift"], file["preload"] = random.normal(size=18), np.zeros(18)
+        file["contact/nodes"], file["contact/axes"] = [[4, 5]], [np.eye(3)]
+        for name, value in (("normal_stiffness", 1.0), ("tangential_stiffness", 1.0), ("friction", 0.3), ("gap", 0.0)):
+            file[f"contact/{name}"] = [value]
+        file["cyclic/left"], file["cyclic/right"], file["cyclic/next_sector"] = dofs[:6], dofs[6:12], [1]
+        file["cyclic"].attrs.update({"sectors": N, "axis": [0.0, 0.0, 1.0], "origin": np.zeros(3)})
+    folder = reduce(sector_model.write_case(tmp_path / "case.toml", 9), ranks=ranks)
+    for h, (found, mass, _, motion) in enumerate(read(folder)):
+        onwards = np.exp(-2j * np.pi * h / N) * np.kron(np.eye(2), turn((0, 0, 1), 2 * np.pi / N))
+        np.testing.assert_allclose(motion[6:12], onwards @ motion[:6], rtol=0, atol=1e-12)
+        for reduced, full in ((found, K), (mass, M)):
+            np.testing.assert_allclose(reduced, motion.conj().T @ full @ motion, rtol=0, atol=1e-10 * np.abs(reduced).max())
 
 
 def test_the_elastic_preload_is_that_of_nodal_diameter_0(complete):
@@ -168,7 +193,9 @@ def test_what_interior_modes_cost_is_told(complete, tmp_path):
 def test_without_the_key_five_times_as_many_interior_modes(tmp_path):
     sector_model.write_model(tmp_path / "model.h5")
     case = cases.Case(sector_model.write_case(tmp_path / "case.toml", 4), None, None, {})
-    assert "20 interior modes for nodal diameters 0 to 3" in launch.run(case, command="reduce").out
+    held = 3 * (6 + 2 * 2 + 2 * len(sector_model.SECTOR["left"]))  # of the root only what is relative
+    assert (f"{held} dofs of contact points and faces held, 20 interior modes for nodal diameters 0 to 3"
+            in launch.run(case, command="reduce").out)
     assert "reused" in launch.run(case, command="reduce").out
 
 

@@ -31,7 +31,7 @@ def run(request, tmp_path_factory):
     with h5py.File(folder / "model.h5", "r+") as file:
         file["mesh/sets/tip"] = NODES
     interior = sector_model.INNER + 6 * (8 - points)  # nodes of a shroud that touches nothing
-    modes = interior + 3 * points + 3 * len(sector_model.SECTOR["left"])
+    modes = interior + 3 * (points - 6) + 3 * len(sector_model.SECTOR["left"])
     path.write_text(path.read_text().replace('reduced = "sector.h5"', f'model = "model.h5"\nreduction.modes = {modes}\n'
                                              f"reduction.interior_modes = {interior}"))
     case = cases.Case(path, None, None, {})
