@@ -77,19 +77,21 @@ bool PeakEquations::solve() {
   return false;
 }
 
-bool PeakEquations::differentiate(double accuracy_along) {
+// c by both: it is off by the product of what they are off by.
+bool PeakEquations::differentiate(double accuracy) {
   for (const bool transposed : {false, true}) factor(fixed_, transposed);
-  const auto solved = [&, on = std::exchange(differentiated_, false)](Vec r, Vec x, bool transposed, double accuracy) {
+  const auto solved = [&, on = std::exchange(differentiated_, false)](Vec r, Vec x, bool transposed) {
     return on ? solve_on(r, x, transposed, accuracy) : solve(r, x, transposed, accuracy);
   };
   set_parameter(along_, 1), set_parameter(adjoint_, -c_);           // as they were solved for
-  if (!solved(fixed_, along_, false, accuracy_along)) return false; // [dY/dOmega; 1]
+  if (!solved(fixed_, along_, false)) return false; // [dY/dOmega; 1]
   check(VecSet(gradient_, 0), doing);
   watch(y_, gradient_);
-  if (!solved(gradient_, adjoint_, true, finest)) return false; // [lambda; -c]
+  if (!solved(gradient_, adjoint_, true)) return false; // [lambda; -c]
   differentiated_ = true;
-  c_ = -system_->parameter_in(adjoint_);
   set_parameter(adjoint_, 0);
+  check(MatMult(plain_.matrix, along_, f_), doing); // [R_Y dY/dOmega + R_Omega; 1]
+  c_ = dot(adjoint_, f_) - dot(gradient_, along_);
   PetscReal size, rate;
   check(VecNorm(y_, NORM_2, &size), doing);
   check(VecNorm(along_, NORM_2, &rate), doing);

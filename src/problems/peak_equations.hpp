@@ -22,9 +22,9 @@ public:
 
   /// Newton's method at the frequency at hand. False where it does not converge.
   bool solve();
-  /// dY/dOmega to that relative accuracy, the adjoint and c. False where a solve fails. Goes on from what it found at
-  /// the point before.
-  bool differentiate(double accuracy_along = finest);
+  /// dY/dOmega and the adjoint to that relative accuracy, and c to its square. False where a solve fails. Goes on from
+  /// what it found at the point before.
+  bool differentiate(double accuracy = finest);
   /// After that: c's own derivatives by Y and Omega.
   void turn();
   /// After differentiate(): c's derivative by a parameter.
