@@ -7,6 +7,7 @@ does; one that never moves in the period answers with its spring.
 import numpy as np
 
 from .reference import OPEN, contact, law, synthesis
+from .slider_memory import SliderMemory, Stick
 
 MANY = 1 << 15  # samples of a period: exponents are off by some 1e-5 of Omega
 NOTHING = 1e-10  # of the motion: a foot that moves less from sample to sample rests; one that slides moves 1e-8 next to where it turns
@@ -44,25 +45,36 @@ class ContactWaves:
         """(N_x, 3) of t1, t2, n; 0 without friction."""
         return np.column_stack([np.where((self.points.kind <= contact.CONE)[:, None], self.points.kt, 0), self.points.kn])
 
-    def blocks(self, k, lag=0j):
-        """(N_x, 3, w, 3, w) complex: amplitudes of the forces of waves k (w,) by motions of these waves; lag: lambda over Omega."""
+    def sticks(self):
+        """Stick of all sliders that do not stick all the time."""
+        out = []
+        for point, one in enumerate(self.spans):
+            kn, kt, mu = self.points.kn[point], self.springs[point, :2], self.points.mu[point]
+            for t in np.flatnonzero(kt):
+                for value, begin, end, before in one[t]:
+                    if value == 0 and before is not None:
+                        by_n = slope(self.X[point], t, begin) if before == OPEN else before * mu[t] * kn / kt[t]
+                        out.append(Stick(point, t, begin, end, kt[t], -by_n))
+        return out
+
+    def answers(self, k, shift):
+        """Amplitudes of the forces of waves k (w,) by motions of these waves, (N_x, 3, w, 3, w) complex, for lambda / Omega = shift;
+        and the SliderMemory for others.
+        """
         out = np.zeros((self.points.points, 3, len(k), 3, len(k)), complex)
         apart = k[:, None] - k
         for point, one in enumerate(self.spans):
             kn, kt, mu = self.points.kn[point], self.springs[point, :2], self.points.mu[point]
             out[point, 2, :, 2] = kn * sum(integral(apart, begin, end) for value, begin, end, _ in one[0] if value != OPEN)
-            for t in range(2 if kt.any() else 0):
-                for value, begin, end, before in one[t]:
+            for t in np.flatnonzero(kt):
+                for value, begin, end, _ in one[t]:
                     if value in (1, -1):
                         out[point, t, :, 2] += value * mu[t] * kn * integral(apart, begin, end)
                     elif value != OPEN:
                         out[point, t, :, t] += kt[t] * integral(apart, begin, end)
-                    if value != 0 or before is None:
-                        continue
-                    kept = np.outer(integral(k - 1j * lag, begin, end), np.exp((1j * k + lag) * begin))  # of the instant `begin`
-                    out[point, t, :, t] -= kt[t] * kept
-                    out[point, t, :, 2] += (kt[t] * slope(self.X[point], t, begin) if before == OPEN else before * mu[t] * kn) * kept
-        return out
+        memory = SliderMemory(self.sticks(), k, shift)
+        memory.add_to(out)
+        return out, memory
 
 
 def spans(values):

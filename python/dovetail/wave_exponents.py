@@ -5,8 +5,8 @@ exp(-2 pi i m j / N) in sector j at the same place of its period, p a sum of wav
 different m know nothing of each other, and one sector is enough for all of them. Waves of whole and of half numbers k together have all
 exponents lambda within a quarter of Omega of the real axis.
 
-Where a slider sticks, it remembers an instant before, when the change was smaller or larger by exp(lambda ...). Exponents are first found
-as if it were not so, then again with what they are.
+Where a slider sticks, it remembers an instant before, when the change was smaller or larger by exp(lambda ...). That is linear in lambda
+with a few unknowns more (slider_memory.py), which lengthen vectors only: no matrix that is factored grows.
 """
 
 from dataclasses import dataclass
@@ -17,14 +17,11 @@ import scipy.sparse.linalg as sla
 
 from .wave_contacts import ContactWaves
 
-STRIP = 0.25  # of Omega, in which exponents are looked for to either side of the real axis
+STRIP = 0.251  # of Omega, to either side of the real axis: a quarter, where whole and half waves meet, and what both may be off by
 SHIFT = 1e-3 + 7e-4j  # of Omega: where they are sought around, as 0 itself may be one
 FURTHER = 0.15  # of Omega: than the strip is wide, exponents that must be found
 FIRST = 24  # exponents sought, twice as many as long as these are not enough
-NEAREST = 4  # sought around one that is found again
 TOLERANCE = 1e-9  # of exponents, relative
-LAG = 0.03  # of Omega: how much less an exponent may be than the largest one, and be it in truth
-SAME, MOST = 1e-6, 20  # of Omega: change of exponents that are found again; times at most
 GIB = 2**30
 MEMORY = 2 * GIB  # of the matrices of one m
 
@@ -52,18 +49,12 @@ def largest(system, q, omega, wave):
     need_memory(system, wave)
     for half in (0, 1):
         k = np.arange(-system.H, system.H + 1 - half)
-        blocks = contacts.blocks(k + half / 2)
+        answers = contacts.answers(k + half / 2, SHIFT)
         for m in different(wave, half):
             h = (k * wave.engine_order + m) % wave.sectors
             h = np.where(2 * h > wave.sectors, h - wave.sectors, h)
-            found += _Changes(system, contacts.springs, omega, wave, k + half / 2, h).near_zero(blocks)
-    best = None
-    for one in sorted(found, key=lambda exponent: -exponent.value.real):
-        if best and one.value.real < best.value.real - LAG:
-            break
-        again = _with_lag(system, contacts, omega, wave, one)
-        best = again if best is None or again.value.real > best.value.real else best
-    return best
+            found += _Changes(system, contacts.springs, omega, wave, k + half / 2, h).near_zero(*answers)
+    return max(found, key=lambda exponent: exponent.value.real)
 
 
 def different(wave, half):
@@ -80,16 +71,6 @@ def need_memory(system, wave):
                          f"stability, {MEMORY / GIB:.0f} GiB are the limit; run the case with fewer harmonics or contact points")
 
 
-def _with_lag(system, contacts, omega, wave, exponent):
-    changes = _Changes(system, contacts.springs, omega, wave, exponent.k, exponent.h)
-    for _ in range(MOST):
-        again = changes.nearest(contacts.blocks(exponent.k, exponent.value), exponent.value)
-        if abs(again.value - exponent.value) < SAME:
-            break
-        exponent = again
-    return again
-
-
 class _Changes:
     """Q(lambda) p = 0 of waves k with indices h, [K + s C + s^2 M + contact forces] p with s = lambda + i k Omega in each wave."""
 
@@ -101,35 +82,33 @@ class _Changes:
         contact = range(self.modes, self.K.shape[1])
         self.K[:, contact, contact] += springs.ravel()
 
-    def near_zero(self, blocks):
-        """All Exponents in the strip, those with the largest real parts first."""
-        number, size = FIRST, 2 * self.K.shape[0] * self.K.shape[1]
-        while True:
-            found, reach = self._around(blocks, SHIFT, min(number, size - 2))
-            if reach > STRIP + FURTHER or number >= size - 2:
-                return [exponent for exponent in found if abs(exponent.value.imag) < STRIP + SAME]
-            number *= 2
-
-    def nearest(self, blocks, value):
-        found, _ = self._around(blocks, value + 1e-4, NEAREST)
-        return min(found, key=lambda exponent: abs(exponent.value - value))
-
-    def _around(self, blocks, shift, number):
-        """`number` Exponents nearest to a shift, and how far the farthest is from it."""
+    def near_zero(self, blocks, memory):
+        """All Exponents in the strip."""
         w, n = self.K.shape[:2]
-        s = ((shift + 1j * self.k) * self.omega)[:, None, None]
+        s = ((SHIFT + 1j * self.k) * self.omega)[:, None, None]
         solve = _woodbury(np.linalg.inv(self.K + s * (self.C + s * self.M)), blocks, self.springs, self.modes)
         D, M = self.omega * (self.C + 2 * s * self.M), self.omega**2 * self.M
 
-        def inverse(v):  # t = lambda / Omega - shift: from (p, t p) to the same over t
-            p, r = v.reshape(2, w, n, 1)
-            return np.concatenate([-solve(D @ p + M @ r), p]).ravel()
+        def contact(v):
+            return v[:, self.modes:].reshape(w, -1, 3)
 
-        operator = sla.LinearOperator((2 * n * w, 2 * n * w), inverse, dtype=complex)
-        start = np.random.default_rng(1).normal(size=2 * n * w) + 0j
-        values, vectors = sla.eigs(operator, number, which="LM", v0=start, tol=TOLERANCE)
-        found = [self._exponent(shift + 1 / value, p) for value, p in zip(values, vectors[:n * w].T)]
-        return found, np.abs(1 / values).max()
+        def inverse(v):  # t = lambda / Omega - SHIFT: from (p, t p, c) to the same over t
+            (p, r), c = v[:2 * n * w].reshape(2, w, n, 1), v[2 * n * w:]
+            force = D @ p + M @ r
+            memory.push(c, contact(force))
+            over = -solve(force)
+            return np.concatenate([over.ravel(), p.ravel(), memory.follow(c, contact(over))])
+
+        number, size = FIRST, 2 * n * w + memory.size
+        operator = sla.LinearOperator((size, size), inverse, dtype=complex)
+        start = np.random.default_rng(1).normal(size=size) + 0j
+        while True:
+            number = min(number, size - 2)
+            values, vectors = sla.eigs(operator, number, which="LM", v0=start, tol=TOLERANCE)
+            if np.abs(1 / values).max() > STRIP + FURTHER or number == size - 2:
+                found = [self._exponent(SHIFT + 1 / value, p) for value, p in zip(values, vectors[:n * w].T)]
+                return [exponent for exponent in found if abs(exponent.value.imag) < STRIP]
+            number *= 2
 
     def _exponent(self, value, p):
         p = p.reshape(self.K.shape[0], -1, 1)

@@ -17,13 +17,14 @@ import launch
 from dovetail import Results, wave_exponents
 from dovetail.__main__ import main
 from dovetail.reduced_system import equations
+from dovetail.wheel_runs import WholeWheel
 
 SWEEP = 2730.0, 2541.5
 STABLE, UNSTABLE = ("stable", 2730.0), ("unstable", 2541.5)
 
 
-def response(folder, name="eo3_aliased", omega=SWEEP, factor=2.0, harmonics=9, start=None):
-    """Results of a sweep with loads that many times those of the case."""
+def response(folder, name="eo3_aliased", omega=SWEEP, factor=2.0, harmonics=9, start=None, others=None):
+    """Results of a sweep with loads that many times those of the case, and numbers of other keys that many times theirs."""
     path, models = cyclic_sector.write(folder, name, omega[0], samples='"exact"', modes=20, further="accuracy.estimates = false\n")
     if start is not None:
         cyclic_sector.write_start(folder, name, omega[0], models, 1.001 * start.reshape(-1, 15))
@@ -31,6 +32,8 @@ def response(folder, name="eo3_aliased", omega=SWEEP, factor=2.0, harmonics=9, s
     def loads(found):
         return f"fourier = {[factor * float(number) for number in found[1].split(',')][:2 * harmonics + 1]}"
     text = re.sub(r"fourier = \[(.*)\]", loads, path.read_text()).replace("harmonics = 7", f"harmonics = {harmonics}")
+    for key, times in (others or {}).items():
+        text = re.sub(rf"(?<={key} = ).*", lambda found: re.sub(r"[\d.]+(e-?\d+)?", lambda n: f"{times * float(n[0])}", found[0]), text)
     path.write_text(re.sub(r"omega = \[.*\]", f"omega = {list(omega)}", text).replace("1e-6", "1e-8"))
     return Results(launch.run(cases.Case(path, None, None, {})).folder / "results.h5")
 
@@ -77,6 +80,22 @@ def test_the_program_says_the_same_of_all_sectors(curve, capsys, tmp_path, name,
     assert float(row[3]) == pytest.approx(float(row[6]), abs=3e-4)
     whole = Results(tmp_path / f"all/point_{row[1]}/results.h5")
     assert (whole.stable[0], whole.contact_points, whole.modes) == (name == "stable", 48, 120)
+
+
+@pytest.mark.parametrize("harmonics, multiplier", [(9, 1.0978), (20, 1.1149)])
+def test_what_sliders_remember_makes_the_wave_more_unstable(tmp_path, harmonics, multiplier):
+    """Without it the multiplier would be 1.04."""
+    assert largest(response(tmp_path, harmonics=harmonics), -1).multiplier == pytest.approx(multiplier, abs=2e-4)
+
+
+def test_an_exponent_that_is_far_less_without_memory_is_found(tmp_path):
+    """Behind a fold, motions of nodal diameters 1 and 2 grow by 5 per cent in a period; without memory they would shrink by 30."""
+    results = response(tmp_path, omega=(2260.0, 2210.0), factor=2.08, harmonics=6,
+                       others={"friction": 0.29, "tangential_stiffness": 0.48, "damping.stiffness": 0.8})
+    point = int(np.argmax(np.diff(results.omega) > 0)) + 2
+    told, found = WholeWheel(results, [point], tmp_path / "wheel", launch.BINARY).run(point), largest(results, point)
+    assert told.moved < 1e-5 and found.multiplier == pytest.approx(told.multiplier, abs=5e-4)
+    assert 1.02 < found.multiplier < 1.1 and found.share[[1, 2]].sum() > 0.99
 
 
 @pytest.mark.parametrize("name, point", [("eo2_separation", 1), ("eo-1_two_loads", 1), ("eo1_root", 1),
