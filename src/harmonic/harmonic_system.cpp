@@ -194,8 +194,7 @@ void HarmonicSystem::products(const double *q, Products &of, std::vector<double>
   else
     linear_->multiply(q, of.stiffness.data(), of.inertia.data());
   if (const Dampers *dampers = linear_->dampers()) {
-    if (dampers->is_viscous())
-      of.viscous.resize(count), dampers->viscous_force(q, layout_.width, of.viscous.data());
+    if (dampers->is_viscous()) of.viscous.resize(count), dampers->viscous_force(q, layout_.width, of.viscous.data());
     if (dampers->is_hysteretic())
       of.hysteretic.resize(count), dampers->hysteretic_force(q, layout_.width, of.hysteretic.data());
   }

@@ -99,8 +99,8 @@ public:
   const std::vector<double> &inertia_force() const { return of_.inertia; }
   const std::vector<double> &damping_force() const { return of_.viscous; }       ///< C q of the dampers, or none
   const std::vector<double> &hysteretic_force() const { return of_.hysteretic; } ///< S q, likewise
-  const Dampers *dampers() const { return linear_->dampers(); } ///< damping besides K and M, or none
-  DynamicStiffness structure(double omega) const {              ///< its D_k
+  const Dampers *dampers() const { return linear_->dampers(); }                  ///< damping besides K and M, or none
+  DynamicStiffness structure(double omega) const {                               ///< its D_k
     return DynamicStiffness(scaled_.damping, omega, setting_.damping);
   }
   Damping damping() const { return scaled_.damping.times(setting_.damping); } ///< scaled, at the value set last
@@ -124,7 +124,7 @@ public:
   const std::vector<Activity> &activity() const { return forces_.activity(); }
 
 private:
-  struct Products { // (own coefficients) each
+  struct Products {                                 // (own coefficients) each
     std::vector<double> motion, stiffness, inertia; // q, K q, M q
     std::vector<double> viscous, hysteretic;        // C q and S q of the dampers, or empty
   };

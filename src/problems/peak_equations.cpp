@@ -83,8 +83,8 @@ bool PeakEquations::differentiate(double accuracy) {
   const auto solved = [&, on = std::exchange(differentiated_, false)](Vec r, Vec x, bool transposed) {
     return on ? solve_on(r, x, transposed, accuracy) : solve(r, x, transposed, accuracy);
   };
-  set_parameter(along_, 1), set_parameter(adjoint_, -c_);           // as they were solved for
-  if (!solved(fixed_, along_, false)) return false; // [dY/dOmega; 1]
+  set_parameter(along_, 1), set_parameter(adjoint_, -c_); // as they were solved for
+  if (!solved(fixed_, along_, false)) return false;       // [dY/dOmega; 1]
   check(VecSet(gradient_, 0), doing);
   watch(y_, gradient_);
   if (!solved(gradient_, adjoint_, true)) return false; // [lambda; -c]

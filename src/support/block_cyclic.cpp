@@ -206,8 +206,8 @@ void SpreadFactors::solve(double *b, int columns) const {
     pdlapiv_("Forward", "Row", "Col", &n, &one, local.data(), &one, &one, of_columns.data(), pivots_.data(), &one, &one,
              of_pivots.data(), &info);
     for (const bool lower : {true, false})
-      pdtrsv_(lower ? "L" : "U", "N", lower ? "U" : "N", &n, lu_.data(), &one, &one, of_matrix, local.data(), &one, &one,
-              of_columns.data(), &one);
+      pdtrsv_(lower ? "L" : "U", "N", lower ? "U" : "N", &n, lu_.data(), &one, &one, of_matrix, local.data(), &one,
+              &one, of_columns.data(), &one);
   }
   grid_.give_columns(local, columns, b);
 }

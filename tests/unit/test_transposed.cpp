@@ -47,9 +47,10 @@ std::pair<double, double> misses(HarmonicSystem &system, const std::vector<doubl
 double miss_of_second_derivatives(HarmonicSystem &system, double size) {
   constexpr double step = 1e-6;
   const UniqueMat T = system.matrix(true);
-  const UniqueVec y = vector_of(system, size, 3, 1.3), along = vector_of(system, 1, 5, 0), u = vector_of(system, 1, 9, 0),
-                  fixed = vector_of(system, 0, 1, 1);
-  UniqueVec at = system.unknowns(), product = system.unknowns(), expected = system.unknowns(), found = system.unknowns();
+  const UniqueVec y = vector_of(system, size, 3, 1.3), along = vector_of(system, 1, 5, 0),
+                  u = vector_of(system, 1, 9, 0), fixed = vector_of(system, 0, 1, 1);
+  UniqueVec at = system.unknowns(), product = system.unknowns(), expected = system.unknowns(),
+            found = system.unknowns();
   const auto add = [&](double motion, double frequency, double weight) {
     check(VecWAXPY(at, motion, along, y), "");
     set_parameter(at, 1.3 + frequency);
