@@ -56,12 +56,13 @@ def parser():
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
     command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity", "mode",
-                                              "diameters", "campbell", "motion"], default="response",
+                                              "diameters", "campbell", "motion", "waterfall"], default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
                               "pressure: the joints under their preload; sensitivity: which contact points a peak depends on; mode: "
                               "frequency and damping over the amplitude, peaks over the force, of a run with [mode]; diameters: frequency "
                               "over the nodal diameter of a cyclic sector, with the engine orders of the sweep; campbell: over its rotor "
-                              "speed; motion: the mesh as it moves, enlarged, a whole wheel of a cyclic sector")
+                              "speed; motion: the mesh as it moves, enlarged, a whole wheel of a cyclic sector; waterfall: curves "
+                              "of several results, one above the other")
     command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")

@@ -9,7 +9,7 @@ import numpy as np  # noqa: E402
 from matplotlib.ticker import MaxNLocator  # noqa: E402
 
 from . import curves  # noqa: E402
-from .plot_labels import ROW, curves_in, legend_above, place_labels, plain  # noqa: E402
+from .plot_labels import ROW, curves_in, legend_above, place_labels, no_formula  # noqa: E402
 from .plot_units import dress, value_text  # noqa: E402
 from .reference import LAWS  # noqa: E402
 from .results import STABLE, UNCERTAIN, UNSTABLE  # noqa: E402
@@ -91,7 +91,7 @@ def response(results, dofs=None, at=None, hz=False):
         if at is not None:
             for axis in axes:
                 axis.axvline(scale * at, color="#9a9a9a", linewidth=0.8)
-        figure.suptitle(plain(results.title or results.path.name))
+        figure.suptitle(no_formula(results.title or results.path.name))
         for axis, places in labels.items():
             markers = [xy for line in axis.lines if line.get_linestyle() == "None" for xy in line.get_xydata()]
             place_labels(axis, places, markers, lines=curves_in(axis))
@@ -231,4 +231,4 @@ def _line(i):
 def point_title(results, point, hz, sector=None):
     """Which curve, and where on it; of a cyclic structure which sector, if one is named."""
     where = f"{results.frequency[point]:.6g} Hz" if hz and results.parameter is None else results.place(results.along[point], 6)
-    return plain(f"{results.title or results.path.name}, at {where}") + ("" if sector is None else f", sector {sector}")
+    return no_formula(f"{results.title or results.path.name}, at {where}") + ("" if sector is None else f", sector {sector}")

@@ -12,8 +12,8 @@ ROW = 0.22  # height of a row of a legend [inch]
 NARROW = 28  # letters of labels of which two stand side by side above a panel
 
 
-def plain(text):
-    """Text of the user's, which is no formula, whatever dollars it has."""
+def no_formula(text):
+    """Text of the user's for a picture, in which dollars make no formula."""
     return text.replace("$", r"\$")
 
 

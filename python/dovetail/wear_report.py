@@ -5,7 +5,7 @@ import csv
 import numpy as np
 
 from .motion import find_joint
-from .plot_labels import plain
+from .plot_labels import no_formula
 from .plot_units import dress, labelled
 from .saved_picture import save_picture
 from .units import with_unit
@@ -99,7 +99,7 @@ def picture(found, table, joint):
             if spread < 1e-6 * np.abs(values).max():  # ticks of round-off say nothing
                 axis.set_ylim(0, 1.2 * np.abs(values).max())
         _map(axes.flat[-1], found, joint)
-        figure.suptitle(plain(found.results.title or found.results.path.name))
+        figure.suptitle(no_formula(found.results.title or found.results.path.name))
     return figure
 
 
@@ -109,8 +109,7 @@ def _map(axis, found, joint):
 
     from .contact_map import COLOURS, dress as dress_places, marker_area, scale
     from .joint_plane import in_plane, lying
-    from .plot_labels import plain
-from .plot_units import formatter
+    from .plot_units import formatter
 
     depth, unit = found.moments[-1].depth, found.results.unit.length
     if joint is None or len(joint["names"]) > 1 or len(depth) < 3:
