@@ -186,7 +186,10 @@ def _looking_options(adding):
     command.add_argument("file", metavar="RESULTS.h5", help="the file, or the folder of the run")
     command.add_argument("--dof", metavar="NAME", help="the unknown that is drawn; default: the one that is watched or moves most")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for nodes, if it is not where it was when the run started")
-    command.add_argument("--once", action="store_true", help="one picture, now")
+    shown = command.add_mutually_exclusive_group()
+    shown.add_argument("--once", action="store_true", help="one picture, now")
+    shown.add_argument("--page", metavar="PORT", nargs="?", type=int, const=0, help="as a page for a browser on this machine, in place "
+                       "of the terminal; default: a port that is free. Prints its address")
     command.set_defaults(run=commands.watch)
 
 
