@@ -128,7 +128,9 @@ def _export_options(adding):
                                   "(contact.pvd), and the curve as a table (curve.csv).")
     command.add_argument("file", metavar="RESULTS.h5")
     _point_options(command)
-    command.add_argument("--frames", metavar="N", type=int, default=24, help="instants of the period; default: %(default)s")
+    command.add_argument("--frames", metavar="N", type=int, help="instants of the period; default: 24")
+    command.add_argument("--along", metavar="N", type=int, help="in place of a period: so many points, evenly over the curve, its ends "
+                         "and peaks among them, each at the instant of its largest motion")
     command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, in its place; default: 0")
     command.add_argument("--wheel", action="store_true", help="all sectors of a cyclic structure, their outer faces")
     cells = command.add_mutually_exclusive_group()
