@@ -9,6 +9,7 @@ import numpy as np  # noqa: E402
 from matplotlib.ticker import MaxNLocator  # noqa: E402
 
 from . import curves  # noqa: E402
+from .contact_motion import parameters_at  # noqa: E402
 from .plot_labels import ROW, curves_in, legend_above, place_labels, no_formula  # noqa: E402
 from .plot_units import dress, value_text  # noqa: E402
 from .reference import LAWS  # noqa: E402
@@ -209,7 +210,7 @@ def _loop(axis, results, point, dof):
         raise ValueError(f"contact point {contact} has no friction loop: its law is {law}")
     x, T = results.hysteresis(point, contact, direction, LOOP_SAMPLES)
     force, state = results.contact_force(point, contact, LOOP_SAMPLES)
-    limit = results.contact["friction"][contact - 1, direction] * force[:, 2]
+    limit = parameters_at(results, point)[0]["friction"][contact - 1, direction] * force[:, 2]
     area = float(np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x)))
     area = area if area > 1e-12 * np.ptp(x) * np.ptp(T) else 0.0  # round-off of a loop that is a line
     x, T, limit, state = (np.append(v, v[0]) for v in (x, T, limit, state[:, direction]))

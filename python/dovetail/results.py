@@ -87,7 +87,7 @@ class Results:
     """
 
     def __init__(self, path, model=None):
-        self.path, self.model, self._node_rows = Path(path), model, {}
+        self.path, self.model, self._node_rows, self._at_rest = Path(path), model, {}, {}
         self._read(self._load_header)
 
     def _load_header(self, file):
