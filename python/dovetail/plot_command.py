@@ -23,8 +23,14 @@ def plot(arguments):
             return _film(results, arguments)
         figure, suffix = _picture_of_results(results, arguments)
     output = made(arguments.output or path.with_name(path.stem + suffix))
-    save_picture(figure, output, bbox_inches="tight" if suffix == "_mesh.png" else None)
+    save_picture(figure, output, **(cropped(figure) if suffix == "_mesh.png" else {}))
     print(output)
+
+
+def cropped(figure):
+    """Options of a picture in space without its empty margins, but with the names of its axes, which matplotlib cuts off."""
+    names = [getattr(axis, which).label for axis in figure.axes for which in ("xaxis", "yaxis", "zaxis") if hasattr(axis, which)]
+    return {"bbox_inches": "tight", "bbox_extra_artists": [*figure.get_default_bbox_extra_artists(), *names]}
 
 
 def _several(path, arguments):

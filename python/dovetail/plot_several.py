@@ -76,7 +76,7 @@ def _waterfall(runs, labels, dof, hz):
         axis.annotate(label, (1.0, zero), xycoords=("axes fraction", "data"), xytext=(4, 0), textcoords="offset points", va="center")
     axis.set(ylim=(0, step * (len(runs) - 1) + ROOM * highest), yticks=[step * i for i in range(len(runs))], yticklabels=[])
     axis.grid(axis="y", visible=False)
-    axis.set_ylabel(f"amplitude of {dof}, {round_text(step, runs[0].unit_of(dof))} from line to line")
+    axis.set_ylabel(f"amplitude of {dof}\n{round_text(step, runs[0].unit_of(dof))} from line to line")
     return figure
 
 

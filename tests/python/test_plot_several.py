@@ -60,7 +60,7 @@ def test_a_waterfall_lifts_each_curve_by_a_round_step(tmp_path):
     axis, renderer = figure.axes[0], figure.canvas.get_renderer()
     curves = [line.get_ydata() for line in axis.lines if not line.get_label().startswith("_")]
     np.testing.assert_allclose([curve.max() for curve in curves], [10, 30, 50], rtol=1e-6)
-    assert axis.get_ylabel() == "amplitude of x1.t1, 10 m from line to line"
+    assert axis.get_ylabel() == "amplitude of x1.t1\n10 m from line to line"
     assert axis.get_ylim()[1] > 50 and axis.get_xlabel() == "excitation frequency [rad/s]"
     boxes = [text.get_window_extent(renderer) for text in axis.texts]
     assert len(boxes) == 3 and not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
