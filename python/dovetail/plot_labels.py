@@ -1,5 +1,7 @@
 """Labels of places in a picture that do not lie on each other, and legends that cover nothing."""
 
+import textwrap
+
 import numpy as np
 from matplotlib.path import Path
 from matplotlib.transforms import Bbox
@@ -9,6 +11,7 @@ SIZE = 7  # of the letters [points]
 MOST = 5  # labels of a kind
 HALF = 2.5  # of a marker that is kept free [points]
 ROW = 0.22  # height of a row of a legend [inch]
+WIDE = 72  # letters of a line of a legend above a panel
 NARROW = 28  # letters of labels of which two stand side by side above a panel
 
 
@@ -17,10 +20,15 @@ def no_formula(text):
     return text.replace("$", r"\$")
 
 
+def folded(text, most):
+    """A label of the user's in lines of `most` letters: a longer one would leave no room for the panel."""
+    return "\n".join(textwrap.wrap(no_formula(text), most, break_on_hyphens=False)) or " "
+
+
 def rows_of(labels):
     """Rows and columns of the legend above a panel."""
     columns = 2 if len(labels) > 2 and max(map(len, labels)) <= NARROW else 1
-    return -(-len(labels) // columns), columns
+    return sum(1 + label.count("\n") for label in labels[::columns]), columns
 
 
 def legend_above(axis, columns=1):

@@ -6,7 +6,7 @@ import numpy as np
 from .mode_picture import from_onset
 from .modes import Backbone
 from .plot import LINES, MARKERS, ROOM, STYLE, over
-from .plot_labels import ROW, legend_above, no_formula, rows_of
+from .plot_labels import NARROW, ROW, WIDE, folded, legend_above, rows_of
 from .plot_units import dress, round_text
 from .units import bracket
 
@@ -44,6 +44,7 @@ def several(runs, labels=None, dof=None, hz=False, waterfall=False):
 
 
 def _overlaid(runs, labels, dof, hz):
+    labels = [folded(label, WIDE) for label in labels]
     rows, columns = rows_of(labels)
     figure, axis = plt.subplots(figsize=(7.5, 4.6 + ROW * rows), layout="constrained")
     highest = 0.0
@@ -73,7 +74,8 @@ def _waterfall(runs, labels, dof, hz):
         axis.plot(along, zero + amplitude, color="black", zorder=2.005 - 0.01 * i, label=label, marker="o" if len(along) == 1 else None)
         for place, top in peaks:
             axis.plot(place, zero + top, "ko", markersize=4, markerfacecolor="white", zorder=2.006 - 0.01 * i)
-        axis.annotate(label, (1.0, zero), xycoords=("axes fraction", "data"), xytext=(4, 0), textcoords="offset points", va="center")
+        axis.annotate(folded(label, NARROW), (1.0, zero), xycoords=("axes fraction", "data"), xytext=(4, 0),
+                      textcoords="offset points", va="center")
     axis.set(ylim=(0, step * (len(runs) - 1) + ROOM * highest), yticks=[step * i for i in range(len(runs))], yticklabels=[])
     axis.grid(axis="y", visible=False)
     axis.set_ylabel(f"amplitude of {dof}\n{round_text(step, runs[0].unit_of(dof))} from line to line")
@@ -87,7 +89,7 @@ def _round_below(number):
 
 def several_modes(runs, labels=None, hz=False):
     """Frequency and damping ratio over the modal amplitude, a line for each of several Results of runs with [mode]; dots are points."""
-    labels = _labels(runs, labels)
+    labels = [folded(label, WIDE) for label in _labels(runs, labels)]
     rows, columns = rows_of(labels)
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7.5, 6.6 + ROW * rows), layout="constrained")
@@ -116,7 +118,7 @@ def _labels(runs, labels):
         if (run.unit, run.parameter_name) != (first.unit, first.parameter_name):
             raise ValueError(f"{run.path}: has units {run.units} and is over {run.parameter_name or 'the frequency'}, {first.path} has "
                              f"{first.units} and is over {first.parameter_name or 'the frequency'}; no picture holds both")
-    return [no_formula(label) for label in labels]
+    return labels
 
 
 def _curve(run, dof, hz):

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from matplotlib import pyplot
 from matplotlib.text import Text
 from PIL import Image
 
@@ -32,6 +33,12 @@ def texts(figure):
 def over_each_other(found):
     return [(one, other) for i, (one, a) in enumerate(found) for other, b in found[:i]
             if min(a.x1, b.x1) - max(a.x0, b.x0) > BESIDE and min(a.y1, b.y1) - max(a.y0, b.y0) > BESIDE]
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    yield
+    pyplot.close("all")
 
 
 @pytest.fixture(scope="module")

@@ -74,6 +74,18 @@ def test_a_waterfall_of_one_file_and_of_no_motion(tmp_path):
     assert (tmp_path / "still" / "results_several_waterfall.png").stat().st_size > 5000
 
 
+@pytest.mark.filterwarnings("error")  # of a layout without room
+@pytest.mark.parametrize("waterfall", [False, True])
+def test_long_labels_leave_room_for_the_curves(tmp_path, waterfall):
+    long = ["a run whose name says all that was changed in its case file, " * 3, "x" * 200, ""]
+    figure = several([written(tmp_path / f"level{i}", i + 1.0) for i in range(3)], long, waterfall=waterfall)
+    figure.canvas.draw()
+    axis = figure.axes[0].get_window_extent()
+    assert axis.width > 0.5 * figure.bbox.width and axis.height > 0.4 * figure.bbox.height
+    said = figure.axes[0].texts if waterfall else [figure.axes[0].get_legend()]
+    assert said and all(part.get_window_extent().x1 < figure.bbox.x1 for part in said)
+
+
 def test_a_legend_covers_no_curve(tmp_path):
     for count, columns in ((2, 1), (8, 2)):
         figure = several([written(tmp_path / f"{count} level{i}", i + 1.0) for i in range(count)])
