@@ -33,9 +33,19 @@ def main(arguments=None):
     try:
         return chosen.run(chosen) or 0
     except (ValueError, KeyError, OSError) as error:
-        message = error.args[0] if isinstance(error, KeyError) else error
-        print(f"dovetail: {message}", file=sys.stderr)
+        print(f"dovetail: {_said(error)}", file=sys.stderr)
         return 2
+
+
+def _said(error):
+    """In words; of files without a number of the operating system."""
+    if isinstance(error, KeyError):
+        return error.args[0]
+    if isinstance(error, FileNotFoundError) and error.filename:
+        return f"{error.filename}: no such file"
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        return f"{error.filename}: {error.strerror}"
+    return error
 
 
 if __name__ == "__main__":

@@ -56,12 +56,13 @@ def parser():
                          "tip.y, 17.z, ... (node sets and nodes of the model); default: the loaded node, and the contact point that "
                          "is watched or moves most")
     command.add_argument("--kind", choices=["response", "history", "hysteresis", "map", "pressure", "sensitivity", "mode",
-                                              "diameters", "campbell", "motion"], default="response",
+                                              "diameters", "campbell", "motion", "waterfall"], default="response",
                          help="default: %(default)s; map: which contact points slip or open over a period, in the plane of each joint; "
                               "pressure: the joints under their preload; sensitivity: which contact points a peak depends on; mode: "
                               "frequency and damping over the amplitude, peaks over the force, of a run with [mode]; diameters: frequency "
                               "over the nodal diameter of a cyclic sector, with the engine orders of the sweep; campbell: over its rotor "
-                              "speed; motion: the mesh as it moves, enlarged, a whole wheel of a cyclic sector")
+                              "speed; motion: the mesh as it moves, enlarged, a whole wheel of a cyclic sector; waterfall: curves "
+                              "of several results, one above the other")
     command.add_argument("--at", metavar="OMEGA", type=finite, help="frequency in units of the model, rad/s (in Hz with --hz), or value "
                          "of the parameter that is varied: marked in "
                          "the response, chosen for the others; default there: the peak of the first dof")
@@ -127,7 +128,9 @@ def _export_options(adding):
                                   "(contact.pvd), and the curve as a table (curve.csv).")
     command.add_argument("file", metavar="RESULTS.h5")
     _point_options(command)
-    command.add_argument("--frames", metavar="N", type=int, default=24, help="instants of the period; default: %(default)s")
+    command.add_argument("--frames", metavar="N", type=int, help="instants of the period; default: 24")
+    command.add_argument("--along", metavar="N", type=int, help="in place of a period: so many points, evenly over the curve, its ends "
+                         "and peaks among them, each at the instant of its largest motion")
     command.add_argument("--sector", metavar="J", type=int, help="of a cyclic structure, in its place; default: 0")
     command.add_argument("--wheel", action="store_true", help="all sectors of a cyclic structure, their outer faces")
     cells = command.add_mutually_exclusive_group()
@@ -185,7 +188,10 @@ def _looking_options(adding):
     command.add_argument("file", metavar="RESULTS.h5", help="the file, or the folder of the run")
     command.add_argument("--dof", metavar="NAME", help="the unknown that is drawn; default: the one that is watched or moves most")
     command.add_argument("--model", metavar="MODEL.h5", help="the model file, for nodes, if it is not where it was when the run started")
-    command.add_argument("--once", action="store_true", help="one picture, now")
+    shown = command.add_mutually_exclusive_group()
+    shown.add_argument("--once", action="store_true", help="one picture, now")
+    shown.add_argument("--page", metavar="PORT", nargs="?", type=int, const=0, help="as a page for a browser on this machine, in place "
+                       "of the terminal; default: a port that is free. Prints its address")
     command.set_defaults(run=commands.watch)
 
 

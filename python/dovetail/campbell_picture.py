@@ -9,7 +9,7 @@ import numpy as np  # noqa: E402
 
 from .diameters_picture import crossings, of_wheel  # noqa: E402
 from .plot import LINES, STYLE  # noqa: E402
-from .plot_labels import place_labels  # noqa: E402
+from .plot_labels import place_labels, no_formula  # noqa: E402
 from .units import bracket  # noqa: E402
 
 ROOM = 1.2  # of the fastest rotor of the run, and of what its engine orders reach there: width and height of the picture
@@ -60,7 +60,7 @@ def campbell(results, hz=False):
                         *axis.plot([], [], **dot, label="crossed in the sweep")]
         handles += axis.plot([], [], **dot, markerfacecolor="white", label="crossed elsewhere" if sweeps else "crossed")
         axis.set(xlabel="rotor speed" + bracket(turning_unit), ylabel="frequency" + bracket(unit), xlim=(0, turning * widest),
-                 ylim=(0, scale * top), title=f"{results.title or results.path.name}: {wave.sectors} sectors, engine order "
+                 ylim=(0, scale * top), title=f"{no_formula(results.title or results.path.name)}: {wave.sectors} sectors, engine order "
                  f"{wave.engine_order}")
         axis.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=2, handlelength=3.2)
         place_labels(axis, [places], [(x, y) for x, y, _ in places], "white", lines)

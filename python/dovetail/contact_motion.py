@@ -47,9 +47,9 @@ def force(results, point, contact, n=None, sector=None):
     """
     from . import reference
 
-    j = index(results, contact)
-    law = (results.contact[name][j] for name in ("normal_stiffness", "tangential_stiffness", "friction", "gap", "law"))
-    return reference.law(_motion(results, point, j, n, sector), results.xp[3 * j:3 * j + 3], results.w[j], *law)
+    j, (parameters, w) = index(results, contact), parameters_at(results, point)
+    law = (parameters[name][j] for name in ("normal_stiffness", "tangential_stiffness", "friction", "gap", "law"))
+    return reference.law(_motion(results, point, j, n, sector), results.xp[3 * j:3 * j + 3], w[j], *law)
 
 
 def hysteresis(results, point, contact, direction=0, n=None, sector=None):
@@ -59,6 +59,21 @@ def hysteresis(results, point, contact, direction=0, n=None, sector=None):
     j = index(results, contact)
     x = _motion(results, point, j, n, sector)[:, direction] + results.xp[3 * j + direction]
     return x, force(results, point, contact, n, sector)[0][:, direction]
+
+
+def parameters_at(results, point):
+    """Parameters of the contact points as `Results.contact`, and feet of their sliders at rest (N_x, 2), at a point of the curve: those
+    of the case, or of a sweep over another parameter of the joint those with its value there."""
+    from .reduced_system import LOADS, at_rest
+
+    if results.parameter is None or results.modal_amplitude is not None or results.parameter_name in LOADS:
+        return results.contact, results.w
+    value = float(results.parameter[point])
+    if value not in results._at_rest:
+        contact, preload = at_rest(results, value)
+        results._at_rest[value] = {**results.contact, "normal_stiffness": contact.kn, "tangential_stiffness": contact.kt,
+                                  "friction": contact.mu, "gap": contact.gap}, preload.w
+    return results._at_rest[value]
 
 
 def activity(results, point):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import fourier, reference
+from .contact_motion import parameters_at
 
 LEAST = 1024  # samples of a period: sliders are dragged from one to the next
 STICKS, SLIPS, OPEN = reference.STICK, 1, reference.OPEN  # SLIPS, in either direction
@@ -47,9 +48,9 @@ def contact_period(results, point, samples):
     X = results.coefficients_at(point)[results.modes:].reshape(results.contact_points, 3, -1)
     basis = fourier.basis(results.harmonics, fourier.phases(samples))
     x, xp = np.einsum("sk,pdk->psd", basis, X), results.xp.reshape(-1, 3)
-    contact = results.contact
+    contact, w = parameters_at(results, point)
     kt, gap = contact["tangential_stiffness"], contact["gap"]
-    force, state = reference.law(x, xp, results.w, contact["normal_stiffness"], kt, contact["friction"], gap, contact["law"])
+    force, state = reference.law(x, xp, w, contact["normal_stiffness"], kt, contact["friction"], gap, contact["law"])
     relative = x + xp[:, None]
     is_open = (state == OPEN).any(axis=2)
     foot = relative[..., :2] - force[..., :2] / np.where(kt > 0, kt, 1)[:, None]

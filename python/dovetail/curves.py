@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -31,16 +31,16 @@ class Response:
 
     name: str
     unit: str
-    omega: np.ndarray
-    frequency: np.ndarray
-    along: np.ndarray
-    arclength: np.ndarray
-    amplitude: np.ndarray
-    coefficients: np.ndarray
-    jumps: np.ndarray
-    located: np.ndarray
-    slopes: Callable | None = None
-    breaks: np.ndarray = ()
+    omega: np.ndarray = field(repr=False)  # a notebook that shows a curve shows no pages of numbers
+    frequency: np.ndarray = field(repr=False)
+    along: np.ndarray = field(repr=False)
+    arclength: np.ndarray = field(repr=False)
+    amplitude: np.ndarray = field(repr=False)
+    coefficients: np.ndarray = field(repr=False)
+    jumps: np.ndarray = field(repr=False)
+    located: np.ndarray = field(repr=False)
+    slopes: Callable | None = field(default=None, repr=False)
+    breaks: np.ndarray = field(default=(), repr=False)
 
     def curve(self, n=DRAWN):
         """(along, amplitude) of the curve as it is drawn, NaN behind each jump: n values from each point to the next, by the cubic with

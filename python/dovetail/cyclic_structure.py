@@ -3,6 +3,7 @@
 import copy
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .cyclic import matched
 from .cyclic_contacts import contacts_of
@@ -18,7 +19,8 @@ class CyclicStructure:
     cyclic_sector = None  # Cyclic, once `cyclic` is called
     sector_of_deck = None  # importers.deck_sector.DeckSector, where an imported deck has cyclic symmetry
 
-    def cyclic(self, sectors, left, right, axis, *, origin=(0, 0, 0), tolerance=None):
+    def cyclic(self, sectors: int, left: str | ArrayLike, right: str | ArrayLike, axis: ArrayLike, *, origin: ArrayLike = (0, 0, 0),
+               tolerance: float | None = None) -> "CyclicStructure":
         """As one of N equal sectors of a disk, K and M being those of its own elements only. Before surfaces are taken for joints.
 
         Parameters

@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from .plot import LINES, STYLE
-from .plot_labels import place_labels
+from .plot_labels import place_labels, no_formula
 from .units import bracket
 
 ROOM = 1.25  # of what the engine orders reach: the height of the picture
@@ -69,7 +69,7 @@ def diameters(results, hz=False):
             handles += axis.plot([h for _, h, _ in met], [scale * f for *_, f in met], "o", color=LINES[1][0], markersize=6,
                                  label=f"crossed in the {passed}")
         axis.set(xlabel="nodal diameter", ylabel="frequency" + bracket(unit), ylim=(0, scale * top),
-                 title=f"{results.title or results.path.name}: {wave.sectors} sectors, engine order {wave.engine_order}")
+                 title=f"{no_formula(results.title or results.path.name)}: {wave.sectors} sectors, engine order {wave.engine_order}")
         axis.xaxis.set_major_locator(MaxNLocator(integer=True))
         axis.margins(x=0.06)
         axis.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=2, handlelength=3.2)

@@ -2,22 +2,24 @@
 
 import csv
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from .contact_period import contact_period, samples_of
-from .export_frames import ContactFrames, MeshFrames, needed, write_collection
+from .export_frames import ContactFrames, MeshFrames, needed, write_instant, write_list
 from .friction_energy import per_period
 from .life import asked_life
 from .motion import PlacesUnknown, find_joint
-from .moving_mesh import moving_mesh
+from .moving_mesh import PHASES, largest_at, moving_mesh
 from .output_files import made, refuse_no_file
 from .results import Results
 from .shown import chosen_point, chosen_sectors, default_dofs
 from .units import bracket
+from .verify import looked_at
 
-MOST_FRAMES = 999
+FRAMES, MOST_FRAMES = 24, 999
 LIST = "export.json"  # what an export has written into its folder
 CURVE = "curve.csv"
 FIRST = "frequency [Hz]"  # column of the table
@@ -42,24 +44,76 @@ def export(arguments):
         raise ValueError(f"{folder}: a table is written as FILE.csv, and all else into a folder, whose name does not end with "
                          f"{folder.suffix}")
     sectors = chosen_sectors(results, arguments.sector, arguments.wheel)
-    frames = arguments.frames
-    if not 1 <= frames <= MOST_FRAMES:
-        raise ValueError(f"--frames: 1 to {MOST_FRAMES} are wanted, found {frames}")
+    steps = _steps(results, arguments, dofs[0])
     needed()
-    point = number(results, arguments, dofs[0])
     cells = "solid" if arguments.solid else "surface" if arguments.surface or arguments.wheel else "as known"
     if arguments.wear is not None and arguments.wear < 0:
         raise ValueError(f"--wear: a volume per friction work is not negative, found {arguments.wear:g}")
-    notes, parts = _parts(results, point, sectors, frames, cells, arguments)
-    planned = [CURVE, *(f"{name}.pvd" for name in parts), *(file for name in parts for file in files_of(name, frames))]
-    begin(folder, planned, arguments.replace)
+    notes, parts = _parts(results, steps.points[0], sectors, steps.frames or PHASES, cells, arguments)
+    files = {name: files_of(name, steps.count) for name in parts}
+    begin(folder, [CURVE, *(f"{name}.pvd" for name in files), *(file for names in files.values() for file in names)], arguments.replace)
     write_curve(results, folder / CURVE, dofs)
-    times = np.arange(frames) / frames * 2 * np.pi / results.omega[point]
-    for name, part in parts.items():
-        write_collection(folder, name, part, times, files_of(name, frames))
-    print("\n".join([f"{results.path}, point {point}: {results.place(results.along[point], 6)}, {results.frequency[point]:.6g} Hz",
-                     *(f"  {folder / name}.pvd: {part.in_words()}; {frames} instants of a period" for name, part in parts.items()),
+    words = [f"  {folder / name}.pvd: {part.in_words()}; {steps.in_words()}" for name, part in parts.items()]
+    for i, (point, share) in enumerate(steps):
+        if point != steps.points[0]:
+            parts = _parts(results, point, sectors, PHASES, cells, arguments)[1]
+        at = share if share is not None else _largest(results, point, parts)
+        for name in files:
+            write_instant(folder / files[name][i], parts[name], at, {"point": point, "frequency": results.frequency[point]})
+    for name in files:
+        write_list(folder, name, steps.times(results), files[name])
+    print("\n".join([steps.title(results), *words,
                      f"  {folder / CURVE}: the curve of {', '.join(dofs)}", *(f"  note: {note}" for note in notes)]))
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What is written one after the other: `frames` instants of the period of a point, or with 0 an instant of each of several."""
+
+    points: list
+    frames: int
+
+    @property
+    def count(self):
+        return self.frames or len(self.points)
+
+    def __iter__(self):
+        """(point, share of the period or None) of each."""
+        return iter([(self.points[0], i / self.frames) for i in range(self.frames)] or [(point, None) for point in self.points])
+
+    def times(self, results):
+        """[s] within a period; or numbers of the points, as a curve may turn back."""
+        return np.arange(self.frames) / self.frames * 2 * np.pi / results.omega[self.points[0]] if self.frames else self.points
+
+    def in_words(self):
+        return f"{self.frames} instants of a period" if self.frames else f"{len(self.points)} points, at their largest motion"
+
+    def title(self, results):
+        if not self.frames:
+            return f"{results.path}, {len(self.points)} of {len(results)} points"
+        point = self.points[0]
+        return f"{results.path}, point {point}: {results.place(results.along[point], 6)}, {results.frequency[point]:.6g} Hz"
+
+
+def _steps(results, arguments, dof):
+    """The Steps that are asked for."""
+    for name, count in (("frames", arguments.frames), ("along", arguments.along)):
+        if count is not None and not 1 <= count <= MOST_FRAMES:
+            raise ValueError(f"--{name}: 1 to {MOST_FRAMES} are wanted, found {count}")
+    if arguments.along is None:
+        return Steps([number(results, arguments, dof)], FRAMES if arguments.frames is None else arguments.frames)
+    others = [f"--{name}" for name in ("at", "point", "frames") if getattr(arguments, name) is not None]
+    if others:
+        raise ValueError(f"--along is of points all over the curve, {others[0]} of one; give one of the two")
+    return Steps(looked_at(results, arguments.along), 0)
+
+
+def _largest(results, point, parts):
+    """Share of the period at which the mesh, or else what is watched, is farthest from its mean."""
+    if "motion" in parts:
+        return largest_at(parts["motion"].mesh) / (2 * np.pi)
+    motion = results.time_history(point, results.watched, PHASES)[1]
+    return int(np.argmax(np.abs(motion - motion.mean()))) / PHASES
 
 
 def number(results, arguments, dof):

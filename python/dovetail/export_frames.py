@@ -157,13 +157,16 @@ def _of(sectors, wave):
     return f"all {wave.sectors} sectors, " if len(sectors) > 1 else f"sector {sectors[0]}, "
 
 
-def write_collection(folder, name, part, times, files):
-    """A file for each of equal steps of a period, and NAME.pvd that lists them with their times."""
-    meshio = needed()
+def write_instant(path, part, share, same=None):
+    """A file of the instant at a share of the period; `same`: fields by name that have one value everywhere."""
+    everywhere = {name: np.full(len(part.points), value) for name, value in (same or {}).items()}
+    data = {name: _single(values) for name, values in (part.fields(share) | everywhere).items()}
     cells = [(kind, rows) for kind, rows in part.cells.items()]
-    for i, file in enumerate(files):
-        data = {key: _single(values) for key, values in part.fields(i / len(files)).items()}
-        meshio.Mesh(_single(part.points), cells, point_data=data).write(folder / file, compression="zlib")
+    needed().Mesh(_single(part.points), cells, point_data=data).write(path, compression="zlib")
+
+
+def write_list(folder, name, times, files):
+    """NAME.pvd, by which ParaView plays files at their times."""
     sets = "\n".join(f'    <DataSet timestep="{time:.9g}" group="" part="0" file={quoteattr(file)}/>' for time, file in zip(times, files))
     (folder / f"{name}.pvd").write_text('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
                                         f"{sets}\n  </Collection>\n</VTKFile>\n")

@@ -6,6 +6,7 @@ import numpy as np
 
 from . import case_changes, fit_backbone_report, fit_curves_report
 from .case_changes import CONTACT, DAMPING, contact_values, split
+from .plot_labels import no_formula
 from .saved_picture import save_picture
 from .study_runs import value_text
 from .units import with_unit
@@ -21,7 +22,7 @@ def write(found, out):
     (out / "fit.json").write_text(json.dumps(numbers(found), indent=2) + "\n")
     (out / "fitted.toml").write_text(fitted_toml(found), encoding="utf-8")
     figure = of_kind(found).picture(found)
-    figure.suptitle(title(found), fontsize=10)
+    figure.suptitle(no_formula(title(found)), fontsize=10)
     save_picture(figure, out / "fit.png")
     print(text)
     print(f"\n{out}: fitted.toml (what to write into the case), fit.txt, fit.json, fit.png")

@@ -12,6 +12,7 @@ n is the outward normal of side a, so that positive relative displacement closes
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .contact_points import (axes_at, choose, gaps, need_free_or_clamped, normals_at, per_area, per_point, refuse_facing_away)
 from .matching import partners
@@ -165,18 +166,18 @@ class Joint:
         return joint
 
     @property
-    def contact_dofs(self):
+    def contact_dofs(self) -> np.ndarray:
         """(m, 3) numbers of t1, t2, n: the place of u_a, or of u_b where a itself is clamped."""
         if self.kind != "pairs":
             return self.dofs
         return np.where(self.dofs < 0, self.other, self.dofs)
 
-    def with_parameters(self, **contact):
+    def with_parameters(self, **contact: ArrayLike) -> "Joint":
         """With other parameters, given as for `Model`: any of `normal_stiffness`, `tangential_stiffness` [N/m], `friction`, `gap` [m],
         a number or one per contact point (for tangential ones [t1, t2] as well)."""
         return replace(self, contact={**self.contact, **contact_parameters(contact, len(self))})
 
-    def report(self, units="SI"):
+    def report(self, units: str = "SI") -> str:
         """What the joint is, in a few lines: points, area, worst mismatch, spread of the normals, distance and gap.
 
         `units` are those of the model.

@@ -3,6 +3,7 @@
 import copy
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import loads
 from .sparse_rows import is_petsc
@@ -15,7 +16,7 @@ class Loaded:
 
     inertia = {}  # name of a pattern, or PRELOAD, to the acceleration (3,) of all masses in it
 
-    def with_force(self, where, vector, *, name="force", phase=0.0):
+    def with_force(self, where: str | ArrayLike, vector: ArrayLike, *, name: str = "force", phase: float = 0.0) -> "Loaded":
         """With more excitation: `vector` (3,) [N] in all, in equal shares on the nodes of a set (as in `clamped`).
 
         A share on a clamped dof goes into the support.
@@ -33,7 +34,7 @@ class Loaded:
         said = f"no node of {said_of(where)} can take the force {vector.tolist()}"
         return self._with_shares(self.dofs_of(rows), np.tile(vector / len(rows), (len(rows), 1)), name, phase, said, rows=rows)
 
-    def with_moment(self, where, moment, *, name="force", phase=0.0):
+    def with_moment(self, where: str | ArrayLike, moment: ArrayLike, *, name: str = "force", phase: float = 0.0) -> "Loaded":
         """With more excitation: `moment` (3,) [N m], as forces on the nodes of a set that together are no force.
 
         They go round the middle of the nodes and grow with the distance from it. `name`, `phase` as in `with_force`.
@@ -44,7 +45,8 @@ class Loaded:
         said = f"no node of {said_of(where)} can take the moment {moment.tolist()}"
         return self._with_shares(self.dofs_of(rows), shares, name, phase, said, rows=rows)
 
-    def with_pressure(self, where, pressure, *, fourier=None, name="pressure"):
+    def with_pressure(self, where: str | ArrayLike, pressure: ArrayLike, *, fourier: ArrayLike | None = None,
+                      name: str = "pressure") -> "Loaded":
         """With more excitation: a pressure onto a surface, against its outward normal.
 
         Parameters
@@ -76,7 +78,7 @@ class Loaded:
         pressure = loads.numbers_of(np.broadcast_to(pressure, (nodes,)) if np.ndim(pressure) == 0 else pressure, "pressure", (nodes,), "Pa")
         return self._with_shares(surface.dofs, -pressure[:, None] * area, name, 0.0, said)
 
-    def with_base_acceleration(self, direction, *, name="base"):
+    def with_base_acceleration(self, direction: ArrayLike, *, name: str = "base") -> "Loaded":
         """With more excitation: all that holds the structure, and the ground of its joints, accelerates along `direction` (3,).
 
         Displacements are then those relative to the base. The pattern is -M r for 1 m/s^2, r the motion with the base, so that the series
@@ -89,7 +91,7 @@ class Loaded:
         loads.need_free(self, r, "a base acceleration")
         return self._with_values({name: (-loads.times(self.M, r), loads.FORTH)})._with_inertia(name, direction / np.linalg.norm(direction))
 
-    def with_gravity(self, acceleration):
+    def with_gravity(self, acceleration: ArrayLike) -> "Loaded":
         """With more preload: the weight of all masses under `acceleration` (3,) [m/s^2], such as [0, 0, -9.81]."""
         acceleration = loads.real_vector(acceleration, "acceleration", "m/s^2")
         result = self._with_values({PRELOAD: (loads.times(self.M, loads.translation(self, acceleration)), None)})
@@ -100,14 +102,14 @@ class Loaded:
         result.inertia = self.inertia | {name: self.inertia.get(name, np.zeros(3)) + acceleration}
         return result
 
-    def with_preload(self, where, vector):
+    def with_preload(self, where: str | ArrayLike, vector: ArrayLike) -> "Loaded":
         """With more static load P: `vector` (3,) [N] in all, in equal shares as in `with_force`."""
         vector = loads.real_vector(vector, "preload", "N")
         rows = self._loaded_rows(where, "preload")
         said = f"no node of {said_of(where)} can take the preload {vector.tolist()}"
         return self._with_shares(self.dofs_of(rows), np.tile(vector / len(rows), (len(rows), 1)), PRELOAD, 0.0, said, rows=rows)
 
-    def with_step(self, step):
+    def with_step(self, step: str | int) -> "Loaded":
         """With more static load P: what a static step of the imported deck is loaded with, of those in `steps`."""
         if step not in self.steps:
             raise ValueError(f"there is no step {step!r} with loads in the deck, beside the one that writes the matrices; there are: "

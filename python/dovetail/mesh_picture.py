@@ -12,6 +12,7 @@ from .cells import outer_faces  # noqa: E402
 from .contact_map import COLOURS, dress, marker_area, panel_height, scale  # noqa: E402
 from .joint_plane import in_plane  # noqa: E402
 from .plot import LINES, STYLE  # noqa: E402
+from .plot_labels import no_formula  # noqa: E402
 from .plot_units import dress as dress_axis, formatter, labelled  # noqa: E402
 from .units import parse, with_unit  # noqa: E402
 
@@ -54,7 +55,7 @@ def mesh_picture(mesh, joint=None, up="z", title="", units="SI"):
             _points(axis, joint["position"][:, order], joint["joint"], joint["names"])
         _view(axis, triangles.reshape(-1, 3)[:, order], ["xyz"[i] for i in order], parse(units).length)
         if title:
-            figure.suptitle(title)
+            figure.suptitle(no_formula(title))
     return figure
 
 

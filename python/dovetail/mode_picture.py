@@ -9,6 +9,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from .modes import Backbone
 from .motion import row_of
 from .plot import LINES, STYLE
+from .plot_labels import no_formula
 from .plot_units import dress
 from .units import bracket
 
@@ -68,7 +69,7 @@ def mode_picture(results, dof, harmonic=None, hz=False):
             axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
             axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             axis.xaxis.set_minor_formatter(NullFormatter())
-        figure.suptitle(results.title or results.path.name)
+        figure.suptitle(no_formula(results.title or results.path.name))
     return figure
 
 

@@ -8,10 +8,12 @@ without xi and f(t), which belong to the case file; and the damping matrices C a
 """
 
 import copy
+from pathlib import Path
 
 import h5py
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from . import hdf5_parts, model_cyclic, model_mesh
 from .damping_matrices import DampingMatrices
@@ -124,7 +126,7 @@ class Model(DampingMatrices):
         contact_dofs = n_e + np.arange(n_c).reshape(-1, 3)
         return cls(K, M, contact_dofs, _stack(Fe, Fc, n_e, n_c, "F"), _stack(Pe, Pc, n_e, n_c, "P"), **options)
 
-    def with_loads(self, force=None, preload=None, forces=None):
+    def with_loads(self, force: ArrayLike | None = None, preload: ArrayLike | None = None, forces: dict | None = None) -> "Model":
         """The same model with another F or P or other patterns, where given; K and M are shared with this one."""
         result = copy.copy(self)
         if forces is not None:
@@ -133,11 +135,11 @@ class Model(DampingMatrices):
         result.preload = self.preload if preload is None else self._load(preload, "preload")
         return result
 
-    def with_stiffness(self, K):
+    def with_stiffness(self, K) -> "Model":
         """The same model with another stiffness matrix K [N/m]."""
         return self._with_matrix("K", K)
 
-    def with_contact(self, contact):
+    def with_contact(self, contact: dict) -> "Model":
         """The same model with other parameters of its contact points, as `contact` of the constructor."""
         result = copy.copy(self)
         result.contact = contact_parameters(contact, self.contact_points)
@@ -159,12 +161,12 @@ class Model(DampingMatrices):
         self._rows[name] = rows
         setattr(self, name, matrix)
 
-    def excitation(self):
+    def excitation(self) -> str:
         """The [[excitation.load]] entries of a case file in which every pattern has the course it was given, else a cosine."""
         names = [*([] if self.force is None else ["force"]), *self.forces]
         return excitation({name: self.courses.get(name, [0, 1]) for name in names})
 
-    def write(self, path):
+    def write(self, path: str | Path) -> None:
         """Write the model file of docs/reference/files.md. Collective: every rank writes the rows it holds."""
         parts = []
         for name, rows in self._rows.items():
@@ -190,7 +192,7 @@ class Model(DampingMatrices):
         hdf5_parts.write(path, parts, attributes, self.comm)
 
     @classmethod
-    def read(cls, path):
+    def read(cls, path: str | Path) -> "Model":
         """The model in a file, as SciPy matrices in this process (serial)."""
         if not h5py.is_hdf5(path):
             raise ValueError(f"{path}: no such HDF5 file")

@@ -12,7 +12,7 @@ from matplotlib.collections import PolyCollection  # noqa: E402
 from . import fourier  # noqa: E402
 from .contact_map import COLOURS  # noqa: E402
 from .mesh_picture import AZIMUTH, ELEVATION, LIGHT, skin_rows  # noqa: E402
-from .moving_mesh import PHASES, moving_mesh  # noqa: E402
+from .moving_mesh import largest_at, moving_mesh  # noqa: E402
 from .plot import STYLE, point_title  # noqa: E402
 from .plot_units import formatter, labelled  # noqa: E402
 
@@ -118,14 +118,6 @@ def _drawn(skin, thetas, results, point, hz):
         what = f"{what}; " if results.wave is not None else ""
         figure.suptitle(f"{point_title(results, point, hz)}\n{what}motion {skin.factor:g} times as large")
     return figure, polygons, looks
-
-
-def largest_at(mesh):
-    """Phase [rad] at which the node that moves most of all is farthest from its mean place."""
-    node = int(np.argmax(mesh.amplitude()))
-    course = fourier.basis(len(mesh.series) // 2, fourier.phases(PHASES))
-    course[:, 0] = 0.0
-    return fourier.phases(PHASES)[np.argmax(np.linalg.norm(course @ mesh.series[:, node], axis=1))]
 
 
 def enlargement(places, moved):

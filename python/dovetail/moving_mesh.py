@@ -95,6 +95,14 @@ def moving_mesh(results, point, model=None, surface=False):
     return MovingMesh(mesh["nodes"][rows], cells, sets, rows, series, contact, **turned)
 
 
+def largest_at(mesh):
+    """Phase [rad] at which the node that moves most of all is farthest from its mean place."""
+    node = int(np.argmax(mesh.amplitude()))
+    course = fourier.basis(len(mesh.series) // 2, fourier.phases(PHASES))
+    course[:, 0] = 0.0
+    return fourier.phases(PHASES)[np.argmax(np.linalg.norm(course @ mesh.series[:, node], axis=1))]
+
+
 def _contact_rows(file, mesh, cyclic, rows):
     """`contact` of MovingMesh, from an open model file; a pair of nodes has one place, so only the model knows whose side a node is."""
     if cyclic is not None:

@@ -9,11 +9,12 @@ import numpy as np  # noqa: E402
 from matplotlib.ticker import MaxNLocator  # noqa: E402
 
 from . import curves  # noqa: E402
-from .plot_labels import place_labels  # noqa: E402
+from .contact_motion import parameters_at  # noqa: E402
+from .plot_labels import ROW, curves_in, legend_above, place_labels, no_formula  # noqa: E402
 from .plot_units import dress, value_text  # noqa: E402
 from .reference import LAWS  # noqa: E402
 from .results import STABLE, UNCERTAIN, UNSTABLE  # noqa: E402
-from .shown import contact_dofs, default_dofs  # noqa: E402
+from .shown import default_dofs, rubbing_dofs  # noqa: E402
 from .units import bracket  # noqa: E402
 
 LINES = [("#000000", "-"), ("#c1440e", "--"), ("#1f6f9f", "-."), ("#6a9a1f", ":"), ("#8a4f9e", (0, (6, 1, 1, 1, 1, 1))),
@@ -49,7 +50,7 @@ def response(results, dofs=None, at=None, hz=False):
     hertz, hz = hz, hz and results.parameter is None
     frequency, scale = (results.frequency, results.unit.hertz(1.0)) if hz else (results.along, 1.0)
     mixed, tracked = results.stable is not None and np.any(results.stable != STABLE), results.tracked_amplitude is not None
-    heights = [3.2] * len(panels) + ([1.6] if tracked else []) + [1]
+    heights = [3.2 + ROW * len(names) for names in panels.values()] + ([1.6] if tracked else []) + [1]
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(len(heights), 1, sharex=True, figsize=(7.5, 1.0 + sum(heights)),
                                     gridspec_kw={"height_ratios": heights}, layout="constrained")
@@ -78,7 +79,7 @@ def response(results, dofs=None, at=None, hz=False):
                     if np.any(results.stable == verdict):
                         axis.plot([], [], color="black", linestyle=DASHES[verdict], label=words)
             dress(axis.yaxis, PANELS[kind], results.unit_of(names[0]))
-            axis.legend(loc="best", handlelength=3.2, frameon=True, framealpha=0.85, edgecolor="none")
+            legend_above(axis)
         if tracked:
             axes[-2].plot(frequency, results.frequency if hertz else results.omega, **_line(0))
             dress(axes[-2].yaxis, "frequency", "Hz" if hertz else results.unit.omega)
@@ -91,9 +92,10 @@ def response(results, dofs=None, at=None, hz=False):
         if at is not None:
             for axis in axes:
                 axis.axvline(scale * at, color="#9a9a9a", linewidth=0.8)
-        figure.suptitle(results.title or results.path.name)
+        figure.suptitle(no_formula(results.title or results.path.name))
         for axis, places in labels.items():
-            place_labels(axis, places)
+            markers = [xy for line in axis.lines if line.get_linestyle() == "None" for xy in line.get_xydata()]
+            place_labels(axis, places, markers, lines=curves_in(axis))
     return figure
 
 
@@ -185,13 +187,11 @@ def history(results, point, dofs=None, hz=False, sector=None):
 def hysteresis(results, point, dofs=None, hz=False):
     """Friction loops: tangential force over displacement; heavy where the point slips, light where it sticks.
 
-    `dofs` are tangential ones ("x2.t1"); default: those of the contact point that is watched, or moves most.
+    `dofs` are tangential ones ("x2.t1"); default: `shown.rubbing_dofs`.
     """
+    dofs = dofs or rubbing_dofs(results, point)
     if not dofs:
-        moving = [dof for dof in contact_dofs(results) if dof.startswith("x")]
-        if not moving:
-            raise ValueError(f"{results.path}: has no contact point, and so no friction loop")
-        dofs = [dof for dof in moving if not dof.endswith(".n")] or [moving[0].replace(".n", ".t1")]
+        raise ValueError(f"{results.path}: has no contact point, and so no friction loop")
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(1, len(dofs), figsize=(0.6 + 3.9 * len(dofs), 3.9), layout="constrained", squeeze=False)
         for axis, dof in zip(axes[0], dofs):
@@ -210,7 +210,7 @@ def _loop(axis, results, point, dof):
         raise ValueError(f"contact point {contact} has no friction loop: its law is {law}")
     x, T = results.hysteresis(point, contact, direction, LOOP_SAMPLES)
     force, state = results.contact_force(point, contact, LOOP_SAMPLES)
-    limit = results.contact["friction"][contact - 1, direction] * force[:, 2]
+    limit = parameters_at(results, point)[0]["friction"][contact - 1, direction] * force[:, 2]
     area = float(np.sum((T + np.roll(T, -1)) / 2 * (np.roll(x, -1) - x)))
     area = area if area > 1e-12 * np.ptp(x) * np.ptp(T) else 0.0  # round-off of a loop that is a line
     x, T, limit, state = (np.append(v, v[0]) for v in (x, T, limit, state[:, direction]))
@@ -232,4 +232,4 @@ def _line(i):
 def point_title(results, point, hz, sector=None):
     """Which curve, and where on it; of a cyclic structure which sector, if one is named."""
     where = f"{results.frequency[point]:.6g} Hz" if hz and results.parameter is None else results.place(results.along[point], 6)
-    return f"{results.title or results.path.name}, at {where}" + ("" if sector is None else f", sector {sector}")
+    return no_formula(f"{results.title or results.path.name}, at {where}") + ("" if sector is None else f", sector {sector}")

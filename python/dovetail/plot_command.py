@@ -5,13 +5,15 @@ from pathlib import Path
 from .output_files import made
 from .saved_picture import save_picture
 
+SEVERAL = ("response", "waterfall", "mode")  # kinds of picture of more than one file
+
 
 def plot(arguments):
     """Draw a picture of a results file, or of the mesh of a model file."""
     from .info import format_of
 
     path = Path(arguments.file)
-    if arguments.further or arguments.labels:
+    if arguments.further or arguments.labels or arguments.kind == "waterfall":
         return _several(path, arguments)
     if format_of(path) == "dovetail-model":
         figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
@@ -21,22 +23,35 @@ def plot(arguments):
             return _film(results, arguments)
         figure, suffix = _picture_of_results(results, arguments)
     output = made(arguments.output or path.with_name(path.stem + suffix))
-    save_picture(figure, output, bbox_inches="tight" if suffix == "_mesh.png" else None)
+    save_picture(figure, output, **(cropped(figure) if suffix == "_mesh.png" else {}))
     print(output)
+
+
+def cropped(figure):
+    """Options of a picture in space without its empty margins, but with the names of its axes, which matplotlib cuts off."""
+    names = [getattr(axis, which).label for axis in figure.axes for which in ("xaxis", "yaxis", "zaxis") if hasattr(axis, which)]
+    return {"bbox_inches": "tight", "bbox_extra_artists": [*figure.get_default_bbox_extra_artists(), *names]}
 
 
 def _several(path, arguments):
     """Draws the curves of several results into one picture."""
-    from .plot_several import several
+    from .plot_several import several, several_modes
     from .results import Results
 
-    if arguments.kind != "response" or arguments.at is not None:
-        raise ValueError("several files: their response curves are drawn, without --at and other kinds")
+    if arguments.kind not in SEVERAL or arguments.at is not None:
+        raise ValueError(f"several files: wanted is --kind {', '.join(SEVERAL)}, without --at; found --kind {arguments.kind}"
+                         + ("" if arguments.at is None else f" --at {arguments.at:g}"))
+    if arguments.kind == "mode" and (arguments.dof or arguments.harmonic is not None):
+        raise ValueError("several files with --kind mode: frequency and damping alone are drawn, without --dof and --harmonic")
     if arguments.dof and len(arguments.dof) > 1:
         raise ValueError(f"--dof {' '.join(arguments.dof)}: of several files one unknown is drawn")
     runs = [Results(file, arguments.model) for file in (path, *arguments.further)]
-    figure = several(runs, arguments.labels, (arguments.dof or [None])[0], arguments.hz)
-    output = made(arguments.output or path.with_name(path.stem + "_several.png"))
+    if arguments.kind == "mode":
+        figure = several_modes(runs, arguments.labels, arguments.hz)
+    else:
+        figure = several(runs, arguments.labels, (arguments.dof or [None])[0], arguments.hz, arguments.kind == "waterfall")
+    suffix = "_several.png" if arguments.kind == "response" else f"_several_{arguments.kind}.png"
+    output = made(arguments.output or path.with_name(path.stem + suffix))
     save_picture(figure, output)
     print(output)
 

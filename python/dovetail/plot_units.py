@@ -24,6 +24,11 @@ def dress(axis, label, unit):
     axis.set_label_text(labelled(label, unit))
 
 
+def round_text(number, unit):
+    """A number of one digit with its unit."""
+    return EngFormatter(unit)(number) if unit in BASE_UNITS else with_unit(f"{number:g}", unit)
+
+
 def value_text(number, unit):
     """A number with its unit, in four digits or so."""
     return EngFormatter(unit, places=3)(number) if unit in BASE_UNITS else with_unit(f"{number:.4g}", unit)

@@ -11,6 +11,7 @@ from .contact_map import COLOURS, dress, legend_below, marker_area, panel_height
 from .joint_plane import lying  # noqa: E402
 from .motion import find_joint  # noqa: E402
 from .plot import STYLE  # noqa: E402
+from .plot_labels import no_formula  # noqa: E402
 from .plot_units import formatter, labelled  # noqa: E402
 from .preload_state import joint_states  # noqa: E402
 from .units import with_unit  # noqa: E402
@@ -48,7 +49,7 @@ def pressure_map(results, model=None):
                            f"{np.count_nonzero(state.closed)} of {len(state.closed)} points closed, normal force "
                            f"{with_unit(f'{state.normal.sum():.5g}', results.unit.force)}", loc="left", fontsize=10)
         legend_below(figure, grid, STATES, list(counts))
-        figure.suptitle(f"{results.title or results.path.name}, preload")
+        figure.suptitle(f"{no_formula(results.title or results.path.name)}, preload")
     return figure
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from .plot import LINES, STYLE
+from .plot_labels import no_formula
 from .ranges_mode import COLUMNS
 from .ranges_picture import SHADES, in_title
 from .ranges_report import PERCENTILES, write_report
@@ -113,5 +114,5 @@ def picture(found):
         if np.isfinite(found.values("force_level", [found.middle])).any():
             panels[2].set_yscale("log")
         panels[0].legend(fontsize=8)
-        figure.suptitle(f"{found.case.content.get('title', found.case.path.name)}\n{in_title(found.ranges)}")
+        figure.suptitle(no_formula(found.case.content.get("title", found.case.path.name)) + "\n" + in_title(found.ranges))
     return figure

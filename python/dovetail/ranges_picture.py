@@ -7,6 +7,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .case_runs import has_peak
 from .plot import LINES, ROOM, STYLE
+from .plot_labels import no_formula
 from .plot_units import dress
 from .ranges_report import PERCENTILES, band, of_samples
 
@@ -27,7 +28,7 @@ def picture(found):
         width = 2 * columns // max(len(found.curves), 1)
         for i, wanted in enumerate(wanted for wanted in found.ranges if wanted.name in found.curves):
             _over(figure.add_subplot(grid[1, i * width:(i + 1) * width]), found, wanted)
-        figure.suptitle(f"{found.case.content.get('title', found.case.path.name)}\n" + in_title(found.ranges))
+        figure.suptitle(no_formula(found.case.content.get("title", found.case.path.name)) + "\n" + in_title(found.ranges))
     return figure
 
 

@@ -16,7 +16,7 @@ def elastic(results, point, n, times, sector=None):
     recovery = _stored(results, ("xe0", "Phi", "Psi"))
     motion = results.motion(point, n, times)
     contact = motion[:, results.modes:] + results.xp
-    return recovery["xe0"] + motion[:, :results.modes] @ recovery["Phi"].T + contact @ recovery["Psi"].T
+    return _held(results, point) * recovery["xe0"] + motion[:, :results.modes] @ recovery["Phi"].T + contact @ recovery["Psi"].T
 
 
 def unknowns(results, point, dofs, n, times, sector=None):
@@ -33,7 +33,7 @@ def unknowns(results, point, dofs, n, times, sector=None):
     if row.size:
         part = _stored(results, ("xe0", "Phi", "Psi"), slice(row.min(), row.max() + 1))
         xe0, Phi, Psi = (part[name][row - row.min()] for name in ("xe0", "Phi", "Psi"))
-        values[:, column < 0] = xe0 + motion[:, :results.modes] @ Phi.T + contact_motion @ Psi.T
+        values[:, column < 0] = _held(results, point) * xe0 + motion[:, :results.modes] @ Phi.T + contact_motion @ Psi.T
     return values
 
 
@@ -71,11 +71,16 @@ def full(results, point, n, times, sector=None):
     return field
 
 
+def _held(results, point):
+    """Factor on xe0, what the preload makes of the structure with the contact dofs held: that of a sweep over the preload."""
+    return results.parameter[point] if results.parameter_name == "preload" else 1.0
+
+
 def _of_wave(results, point, n, times, sector, row=None):
     """Total values (N, k) of rows of the recovery in a sector: each harmonic by the modes of its spatial index."""
     Z = amplitudes(results.coefficients_at(point, 0 if sector is None else sector))
     part = _stored(results, ("xe0", "Psi"), _span(row))
-    rest = (part["xe0"] + part["Psi"] @ results.xp)[_within(row)]
+    rest = (_held(results, point) * part["xe0"] + part["Psi"] @ results.xp)[_within(row)]
     U = np.empty((len(rest), Z.shape[1]), complex)
     for h in np.unique(np.abs(results.wave.index)):
         values = _of_index(results, h, row)

@@ -14,6 +14,7 @@ from .motion import find_joint
 from .parameters import CONTACT_WIDTH
 from .recovery import reduced_file
 
+LOADS = ("force", "damping")  # parameters of a path that leave the joint and its preload as they are
 FIELDS = {"normal_stiffness": "kn", "tangential_stiffness": "kt", "friction": "mu", "gap": "gap"}  # of reference.Contact
 
 
@@ -38,22 +39,32 @@ def equations(results, samples=None, parameter=None, harmonics=None):
         reduced, names = reduced_of(file, results)
         damping = _damping(file, results, case.get("damping", {}), reduced)
         further = [] if results.wave is None else [of_index(file, results, h) for h in range(1, results.wave.sectors // 2 + 1)]
-    contact = reference.Contact(*(results.contact[key] for key in CONTACT_WIDTH), law=results.contact["law"])
-    preload = reference.Preload(results.xp.reshape(-1, 3), results.g.reshape(-1, 3), results.w)
+    contact, preload = _at_rest(results, case, reduced, parameter)
     loads = courses(case, names, path)
     if name == "force":
         loads = [[parameter * value for value in course] for course in loads]
     elif name == "damping":
         damping = replace(damping, **{key: parameter * getattr(damping, key) for key in ("stiffness", "mass", "structural", "matrix")})
-    elif name == "preload":
-        preload = reference.contact_preload(replace(reduced, r=parameter * reduced.r), contact, results.xp)
-    elif name is not None:
-        contact = _varied(results, case, contact, parameter)
-        preload = reference.contact_preload(reduced, contact, results.xp)
     rest = contact, preload, damping, loads, harmonics or results.harmonics, samples or results.drawing_samples
     if results.wave is None:
         return reference.HarmonicBalance(reduced, *rest)
     return reference.SectorBalance([reduced, *further], results.wave.index, *rest)
+
+
+def at_rest(results, parameter=None):
+    """(reference.Contact, reference.Preload) with a value of the parameter of the path; default: those of the case."""
+    with opened(reduced_file(results)) as file:
+        return _at_rest(results, tomllib.loads(results.case), reduced_of(file, results)[0], parameter)
+
+
+def _at_rest(results, case, reduced, parameter):
+    contact = reference.Contact(*(results.contact[key] for key in CONTACT_WIDTH), law=results.contact["law"])
+    if parameter is None or results.parameter_name in LOADS:
+        return contact, reference.Preload(results.xp.reshape(-1, 3), results.g.reshape(-1, 3), results.w)
+    if results.parameter_name == "preload":
+        return contact, reference.contact_preload(replace(reduced, r=parameter * reduced.r), contact, results.xp)
+    contact = _varied(results, case, contact, parameter)
+    return contact, reference.contact_preload(reduced, contact, results.xp)
 
 
 def _varied(results, case, contact, value):

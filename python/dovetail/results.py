@@ -87,7 +87,7 @@ class Results:
     """
 
     def __init__(self, path, model=None):
-        self.path, self.model, self._node_rows = Path(path), model, {}
+        self.path, self.model, self._node_rows, self._at_rest = Path(path), model, {}, {}
         self._read(self._load_header)
 
     def _load_header(self, file):
@@ -328,7 +328,8 @@ class Results:
         """Total force g(x + x_p) of a contact point over the period; see `contact_motion.force`."""
         return contact_motion.force(self, point, contact, n, sector)
 
-    def hysteresis(self, point, contact, direction=0, n=None, sector=None):
+    def hysteresis(self, point: int, contact: int, direction: int = 0, n: int | None = None,
+                   sector: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """A friction loop: total tangential displacement x + x_p [m] and force T [N] over one period, both (n,).
 
         direction is 0 for t1, 1 for t2; sector the number of a sector of a cyclic structure, default 0.
@@ -344,7 +345,7 @@ class Results:
         """Energy a contact point takes from the structure per cycle [J]."""
         return float(self.contact_activity(point).dissipation[contact_motion.index(self, contact)])
 
-    def elastic(self, point, n=64, times=None, sector=None):
+    def elastic(self, point: int, n: int = 64, times: np.ndarray | None = None, sector: int | None = None) -> np.ndarray:
         """Elastic displacements of the full model, e = x_e0 + Phi a + Psi (x + x_p), equations (2) and (5).
 
         Parameters
@@ -363,17 +364,18 @@ class Results:
         """
         return recovery.elastic(self, point, n, times, sector)
 
-    def unknowns(self, point, dofs, n=64, times=None, sector=None):
+    def unknowns(self, point: int, dofs: list, n: int = 64, times: np.ndarray | None = None, sector: int | None = None) -> np.ndarray:
         """Some unknowns of the full model, (N, k), total values; dofs (k,) are their numbers there, other arguments as `elastic`."""
         return recovery.unknowns(self, point, dofs, n, times, sector)
 
-    def displacement(self, point, nodes=None, n=64, times=None, model=None, sector=None, axes="sector"):
+    def displacement(self, point: int, nodes: list | None = None, n: int = 64, times: np.ndarray | None = None,
+                     model: str | Path | None = None, sector: int | None = None, axes: str = "sector") -> np.ndarray:
         """Total displacement of nodes of the mesh, (N, k, 3) [m]; see `motion.nodal_displacement`."""
         from . import motion
 
         return motion.nodal_displacement(self, point, nodes, n, times, model, sector, axes)
 
-    def full(self, point, n=64, times=None, sector=None):
+    def full(self, point: int, n: int = 64, times: np.ndarray | None = None, sector: int | None = None) -> np.ndarray:
         """All unknowns of the full model in its order, (N, n_full), total values; arguments as `elastic`.
 
         Where joints have changed the coordinates these are sums and differences; `displacement` gives the motion of nodes.
@@ -425,6 +427,6 @@ class Results:
         width = 2 * self.harmonics + 1  # as it was when the file was opened
         return self._read(lambda file: np.asarray(file[name][which][..., :width], dtype=np.float64))
 
-    def motion(self, point, n=64, times=None, sector=None):
+    def motion(self, point: int, n: int = 64, times: np.ndarray | None = None, sector: int | None = None) -> np.ndarray:
         """All unknowns in the order of `coefficients`, (N, N_a + 3 N_x), from the preload state; other arguments as `elastic`."""
         return fourier.course(self.coefficients_at(point, sector), self.omega[point], n, times)

@@ -11,6 +11,7 @@ from .contact_map import COLOURS, dress, legend_below, marker_area, panel_height
 from .joint_plane import in_plane, lying  # noqa: E402
 from .motion import find_joint  # noqa: E402
 from .plot import STYLE  # noqa: E402
+from .plot_labels import no_formula  # noqa: E402
 
 PARAMETERS = ("friction", "tangential_stiffness", "normal_stiffness")  # those of which one per cent means something everywhere
 STATES = (("more of it raises the peak", "^"), ("lowers it", "v"), ("does nothing", "x"))  # with their markers
@@ -57,7 +58,7 @@ def sensitivity_map(results, peak=None, model=None, hz=False):
                 scale(axis, plt.cm.ScalarMappable(norm=plt.Normalize(0, top), cmap=COLOURS), "peak [% per %]")
         legend_below(figure, grid, STATES)
         place = f"{results.unit.hertz(found.omega[peak]):.6g} Hz" if hz else results.place(found.omega[peak], 6)
-        figure.suptitle(f"{results.title or results.path.name}, peak of {results.watch or 'what is watched'} at {place}")
+        figure.suptitle(f"{no_formula(results.title or results.path.name)}, peak of {results.watch or 'what is watched'} at {place}")
     return figure
 
 

@@ -35,6 +35,22 @@ def contact_dofs(results):
     return list(dict.fromkeys([*first, *found])) or [f"x{j + 1}.t1"]
 
 
+def rubbing_dofs(results, point):
+    """Tangential directions of the contact point that dissipates most at a point of the curve, unless the case watches another;
+    without those that hardly move. Empty where there is no contact point."""
+    count, names = results.contact_points, results.dof_names()[results.modes:]
+    if count == 0:
+        return []
+    if results.watch in names:
+        j = names.index(results.watch) // 3
+    else:
+        work = results.contact_activity(point).dissipation if results.has_activity else np.zeros(count)
+        j = int(work.argmax()) if work.max() > 0 else moves_most(results.coefficients[:, results.modes:]) // 3
+    rows = results.coefficients_at(point)[results.modes + 3 * j:results.modes + 3 * j + 2, 1:]
+    size = np.sqrt(np.sum(rows ** 2, axis=1))
+    return [f"x{j + 1}.{d}" for d, moves in zip(DIRECTIONS, size >= NEGLIGIBLE * size.max()) if moves]
+
+
 def chosen_point(results, at=None, hz=False, dofs=None):
     """The point nearest to `at`, or, without it, where the first of the dofs has its peak, or is largest where it has none."""
     if at is not None:

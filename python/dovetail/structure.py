@@ -11,6 +11,7 @@ import difflib
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from . import cells as cell_kinds
 from . import hdf5_parts
@@ -90,7 +91,7 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
         self.held_by_deck = False  # nodes that the matrices do not have, being held; nor the mass they share with their neighbours
         self.steps = {}  # loads of static steps of a deck, by number of the step
 
-    def surface(self, name):
+    def surface(self, name: str) -> Surface:
         """The surface of that name, or the outer cell faces all of whose nodes are in the node set of that name.
 
         A node set without any such face gives a Surface of its nodes, without faces.
@@ -113,14 +114,14 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
         return Surface(self.nodes[used], self.dofs_of(used), [number[rows] for rows in faces if len(rows)], name, self.labels[used],
                        self.cyclic_sector)
 
-    def dofs_of(self, rows):
+    def dofs_of(self, rows: ArrayLike) -> np.ndarray:
         """(k, 3) numbers of the x, y, z dofs of nodes, -1 where there is none."""
         table = np.full((len(self.nodes), 3), -1)
         known = np.flatnonzero((self.dof_node >= 0) & (self.dof_direction >= 0) & (self.dof_direction < 3))
         table[self.dof_node[known], self.dof_direction[known]] = known
         return table[rows]
 
-    def clamped(self, where, directions="xyz"):
+    def clamped(self, where: str | ArrayLike, directions: str = "xyz") -> "Structure":
         """Without the dofs of some nodes.
 
         Parameters
@@ -157,7 +158,7 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
         result.followers = self.followers.kept(kept)
         return result
 
-    def with_springs(self, where, stiffness):
+    def with_springs(self, where: str | ArrayLike, stiffness: ArrayLike) -> "Structure":
         """With springs to the ground: `stiffness` (3,) [N/m] along x, y, z in all, in equal shares on the nodes of a set.
 
         As in `clamped`, `where` names nodes; a share on a direction without a dof is left out.
@@ -182,7 +183,8 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
             result.K = sp.csr_matrix(self.K) + sp.diags(diagonal)
         return result
 
-    def with_material(self, young, poisson, density=0.0, *, name="material", where=None):
+    def with_material(self, young: float, poisson: float, density: float = 0.0, *, name: str = "material",
+                      where: str | ArrayLike | None = None) -> "Structure":
         """With the material of cells, for stresses; K and M stay as they are.
 
         Parameters
@@ -220,7 +222,7 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
             if (matrix := getattr(self, name)) is not None:
                 setattr(self, name, change(matrix))
 
-    def join(self, joints, *, motion_sets=True):
+    def join(self, joints: list, *, motion_sets: bool = True) -> Model:
         """The model with the contact points of all joints, in their order: K' = T^T K T and so on, loads T^T f. Collective.
 
         Parameters

@@ -7,6 +7,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from . import study_errors
 from .plot import LINES, STYLE
+from .plot_labels import no_formula
 
 MARKERS = ("o", "s", "^", "D", "v", "<", ">", "P", "X", "p", "h")  # by number of harmonics
 TITLES = {"amplitude": "peak amplitude", "frequency": "resonance frequency", "curve": "whole curve", "dissipation": "dissipated energy"}
@@ -34,7 +35,7 @@ def picture(report):
             axis.xaxis.set_minor_formatter(NullFormatter())
         for axis in axes[:, 0]:
             axis.set_ylabel("relative error")
-        figure.suptitle(f"{report.title}\nerrors against the reference: {report.reference.setting}")
+        figure.suptitle(f"{no_formula(report.title)}\nerrors against the reference: {report.reference.setting}")
         axes[0, 1].legend(handles=style.legend(), loc="upper left", bbox_to_anchor=(1.02, 1.0), handlelength=1.2)
     return figure
 

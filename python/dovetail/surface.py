@@ -50,7 +50,7 @@ class Surface:
             if rows.size and not 0 <= rows.min() <= rows.max() < m:
                 raise ValueError(f"surface {self.name!r} must have faces of points 0 to {m - 1}, found {rows.min()} to {rows.max()}")
 
-    def in_next_sector(self):
+    def in_next_sector(self) -> "Surface":
         """The same surface of the next sector; dofs stay those of this one."""
         if self.cyclic is None:
             raise ValueError(f"surface {self.name!r} is that of a structure that is not cyclic, so there is no next sector; say "
@@ -58,11 +58,11 @@ class Surface:
         return replace(self, points=self.cyclic.to_next(self.points), name=f"{self.name} of the next sector")
 
     @property
-    def size(self):
+    def size(self) -> float:
         """Diagonal of the box around the surface [m]."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
-    def areas(self):
+    def areas(self) -> np.ndarray:
         """Tributary area (m,) [m^2] of each node, positive; together they are the area of the surface."""
         self._need_faces("an area")
         areas = np.zeros(len(self.points))
@@ -70,7 +70,7 @@ class Surface:
             np.add.at(areas, rows, face_kinds.node_areas(self.points[rows]))
         return areas
 
-    def area_vectors(self):
+    def area_vectors(self) -> np.ndarray:
         """Tributary areas (m, 3) [m^2] along the outward normals of the faces around each node."""
         self._need_faces("a normal")
         total = np.zeros((len(self.points), 3))
@@ -81,7 +81,7 @@ class Surface:
                 np.add.at(total, rows[:, i], areas[:, [i]] * face_kinds.normals(X, np.tile(xi, (len(X), 1))))
         return total
 
-    def normals(self):
+    def normals(self) -> np.ndarray:
         """Outward unit normals (m, 3) at the nodes: those of the faces around, weighted by area."""
         total = self.area_vectors()
         length = np.linalg.norm(total, axis=1)

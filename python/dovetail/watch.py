@@ -1,4 +1,4 @@
-"""A run while it goes on, in a terminal: `python3 -m dovetail watch RESULTS.h5`. Reads what the run writes, and nothing else."""
+"""A run while it goes on: `python3 -m dovetail watch RESULTS.h5`. Reads what the run writes, and nothing else."""
 
 import fcntl
 import json
@@ -62,23 +62,33 @@ def progress(running, status, summary, points):
     return lines
 
 
-def frame(path, running, dof=None, width=80, height=24, model=None):
-    """One picture as text."""
+def head_of(path, running, model=None):
+    """The results so far or None, the title, lines about how far the run is, and what status.json says."""
     status = content(path.with_name("status.json")) if running else {}
     results = None
     if path.is_file() and (not running or not status or "points" in status):  # else it is of the run before
         results = Results(path, model)
     points = 0 if results is None else len(results)
     title = results.title if results is not None and results.title else str(path)
-    head = ["".join(letter if letter.isprintable() else "?" for letter in title)]  # no command of the terminal
-    head += progress(running, status, content(path.with_name("summary.json")), points)
-    if not points:
+    title = "".join(letter if letter.isprintable() else "?" for letter in title)  # no command of the terminal
+    return results, title, progress(running, status, content(path.with_name("summary.json")), points), status
+
+
+def shares_of(results):
+    """States of the contact points at the last point of the curve."""
+    return "   ".join(f"{state} {100 * results.points(state)[-1]:3.0f} %" for state in ("stick", "slip", "open"))
+
+
+def frame(path, running, dof=None, width=80, height=24, model=None):
+    """One picture as text."""
+    results, title, lines, _ = head_of(path, running, model)
+    head = [title, *lines]
+    if results is None or not len(results):
         return "\n".join([*head, "no point yet"])
     dof = dof or results.watched
     curve, name = results.response(dof), results.parameter_name or "frequency"
-    shares = "   ".join(f"{state} {100 * results.points(state)[-1]:3.0f} %" for state in ("stick", "slip", "open"))
     kinds = "".join(letter * round(BAR * results.points(state)[-1]) for state, letter in (("stick", "="), ("slip", "~"), ("open", " ")))
-    foot = [f"contact points at the last point (@): {shares}", f"[{kinds[:BAR]:<{BAR}}]  = stick, ~ slip, blank open"]
+    foot = [f"contact points at the last point (@): {shares_of(results)}", f"[{kinds[:BAR]:<{BAR}}]  = stick, ~ slip, blank open"]
     labels = f"{name.replace('_', ' ')}{bracket(results.along_unit)}", f"amplitude of {dof}{bracket(curve.unit)}"
     rest = height - len(head) - len(foot) - 2
     return "\n".join([*head, *text_plot(results.along, curve.amplitude, width, rest, results.jumps, labels), *foot])
@@ -92,6 +102,10 @@ def watch(arguments):
     running = is_running(path.parent)
     if not running and not path.is_file():
         raise ValueError(f"{path}: no such file, and no run goes on in that folder")
+    if arguments.page is not None:
+        from .watch_page import Page, serve
+
+        return serve(Page(path, arguments.dof, arguments.model), arguments.page)
     if arguments.once:
         return print(frame(path, running, arguments.dof, model=arguments.model))
     if not sys.stdout.isatty():

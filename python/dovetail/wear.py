@@ -13,6 +13,7 @@ from .contact_period import LEAST, contact_period
 from .hdf5_read import numbers, opened
 from .study_runs import Program, RunFailed
 from .units import SIZES, with_unit
+from .watch import span
 from .wear_report import write
 
 EQUAL = 1e-9  # frequencies, relative
@@ -157,8 +158,10 @@ def moments(runs, found, cycles):
             return
         depth = depth + block * rate
         done = cycles if block == cycles - done else done + block
+        seconds = time.monotonic() - began
+        left = f", about {span(seconds * (cycles / done - 1))} left" if done < cycles else ""
         print(f"wear: {done:.4g} of {cycles:.4g} cycles, depth at most {with_unit(f'{depth.max():.4g}', found.results.unit.length)}, "
-              f"{time.monotonic() - began:.1f} s", file=sys.stderr, flush=True)
+              f"{seconds:.1f} s{left}", file=sys.stderr, flush=True)
 
 
 def _nothing(runs, found):

@@ -5,6 +5,7 @@ import csv
 import numpy as np
 
 from .motion import find_joint
+from .plot_labels import no_formula
 from .plot_units import dress, labelled
 from .saved_picture import save_picture
 from .units import with_unit
@@ -98,7 +99,7 @@ def picture(found, table, joint):
             if spread < 1e-6 * np.abs(values).max():  # ticks of round-off say nothing
                 axis.set_ylim(0, 1.2 * np.abs(values).max())
         _map(axes.flat[-1], found, joint)
-        figure.suptitle(found.results.title or found.results.path.name)
+        figure.suptitle(no_formula(found.results.title or found.results.path.name))
     return figure
 
 

@@ -191,3 +191,10 @@ def test_help_version_and_wrong_command(capsys):
     assert done.returncode == 2 and "plto" in done.stderr
     project = re.search(r"project\(dovetail VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())
     assert project[1] == __version__
+
+
+@pytest.mark.parametrize("command", [["study"], ["wear", "--cycles", "1", "--archard", "1", "1/Pa"], ["range", "--friction", "0.1", "0.2"]])
+def test_a_file_that_is_not_there_is_named(tmp_path, command, capsys):
+    missing = str(tmp_path / "no such.toml")
+    assert main([command[0], missing, *command[1:]]) == 2
+    assert capsys.readouterr().err == f"dovetail: {missing}: no such file\n"

@@ -21,6 +21,7 @@ from dovetail.contact_period import LEAST, OPEN, SLIPS, contact_period, samples_
 from dovetail.model_cyclic import read_cyclic
 from dovetail.motion import find_joint
 from dovetail.shown import chosen_point, chosen_sectors, default_dofs
+from dovetail.verify import looked_at
 
 FRAMES = 4
 
@@ -167,6 +168,25 @@ def test_a_structure_that_is_no_sector(tmp_path):
         assert main(["export", str(results.path), option]) == 2
 
 
+def test_points_along_the_curve_at_their_largest_motion(wave, tmp_path, capsys):
+    folder = tmp_path / "along"
+    assert main(["export", str(wave.path), "--along", "4", "--solid", "-o", str(folder)]) == 0
+    assert "4 points, at their largest motion" in capsys.readouterr().out
+    points = looked_at(wave, 4)
+    assert len(points) == 4 and points[0] == 0 and points[-1] == len(wave) - 1 and wave.largest_point(wave.watched) in points
+    for name in ("motion", "contact"):
+        steps = ET.parse(folder / f"{name}.pvd").getroot().findall(".//DataSet")
+        assert [float(step.get("timestep")) for step in steps] == points
+        for point, step in zip(points, steps):
+            _, data = read(folder / step.get("file"))
+            assert set(data["point"]) == {point} and np.allclose(data["frequency"], wave.frequency[point], rtol=1e-6)
+            if name == "motion":
+                size = np.linalg.norm(data["vibration"], axis=1)
+                np.testing.assert_allclose(size.max(), data["amplitude"].max(), rtol=1e-5)
+            else:
+                np.testing.assert_allclose(data["slip_share"], wave.contact_activity(point).slip, atol=1e-6)
+
+
 def test_without_motion_of_the_mesh(tmp_path, capsys):
     results = computed(tmp_path, motion='["over_left"]')
     assert main(["export", str(results.path), "--frames", "2"]) == 0
@@ -249,6 +269,8 @@ def test_files_of_others_stay(wave, tmp_path, capsys):
 
 @pytest.mark.parametrize("options, words", [
     (["--frames", "0"], "--frames: 1 to 999 are wanted, found 0"), (["--point", "4000"], "point must lie in 0 to"),
+    (["--along", "0"], "--along: 1 to 999"),
+    (["--along", "3", "--at", "1"], "--along is of points all over the curve, --at of one"),
     (["--point", "0", "--at", "1"], "--point and --at both say which point is meant"),
     (["--sector", "5"], "sector must be a whole number from 0 to 4, found 5"),
     (["--wheel", "--sector", "1"], "--wheel is all sectors, --sector one of them"),

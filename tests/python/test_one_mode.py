@@ -13,6 +13,7 @@ from backbones import mode, system_of
 from dovetail import Results, reference
 from dovetail.__main__ import main
 from dovetail.modes import Backbone, complex_amplitudes
+from dovetail.plot_several import several_modes
 from dovetail.reduced_system import equations, stuck
 from test_sensitivity import DATA, given
 
@@ -246,3 +247,12 @@ def test_the_mode_of_a_run(tmp_path):
         assert rms(best, row) == pytest.approx(amplitude, rel=1.3e-2) and best.omega == pytest.approx(omega, rel=5e-3)
     assert main(["plot", str(results.path), "--kind", "mode", "--dof", "a1", "-o", str(tmp_path / "mode.png")]) == 0
     assert (tmp_path / "mode.png").read_bytes().startswith(b"\x89PNG")
+    axes = several_modes([results, results], ["one", "two"]).axes
+    for axis, points in zip(axes, (results.omega, 100 * results.damping_ratio)):
+        dots = [line for line in axis.lines if line.get_linestyle() == "None"]
+        assert len(dots) == 2 and np.array_equal(dots[0].get_ydata(), points)
+        lines = [line for line in axis.lines if line.get_linestyle() != "None"]
+        assert len({line.get_linestyle() for line in lines}) == 2
+        np.testing.assert_allclose([lines[0].get_ydata()[0], lines[0].get_ydata()[-1]], points[[0, -1]], rtol=1e-9)
+    both = [str(results.path)] * 2
+    assert main(["plot", *both, "--kind", "mode", "-o", str(tmp_path / "modes.png")]) == 0 and (tmp_path / "modes.png").is_file()

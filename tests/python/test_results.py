@@ -159,6 +159,53 @@ def test_labels_of_folds_do_not_pile_up(tmp_path):
     assert not any(box.overlaps(axis.get_legend().get_window_extent(renderer)) for box in boxes)
 
 
+def bent_curve(tmp_path, title="synthetic"):
+    """A curve that bends back: a peak and two turning points close to each other, as of a joint that opens."""
+    s = np.linspace(0, 1, 200)
+    coefficients = np.zeros((200, 4, 3))
+    coefficients[:, 1, 1] = np.exp(-80 * (s - 0.5) ** 2)
+    coefficients[:, 2, 1] = 0.6 * coefficients[:, 1, 1]
+    omega = 5 + 2 * (s - 0.5) - 0.5 * coefficients[:, 1, 1]
+    folds = 1 + np.flatnonzero(np.diff(omega)[1:] * np.diff(omega)[:-1] < 0)
+    events = [("fold", int(i), omega[i], coefficients[i, 1, 1], -1) for i in folds] + [("peak", 100, omega[100], 1.0, 1)]
+    return one_point(tmp_path / "r.h5", coefficients, omega=omega, events=events, watch="x1.t1", title=title)
+
+
+def test_labels_and_legends_cover_no_curve_and_no_marker(tmp_path):
+    figure = plot.response(bent_curve(tmp_path), ["x1.t1", "x1.t2"])
+    figure.canvas.draw()
+    axis, renderer = figure.axes[0], figure.canvas.get_renderer()
+    assert len(axis.texts) == 3
+    boxes = [*(text.get_window_extent(renderer) for text in axis.texts), axis.get_legend().get_window_extent(renderer)]
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+    for line in axis.lines:
+        path = line.get_transform().transform_path(line.get_path())
+        drawn = line.get_linestyle() != "None"
+        for box in boxes:
+            assert not (drawn and path.intersects_bbox(box, filled=False)) and not any(box.contains(*xy) for xy in path.vertices)
+    title = figure._suptitle.get_window_extent(renderer)
+    assert not title.overlaps(boxes[-1]) and boxes[-1].x1 <= figure.bbox.x1
+
+
+@pytest.mark.parametrize("title", ["costs 5 $ and 6 $", r"$\frac$", "$x_1$"])
+def test_titles_are_no_formulas(tmp_path, title):
+    figure = plot.response(bent_curve(tmp_path, title), ["x1.t1"])
+    figure.canvas.draw()
+    assert figure._suptitle._preprocess_math(figure._suptitle.get_text()) == (title, False)
+
+
+def test_the_loop_that_is_drawn_is_that_of_the_point_that_rubs(tmp_path):
+    coefficients = np.zeros((1, 7, 3))
+    coefficients[0, 1, 1] = 1.0  # the first slips, pressed in by 0.5
+    coefficients[0, 4, 1] = 9.0  # the second moves most, and is open
+    xp = np.array([0, 0, 0.5, 0, 0, -1.0])
+    path = synthetic_results.write(tmp_path / "r.h5", [1.0], coefficients, 1, TWO, xp=xp)
+    assert [axis.get_title().split(":")[0] for axis in plot.hysteresis(Results(path), 0).axes] == ["x1.t1"]
+    with h5py.File(path, "a") as file:
+        file.attrs["watch"] = "x2.t1"
+    assert [axis.get_title().split(":")[0] for axis in plot.hysteresis(Results(path), 0).axes] == ["x2.t1"]
+
+
 def test_peaks_name_their_unknown(tmp_path):
     omega, coefficients = np.linspace(1, 3, 21), np.zeros((21, 7, 3))
     coefficients[:, 2, 1] = 1 / (1 + 50 * (omega - 1.5) ** 2)

@@ -112,7 +112,9 @@ def test_a_wear_that_was_broken_off_goes_on(short, tmp_path, capsys):
     again = table(out / "wear.csv")
     assert all(np.array_equal(again[name], before[name]) for name in before)
     assert kept.read_text().startswith("".join(lines[:len(lines) // 2]))
-    assert "wear: 6e+04 of 6e+04 cycles" in capsys.readouterr().err
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[-1].startswith("wear: 6e+04 of 6e+04 cycles") and "left" not in lines[-1]
+    assert len(lines) > 1 and all(" s, about " in line and line.endswith(" left") for line in lines[:-1])
 
 
 @pytest.mark.parametrize("options, message", [
