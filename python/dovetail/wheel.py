@@ -87,4 +87,6 @@ def verdict(multiplier):
 
 
 def of_whole(told):
+    if told.multiplier is None:
+        return f"  {'too large':<11}  {'':10}  {told.moved:.0e}"
     return f"  {WORDS.get(told.stable, 'uncertain'):<11}  {told.multiplier:10.4f}  {told.moved:.0e}"

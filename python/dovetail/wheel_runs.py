@@ -18,17 +18,19 @@ from .study_runs import Program, Run, RunFailed, compute, toml
 from .travelling_wave import TravellingWave, spatial_index
 from .wheel_model import unrolled, wave_of_wheel, write_reduced
 
-CONTACT_UNKNOWNS = 8000  # 3 N N_x (2H+1), which the program factors as one dense matrix: 0.5 GiB, twice over
+CONTACT_UNKNOWNS = 8000  # 3 N N_x (2H+1), which the program's stability factors as one dense matrix: 0.5 GiB, twice over
+CONTACT_DOFS = 8000  # 3 N N_x, of two dense matrices: 1 GiB, and as much while they are made
 KEPT = ("damping", "newton", "scaling")  # sections of the case that are as well those of the wheel
 HEAD = COPY + "# The whole wheel of a sector, in coordinates that follow from its modes; it begins with the travelling wave, start.h5.\n"
 
 
 @dataclass(frozen=True)
 class Told:
-    """`stable` and `multiplier` of `Results`; moved: by how much the program's own solution has other contact motions, relative."""
+    """`stable` and `multiplier` of `Results`, None where the wheel is too large for its stability; moved: by how much the program's own
+    solution has other contact motions, relative."""
 
-    stable: int
-    multiplier: float
+    stable: int | None
+    multiplier: float | None
     moved: float
 
 
@@ -39,11 +41,11 @@ class WholeWheel:
         self.results, self.program = results, Program(binary)
         self.folder = Path(out) if out else results.path.with_name(f"{results.path.stem}_wheel")
         N, widest = results.wave.sectors, 2 * int(results.points("harmonics")[points].max()) + 1
-        unknowns = 3 * N * results.contact_points * widest
-        if unknowns > CONTACT_UNKNOWNS:
-            raise ValueError(f"--whole: {N} sectors with {results.contact_points} contact points and {widest // 2} harmonics are "
-                             f"{unknowns} unknowns that hang together, {CONTACT_UNKNOWNS} are the limit, a matrix of 0.5 GiB; "
-                             "without --whole the sector tells it")
+        dofs = 3 * N * results.contact_points
+        if dofs > CONTACT_DOFS:
+            raise ValueError(f"--whole: {N} sectors with {results.contact_points} contact points have {dofs} contact dofs, "
+                             f"{CONTACT_DOFS} are the limit, two matrices of 0.5 GiB; without --whole the sector tells it")
+        self.judged = dofs * widest <= CONTACT_UNKNOWNS
         for point in points:
             need_own(self.folder_of(point))
         with opened(reduced_file(results)) as file:
@@ -67,7 +69,8 @@ class WholeWheel:
             raise RunFailed(f"{folder / 'case.toml'}: {run.reason}", run.status)
         done, modes = Results(folder / "results.h5"), len(self.wheel.reduced.kaa)
         moved = np.abs(done.coefficients_at(0)[modes:] - start[modes:]).max() / np.abs(start[modes:]).max()
-        return Told(int(done.stable[0]), float(done.points("multiplier")[0]), float(moved))
+        judged = (int(done.stable[0]), float(done.points("multiplier")[0])) if self.judged else (None, None)
+        return Told(*judged, float(moved))
 
     def case(self, point, width):
         """The case of the wheel at a point, with coefficients [a0, a1, b1, ...] of that width."""
@@ -91,4 +94,4 @@ class WholeWheel:
             key: given[key] for key in KEPT if key in given} | {
             "excitation": {"load": loads}, "contact": values, "preload": {"initial": np.tile(results.xp, wave.sectors).tolist()},
             "harmonic_balance": balance, "continuation": {"omega": [omega, omega], "start": "start.h5"},
-            "accuracy": {"estimates": False}, "stability": {"enabled": True}}
+            "accuracy": {"estimates": False}, "stability": {"enabled": self.judged}}

@@ -168,9 +168,9 @@ def test_what_is_no_wave_in_time_is_refused(curve, tmp_path, capsys, monkeypatch
     refused("is not of a sector of a cyclic structure", plain)
     monkeypatch.setattr(wave_exponents, "MEMORY", 2**20)
     refused("GiB of dense matrices for their stability", curve.path)
-    monkeypatch.setattr("dovetail.wheel_runs.CONTACT_UNKNOWNS", 2000)
-    refused("--whole: 6 sectors with 8 contact points and 9 harmonics are 2736 unknowns that hang together, 2000 are", curve.path,
-            "--whole", "--binary", launch.BINARY)
+    monkeypatch.setattr("dovetail.wheel_runs.CONTACT_DOFS", 140)
+    refused("--whole: 6 sectors with 8 contact points have 144 contact dofs, 140 are the limit", curve.path, "--whole", "--binary",
+            launch.BINARY)
     assert not (curve.path.parent / "results_wheel").exists()
     (tmp_path / "mine/point_0").mkdir(parents=True)
     (tmp_path / "mine/point_0/case.toml").write_text("mine")
