@@ -187,7 +187,7 @@ def refusal(data, runs):
     """Wrong input ends with status 2 and words, and the folder of an earlier run stays as it was."""
     scene = data.draw(scenes())
     folder = runs.solve(scene).results.path.parent
-    rubs = {"coulomb", "cone"} & {*scene.settings["law"]}  # else runs.case leaves friction out
+    rubs = {"coulomb", "cone"} & {*np.atleast_1d(scene.settings["law"])}  # else runs.case leaves friction out
     key = data.draw(st.sampled_from(sorted(key for key in WRONG if rubs or key != "friction")))
     wrong = runs.case(scene.having(**{key: data.draw(st.sampled_from(WRONG[key]))}))
     before = _contents(folder)
