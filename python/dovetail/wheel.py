@@ -14,7 +14,7 @@ from .shown import contact_dofs, in_own_unit
 from .wave_exponents import largest
 from .wheel_runs import WholeWheel
 
-UNSURE = 2e-4  # of a multiplier from 1: twice what samples were seen to make of it
+UNSURE = 6e-4  # of a multiplier from 1: twice what samples were seen to make of it
 SHOWN = 0.05  # share of a nodal diameter that is worth a word
 BEYOND = 1e-4  # of a frequency: how far past the ends one may be asked for, as printed ones are rounded
 WORDS = {STABLE: "stable", UNSTABLE: "unstable"}
