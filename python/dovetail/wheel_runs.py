@@ -19,7 +19,7 @@ from .travelling_wave import TravellingWave, spatial_index
 from .wheel_model import unrolled, wave_of_wheel, write_reduced
 
 CONTACT_UNKNOWNS = 8000  # 3 N N_x (2H+1), which the program's stability factors as one dense matrix: 0.5 GiB, twice over
-CONTACT_DOFS = 8000  # 3 N N_x, of two dense matrices: 1 GiB, and as much while they are made
+CONTACT_DOFS = 8000  # 3 N N_x, of two dense matrices: 1 GiB, and 1.5 more for their sums while they are made
 KEPT = ("damping", "newton", "scaling")  # sections of the case that are as well those of the wheel
 HEAD = COPY + "# The whole wheel of a sector, in coordinates that follow from its modes; it begins with the travelling wave, start.h5.\n"
 

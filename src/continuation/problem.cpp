@@ -91,7 +91,7 @@ private:
 // What PETSc keeps with a vector until that changes, on all ranks alike.
 class Kept {
 public:
-  // The number, if it is known.
+  // The number, if it is known: NaN is none.
   bool find(Vec y, double &value) {
     PetscBool known;
     check(PetscObjectComposedDataGetReal(reinterpret_cast<PetscObject>(y), place(), value, known), doing);
@@ -100,6 +100,7 @@ public:
   void note(Vec y, double value) {
     check(PetscObjectComposedDataSetReal(reinterpret_cast<PetscObject>(y), place(), value), doing);
   }
+  void forget(Vec y) { note(y, std::nan("")); }
 
 private:
   PetscInt place() {
@@ -165,7 +166,7 @@ double parameter_of(Vec y) {
 }
 
 void note_plain_length(Vec t, double length) { kept_length.note(t, length); }
-void forget_plain_length(Vec t) { kept_length.note(t, std::nan("")); }
+void forget_plain_length(Vec t) { kept_length.forget(t); }
 
 double plain_length(Vec t) {
   double length;

@@ -201,7 +201,7 @@ void SpreadFactors::solve(double *b, int columns) const {
   if (columns > 1) {
     pdgetrs_("N", &n, &columns, lu_.data(), &one, &one, of_matrix, pivots_.data(), local.data(), &one, &one,
              of_columns.data(), &info);
-  } else { // of one column pdgetrs makes products of matrices, each copied first: three times as slow
+  } else { // of one column pdgetrs makes products of matrices, each copied first: up to twice the time
     const auto of_pivots = grid_.pivots_descriptor();
     pdlapiv_("Forward", "Row", "Col", &n, &one, local.data(), &one, &one, of_columns.data(), pivots_.data(), &one, &one,
              of_pivots.data(), &info);

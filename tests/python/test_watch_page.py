@@ -102,7 +102,7 @@ def test_the_curve_follows_a_run_that_goes_on(tmp_path):
         assert state()["points"] > first["points"]
 
 
-@pytest.mark.skipif(shutil.which("node") is None, reason="there is no node to run the script of the page")
+@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed: scripts/setup installs it where the distribution has it")
 def test_the_script_fills_the_page(path, tmp_path):
     with served(path) as port:
         script = re.search(r"<script>(.*)</script>", watch_page.PAGE, re.DOTALL)[1]

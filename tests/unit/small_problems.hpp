@@ -182,8 +182,10 @@ public:
   std::vector<std::vector<double>> points, tangents; ///< [x; p]
   std::vector<std::vector<double>> folds, branch_points;
   std::vector<double> kinks; ///< angles [rad]
+  bool may_resonate = true;
 
 private:
+  bool resonates() const override { return may_resonate; }
   Outcome pass(Vec normal, double step, double, bool at_kink) override {
     const double rate = parameter_of(here_.t), next = parameter_of(trial_.t);
     if (rate * next < 0 && !at_kink) {

@@ -45,6 +45,21 @@ TEST(Stepper, the_curve_between_points_is_drawn_by_cubics) {
   EXPECT_LT(before, 500u);
 }
 
+TEST(Stepper, where_nothing_resonates_steps_are_as_long_as_a_straight_line_allows) {
+  for (const bool resonates : {true, false}) {
+    Walk walk(one([](double x, double p) { return x - 1 - p; }, [](double, double) { return 1.0; },
+                  [](double, double) { return -1.0; }),
+              1);
+    walk.may_resonate = resonates;
+    walk.begin({1}, 0, 1);
+    ASSERT_TRUE(walk.go([](const auto &y) { return y[1] < 1; }));
+    if (resonates)
+      EXPECT_GT(walk.points.size(), 1 / smooth_aims.parameter);
+    else
+      EXPECT_LT(walk.points.size(), 0.5 / smooth_aims.parameter);
+  }
+}
+
 // The section of a cusp: x^3 - 3 a x + p has two turning points at x = sqrt(a), -sqrt(a).
 TEST(Stepper, both_folds_of_a_cusp_are_passed) {
   for (const double a : {0.5, 0.01}) {
