@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reduction/block_lanczos.hpp"
 #include "reduction/exact_modes.hpp"
 #include "reduction/sector_coordinates.hpp"
+#include "reduction/sector_left_out.hpp"
 #include "reduction/sector_motion.hpp"
 #include "support/error.hpp"
 #include "support/gathered.hpp"
@@ -24,6 +26,7 @@ struct FirstLevel { // the model of dofs b, whole
   std::vector<double> squares, mass, stiffness, coupling; // (modes), (held, held) twice, (held, modes) row-major
   std::vector<std::vector<double>> fa, fx;                // of the load patterns
   std::vector<double> r;
+  LeftOut beyond; // of the interior modes
 };
 
 FirstLevel first_level(ReducedModel &&model) {
@@ -39,6 +42,7 @@ FirstLevel first_level(ReducedModel &&model) {
   level.mass = take(model.mxx), level.stiffness = take(model.kxx), level.coupling = take(model.mxa);
   for (LoadPattern &load : model.loads) level.fa.push_back(load.fa), level.fx.push_back(take(load.fx));
   level.r = take(model.r);
+  level.beyond = std::move(model.left_out), level.beyond.coupling = take(level.beyond.coupling);
   return level;
 }
 
@@ -49,6 +53,7 @@ struct Index { // everything of one index, whole
   ComplexDense r, at_rest;                          // of index 0: R, and b at rest with x held
   ComplexDense shapes_of_modes, modes_b, contact_b; // interior modes and b by a, b by x: (N_m, ..), (n_b, ..)
   ComplexDense stiffness;                           // of s
+  LeftOutIndex left_out;
 };
 
 // Turns each mode so that of `rows` its first large entry is real and positive.
@@ -66,17 +71,47 @@ std::string in_index(const SecondLevel &settings, int h) {
          "contact points held, ";
 }
 
-// Modes of [eta; s] with x held.
-HermitianModes modes_of(const FirstLevel &first, const ComplexDense &K, const ComplexDense &M, const ComplexDense &C,
-                        int s, PetscInt count, const SecondLevel &settings, int h) {
-  const int m = first.modes, n = m + s;
-  ComplexDense stiffness(n, n), mass(n, n);
-  for (int j = 0; j < m; ++j) {
-    stiffness(j, j) = first.squares[j], mass(j, j) = 1;
-    for (int i = 0; i < s; ++i) mass(m + i, j) = C(i, j), mass(j, m + i) = std::conj(C(i, j));
+// Interior modes, s, and interior modes left out, with x held.
+ElasticIndex elastic_index(const SectorCoordinates &E, const FirstLevel &first, const ComplexDense &K,
+                           const ComplexDense &M, const ComplexDense &psi) {
+  const int s = E.own(), nc = E.contact(), m = first.modes, r = static_cast<int>(first.beyond.squares.size()),
+            n = m + s + r;
+  const ComplexDense C = E.from_held(first.coupling.data(), m), B = E.from_held(first.beyond.coupling.data(), r);
+  ElasticIndex out{first.squares,      first.beyond.squares, K.block(0, 0, s, s),
+                   ComplexDense(n, n), ComplexDense(n, nc),  {}};
+  const auto place = [&](int i) { return i < m ? i : s + i; }; // of interior modes, those left out behind
+  for (int i = 0; i < m + r; ++i) {
+    out.M(place(i), place(i)) = 1;
+    for (int j = 0; j < s; ++j) {
+      const Complex mass = i < m ? C(j, i) : B(j, i - m);
+      out.M(m + j, place(i)) = mass, out.M(place(i), m + j) = std::conj(mass);
+    }
+    for (int j = 0; j < nc; ++j) out.carried(place(i), j) = std::conj(i < m ? C(s + j, i) : B(s + j, i - m));
   }
-  for (int j = 0; j < s; ++j)
-    for (int i = 0; i < s; ++i) stiffness(m + i, m + j) = K(i, j), mass(m + i, m + j) = M(i, j);
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j < r; ++j)
+      out.M(i, m + s + j) = out.M(m + s + j, i) = first.beyond.with_modes[static_cast<std::size_t>(i) * r + j];
+  for (int j = 0; j < s; ++j) std::copy_n(M.column(j), s, out.M.column(m + j) + m);
+  for (int j = 0; j < nc; ++j) std::copy_n(M.column(s + j), s, out.carried.column(j) + m);
+  const ComplexDense inertia = product(out.M.block(0, m, n, s), psi);
+  for (std::size_t i = 0; i < inertia.values.size(); ++i) out.carried.values[i] += inertia.values[i];
+  for (std::size_t j = 0; j < first.fx.size(); ++j) {
+    const ComplexDense F = E.from_held(first.fx[j].data(), 1);
+    out.loads.emplace_back(n, 1);
+    Complex *load = out.loads.back().column(0);
+    std::copy(first.fa[j].begin(), first.fa[j].end(), load);
+    std::copy_n(F.column(0), s, load + m);
+    if (r > 0) std::copy(first.beyond.loads[j].begin(), first.beyond.loads[j].end(), load + m + s);
+  }
+  return out;
+}
+
+// Modes of [eta; s] with x held.
+HermitianModes modes_of(const ElasticIndex &elastic, PetscInt count, const SecondLevel &settings, int h) {
+  const int m = static_cast<int>(elastic.squares.size()), s = elastic.S.rows, n = m + s;
+  ComplexDense stiffness(n, n), mass = elastic.M.block(0, 0, n, n);
+  for (int j = 0; j < m; ++j) stiffness(j, j) = elastic.squares[j];
+  for (int j = 0; j < s; ++j) std::copy_n(elastic.S.column(j), s, stiffness.column(m + j) + m);
   std::vector<double> diagonal;
   for (int i = 0; i < n; ++i) diagonal.push_back(stiffness(i, i).real());
   HermitianModes modes = lowest_modes(std::move(stiffness), std::move(mass), static_cast<int>(count));
@@ -96,41 +131,37 @@ Index reduced_index(const CyclicSector &sector, const FirstLevel &first, const S
                     int h) {
   const SectorCoordinates E(sector, first.held, h);
   const int s = E.own(), nc = E.contact(), na = static_cast<int>(settings.modes), m = first.modes;
-  const ComplexDense K = E.congruent(first.stiffness), M = E.congruent(first.mass),
-                     C = E.from_held(first.coupling.data(), m), Ks = K.block(0, 0, s, s), Kx = K.block(0, s, s, nc),
-                     Ms = M.block(0, 0, s, s), Mx = M.block(0, s, s, nc), Cs = C.block(0, 0, s, m),
-                     Cx = C.block(s, 0, nc, m);
-  ComplexDense psi = solve_positive(Ks, Kx); // of s; interior modes take no part
+  const ComplexDense K = E.congruent(first.stiffness), M = E.congruent(first.mass), Kx = K.block(0, s, s, nc);
+  ComplexDense psi = solve_positive(K.block(0, 0, s, s), Kx); // of s; interior modes take no part
   if (s > 0 && psi.rows == 0)
     throw InputError(in_index(settings, h) + "can move without strain; hold it, or check the faces and /K");
   for (Complex &value : psi.values) value = -value;
   Index out;
   const bool iterated = count > settings.modes;
+  const ElasticIndex elastic = elastic_index(E, first, K, M, psi);
+  const ComplexDense &Ks = elastic.S;
   count = std::min<PetscInt>(count, m + s);
-  HermitianModes modes = modes_of(first, Ks, Ms, Cs, s, count, settings, h);
+  HermitianModes modes = modes_of(elastic, count, settings, h);
   out.squares = modes.squares;
-  const ComplexDense eta = modes.shapes.block(0, 0, m, na), phi = modes.shapes.block(m, 0, s, na);
+  ComplexDense kept(elastic.M.rows, na); // nothing of the interior modes left out
+  for (int j = 0; j < na; ++j) std::copy_n(modes.shapes.column(j), m + s, kept.column(j));
   const auto add = [](ComplexDense &sum, const ComplexDense &term, double factor = 1) {
     for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += factor * term.values[i];
   };
   out.kxx = K.block(s, s, nc, nc);
-  add(out.kxx, adjoint_product(Kx, psi));                     // K_xx + K_xs Psi
-  ComplexDense inertia = product(Ms, psi), carried = inertia; // M_ss Psi + M_sx
-  add(carried, Mx);
-  add(inertia, Mx, 2); // M_xx + Psi^H (M_ss Psi / 2 + M_sx) + its adjoint
+  add(out.kxx, adjoint_product(Kx, psi)); // K_xx + K_xs Psi
+  ComplexDense inertia = elastic.carried.block(m, 0, s, nc);
+  add(inertia, M.block(0, s, s, nc)); // M_xx + Psi^H (M_ss Psi / 2 + M_sx) + its adjoint
   out.mxx = M.block(s, s, nc, nc);
   add(out.mxx, mutual_product(psi, inertia), 0.5);
-  out.max = adjoint_product(phi, carried);  // Phi^H (M_ee Psi + M_ex), interior modes by C
-  ComplexDense of_modes = product(Cs, eta); // (s, N_a)
-  add(out.max, adjoint_product(of_modes, psi));
-  add(out.max, adjoint(product(Cx, eta)));
+  out.max = adjoint_product(kept, elastic.carried);
   for (std::size_t j = 0; j < first.fx.size(); ++j) {
-    const ComplexDense F = E.from_held(first.fx[j].data(), 1), Fs = F.block(0, 0, s, 1);
-    ComplexDense Fm(m, 1);
-    std::copy(first.fa[j].begin(), first.fa[j].end(), Fm.values.begin());
-    out.fa.push_back(adjoint_product(eta, Fm)), add(out.fa.back(), adjoint_product(phi, Fs));
-    out.fx.push_back(F.block(s, 0, nc, 1)), add(out.fx.back(), adjoint_product(psi, Fs));
+    const ComplexDense F = E.from_held(first.fx[j].data(), 1);
+    out.fa.push_back(adjoint_product(kept, elastic.loads[j]));
+    out.fx.push_back(F.block(s, 0, nc, 1)), add(out.fx.back(), adjoint_product(psi, F.block(0, 0, s, 1)));
   }
+  out.left_out = left_out(elastic, std::move(kept), {modes.squares.begin(), modes.squares.begin() + na},
+                          settings.exact && iterated);
   ComplexDense z(E.all(), nc);
   for (int j = 0; j < nc; ++j) std::copy_n(psi.column(j), s, z.column(j)), z(s + j, j) = 1;
   out.contact_b = E.to_held(z);
@@ -167,7 +198,11 @@ void share(MPI_Comm comm, int owner, std::size_t loads, Index &index) {
   for (ComplexDense *A : {&index.max, &index.mxx, &index.kxx, &index.r, &index.at_rest, &index.shapes_of_modes,
                           &index.modes_b, &index.contact_b, &index.stiffness})
     share(comm, owner, *A);
-  for (std::size_t j = 0; j < loads; ++j) share(comm, owner, index.fa[j]), share(comm, owner, index.fx[j]);
+  LeftOutIndex &left = index.left_out;
+  share(comm, owner, left.squares), share(comm, owner, left.coupling), share(comm, owner, left.with_modes);
+  left.loads.resize(loads);
+  for (std::size_t j = 0; j < loads; ++j)
+    for (ComplexDense *A : {&index.fa[j], &index.fx[j], &left.loads[j]}) share(comm, owner, *A);
 }
 
 std::vector<Complex> own_rows(const ComplexDense &A, Range own) {
@@ -190,6 +225,11 @@ SectorIndex own_part(const Index &index, Range own) {
   part.mxx = own_rows(index.mxx, own), part.kxx = own_rows(index.kxx, own);
   for (std::size_t j = 0; j < index.fa.size(); ++j)
     part.loads.push_back({index.fa[j].values, own_rows(index.fx[j], own)});
+  const LeftOutIndex &left = index.left_out;
+  part.left_out.squares = left.squares, part.left_out.coupling = own_rows(left.coupling, own);
+  for (const ComplexDense &load : left.loads) part.left_out.loads.push_back(load.values);
+  part.left_out.with_modes = adjoint(left.with_modes).values; // row-major, but for the signs
+  for (Complex &value : part.left_out.with_modes) value = std::conj(value);
   return part;
 }
 
@@ -201,10 +241,10 @@ void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, const S
   const CyclicSector &sector = parts.full.cyclic;
   const PetscInt held = 3 * static_cast<PetscInt>(parts.full.contact_dofs.size());
   const SectorCoordinates E(sector, held, 0);
-  const double b = held, y = E.all(), nc = E.contact(), m = interior_modes, n = m + E.own(),
+  const double b = held, y = E.all(), nc = E.contact(), m = interior_modes, n = m + E.own() + lanczos_block,
                a = settings.modes + guards, rows = parts.own.size(), kept = parts.moved.dofs.size();
   const double first = 8 * b * (2 * b + m), congruent = 16 * (3 * y * y + b * y + 2 * y * m),
-               search = 16 * (4 * n * n + 2 * n * a), found = 16 * (nc * (2 * nc + a) + b * (a + nc) + m * a),
+               search = 16 * (5 * n * n + 2 * n * a), found = 16 * (nc * (2 * nc + a) + b * (a + nc) + m * a),
                all = sector.sectors / 2 * 16 * nc * (2 * nc + a), iterated = 8 * rows * (m + 5 * 2 * a),
                motion = 16 * kept * (nc + a) * (1 + sector.sectors / 2) + 8 * kept * (b + m + 4 * nc);
   plan.bytes = std::max(plan.bytes, resident_bytes() + (parts.solver ? parts.solver->forecast_bytes() : 0) + first +
@@ -284,8 +324,12 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
       model.mxa = real(part.mxa), model.mxx = real(part.mxx), model.kxx = real(part.kxx);
       model.r = real(own_rows(index.r, own));
       model.loads.clear();
-      for (std::size_t j = 0; j < names.size(); ++j)
+      const auto &left = part.left_out;
+      model.left_out = {left.squares, {}, real(left.coupling), real(left.with_modes)};
+      for (std::size_t j = 0; j < names.size(); ++j) {
         model.loads.push_back({names[j], real(part.loads[j].fa), real(part.loads[j].fx)});
+        model.left_out.loads.push_back(real(left.loads[j]));
+      }
       recovery.phi = real(phi), recovery.psi = real(psi);
       const std::vector<double> rest = real(motion.of(index.at_rest));
       for (std::size_t i = 0; i < rest.size(); ++i) recovery.xe0[i] += rest[i];

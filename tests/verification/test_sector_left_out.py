@@ -1,0 +1,126 @@
+"""What a reduced sector leaves out: against dense algebra, against runs with all modes, and as a tolerance asks for it."""
+
+from types import SimpleNamespace
+
+import h5py
+import numpy as np
+import pytest
+
+import cases
+import cyclic_sector
+import launch
+import sector_model
+from dovetail import Results
+from dovetail.study_errors import distances
+from sector_model import ALL, INNER, N
+from small_wave import OMEGA, SHROUD
+
+ORDER, OFFSET = 1, 3e-6  # of the sweep, for tangents of the reference
+BEGIN, END = OMEGA[ORDER]
+SWEEP, FREQUENCIES = END - BEGIN, np.linspace(BEGIN, END, 7)[1:-1]
+MASS = sector_model.matrix("M")
+
+
+def scene(folder, reduction, balance, more="", frequencies=FREQUENCIES, force=9.0):
+    """A resonance at which few contact points slip, from the model of the sector."""
+    sector_model.write_model(folder / "model.h5", patterns=("lift", "second"))
+    path, _ = cyclic_sector.write(folder, "eo2_separation", 2000.0, samples='"exact"')
+    text = path.read_text()
+    lines = {'reduced = "sector.h5"': 'model = "model.h5"\n' + reduction, "harmonic_balance": balance,
+             "excitation.engine_order": f"excitation.engine_order = {ORDER}", "contact.friction": f"contact.friction = {SHROUD.tolist()}",
+             "newton": "newton = { step_tolerance = 1e-8, residual_tolerance = 1e-8 }\n" + more, "fourier": f"fourier = [0.0, {force!r}]",
+             "continuation.omega": f'continuation = {{ omega = [{BEGIN}, {END}], adaptive = true, at = {np.asarray(frequencies).tolist()} }}'}
+    text = "\n".join(next((new for key, new in lines.items() if line.startswith(key)), line) for line in text.splitlines()) + "\n"
+    path.write_text(text)
+    return cases.Case(path, None, None, {})
+
+
+def complex_values(values):
+    return values[..., 0] + 1j * values[..., 1] if np.isrealobj(values) and values.shape[-1] == 2 else values
+
+
+def left_out(file, h):
+    """(r,) squares, (patterns, r) loads."""
+    group = file["left_out"] if h == 0 else file[f"cyclic/{h}/left_out"]
+    return group["Kaa"][()], group["Fa"][()] if h == 0 else complex_values(group["Fa"][()])
+
+
+@pytest.mark.parametrize("interior, exact, ranks", [(12, False, None), (30, False, 2), (12, True, None), (INNER, False, 3)])
+def test_nothing_of_the_load_is_lost(tmp_path, interior, exact, ranks):
+    """Contact points held, a load at rest has all of its energy in the modes kept and those left out."""
+    sector_model.write_model(tmp_path / "model.h5", patterns=("lift", "second"))
+    path = sector_model.write_case(tmp_path / "case.toml", 8, interior, exact)
+    folder = launch.run(cases.Case(path, None, None, {}), ranks=ranks, command="reduce").folder
+    rows = np.repeat(3 * sector_model.FREE, 3) + np.tile(range(3), len(sector_model.FREE))
+    F = np.array([sector_model.SECTOR[f"pattern_{name}"][rows] for name in ("lift", "second")])
+    with h5py.File(folder / "reduced.h5") as file:
+        for h in range(N // 2 + 1):
+            T = sector_model.transform(h)[:, :-24]
+            load = T.conj().T @ F.T
+            whole = np.einsum("ij,ij->j", load.conj(), np.linalg.solve(T.conj().T @ (sector_model.matrix("K") @ T), load)).real
+            K, _, kept, _ = sector_model.index(file, h)
+            squares, loads = left_out(file, h)
+            energy = (np.abs(kept[:, :8])**2 / np.diag(K)[:8].real).sum(axis=1), (np.abs(loads)**2 / squares).sum(axis=1)
+            assert np.all(energy[1] > 1e-3 * whole) and np.all(energy[0] > 1e-3 * whole)
+            np.testing.assert_allclose(sum(energy), whole, rtol=1e-3 if exact else 1e-8)
+
+
+@pytest.fixture(scope="module")
+def all_modes(tmp_path_factory):
+    """A function that gives the reference with all modes and so many harmonics, and its folder."""
+    known = {}
+
+    def reference(harmonics, force=9.0):
+        if (harmonics, force) not in known:
+            folder = tmp_path_factory.mktemp("reference")
+            around = np.sort([f + shift * OFFSET * SWEEP for f in FREQUENCIES for shift in (-1, 0, 1)])
+            case = scene(folder, f"reduction = {{ modes = {ALL}, interior_modes = {INNER} }}",
+                         f"harmonic_balance.harmonics = {harmonics}", "accuracy.estimates = false\n", around, force)
+            known[harmonics, force] = launch.run(case, "-modes_eps_type", "lapack").folder
+        return known[harmonics, force]
+
+    return reference
+
+
+def errors(folder, reference):
+    """True ones of the points at common frequencies: modes as parts of those of the reference, index by index."""
+    results, finer = (Results(path / "results.h5") for path in (folder, reference))
+    lifted = np.zeros((len(results.omega), ALL + 24, results.coefficients.shape[2]))
+    few = results.modes
+    lifted[:, ALL:] = results.coefficients[:, few:]
+    with h5py.File(folder / "reduced.h5") as ours, h5py.File(reference / "reduced.h5") as theirs:
+        for k, h in enumerate(results.wave.index):
+            if k == 0:
+                continue
+            change = sector_model.index(theirs, abs(h))[3][:, :ALL].conj().T @ (MASS @ sector_model.index(ours, abs(h))[3][:, :few])
+            change = change.conj() if h < 0 else change
+            q = results.coefficients[:, :few, 2 * k - 1] - 1j * results.coefficients[:, :few, 2 * k]
+            moved = q @ change.T
+            lifted[:, :ALL, 2 * k - 1], lifted[:, :ALL, 2 * k] = moved.real, -moved.imag
+    with h5py.File(folder / "state.h5") as state:
+        scales = state["scales"][()]
+    as_theirs = SimpleNamespace(coefficients=lifted, modes=ALL, contact_points=8, harmonics=results.harmonics, omega=results.omega)
+    points, true = distances(as_theirs, finer, scales, SWEEP, FREQUENCIES, OFFSET * SWEEP)
+    assert len(points) >= len(FREQUENCIES)
+    return results, points, true
+
+
+@pytest.mark.parametrize("reduction", ["modes = 6, interior_modes = 15", "modes = 10", "modes = 6, interior_modes = 12, exact_modes = true",
+                                       'modes = 12, kind = "residual"'])
+def test_estimates_are_near_the_true_errors(tmp_path, all_modes, reduction):
+    """With as many harmonics, of the index of each."""
+    done = launch.run(scene(tmp_path, f"reduction = {{ {reduction} }}", "harmonic_balance.harmonics = 3"))
+    results, points, true = errors(done.folder, all_modes(3))
+    ratio = results.points("error_modes")[points] / true
+    assert done.points["slip"].max() > 0 and true.min() > 1e-6
+    assert np.all((ratio > 0.5) & (ratio < 2)), (ratio, true)
+
+
+@pytest.mark.parametrize("tolerance, ranks", [(1e-2, None), *(pytest.param(*other, marks=pytest.mark.slow) for other in
+                                                             ((1e-2, 2), (1e-3, None), (1e-3, 2)))])
+def test_a_tolerance_chooses_modes_and_harmonics(tmp_path, all_modes, tolerance, ranks):
+    done = launch.run(scene(tmp_path, "", "", f"accuracy.tolerance = {tolerance}\n"), ranks=ranks)
+    _, _, true = errors(done.folder, all_modes(18))
+    assert np.mean(true <= tolerance) >= 0.95, true
+    assert done.summary["accuracy"]["above"] == 0 and done.points["slip"].max() > 0
+    assert "leave out" in done.out and "points of a trial run" in done.out
