@@ -226,6 +226,7 @@ SectorIndex own_part(const Index &index, Range own) {
   for (std::size_t j = 0; j < index.fa.size(); ++j)
     part.loads.push_back({index.fa[j].values, own_rows(index.fx[j], own)});
   const LeftOutIndex &left = index.left_out;
+  if (left.squares.empty()) return part;
   part.left_out.squares = left.squares, part.left_out.coupling = own_rows(left.coupling, own);
   for (const ComplexDense &load : left.loads) part.left_out.loads.push_back(load.values);
   part.left_out.with_modes = adjoint(left.with_modes).values; // row-major, but for the signs
@@ -326,10 +327,9 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
       model.loads.clear();
       const auto &left = part.left_out;
       model.left_out = {left.squares, {}, real(left.coupling), real(left.with_modes)};
-      for (std::size_t j = 0; j < names.size(); ++j) {
+      for (const auto &load : left.loads) model.left_out.loads.push_back(real(load));
+      for (std::size_t j = 0; j < names.size(); ++j)
         model.loads.push_back({names[j], real(part.loads[j].fa), real(part.loads[j].fx)});
-        model.left_out.loads.push_back(real(left.loads[j]));
-      }
       recovery.phi = real(phi), recovery.psi = real(psi);
       const std::vector<double> rest = real(motion.of(index.at_rest));
       for (std::size_t i = 0; i < rest.size(); ++i) recovery.xe0[i] += rest[i];
