@@ -95,7 +95,8 @@ Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
     model.C = UniqueMat(), model.K_structural = UniqueMat();
     change_within_sector(model, motion.all, motion.dofs);
     model.contact_dofs = held_dofs(model.cyclic, model.dofs);
-    second.exact = study.exact_modes, second.judged = judged_index(study, model.cyclic.sectors);
+    second.exact = study.exact_modes, second.residuals = study.residuals && !study.exact_modes;
+    second.judged = judged_index(study, model.cyclic.sectors);
     second.modes = study.modes, second.model_file = study.model;
   }
   parts = clamp(std::move(model));

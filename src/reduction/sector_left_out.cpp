@@ -48,8 +48,13 @@ ComplexDense mixtures(const ComplexDense &A, int most, int first_noise) {
   return product(A, weights);
 }
 
-ComplexDense probes(const ElasticIndex &elastic) {
-  const int n = elastic.M.rows, all = static_cast<int>(lanczos_block);
+void append(ComplexDense &A, const ComplexDense &B) {
+  A.values.insert(A.values.end(), B.values.begin(), B.values.end());
+  A.columns += B.columns;
+}
+
+ComplexDense probes(const ElasticIndex &elastic, int all) {
+  const int n = elastic.M.rows;
   ComplexDense loads(n, static_cast<int>(elastic.loads.size()));
   for (int j = 0; j < loads.columns; ++j) { // each of the same weight, whatever its size
     double square = 0;
@@ -57,9 +62,7 @@ ComplexDense probes(const ElasticIndex &elastic) {
     for (int i = 0; i < n && square > 0; ++i) loads(i, j) = elastic.loads[j](i, 0) / std::sqrt(square);
   }
   ComplexDense out = mixtures(loads, all / 2, 0);
-  const ComplexDense contacts = mixtures(elastic.carried, all - out.columns, 1);
-  out.values.insert(out.values.end(), contacts.values.begin(), contacts.values.end());
-  out.columns += contacts.columns;
+  append(out, mixtures(elastic.carried, all - out.columns, 1));
   return out;
 }
 
@@ -86,14 +89,13 @@ std::pair<ComplexDense, std::vector<double>> independent(const ComplexDense &y, 
 }
 
 // y less its part in the modes, as K weighs, without columns of which nothing is left, and dependent ones.
-ComplexDense beside(const ElasticIndex &elastic, const ComplexDense &modes, const std::vector<double> &squares,
-                    const ComplexDense &y) {
+ComplexDense beside(const ElasticIndex &elastic, const ElasticModesOfIndex &modes, const ComplexDense &y) {
   const ComplexDense Ky = times(elastic, y);
   const std::vector<double> before = diagonal(adjoint_product(y, Ky));
-  ComplexDense part = adjoint_product(modes, Ky);
+  ComplexDense part = adjoint_product(modes.shapes, Ky);
   for (int j = 0; j < part.columns; ++j)
-    for (int i = 0; i < part.rows; ++i) part(i, j) /= squares[i];
-  const ComplexDense less = product(modes, part);
+    for (int i = 0; i < part.rows; ++i) part(i, j) /= modes.squares[i];
+  const ComplexDense less = product(modes.shapes, part);
   ComplexDense rest = y;
   for (std::size_t i = 0; i < rest.values.size(); ++i) rest.values[i] -= less.values[i];
   const std::vector<double> after = diagonal(adjoint_product(rest, times(elastic, rest)));
@@ -104,26 +106,68 @@ ComplexDense beside(const ElasticIndex &elastic, const ComplexDense &modes, cons
   return independent(rest, adjoint_product(rest, times(elastic, rest)), none).first;
 }
 
-} // namespace
-
-LeftOutIndex left_out(const ElasticIndex &elastic, ComplexDense kept, std::vector<double> squares, bool exact) {
-  LeftOutIndex out;
-  if (elastic.M.rows == 0) return out;
-  if (exact && kept.columns > 0) { // near enough to exact modes: one step of inverse iteration
-    const ComplexDense better = answer(elastic, product(elastic.M, kept));
-    const HermitianModes modes = lowest_modes(adjoint_product(better, times(elastic, better)),
-                                              adjoint_product(better, product(elastic.M, better)), kept.columns);
-    kept = product(better, modes.shapes), squares = modes.squares;
-  }
-  ComplexDense rest = beside(elastic, kept, squares, answer(elastic, probes(elastic)));
-  const ComplexDense H = adjoint_product(rest, product(elastic.M, rest));
+// Modes that y holds beyond others, by the Rayleigh-Ritz method.
+ElasticModesOfIndex ritz_modes(const ElasticIndex &elastic, const ElasticModesOfIndex &others, const ComplexDense &y) {
+  const ComplexDense rest = beside(elastic, others, y), H = adjoint_product(rest, product(elastic.M, rest));
   double most = 0;
   for (const double mass : diagonal(H)) most = std::max(most, mass);
-  std::tie(rest, out.squares) = independent(rest, H, none * most); // massless ones follow at once, and hinder no motion
+  ElasticModesOfIndex out; // massless ones follow at once, and hinder no motion
+  std::tie(out.shapes, out.squares) = independent(rest, H, none * most);
   for (double &square : out.squares) square = 1 / square;
-  for (const ComplexDense &load : elastic.loads) out.loads.push_back(adjoint_product(rest, load));
-  out.coupling = adjoint_product(elastic.carried, rest);
-  out.with_modes = exact ? ComplexDense(kept.columns, rest.columns) : adjoint_product(kept, product(elastic.M, rest));
+  return out;
+}
+
+// Zeros for rows that are not there.
+ComplexDense whole(const ComplexDense &shapes, int rows) {
+  ComplexDense out(rows, shapes.columns);
+  for (int j = 0; j < shapes.columns; ++j) std::copy_n(shapes.column(j), shapes.rows, out.column(j));
+  return out;
+}
+
+} // namespace
+
+int with_residuals(const ElasticIndex &elastic, ElasticModesOfIndex &modes) {
+  const int n = modes.shapes.rows, all = modes.shapes.columns, most = std::min<int>(all / 2, lanczos_block);
+  if (most == 0) return 0;
+  ElasticIndex known{elastic.squares, {}, elastic.S, elastic.M.block(0, 0, n, n), {}, {}};
+  known.carried = elastic.carried.block(0, 0, n, elastic.carried.columns);
+  for (const ComplexDense &load : elastic.loads) known.loads.push_back(load.block(0, 0, n, 1));
+  const ComplexDense y = answer(known, probes(known, most));
+  ElasticModesOfIndex found;
+  int count = most;
+  for (int wanted = -1; wanted != count && count > 0;) { // of some probes nothing may be left
+    wanted = count;
+    const int lowest = all - count;
+    found = ritz_modes(
+        known, {{modes.squares.begin(), modes.squares.begin() + lowest}, modes.shapes.block(0, 0, n, lowest)}, y);
+    count = std::min(count, found.shapes.columns);
+  }
+  for (int j = 0; j < count; ++j) {
+    modes.squares[all - count + j] = found.squares[j];
+    std::copy_n(found.shapes.column(j), n, modes.shapes.column(all - count + j));
+  }
+  return count;
+}
+
+LeftOutIndex left_out(const ElasticIndex &elastic, ElasticModesOfIndex kept, int residuals, bool exact) {
+  LeftOutIndex out;
+  const int n = elastic.M.rows, count = kept.shapes.columns;
+  if (n == 0) return out;
+  kept.shapes = whole(kept.shapes, n);
+  if (exact && count > 0) { // near enough to exact modes: one step of inverse iteration
+    const ComplexDense better = answer(elastic, product(elastic.M, kept.shapes));
+    HermitianModes modes = lowest_modes(adjoint_product(better, times(elastic, better)),
+                                        adjoint_product(better, product(elastic.M, better)), count);
+    kept = {std::move(modes.squares), product(better, modes.shapes)};
+  }
+  ComplexDense forces = probes(elastic, lanczos_block);
+  append(forces, product(elastic.M, kept.shapes.block(0, count - residuals, n, residuals))); // what these ask in turn
+  const ElasticModesOfIndex rest = ritz_modes(elastic, kept, answer(elastic, forces));
+  out.squares = rest.squares;
+  for (const ComplexDense &load : elastic.loads) out.loads.push_back(adjoint_product(rest.shapes, load));
+  out.coupling = adjoint_product(elastic.carried, rest.shapes);
+  out.with_modes =
+      exact ? ComplexDense(count, rest.shapes.columns) : adjoint_product(kept.shapes, product(elastic.M, rest.shapes));
   return out;
 }
 

@@ -8,7 +8,7 @@ namespace dovetail {
 
 /// What moves with x held: interior modes, s, and interior modes left out, n in all. K is diag(squares, S, beyond).
 struct ElasticIndex {
-  const std::vector<double> &squares, &beyond;
+  std::vector<double> squares, beyond;
   ComplexDense S;                  ///< stiffness of s
   ComplexDense M;                  ///< (n, n)
   ComplexDense carried;            ///< (n, 3 N_x) M_ee Psi + M_ex
@@ -21,8 +21,18 @@ struct LeftOutIndex { ///< as LeftOutOf, whole
   ComplexDense coupling, with_modes; ///< (3 N_x, r), (N_a, r)
 };
 
-/// `kept`: (n, N_a) modes, with the squares of their frequencies; `exact`: as good as if nothing were left out of the
-/// interior ones.
-LeftOutIndex left_out(const ElasticIndex &elastic, ComplexDense kept, std::vector<double> squares, bool exact);
+/// Modes of K and M with the squares of their frequencies, M-normal, K-orthogonal.
+struct ElasticModesOfIndex {
+  std::vector<double> squares;
+  ComplexDense shapes; ///< (n, count); or without the last rows, of interior modes left out, which are zero
+};
+
+/// Puts what moving contacts and loads ask of all other modes in place of the highest half of the modes, 16 at most.
+/// Interior modes left out take no part. Returns how many there are.
+int with_residuals(const ElasticIndex &elastic, ElasticModesOfIndex &modes);
+
+/// What the modes leave out, of which the last `residuals` are such. `exact`: the others are as good as if nothing were
+/// left out of the interior modes.
+LeftOutIndex left_out(const ElasticIndex &elastic, ElasticModesOfIndex kept, int residuals, bool exact);
 
 } // namespace dovetail

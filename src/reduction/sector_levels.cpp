@@ -126,9 +126,9 @@ HermitianModes modes_of(const ElasticIndex &elastic, PetscInt count, const Secon
   return modes;
 }
 
-// With `count` modes at first, of which those wanted couple with the contacts.
+// With `count` modes at first, of which those wanted couple with the contacts; `judged`: against exact ones, later.
 Index reduced_index(const CyclicSector &sector, const FirstLevel &first, const SecondLevel &settings, PetscInt count,
-                    int h) {
+                    bool judged, int h) {
   const SectorCoordinates E(sector, first.held, h);
   const int s = E.own(), nc = E.contact(), na = static_cast<int>(settings.modes), m = first.modes;
   const ComplexDense K = E.congruent(first.stiffness), M = E.congruent(first.mass), Kx = K.block(0, s, s, nc);
@@ -137,14 +137,15 @@ Index reduced_index(const CyclicSector &sector, const FirstLevel &first, const S
     throw InputError(in_index(settings, h) + "can move without strain; hold it, or check the faces and /K");
   for (Complex &value : psi.values) value = -value;
   Index out;
-  const bool iterated = count > settings.modes;
   const ElasticIndex elastic = elastic_index(E, first, K, M, psi);
-  const ComplexDense &Ks = elastic.S;
   count = std::min<PetscInt>(count, m + s);
-  HermitianModes modes = modes_of(elastic, count, settings, h);
+  HermitianModes lowest = modes_of(elastic, count, settings, h);
+  ElasticModesOfIndex modes{std::move(lowest.squares), std::move(lowest.shapes)};
+  const int residuals = settings.residuals ? with_residuals(elastic, modes) : 0;
+  if (residuals > 0) fix_phases(modes.shapes, s > 0 ? m : 0);
   out.squares = modes.squares;
-  ComplexDense kept(elastic.M.rows, na); // nothing of the interior modes left out
-  for (int j = 0; j < na; ++j) std::copy_n(modes.shapes.column(j), m + s, kept.column(j));
+  const ElasticModesOfIndex kept{{modes.squares.begin(), modes.squares.begin() + na},
+                                 modes.shapes.block(0, 0, m + s, na)};
   const auto add = [](ComplexDense &sum, const ComplexDense &term, double factor = 1) {
     for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += factor * term.values[i];
   };
@@ -154,23 +155,22 @@ Index reduced_index(const CyclicSector &sector, const FirstLevel &first, const S
   add(inertia, M.block(0, s, s, nc)); // M_xx + Psi^H (M_ss Psi / 2 + M_sx) + its adjoint
   out.mxx = M.block(s, s, nc, nc);
   add(out.mxx, mutual_product(psi, inertia), 0.5);
-  out.max = adjoint_product(kept, elastic.carried);
+  out.max = adjoint_product(kept.shapes, elastic.carried.block(0, 0, m + s, nc));
   for (std::size_t j = 0; j < first.fx.size(); ++j) {
     const ComplexDense F = E.from_held(first.fx[j].data(), 1);
-    out.fa.push_back(adjoint_product(kept, elastic.loads[j]));
+    out.fa.push_back(adjoint_product(kept.shapes, elastic.loads[j].block(0, 0, m + s, 1)));
     out.fx.push_back(F.block(s, 0, nc, 1)), add(out.fx.back(), adjoint_product(psi, F.block(0, 0, s, 1)));
   }
-  out.left_out = left_out(elastic, std::move(kept), {modes.squares.begin(), modes.squares.begin() + na},
-                          settings.exact && iterated);
+  out.left_out = left_out(elastic, kept, residuals, settings.exact && judged);
   ComplexDense z(E.all(), nc);
   for (int j = 0; j < nc; ++j) std::copy_n(psi.column(j), s, z.column(j)), z(s + j, j) = 1;
   out.contact_b = E.to_held(z);
   out.shapes_of_modes = modes.shapes.block(0, 0, m, static_cast<int>(count));
   out.modes_b = E.to_held(modes.shapes.block(m, 0, s, static_cast<int>(count)));
-  if (iterated) out.stiffness = Ks;
+  if (judged) out.stiffness = elastic.S;
   if (h > 0) return out;
   ComplexDense p = E.from_held(first.r.data(), 1), rest(E.all(), 1); // eq (2): the load on b is -r
-  const ComplexDense answer = solve_positive(Ks, p.block(0, 0, s, 1));
+  const ComplexDense answer = solve_positive(elastic.S, p.block(0, 0, s, 1));
   for (int i = 0; i < s; ++i) rest(i, 0) = -answer(i, 0);
   out.r = p.block(s, 0, nc, 1);
   add(out.r, adjoint_product(Kx, rest.block(0, 0, s, 1)));
@@ -282,12 +282,13 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
   const auto columns = static_cast<int>(model.modes);
   // The exact modes in place of those of the interior ones; or one step towards them, which tells what these cost.
   const bool judged = first.modes < parts.elastic && parts.solver && model.modes > 0;
-  const PetscInt wanted = model.modes + (judged ? guards : 0);
+  const PetscInt residuals = settings.residuals ? std::min<PetscInt>(model.modes / 2, lanczos_block) : 0,
+                 wanted = model.modes + (judged && residuals == 0 ? guards : 0); // residuals do as guards
   const auto improve = [&](Index &index, int h) { // returns own rows of the motion by modes
     if (judged && (settings.exact || h == settings.judged)) {
       const SectorCoordinates E(sector, first.held, h);
       const FirstGuess guess{interior, index.squares, index.shapes_of_modes, index.modes_b};
-      const ExactModes found = exact_modes(parts, E, index.stiffness, guess, model.modes,
+      const ExactModes found = exact_modes(parts, E, index.stiffness, guess, model.modes - residuals,
                                            settings.exact ? most_steps : 1, settings.exact ? steady : 0);
       made.left_out = std::max(made.left_out, std::sqrt(1 + found.first_change) - 1);
       made.steps = std::max(made.steps, found.steps);
@@ -309,7 +310,7 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
   for (int begin = 0; begin <= last; begin += size) {
     Index mine;
     on_all_ranks(comm, [&] {
-      if (begin + rank <= last) mine = reduced_index(sector, first, settings, wanted, begin + rank);
+      if (begin + rank <= last) mine = reduced_index(sector, first, settings, wanted, judged, begin + rank);
     });
     for (int owner = 0; owner < size && begin + owner <= last; ++owner) {
       Index passed;
