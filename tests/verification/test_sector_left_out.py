@@ -29,7 +29,8 @@ def scene(folder, order, reduction, balance, more="", frequencies=None):
     lines = {'reduced = "sector.h5"': 'model = "model.h5"\n' + reduction, "harmonic_balance": balance,
              "excitation.engine_order": f"excitation.engine_order = {order}",
              "newton": "newton = { step_tolerance = 1e-8, residual_tolerance = 1e-8 }\n" + more, "fourier": "fourier = [0.0, 9.0]",
-             "continuation.omega": f"continuation = {{ omega = {list(OMEGA[order])}, adaptive = true, at = {at.tolist()} }}"}
+             "continuation.omega": f"continuation.omega = {list(OMEGA[order])}\ncontinuation.adaptive = true\n"
+                                   f"continuation.at = {at.tolist()}"}
     text = "\n".join(next((new for key, new in lines.items() if line.startswith(key)), line) for line in text.splitlines()) + "\n"
     path.write_text(text)
     return cases.Case(path, None, None, {})
@@ -146,3 +147,18 @@ def test_a_tolerance_chooses_modes_and_harmonics(tmp_path, all_modes, tolerance,
     assert np.mean(true <= tolerance) >= 0.95, true
     assert results.modes == modes and done.summary["accuracy"]["above"] == 0 and done.points["slip"].max() > 0
     assert f"modes: {modes} leave out" in done.out
+
+
+@pytest.mark.slow
+def test_modes_of_a_tolerance_are_those_of_a_restart(tmp_path):
+    """A run that is continued has the points of one that is not, with the modes that its beginning chose."""
+    case = scene(tmp_path, 1, "", "", "continuation.max_points = 1000\naccuracy.tolerance = 1e-4\n")
+    expected = Results(launch.run(case, out="whole").folder / "results.h5")
+    text = case.path.read_text()
+    for points in (7, 1000):
+        case.path.write_text(text.replace("max_points = 1000", f"max_points = {points}"))
+        done = launch.run(case, *(["--restart"] if points > 7 else []), out="parts")
+    found = Results(done.folder / "results.h5")
+    assert found.modes == 40 and len(found.omega) > 7
+    np.testing.assert_array_equal(found.omega, expected.omega)
+    np.testing.assert_array_equal(found.coefficients, expected.coefficients)
