@@ -1,5 +1,6 @@
 """What a reduced sector leaves out: against dense algebra, against runs with all modes, and as a tolerance asks for it."""
 
+import re
 from types import SimpleNamespace
 
 import h5py
@@ -162,3 +163,22 @@ def test_modes_of_a_tolerance_are_those_of_a_restart(tmp_path):
     assert found.modes == 40 and len(found.omega) > 7
     np.testing.assert_array_equal(found.omega, expected.omega)
     np.testing.assert_array_equal(found.coefficients, expected.coefficients)
+
+
+def test_a_check_looks_at_the_nodal_diameter_of_the_load(tmp_path):
+    sector_model.write_model(tmp_path / "model.h5")
+    case = cases.Case(sector_model.write_case(tmp_path / "case.toml", 1, 60), None, None, {})
+    launch.run(case, command="reduce")
+    said = {}
+    for order in range(N // 2 + 1):
+        case.path.write_text(re.sub("engine_order = .", f"engine_order = {order}", case.path.read_text()))
+        told = re.search(r'"lift" moves at rest, contact points held, ([\d.]+) % of the energy', launch.run(case, command="check").out)
+        said[order] = float(told[1]) if told else None
+    with h5py.File(tmp_path / "reduced.h5") as file:
+        for h, percent in said.items():
+            K, _, kept, _ = sector_model.index(file, h)
+            squares, loads = left_out(file, h)
+            lost = (np.abs(loads)**2 / squares).sum()
+            share = 100 * lost / (lost + abs(kept[0, 0])**2 / K[0, 0].real)
+            assert percent == (pytest.approx(share, rel=1e-2) if share > 50 else None)
+    assert len(set(said.values())) == 4
