@@ -88,7 +88,13 @@ ReducedModel reduced_to_tolerance(MPI_Comm comm, Case &study, PetscInt most, con
                   study.modes, trial.error, trial.points, part * study.tolerance);
     voice.say(line);
     const int more = static_cast<int>(std::min<PetscInt>(2 * study.modes, most));
-    if (!(trial.error > part * study.tolerance) || more == study.modes) return reduced;
+    if (!(trial.error > part * study.tolerance)) return reduced;
+    if (more == study.modes) {
+      if (study.interior_modes > 0)
+        voice.say("modes: the " + std::to_string(study.interior_modes) +
+                  " interior modes make no more of them; raise reduction.interior_modes, or delete it");
+      return reduced;
+    }
     study.modes = more;
   }
 }

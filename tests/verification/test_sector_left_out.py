@@ -150,6 +150,13 @@ def test_a_tolerance_chooses_modes_and_harmonics(tmp_path, all_modes, tolerance,
     assert f"modes: {modes} leave out" in done.out
 
 
+def test_too_few_interior_modes_for_a_tolerance_are_told(tmp_path):
+    done = launch.run(scene(tmp_path, 1, "reduction.interior_modes = 12", "", "accuracy.tolerance = 1e-3\n"))
+    modes = 12 + ALL - INNER
+    assert f"modes: {modes} leave out" in done.out and "the 12 interior modes make no more of them" in done.out
+    assert done.summary["accuracy"]["modes"] > 5e-4 and done.summary["accuracy"]["above"] > 0
+
+
 @pytest.mark.slow
 def test_modes_of_a_tolerance_are_those_of_a_restart(tmp_path):
     """A run that is continued has the points of one that is not, with the modes that its beginning chose."""
