@@ -1,6 +1,7 @@
 """What a reduced sector leaves out: against dense algebra, against runs with all modes, and as a tolerance asks for it."""
 
 import re
+import shutil
 from types import SimpleNamespace
 
 import h5py
@@ -148,6 +149,27 @@ def test_a_tolerance_chooses_modes_and_harmonics(tmp_path, all_modes, tolerance,
     assert np.mean(true <= tolerance) >= 0.95, true
     assert results.modes == modes and done.summary["accuracy"]["above"] == 0 and done.points["slip"].max() > 0
     assert f"modes: {modes} leave out" in done.out
+
+
+@pytest.mark.parametrize("name, change, words", [
+    ("Max", lambda values: values[:, :-3], "shape (16, 21, 2) where (16, 24, 2) is wanted"),
+    ("Maa", lambda values: values[:-1], "shape (7, 16, 2) where (8, 16, 2) is wanted"),
+    ("Kaa", lambda values: -values, "squared frequencies above 0 are wanted"),
+    ("Fa", lambda values: np.nan * values, "finite numbers are wanted")])
+def test_a_damaged_file_is_refused(tmp_path, name, change, words):
+    sector_model.write_model(tmp_path / "model.h5")
+    case = cases.Case(sector_model.write_case(tmp_path / "case.toml", 8, 40), None, None, {})
+    shutil.copy(launch.run(case, command="reduce").folder / "reduced.h5", tmp_path / "given.h5")
+    with h5py.File(tmp_path / "given.h5", "r+") as file:
+        left = file["cyclic/2/left_out"]
+        values = left[name][()]
+        del left[name]
+        left[name] = change(values)
+    keys = "".join(f"contact.{key} = 1e8\n" for key in ("normal_stiffness", "tangential_stiffness")) + "contact.friction = 0.3\n"
+    text = re.sub("reduction.*\n", "", case.path.read_text())
+    case.path.write_text(text.replace('model = "model.h5"\n', 'reduced = "given.h5"\n' + keys))
+    refused = launch.run(case, command="modes", status=2).err
+    assert f"/cyclic/2/left_out/{name}: " in refused and words in refused
 
 
 def test_too_few_interior_modes_for_a_tolerance_are_told(tmp_path):
