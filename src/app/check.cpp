@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstdio>
 
 #include "app/hosts.hpp"
@@ -160,19 +161,31 @@ std::vector<Warning> doubts_of_model(const FullModel &model, const Case &study,
   return out;
 }
 
+namespace {
+
+// Twice that of modes under constant forces.
+template <class Number> double energy(const std::vector<Number> &forces, const std::vector<double> &squares) {
+  double sum = 0;
+  for (std::size_t i = 0; i < squares.size(); ++i) sum += std::norm(forces[i]) / squares[i];
+  return sum;
+}
+
+} // namespace
+
 std::vector<Warning> doubts_of_reduced(const ReducedModel &model, const Case &study,
                                        const std::vector<ContactPoint> &contact) {
   constexpr double most = 0.5; // of the static motion under the load, with the contact points held
   std::vector<Warning> out;
   contact_stiffness(stiffness_at_contact(model), contact, study.units, out);
-  const LeftOut &left = model.left_out;
-  for (std::size_t j = 0; j < model.loads.size() && !left.loads.empty(); ++j) {
+  const std::vector<int> driving = driving_harmonics(study.loads);
+  const int h = std::abs(study.wave(model.sectors).index(driving.empty() ? 1 : driving.front()));
+  for (std::size_t j = 0; j < model.loads.size() && !model.left_out.loads.empty(); ++j) {
     const auto is = [&](const LoadCourse &load) { return load.pattern == model.loads[j].name; };
     if (std::none_of(study.loads.begin(), study.loads.end(), is)) continue;
-    double kept = 0, lost = 0; // twice the energy
-    for (std::size_t i = 0; i < model.kaa.size(); ++i)
-      kept += model.loads[j].fa[i] * model.loads[j].fa[i] / model.kaa[i];
-    for (std::size_t i = 0; i < left.squares.size(); ++i) lost += left.loads[j][i] * left.loads[j][i] / left.squares[i];
+    const SectorIndex *index = h > 0 ? &model.indices[h - 1] : nullptr;
+    const double kept = index ? energy(index->loads[j].fa, index->kaa) : energy(model.loads[j].fa, model.kaa),
+                 lost = index ? energy(index->left_out.loads[j], index->left_out.squares)
+                              : energy(model.left_out.loads[j], model.left_out.squares);
     if (lost > most * (kept + lost))
       out.push_back({"load_left_out", "of what the load \"" + model.loads[j].name +
                                           "\" moves at rest, contact points "

@@ -49,19 +49,19 @@ Trial along_the_curve(const Case &study, PreloadedModel preloaded) {
 
 } // namespace
 
-void first_modes(Case &study, PetscInt elastic) {
-  study.modes = static_cast<int>(std::min<PetscInt>(few, std::max<PetscInt>(elastic, 0)));
+void first_modes(Case &study, PetscInt most) {
+  study.modes = static_cast<int>(std::min<PetscInt>(few, std::max<PetscInt>(most, 0)));
   const std::filesystem::path file = study.directory / "reduced.h5";
   std::error_code unreadable;
   if (!std::filesystem::exists(file, unreadable)) return;
   try {
     study.modes = static_cast<int>(
-        std::clamp<PetscInt>(read_reduced_header(file).modes, study.modes, std::max<PetscInt>(elastic, study.modes)));
+        std::clamp<PetscInt>(read_reduced_header(file).modes, study.modes, std::max<PetscInt>(most, study.modes)));
   } catch (const InputError &) { // damaged or foreign: it will be written anew, or refused
   }
 }
 
-ReducedModel reduced_to_tolerance(MPI_Comm comm, Case &study, PetscInt elastic, const std::filesystem::path &file,
+ReducedModel reduced_to_tolerance(MPI_Comm comm, Case &study, PetscInt most, const std::filesystem::path &file,
                                   const std::vector<ContactPoint> &contact, const std::vector<double> &initial,
                                   Stages &stages, const Voice &voice, std::optional<ReductionFigures> &figures) {
   for (int tried = 1;; ++tried) {
@@ -87,8 +87,14 @@ ReducedModel reduced_to_tolerance(MPI_Comm comm, Case &study, PetscInt elastic, 
                   "modes: %d leave out %.1e at most of the motion (%d points of a trial run), %.1e allowed",
                   study.modes, trial.error, trial.points, part * study.tolerance);
     voice.say(line);
-    const int more = static_cast<int>(std::min<PetscInt>(2 * study.modes, elastic));
-    if (!(trial.error > part * study.tolerance) || more == study.modes) return reduced;
+    const int more = static_cast<int>(std::min<PetscInt>(2 * study.modes, most));
+    if (!(trial.error > part * study.tolerance)) return reduced;
+    if (more == study.modes) {
+      if (study.interior_modes > 0)
+        voice.say("modes: the " + std::to_string(study.interior_modes) +
+                  " interior modes make no more of them; raise reduction.interior_modes, or delete it");
+      return reduced;
+    }
     study.modes = more;
   }
 }

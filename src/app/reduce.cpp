@@ -95,7 +95,8 @@ Prepared prepare(const Case &study, FullModel &&model, const Motion &motion) {
     model.C = UniqueMat(), model.K_structural = UniqueMat();
     change_within_sector(model, motion.all, motion.dofs);
     model.contact_dofs = held_dofs(model.cyclic, model.dofs);
-    second.exact = study.exact_modes, second.judged = judged_index(study, model.cyclic.sectors);
+    second.exact = study.exact_modes, second.residuals = study.residuals && !study.exact_modes;
+    second.judged = judged_index(study, model.cyclic.sectors);
     second.modes = study.modes, second.model_file = study.model;
   }
   parts = clamp(std::move(model));
@@ -222,6 +223,14 @@ FullModel full_model(MPI_Comm comm, const Case &study, bool need_force = true) {
 } // namespace
 
 std::filesystem::path old_reduced(const std::filesystem::path &file) { return file.parent_path() / "reduced.old.h5"; }
+
+PetscInt most_modes(const Case &study, const ModelHeader &header) {
+  if (header.sectors == 0) return header.dofs - 3 * header.points;
+  const CyclicSector sector = changed(read_cyclic_sector(h5::Reader(study.model), header.dofs));
+  const PetscInt held = 3 * static_cast<PetscInt>(held_dofs(sector, header.dofs).size()), inside = header.dofs - held;
+  return (study.interior_modes > 0 ? std::min<PetscInt>(study.interior_modes, inside) : inside) +
+         SectorCoordinates(sector, held, 0).own();
+}
 
 ReducedModel given_reduced_model(MPI_Comm comm, const Case &study) {
   ReducedModel model = read_reduced(comm, study.reduced);

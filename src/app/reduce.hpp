@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "app/voice.hpp"
+#include "model/full_model.hpp"
 #include "reduction/reduced_model.hpp"
 #include "results/summary.hpp"
 
@@ -14,6 +15,9 @@ namespace dovetail {
 /// case pushes anywhere; ComputeError.
 ReducedModel reduced_model(MPI_Comm comm, const Case &study, const std::filesystem::path &file, Stages &stages,
                            const Voice &voice, std::optional<ReductionFigures> &figures, bool need_force = true);
+
+/// As many modes as the model has, of a sector in each nodal diameter. Each rank on its own. InputError.
+PetscInt most_modes(const Case &study, const ModelHeader &header);
 
 /// The reduced model that the case names. Collective. InputError, also where no load of the case pushes anywhere.
 ReducedModel given_reduced_model(MPI_Comm comm, const Case &study);

@@ -34,6 +34,7 @@ struct Checked {
   std::vector<ContactPoint> contact;          // all points
   std::vector<double> initial;                // (3 N_x) [m]
   PetscInt dofs = 0;                          // of the reduced model
+  PetscInt most_modes = 0;                    // that it may have, where a tolerance decides
   int sectors = 0;                            // of the whole, if the model is one
   bool has_c = false, has_structural = false; // damping matrices of the model
   Units units;
@@ -52,7 +53,7 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     if (study.reduced.empty()) {
       ModelHeader header = read_model_header(study.model);
       from_model = header.contact;
-      if (study.modes_by_tolerance && header.sectors == 0) first_modes(study, header.dofs - 3 * header.points);
+      if (study.modes_by_tolerance) first_modes(study, checked.most_modes = most_modes(study, header));
       check_patterns(study, header.forces, study.model);
       checked.units = units_of(header.units);
       settle_cyclic(study, sectors = header.sectors, header.has_structural, is_excited);
@@ -262,8 +263,8 @@ void work(MPI_Comm comm, Checked &checked, bool reduce_only, Stages &stages, Sta
   std::optional<ReductionFigures> figures;
   ReducedModel reduced = // eqs (2), (5), (15)-(18)
       study.modes_by_tolerance && !earlier && !reduce_only
-          ? reduced_to_tolerance(comm, study, checked.sizes.dofs - 3 * checked.sizes.points, own_file, checked.contact,
-                                 checked.initial, stages, voice, figures)
+          ? reduced_to_tolerance(comm, study, checked.most_modes, own_file, checked.contact, checked.initial, stages,
+                                 voice, figures)
           : reduced_model(comm, study, own_file, stages, voice, figures, !reduce_only);
   const ReductionFigures *reduction = figures ? &*figures : nullptr;
   if (reduce_only) {

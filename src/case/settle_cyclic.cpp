@@ -42,9 +42,6 @@ void settle_cyclic(Case &study, int sectors, bool has_structural, bool is_excite
                "nothing is integrated in time: what moves the joint to the next sector is that sector's past; take "
                "\"integration\" out of the list");
   study.strategies.remove("integration");
-  if (study.modes_by_tolerance)
-    refuse(study, "accuracy.tolerance",
-           sector + "it chooses harmonics, but not the modes; write reduction.modes as well");
   refuse(study, "damping.ratios",
          sector + "modes differ with the nodal diameter, and ratios are not given by it; write damping.stiffness");
   if (study.damping.matrix)

@@ -35,7 +35,7 @@ std::unique_ptr<AssembledForm> assembled_part(const ReducedModel &model, const T
 std::vector<SectorIndex> taken_matrices(ReducedModel &model) {
   std::vector<SectorIndex> taken;
   for (SectorIndex &index : model.indices)
-    taken.push_back({std::move(index.kaa), std::move(index.mxa), std::move(index.mxx), std::move(index.kxx), {}});
+    taken.push_back({std::move(index.kaa), std::move(index.mxa), std::move(index.mxx), std::move(index.kxx), {}, {}});
   return taken;
 }
 
@@ -73,8 +73,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
   for (const LoadCourse &load : loads) {
     const std::size_t number = reduced.load(load.pattern);
     if (is_cyclic()) {
-      auto of_pattern = sector_loads(reduced, number, wave(), layout_, load.fourier);
-      std::move(of_pattern.begin(), of_pattern.end(), std::back_inserter(loads_));
+      sector_loads(reduced, number, wave(), layout_, load.fourier, loads_, left_out_loads_);
       continue;
     }
     const LoadPattern &pattern = reduced.loads[number];
@@ -83,7 +82,8 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
     loads_.back().vector.insert(loads_.back().vector.end(), pattern.fx.begin(), pattern.fx.end());
     if (!reduced.left_out.loads.empty()) left_out_loads_.push_back({reduced.left_out.loads[number], load.fourier});
   }
-  std::vector<SectorIndex>().swap(reduced.indices); // the linear part and the loads hold them now
+  for (SectorIndex &index : reduced.indices) // the linear part and the loads hold the rest now
+    index = {{}, {}, {}, {}, {}, std::move(index.left_out)};
   fit_courses();
 }
 

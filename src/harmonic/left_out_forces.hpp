@@ -6,23 +6,34 @@
 
 namespace dovetail {
 
-/// The modes left out, each driven by the contacts and by the load, at the value of the parameter that y has.
+/// The modes left out, each driven by the contacts and by the load, at the value of the parameter that y has. Of a
+/// sector, in every harmonic those of its index.
 class LeftOutModes {
 public:
   LeftOutModes(HarmonicSystem &system, Vec y);
 
-  /// Their motion (r, 2H+1), without means, under the motion y of the others and a load of that factor: linear in
+  /// Their motion (2H+1, r), without means, under the motion y of the others and a load of that factor: linear in
   /// both. Collective.
   std::vector<double> motion(Vec y, double load) const;
   /// `residual` becomes what such a motion adds to that of the others. Collective.
   void forces(const std::vector<double> &motion, Vec residual) const;
 
 private:
-  const double *mass(PetscInt own_dof) const; // (r) that it has in common with them
+  struct OfHarmonic {
+    const std::vector<double> *squares;
+    const LeftOut *real;                            // of a structure, and of index 0
+    const LeftOutOf<std::complex<double>> *complex; // of others
+    double sign;                                    // of the imaginary part, by the sign of the index
+  };
+  struct Masses { // (r) that an own dof has in common with them: one of the two
+    const double *real;
+    const std::complex<double> *complex;
+  };
+  OfHarmonic of(int k) const;
+  Masses masses(const OfHarmonic &left, PetscInt d) const;
 
   const HarmonicSystem &system_;
-  const LeftOut &left_;
-  PetscInt count_;
+  PetscInt count_ = 0; // the most of any index
 };
 
 } // namespace dovetail

@@ -1,5 +1,6 @@
 #include "harmonic/sector_assembled.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -128,42 +129,51 @@ void SectorAssembled::write_structure(const DynamicStiffness &structure, std::ve
   });
 }
 
-std::vector<LoadCase> sector_loads(const ReducedModel &model, std::size_t pattern, const TravellingWave &wave,
-                                   const Layout &layout, std::vector<double> fourier) {
+void sector_loads(const ReducedModel &model, std::size_t pattern, const TravellingWave &wave, const Layout &layout,
+                  std::vector<double> fourier, std::vector<LoadCase> &loads, std::vector<LoadCase> &left_out) {
   const LoadPattern &mean = model.loads[pattern];
   const int highest = static_cast<int>(fourier.size() / 2);
   const std::size_t modes = layout.own_modes.size(), width = coefficient_count(highest), own = layout.own_dofs();
   fourier.resize(width, 0.0);
-  std::vector<LoadCase> loads;
+  std::size_t most = model.left_out.squares.size(); // modes left out of any index
+  for (const SectorIndex &index : model.indices) most = std::max(most, index.left_out.squares.size());
   for (int h = 0; h <= wave.sectors / 2; ++h) {
-    LoadCase real{std::vector<double>(own), std::vector<double>(width)},
-        imaginary{std::vector<double>(own), std::vector<double>(width)};
+    std::vector<double> real(width), imaginary(width); // courses
     bool works = false;
     for (int k = 0; k <= highest; ++k) {
       const int index = wave.index(k);
       if (std::abs(index) != h) continue;
       if (k == 0) {
-        real.fourier[0] = fourier[0];
+        real[0] = fourier[0];
       } else {
         const double a = fourier[cosine(k)], b = fourier[sine(k)];
         const int sign = index < 0 ? -1 : 1;
-        real.fourier[cosine(k)] = a, real.fourier[sine(k)] = b;
-        imaginary.fourier[cosine(k)] = sign * b, imaginary.fourier[sine(k)] = -sign * a;
+        real[cosine(k)] = a, real[sine(k)] = b;
+        imaginary[cosine(k)] = sign * b, imaginary[sine(k)] = -sign * a;
       }
       works = works || (k == 0 ? fourier[0] != 0 : fourier[cosine(k)] != 0 || fourier[sine(k)] != 0);
     }
     if (!works) continue;
-    for (std::size_t d = 0; d < own; ++d) {
+    const auto add = [&](std::size_t size, std::vector<LoadCase> &to, const auto &force) {
+      LoadCase c{std::vector<double>(size), real}, s{std::vector<double>(size), imaginary};
+      for (std::size_t d = 0; d < size; ++d) {
+        const std::complex<double> value = force(d);
+        c.vector[d] = value.real(), s.vector[d] = value.imag();
+      }
+      to.push_back(std::move(c));
+      if (h != 0) to.push_back(std::move(s));
+    };
+    const SectorIndex *index = h > 0 ? &model.indices[h - 1] : nullptr;
+    add(own, loads, [&](std::size_t d) -> std::complex<double> {
       const std::size_t mode = layout.own_modes.begin + d;
-      const std::complex<double> value = h == 0      ? d < modes ? mean.fa[mode] : mean.fx[d - modes]
-                                              : d < modes ? model.indices[h - 1].loads[pattern].fa[mode]
-                                                     : model.indices[h - 1].loads[pattern].fx[d - modes];
-      real.vector[d] = value.real(), imaginary.vector[d] = value.imag();
-    }
-    loads.push_back(std::move(real));
-    if (h != 0) loads.push_back(std::move(imaginary));
+      if (index) return d < modes ? index->loads[pattern].fa[mode] : index->loads[pattern].fx[d - modes];
+      return d < modes ? mean.fa[mode] : mean.fx[d - modes];
+    });
+    add(most, left_out, [&](std::size_t j) -> std::complex<double> {
+      if (index) return j < index->left_out.squares.size() ? index->left_out.loads[pattern][j] : 0;
+      return j < model.left_out.squares.size() ? model.left_out.loads[pattern][j] : 0;
+    });
   }
-  return loads;
 }
 
 } // namespace dovetail

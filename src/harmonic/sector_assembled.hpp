@@ -38,8 +38,9 @@ private:
 };
 
 /// The loads of a pattern whose complex amplitude T_h^H F depends on the index: real vectors, each with a course.
-/// (F_r + i F_i)(a - i b) is F_r with (a, b) and F_i with (b, -a).
-std::vector<LoadCase> sector_loads(const ReducedModel &model, std::size_t pattern, const TravellingWave &wave,
-                                   const Layout &layout, std::vector<double> fourier);
+/// (F_r + i F_i)(a - i b) is F_r with (a, b) and F_i with (b, -a). They join `loads`, by own dof, and, of modes left
+/// out, `left_out`.
+void sector_loads(const ReducedModel &model, std::size_t pattern, const TravellingWave &wave, const Layout &layout,
+                  std::vector<double> fourier, std::vector<LoadCase> &loads, std::vector<LoadCase> &left_out);
 
 } // namespace dovetail

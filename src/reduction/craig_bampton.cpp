@@ -185,7 +185,7 @@ Reduction craig_bampton(ClampedStructure &parts, const ReductionSettings &settin
             std::copy_n(&coupling[static_cast<std::size_t>(i) * count], count,
                         &model.mxa[static_cast<std::size_t>(i + 1) * modes - count]);
         }
-      if (parts.full.cyclic.sectors == 0) model.left_out = left_out(parts, found, probes);
+      model.left_out = left_out(parts, found, probes);
     });
   model.kaa = found.squares;
   stages.run("2f projections", [&] {

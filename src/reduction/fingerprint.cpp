@@ -54,6 +54,11 @@ std::string fingerprint_of(const ReducedModel &model) {
       take_complex(rank == 0 ? load.fa : std::vector<std::complex<double>>(), 0);
       take_complex(load.fx, row);
     }
+    const auto &beyond = index.left_out;
+    if (beyond.squares.empty()) continue; // absent, it leaves the number as it is
+    take_once(beyond.squares), take_complex(rank == 0 ? beyond.with_modes : decltype(beyond.with_modes)(), 0);
+    for (const auto &load : beyond.loads) take_complex(rank == 0 ? load : decltype(beyond.with_modes)(), 0);
+    take_complex(beyond.coupling, row * beyond.squares.size());
   }
   if (rank == 0 && model.sectors > 0) sum += mix(mix(++kind) ^ static_cast<std::uint64_t>(model.sectors));
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, model.comm);

@@ -62,11 +62,6 @@ void independent(MPI_Comm comm, Mat A, const std::vector<double> &before, Tall &
   S.drop_columns_from(left);
 }
 
-// In (-1, 1], the same on any number of ranks.
-double noise(PetscInt row, PetscInt column) {
-  return 1 - 2 * double(mix((static_cast<std::uint64_t>(row) + 1) * 64 + column) >> 11) * 0x1p-53;
-}
-
 Tall part(const Tall &S, PetscInt first, PetscInt count) {
   Tall out(S.rows, count);
   std::copy(S.column(first), S.column(first + count), out.column(0));
@@ -74,6 +69,10 @@ Tall part(const Tall &S, PetscInt first, PetscInt count) {
 }
 
 } // namespace
+
+double probe_noise(PetscInt row, PetscInt column) {
+  return 1 - 2 * double(mix((static_cast<std::uint64_t>(row) + 1) * 64 + column) >> 11) * 0x1p-53;
+}
 
 Tall load_probes(MPI_Comm comm, const Tall &forces) {
   const PetscInt loads = forces.columns, n = std::min(loads, lanczos_block / 2);
@@ -88,7 +87,7 @@ Tall load_probes(MPI_Comm comm, const Tall &forces) {
   MPI_Allreduce(MPI_IN_PLACE, squares.data(), loads, MPI_DOUBLE, MPI_SUM, comm);
   for (PetscInt column = 0; column < n; ++column) // each of the same weight, whatever its size
     for (PetscInt j = 0; j < loads; ++j)
-      if (squares[j] > 0) less[column * loads + j] = noise(j, column) / std::sqrt(squares[j]);
+      if (squares[j] > 0) less[column * loads + j] = probe_noise(j, column) / std::sqrt(squares[j]);
   subtract_product(forces, loads, less, probes);
   return probes;
 }
@@ -99,7 +98,7 @@ void mix_probes(const Tall &carried, PetscInt first, PetscInt contact_dofs, Pets
   for (PetscInt j = given; j < n; ++j)
     for (PetscInt i = 0; i < count; ++i)
       less[j * count + i] =
-          contact_dofs <= n - given ? (first + i == j - given ? -1 : 0) : noise(first + i, j - given + 1);
+          contact_dofs <= n - given ? (first + i == j - given ? -1 : 0) : probe_noise(first + i, j - given + 1);
   subtract_product(carried, count, less, probes);
 }
 

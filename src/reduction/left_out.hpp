@@ -7,6 +7,9 @@
 
 namespace dovetail {
 
+/// Weights of mixtures, in (-1, 1], the same on any number of ranks.
+double probe_noise(PetscInt row, PetscInt column);
+
 /// The load patterns, a column each, or, where these are more than half a block, as many mixtures of them.
 Tall load_probes(MPI_Comm comm, const Tall &forces);
 

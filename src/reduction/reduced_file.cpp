@@ -25,9 +25,11 @@ std::string text_of(const Source &source) {
   std::snprintf(text, sizeof text, "%016" PRIx64 " with %ld %s, method %d, motion ", source.hash,
                 static_cast<long>(source.modes), source.kind == ModeKind::residual ? "modes with residuals" : "modes",
                 method);
-  const std::string shared = source.interior_modes > 0 ? std::to_string(source.interior_modes) +
-                                                             (source.exact_modes ? " interior, exact, " : " interior, ")
-                                                       : "";
+  const std::string shared =
+      source.interior_modes > 0
+          ? std::to_string(source.interior_modes) + (source.exact_modes ? " interior, exact, and what they leave out, "
+                                                                        : " interior, and what they leave out, ")
+          : "";
   return text + shared + source.motion + ", units " + source.units;
 }
 

@@ -14,12 +14,13 @@ namespace dovetail {
 
 /// Modes beyond the N_a lowest, as good as a few right-hand sides tell: what is left out of the model, for estimates of
 /// what that does. Nothing in it if that is not known, or if nothing is left out.
-struct LeftOut {
+template <class Number> struct LeftOutOf {
   std::vector<double> squares;            ///< (r) squares of their frequencies, ascending [rad^2/s^2]; on every rank
-  std::vector<std::vector<double>> loads; ///< (L, r) like F_a of each load pattern; on every rank
-  std::vector<double> coupling;           ///< (3 own, r) row-major, like M_xa
-  std::vector<double> with_modes;         ///< (N_a, r) row-major: their mass in common with the N_a; on every rank
+  std::vector<std::vector<Number>> loads; ///< (L, r) like F_a of each load pattern; on every rank
+  std::vector<Number> coupling;           ///< (3 own, r) row-major, like M_xa
+  std::vector<Number> with_modes;         ///< (N_a, r) row-major: their mass in common with the N_a; on every rank
 };
+using LeftOut = LeftOutOf<double>;
 
 /// F_a,j and F_x,j of one load pattern, eqs (17) and (18).
 struct LoadPattern {
@@ -48,6 +49,7 @@ struct SectorIndex {
   std::vector<std::complex<double>> mxx; ///< (3 own, 3 N_x)
   std::vector<std::complex<double>> kxx; ///< (3 own, 3 N_x)
   std::vector<Load> loads;               ///< (L) as those of the model
+  LeftOutOf<std::complex<double>> left_out;
 };
 
 struct ReducedModel {

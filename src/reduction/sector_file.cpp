@@ -30,6 +30,14 @@ std::vector<Complex> read(const h5::Reader &file, const std::string &name, Exten
   return values;
 }
 
+std::vector<double> squares(const h5::Reader &file, const std::string &name) {
+  const std::vector<double> values = file.doubles(name);
+  for (const double square : values)
+    if (!(square > 0) || !std::isfinite(square))
+      throw InputError(file.place(name) + ": " + std::to_string(square) + "; squared frequencies above 0 are wanted");
+  return values;
+}
+
 // (m, n) row-major to (n, m), each entry conjugated.
 std::vector<Complex> adjoint(const std::vector<Complex> &A, hsize_t m, hsize_t n) {
   std::vector<Complex> out(A.size());
@@ -75,6 +83,10 @@ int sectors_in(const h5::Reader &file, hsize_t modes, hsize_t nc, hsize_t loads)
     want(group + "Max", {modes, nc, 2});
     for (const char *name : {"Mxx", "Kxx"}) want(group + name, {nc, nc, 2});
     want(group + "Fa", {loads, modes, 2}), want(group + "Fx", {loads, nc, 2});
+    if (!file.has(group + "left_out/Kaa")) continue;
+    const hsize_t r = file.extent(group + "left_out/Kaa").at(0);
+    want(group + "left_out/Fa", {loads, r, 2}), want(group + "left_out/Max", {r, nc, 2});
+    if (modes > 0) want(group + "left_out/Maa", {modes, r, 2});
   }
   return sectors;
 }
@@ -86,17 +98,21 @@ void read_sectors(const h5::Reader &file, int sectors, ReducedModel &model) {
   for (int h = 1; h <= sectors / 2; ++h) {
     const std::string group = group_of(h);
     SectorIndex index;
-    index.kaa = file.doubles(group + "Kaa");
-    for (const double square : index.kaa)
-      if (!(square > 0) || !std::isfinite(square))
-        throw InputError(file.place(group + "Kaa") + ": " + std::to_string(square) +
-                         "; squared frequencies above 0 are wanted");
+    index.kaa = squares(file, group + "Kaa");
     index.mxa = adjoint(read(file, group + "Max", {0, first}, {na, rows}), na, rows);
     index.mxx = read_hermitian(file, group + "Mxx", first, rows, nc);
     index.kxx = read_hermitian(file, group + "Kxx", first, rows, nc);
     for (hsize_t j = 0; j < model.loads.size(); ++j)
       index.loads.push_back(
           {read(file, group + "Fa", {j, 0}, {1, na}), read(file, group + "Fx", {j, first}, {1, rows})});
+    if (const std::string beyond = group + "left_out/"; file.has(beyond + "Kaa")) {
+      auto &left = index.left_out;
+      left.squares = squares(file, beyond + "Kaa");
+      const hsize_t r = left.squares.size();
+      for (hsize_t j = 0; j < model.loads.size(); ++j) left.loads.push_back(read(file, beyond + "Fa", {j, 0}, {1, r}));
+      left.coupling = adjoint(read(file, beyond + "Max", {0, first}, {r, rows}), r, rows);
+      if (na > 0) left.with_modes = read(file, beyond + "Maa", {0, 0}, {na, r});
+    }
     model.indices.push_back(std::move(index));
   }
 }
@@ -119,6 +135,15 @@ void write_sectors(h5::Writer &file, const Reduction &reduction, hsize_t before,
       file.slab(group + "Fa", {loads, na, 2}, {j, 0, 0}, {1, all, 2}, parts(index.loads[j].fa));
     for (hsize_t j = 0; j < loads; ++j)
       file.slab(group + "Fx", {loads, nc, 2}, {j, first, 0}, {1, rows, 2}, parts(index.loads[j].fx));
+    if (const auto &left = index.left_out; !left.squares.empty()) {
+      const std::string beyond = group + "left_out/";
+      const hsize_t r = left.squares.size();
+      file.rows(beyond + "Kaa", {r}, 0, rank == 0 ? r : 0, left.squares.data());
+      for (hsize_t j = 0; j < loads; ++j)
+        file.slab(beyond + "Fa", {loads, r, 2}, {j, 0, 0}, {1, rank == 0 ? r : 0, 2}, parts(left.loads[j]));
+      file.slab(beyond + "Max", {r, nc, 2}, {0, first, 0}, {r, rows, 2}, parts(adjoint(left.coupling, rows, r)));
+      if (na > 0) file.slab(beyond + "Maa", {na, r, 2}, {0, 0, 0}, {all, r, 2}, parts(left.with_modes));
+    }
     if (reduction.recovery.indices.empty()) continue;
     const Recovery::OfIndex &motion = reduction.recovery.indices[at];
     file.rows(group + "Phi", {total, na, 2}, before, kept, parts(motion.phi));

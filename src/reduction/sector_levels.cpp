@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reduction/block_lanczos.hpp"
 #include "reduction/exact_modes.hpp"
 #include "reduction/sector_coordinates.hpp"
+#include "reduction/sector_left_out.hpp"
 #include "reduction/sector_motion.hpp"
 #include "support/error.hpp"
-#include "support/gathered.hpp"
 #include "support/memory.hpp"
 
 namespace dovetail {
@@ -19,29 +20,6 @@ constexpr PetscInt guards = 8; // vectors beyond the modes wanted, which make it
 constexpr int most_steps = 60;
 constexpr double steady = 1e-11; // change of a square from step to step
 
-struct FirstLevel { // the model of dofs b, whole
-  PetscInt modes = 0, held = 0;
-  std::vector<double> squares, mass, stiffness, coupling; // (modes), (held, held) twice, (held, modes) row-major
-  std::vector<std::vector<double>> fa, fx;                // of the load patterns
-  std::vector<double> r;
-};
-
-FirstLevel first_level(ReducedModel &&model) {
-  FirstLevel level;
-  const MPI_Comm comm = model.comm;
-  level.modes = model.modes, level.held = model.contact_dofs();
-  level.squares = model.kaa;
-  const auto take = [&](std::vector<double> &own) {
-    std::vector<double> all = gathered(comm, MPI_DOUBLE, own);
-    own = {};
-    return all;
-  };
-  level.mass = take(model.mxx), level.stiffness = take(model.kxx), level.coupling = take(model.mxa);
-  for (LoadPattern &load : model.loads) level.fa.push_back(load.fa), level.fx.push_back(take(load.fx));
-  level.r = take(model.r);
-  return level;
-}
-
 struct Index { // everything of one index, whole
   std::vector<double> squares;
   ComplexDense max, mxx, kxx;                       // M_ax (N_a, nc), ...
@@ -49,6 +27,7 @@ struct Index { // everything of one index, whole
   ComplexDense r, at_rest;                          // of index 0: R, and b at rest with x held
   ComplexDense shapes_of_modes, modes_b, contact_b; // interior modes and b by a, b by x: (N_m, ..), (n_b, ..)
   ComplexDense stiffness;                           // of s
+  LeftOutIndex left_out;
 };
 
 // Turns each mode so that of `rows` its first large entry is real and positive.
@@ -67,16 +46,11 @@ std::string in_index(const SecondLevel &settings, int h) {
 }
 
 // Modes of [eta; s] with x held.
-HermitianModes modes_of(const FirstLevel &first, const ComplexDense &K, const ComplexDense &M, const ComplexDense &C,
-                        int s, PetscInt count, const SecondLevel &settings, int h) {
-  const int m = first.modes, n = m + s;
-  ComplexDense stiffness(n, n), mass(n, n);
-  for (int j = 0; j < m; ++j) {
-    stiffness(j, j) = first.squares[j], mass(j, j) = 1;
-    for (int i = 0; i < s; ++i) mass(m + i, j) = C(i, j), mass(j, m + i) = std::conj(C(i, j));
-  }
-  for (int j = 0; j < s; ++j)
-    for (int i = 0; i < s; ++i) stiffness(m + i, m + j) = K(i, j), mass(m + i, m + j) = M(i, j);
+HermitianModes modes_of(const ElasticIndex &elastic, PetscInt count, const SecondLevel &settings, int h) {
+  const int m = static_cast<int>(elastic.squares.size()), s = elastic.S.rows, n = m + s;
+  ComplexDense stiffness(n, n), mass = elastic.M.block(0, 0, n, n);
+  for (int j = 0; j < m; ++j) stiffness(j, j) = elastic.squares[j];
+  for (int j = 0; j < s; ++j) std::copy_n(elastic.S.column(j), s, stiffness.column(m + j) + m);
   std::vector<double> diagonal;
   for (int i = 0; i < n; ++i) diagonal.push_back(stiffness(i, i).real());
   HermitianModes modes = lowest_modes(std::move(stiffness), std::move(mass), static_cast<int>(count));
@@ -91,55 +65,51 @@ HermitianModes modes_of(const FirstLevel &first, const ComplexDense &K, const Co
   return modes;
 }
 
-// With `count` modes at first, of which those wanted couple with the contacts.
+// With `count` modes at first, of which those wanted couple with the contacts; `judged`: against exact ones, later.
 Index reduced_index(const CyclicSector &sector, const FirstLevel &first, const SecondLevel &settings, PetscInt count,
-                    int h) {
+                    bool judged, int h) {
   const SectorCoordinates E(sector, first.held, h);
   const int s = E.own(), nc = E.contact(), na = static_cast<int>(settings.modes), m = first.modes;
-  const ComplexDense K = E.congruent(first.stiffness), M = E.congruent(first.mass),
-                     C = E.from_held(first.coupling.data(), m), Ks = K.block(0, 0, s, s), Kx = K.block(0, s, s, nc),
-                     Ms = M.block(0, 0, s, s), Mx = M.block(0, s, s, nc), Cs = C.block(0, 0, s, m),
-                     Cx = C.block(s, 0, nc, m);
-  ComplexDense psi = solve_positive(Ks, Kx); // of s; interior modes take no part
+  const ComplexDense K = E.congruent(first.stiffness), M = E.congruent(first.mass), Kx = K.block(0, s, s, nc);
+  ComplexDense psi = solve_positive(K.block(0, 0, s, s), Kx); // of s; interior modes take no part
   if (s > 0 && psi.rows == 0)
     throw InputError(in_index(settings, h) + "can move without strain; hold it, or check the faces and /K");
   for (Complex &value : psi.values) value = -value;
   Index out;
-  const bool iterated = count > settings.modes;
+  const ElasticIndex elastic = elastic_index(E, first, K, M, psi);
   count = std::min<PetscInt>(count, m + s);
-  HermitianModes modes = modes_of(first, Ks, Ms, Cs, s, count, settings, h);
+  HermitianModes lowest = modes_of(elastic, count, settings, h);
+  ElasticModesOfIndex modes{std::move(lowest.squares), std::move(lowest.shapes)};
+  const int residuals = settings.residuals ? with_residuals(elastic, modes) : 0;
+  if (residuals > 0) fix_phases(modes.shapes, s > 0 ? m : 0);
   out.squares = modes.squares;
-  const ComplexDense eta = modes.shapes.block(0, 0, m, na), phi = modes.shapes.block(m, 0, s, na);
+  const ElasticModesOfIndex kept{{modes.squares.begin(), modes.squares.begin() + na},
+                                 modes.shapes.block(0, 0, m + s, na)};
   const auto add = [](ComplexDense &sum, const ComplexDense &term, double factor = 1) {
     for (std::size_t i = 0; i < sum.values.size(); ++i) sum.values[i] += factor * term.values[i];
   };
   out.kxx = K.block(s, s, nc, nc);
-  add(out.kxx, adjoint_product(Kx, psi));                     // K_xx + K_xs Psi
-  ComplexDense inertia = product(Ms, psi), carried = inertia; // M_ss Psi + M_sx
-  add(carried, Mx);
-  add(inertia, Mx, 2); // M_xx + Psi^H (M_ss Psi / 2 + M_sx) + its adjoint
+  add(out.kxx, adjoint_product(Kx, psi)); // K_xx + K_xs Psi
+  ComplexDense inertia = elastic.carried.block(m, 0, s, nc);
+  add(inertia, M.block(0, s, s, nc)); // M_xx + Psi^H (M_ss Psi / 2 + M_sx) + its adjoint
   out.mxx = M.block(s, s, nc, nc);
   add(out.mxx, mutual_product(psi, inertia), 0.5);
-  out.max = adjoint_product(phi, carried);  // Phi^H (M_ee Psi + M_ex), interior modes by C
-  ComplexDense of_modes = product(Cs, eta); // (s, N_a)
-  add(out.max, adjoint_product(of_modes, psi));
-  add(out.max, adjoint(product(Cx, eta)));
+  out.max = adjoint_product(kept.shapes, elastic.carried.block(0, 0, m + s, nc));
   for (std::size_t j = 0; j < first.fx.size(); ++j) {
-    const ComplexDense F = E.from_held(first.fx[j].data(), 1), Fs = F.block(0, 0, s, 1);
-    ComplexDense Fm(m, 1);
-    std::copy(first.fa[j].begin(), first.fa[j].end(), Fm.values.begin());
-    out.fa.push_back(adjoint_product(eta, Fm)), add(out.fa.back(), adjoint_product(phi, Fs));
-    out.fx.push_back(F.block(s, 0, nc, 1)), add(out.fx.back(), adjoint_product(psi, Fs));
+    const ComplexDense F = E.from_held(first.fx[j].data(), 1);
+    out.fa.push_back(adjoint_product(kept.shapes, elastic.loads[j].block(0, 0, m + s, 1)));
+    out.fx.push_back(F.block(s, 0, nc, 1)), add(out.fx.back(), adjoint_product(psi, F.block(0, 0, s, 1)));
   }
+  out.left_out = left_out(elastic, kept, residuals, settings.exact && judged);
   ComplexDense z(E.all(), nc);
   for (int j = 0; j < nc; ++j) std::copy_n(psi.column(j), s, z.column(j)), z(s + j, j) = 1;
   out.contact_b = E.to_held(z);
   out.shapes_of_modes = modes.shapes.block(0, 0, m, static_cast<int>(count));
   out.modes_b = E.to_held(modes.shapes.block(m, 0, s, static_cast<int>(count)));
-  if (iterated) out.stiffness = Ks;
+  if (judged) out.stiffness = elastic.S;
   if (h > 0) return out;
   ComplexDense p = E.from_held(first.r.data(), 1), rest(E.all(), 1); // eq (2): the load on b is -r
-  const ComplexDense answer = solve_positive(Ks, p.block(0, 0, s, 1));
+  const ComplexDense answer = solve_positive(elastic.S, p.block(0, 0, s, 1));
   for (int i = 0; i < s; ++i) rest(i, 0) = -answer(i, 0);
   out.r = p.block(s, 0, nc, 1);
   add(out.r, adjoint_product(Kx, rest.block(0, 0, s, 1)));
@@ -167,7 +137,11 @@ void share(MPI_Comm comm, int owner, std::size_t loads, Index &index) {
   for (ComplexDense *A : {&index.max, &index.mxx, &index.kxx, &index.r, &index.at_rest, &index.shapes_of_modes,
                           &index.modes_b, &index.contact_b, &index.stiffness})
     share(comm, owner, *A);
-  for (std::size_t j = 0; j < loads; ++j) share(comm, owner, index.fa[j]), share(comm, owner, index.fx[j]);
+  LeftOutIndex &left = index.left_out;
+  share(comm, owner, left.squares), share(comm, owner, left.coupling), share(comm, owner, left.with_modes);
+  left.loads.resize(loads);
+  for (std::size_t j = 0; j < loads; ++j)
+    for (ComplexDense *A : {&index.fa[j], &index.fx[j], &left.loads[j]}) share(comm, owner, *A);
 }
 
 std::vector<Complex> own_rows(const ComplexDense &A, Range own) {
@@ -190,6 +164,12 @@ SectorIndex own_part(const Index &index, Range own) {
   part.mxx = own_rows(index.mxx, own), part.kxx = own_rows(index.kxx, own);
   for (std::size_t j = 0; j < index.fa.size(); ++j)
     part.loads.push_back({index.fa[j].values, own_rows(index.fx[j], own)});
+  const LeftOutIndex &left = index.left_out;
+  if (left.squares.empty()) return part;
+  part.left_out.squares = left.squares, part.left_out.coupling = own_rows(left.coupling, own);
+  for (const ComplexDense &load : left.loads) part.left_out.loads.push_back(load.values);
+  part.left_out.with_modes = adjoint(left.with_modes).values; // row-major, but for the signs
+  for (Complex &value : part.left_out.with_modes) value = std::conj(value);
   return part;
 }
 
@@ -201,10 +181,10 @@ void plan_sector(const ClampedStructure &parts, PetscInt interior_modes, const S
   const CyclicSector &sector = parts.full.cyclic;
   const PetscInt held = 3 * static_cast<PetscInt>(parts.full.contact_dofs.size());
   const SectorCoordinates E(sector, held, 0);
-  const double b = held, y = E.all(), nc = E.contact(), m = interior_modes, n = m + E.own(),
+  const double b = held, y = E.all(), nc = E.contact(), m = interior_modes, n = m + E.own() + lanczos_block,
                a = settings.modes + guards, rows = parts.own.size(), kept = parts.moved.dofs.size();
   const double first = 8 * b * (2 * b + m), congruent = 16 * (3 * y * y + b * y + 2 * y * m),
-               search = 16 * (4 * n * n + 2 * n * a), found = 16 * (nc * (2 * nc + a) + b * (a + nc) + m * a),
+               search = 16 * (5 * n * n + 2 * n * a), found = 16 * (nc * (2 * nc + a) + b * (a + nc) + m * a),
                all = sector.sectors / 2 * 16 * nc * (2 * nc + a), iterated = 8 * rows * (m + 5 * 2 * a),
                motion = 16 * kept * (nc + a) * (1 + sector.sectors / 2) + 8 * kept * (b + m + 4 * nc);
   plan.bytes = std::max(plan.bytes, resident_bytes() + (parts.solver ? parts.solver->forecast_bytes() : 0) + first +
@@ -241,12 +221,13 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
   const auto columns = static_cast<int>(model.modes);
   // The exact modes in place of those of the interior ones; or one step towards them, which tells what these cost.
   const bool judged = first.modes < parts.elastic && parts.solver && model.modes > 0;
-  const PetscInt wanted = model.modes + (judged ? guards : 0);
+  const PetscInt residuals = settings.residuals ? std::min<PetscInt>(model.modes / 2, lanczos_block) : 0,
+                 wanted = model.modes + (judged && residuals == 0 ? guards : 0); // residuals do as guards
   const auto improve = [&](Index &index, int h) { // returns own rows of the motion by modes
     if (judged && (settings.exact || h == settings.judged)) {
       const SectorCoordinates E(sector, first.held, h);
       const FirstGuess guess{interior, index.squares, index.shapes_of_modes, index.modes_b};
-      const ExactModes found = exact_modes(parts, E, index.stiffness, guess, model.modes,
+      const ExactModes found = exact_modes(parts, E, index.stiffness, guess, model.modes - residuals,
                                            settings.exact ? most_steps : 1, settings.exact ? steady : 0);
       made.left_out = std::max(made.left_out, std::sqrt(1 + found.first_change) - 1);
       made.steps = std::max(made.steps, found.steps);
@@ -268,7 +249,7 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
   for (int begin = 0; begin <= last; begin += size) {
     Index mine;
     on_all_ranks(comm, [&] {
-      if (begin + rank <= last) mine = reduced_index(sector, first, settings, wanted, begin + rank);
+      if (begin + rank <= last) mine = reduced_index(sector, first, settings, wanted, judged, begin + rank);
     });
     for (int owner = 0; owner < size && begin + owner <= last; ++owner) {
       Index passed;
@@ -284,6 +265,9 @@ SectorModel sector_model(const ClampedStructure &parts, const Tall &interior, Re
       model.mxa = real(part.mxa), model.mxx = real(part.mxx), model.kxx = real(part.kxx);
       model.r = real(own_rows(index.r, own));
       model.loads.clear();
+      const auto &left = part.left_out;
+      model.left_out = {left.squares, {}, real(left.coupling), real(left.with_modes)};
+      for (const auto &load : left.loads) model.left_out.loads.push_back(real(load));
       for (std::size_t j = 0; j < names.size(); ++j)
         model.loads.push_back({names[j], real(part.loads[j].fa), real(part.loads[j].fx)});
       recovery.phi = real(phi), recovery.psi = real(psi);

@@ -10,7 +10,8 @@ struct SecondLevel {
   PetscInt modes = 0;               ///< N_a of each index
   std::filesystem::path model_file; ///< for messages
   bool exact = false;               ///< modes are iterated until no interior mode is missed
-  int judged = 0;                   ///< else: the index whose modes are judged by a step
+  bool residuals = false; ///< else: the higher half of the modes, 16 at most, is made of what is asked of the rest
+  int judged = 0;         ///< else: the index whose modes are judged by a step
 };
 
 struct SectorModel {

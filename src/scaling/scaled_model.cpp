@@ -101,6 +101,11 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
   const auto multiply = [](auto &values, double factor) {
     for (auto &value : values) value *= factor;
   };
+  const auto multiply_left_out = [&](auto &left) {
+    multiply(left.squares, 1 / (w0 * w0));
+    for (auto &load : left.loads) multiply(load, 1 / (a * w0 * w0));
+    multiply(left.coupling, b / a);
+  };
   ReducedModel &reduced = model.reduced;
   multiply(reduced.kaa, 1 / (w0 * w0));
   multiply(reduced.mxa, b / a);
@@ -113,6 +118,7 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
     multiply(index.mxx, b / a * (b / a));
     multiply(index.kxx, stiffness);
     for (SectorIndex::Load &load : index.loads) multiply(load.fa, 1 / (a * w0 * w0)), multiply(load.fx, force);
+    multiply_left_out(index.left_out);
   }
   const auto multiply_blocks = [&](DampingMatrix &matrix, double factor) {
     multiply(matrix.aa, factor);
@@ -121,9 +127,7 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
   };
   multiply_blocks(reduced.viscous, 1 / w0), multiply_blocks(reduced.structural, 1 / (w0 * w0));
   multiply(reduced.r, force);
-  multiply(reduced.left_out.squares, 1 / (w0 * w0));
-  for (auto &load : reduced.left_out.loads) multiply(load, 1 / (a * w0 * w0));
-  multiply(reduced.left_out.coupling, b / a);
+  multiply_left_out(reduced.left_out);
   for (std::size_t p = 0; p < model.contact.size(); ++p) {
     ContactPoint &point = model.contact[p];
     Standstill &at_rest = model.standstill[p];

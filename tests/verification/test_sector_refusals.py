@@ -86,15 +86,6 @@ def test_more_modes_than_there_are(tmp_path):
     assert f"make only {ALL} in each nodal diameter" in refusal(tmp_path, lambda file: None, ALL + 1, INNER)
 
 
-def test_modes_by_tolerance(tmp_path):
-    sector_model.write_model(tmp_path / "model.h5")
-    case = sector_model.write_case(tmp_path / "case.toml", 8)
-    case.write_text(case.read_text().replace("reduction.modes = 8", "accuracy.tolerance = 1e-3")
-                    .replace("harmonic_balance.harmonics = 3\n", ""))
-    refused = launch.run(cases.Case(case, None, None, {}), command="modes", status=2)
-    assert "it chooses harmonics, but not the modes; write reduction.modes as well" in refused.err
-
-
 def test_exact_modes_and_a_count_of_interior_ones(tmp_path):
     words = refusal(tmp_path, lambda file: None, extra="reduction.exact_modes = true\nreduction.check_modes = true\n")
     assert "reduction.check_modes counts interior modes" in words
