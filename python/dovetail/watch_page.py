@@ -25,7 +25,9 @@ const put = (name, text) => { document.getElementById(name).textContent = text; 
 async function look() {
   let wait = 1000;
   try {
-    const found = await (await fetch("state.json")).json();
+    const answer = await fetch("state.json");
+    if (!answer.ok) throw new Error(await answer.text());
+    const found = await answer.json();
     put("title", found.title); put("state", found.state); put("shares", found.shares);
     document.title = found.title;
     document.getElementById("done").value = found.done;
@@ -35,7 +37,7 @@ async function look() {
       drawn = found.drawn;
     }
     if (!found.running) wait = 5000;
-  } catch (error) { put("state", "dovetail watch has ended"); wait = 5000; }
+  } catch (error) { put("state", error instanceof TypeError ? "dovetail watch has ended" : error.message); wait = 5000; }
   setTimeout(look, wait);
 }
 look();
@@ -100,11 +102,13 @@ def server_of(page, port=0):
             try:
                 found = page.answer(self.path)
             except (ValueError, KeyError, OSError) as error:  # as of a run that begins anew
-                return self.send_error(503, explain=str(error))
+                return self.send(503, "text/plain; charset=utf-8", str(error).encode())
             if found is None:
                 return self.send_error(404)
-            kind, content = found
-            self.send_response(200)
+            self.send(200, *found)
+
+        def send(self, status, kind, content):
+            self.send_response(status)
             self.send_header("Content-Type", kind)
             self.send_header("Content-Length", str(len(content)))
             self.send_header("Cache-Control", "no-store")
