@@ -12,9 +12,11 @@ from .watch import PAUSE, SHARE, head_of, is_running, shares_of
 HOSTS = ("127.0.0.1", "localhost")  # by which the page may be asked for: other names are those of strangers' pages
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>dovetail watch</title>
+<link rel="icon" href="data:,">
 <style>
 body { font: 16px sans-serif; max-width: 60em; margin: 1em auto; padding: 0 1em; color: #000; background: #fff }
-progress { width: 100% } img { width: 100% } pre { font: inherit; white-space: pre-wrap; margin: .5em 0 }
+progress { width: 100% } img { width: 100%; height: calc(100vh - 12em); min-height: 20em; object-fit: contain }
+pre { font: inherit; white-space: pre-wrap; margin: .5em 0 }
 </style></head><body>
 <h1 id="title"></h1><pre id="state">no answer yet</pre><progress id="done" max="1" value="0"></progress>
 <pre id="shares"></pre><img id="curve" alt="the curve so far" hidden>
@@ -30,10 +32,13 @@ async function look() {
     const found = await answer.json();
     put("title", found.title); put("state", found.state); put("shares", found.shares);
     document.title = found.title;
-    document.getElementById("done").value = found.done;
+    const done = document.getElementById("done");
+    done.value = found.done; done.hidden = !found.running;
     if (found.points && found.drawn !== drawn) {
       const curve = document.getElementById("curve");
-      curve.src = "curve.svg?" + encodeURIComponent(found.drawn); curve.hidden = false;
+      curve.onload = () => { curve.hidden = false; };
+      curve.onerror = () => { curve.hidden = true; drawn = ""; };
+      curve.src = "curve.svg?" + encodeURIComponent(found.drawn);
       drawn = found.drawn;
     }
     if (!found.running) wait = 5000;
@@ -59,7 +64,7 @@ class Page:
         points = 0 if results is None else len(results)
         drawn = f"{points} {running}" if not running or time.monotonic() > self._next else self._drawn
         return json.dumps({"title": title, "state": "\n".join(lines), "running": running, "points": points,
-                           "done": status.get("done", 0.0) if running else 1.0, "drawn": drawn,
+                           "done": status.get("done", 0.0), "drawn": drawn,
                            "shares": f"contact points at the last point: {shares_of(results)}" if points else "no point yet"})
 
     def picture(self):
