@@ -22,7 +22,7 @@ pre { font: inherit; white-space: pre-wrap; margin: .5em 0 }
 <pre id="shares"></pre><img id="curve" alt="the curve so far" hidden>
 <script>
 "use strict";
-let drawn = "";
+let drawn = "", waiting = false;  // for a picture: asking for the next one would call it off
 const put = (name, text) => { document.getElementById(name).textContent = text; };
 async function look() {
   let wait = 1000;
@@ -34,12 +34,12 @@ async function look() {
     document.title = found.title;
     const done = document.getElementById("done");
     done.value = found.done; done.hidden = !found.running;
-    if (found.points && found.drawn !== drawn) {
+    if (found.points && found.drawn !== drawn && !waiting) {
       const curve = document.getElementById("curve");
-      curve.onload = () => { curve.hidden = false; };
-      curve.onerror = () => { curve.hidden = true; drawn = ""; };
+      curve.onload = () => { curve.hidden = waiting = false; };
+      curve.onerror = () => { curve.hidden = true; waiting = false; drawn = ""; };
       curve.src = "curve.svg?" + encodeURIComponent(found.drawn);
-      drawn = found.drawn;
+      drawn = found.drawn; waiting = true;
     }
     if (!found.running) wait = 5000;
   } catch (error) { put("state", error instanceof TypeError ? "dovetail watch has ended" : error.message); wait = 5000; }

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from launch import SECONDS
+
 ARGUMENTS = ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--window-size=1000,900")
 needs_browser = pytest.mark.skipif(not (shutil.which("chromedriver") and importlib.util.find_spec("selenium")),
                                    reason="no chromium-driver and selenium: scripts/setup installs them where the distribution has them")
@@ -13,7 +15,7 @@ needs_browser = pytest.mark.skipif(not (shutil.which("chromedriver") and importl
 
 @contextmanager
 def browser():
-    """A driver of its own; `complaints` of it are what its console has said."""
+    """A driver of its own."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
@@ -26,6 +28,13 @@ def browser():
         yield driver
     finally:
         driver.quit()
+
+
+def until(driver, condition, what):
+    """Waits for condition(), looking now and then, so that the browser has time for its page."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    WebDriverWait(driver, SECONDS, poll_frequency=0.3).until(lambda _: condition(), f"waited in vain for {what}")
 
 
 def complaints(driver):

@@ -11,8 +11,8 @@ from functools import partial
 
 import pytest
 
-from headless import browser, complaints, needs_browser
-from launch import ROOT, SECONDS, wait_for
+from headless import browser, complaints, needs_browser, until
+from launch import ROOT, SECONDS
 
 sys.path.insert(0, str(ROOT / "scripts"))
 import site_pages
@@ -59,7 +59,7 @@ def test_the_search_leads_to_a_page(made):
         threading.Thread(target=server.serve_forever, daemon=True).start()
         driver.get(f"http://127.0.0.1:{server.server_port}/")
         found(".md-search__input")[0].send_keys("Goodman")
-        wait_for(lambda: found(".md-search-result__link"), "an answer")
+        until(driver, lambda: found(".md-search-result__link"), "an answer")
         places = [link.get_attribute("href") for link in found(".md-search-result__link")]
         assert any("docs/how-to/stress.html" in place for place in places)
         driver.get(places[0])

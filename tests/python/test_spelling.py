@@ -20,7 +20,7 @@ CPP = re.compile(r"""(?P<text>"(?:\\.|[^"\\\n])*")|'(?:\\.|[^'\\\n])'|//(?P<line
 SENTENCE = re.compile(r"\b(?:a|and|are|by|for|has|in|is|it|no|not|of|or|the|to|with)\b")  # else a literal is code
 NAME = re.compile(r"\w*[a-z][A-Z]\w*")  # of classes and functions
 
-needs_hunspell = pytest.mark.skipif(not shutil.which("hunspell"), reason="no hunspell: scripts/setup installs it where the distribution has it")
+needs_hunspell = pytest.mark.skipif(not shutil.which("hunspell"), reason="no hunspell: scripts/setup installs it where it is to be had")
 
 
 def words(text):
