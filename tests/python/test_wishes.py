@@ -17,14 +17,15 @@ WISHES = {  # (the lines, what they print, the file they leave)
     "resonances": ("$RUN modes case.toml", r"2 +1917\.7\d +12049", None),
     "units": ("mkdir mm && sed 's/\"SI\"/\"t, mm, s, N\"/' model.py >mm/model.py && $PYTHON mm/model.py >log\n"
               f"{PYTHON} info mm/model.h5", r"units +t, mm, s, N", None),
-    "levels of force in one picture": ("sed 's/^fourier = .*/fourier = [0, 2]/' case.toml >low.toml && $RUN run low.toml --out low >log\n"
-                                       f"{PYTHON} plot low/results.h5 out/results.h5 --labels '2 N' '20 N' -o levels.png", "", "levels.png"),
+    "levels of force in one picture": ("sed 's/^fourier = .*/fourier = [0, 2]/' case.toml >low.toml\n"
+                                       "$RUN run low.toml --out low >log\n"
+                                       f"{PYTHON} plot low/results.h5 out/results.h5 --labels 2N 20N -o levels.png", "", "levels.png"),
     "csv": (f"{PYTHON} export out/results.h5 -o curve.csv", "", "curve.csv"),
     "ParaView": (f"{PYTHON} export out/results.h5 -o paraview", "", "paraview/contact.pvd"),
     "animation": (f"{PYTHON} plot out/results.h5 --kind motion -o motion.gif", "", "motion.gif"),
     "stress": (f"{PYTHON} stress out/results.h5 --fatigue-strength 60e6 --tensile 400e6 --worst 1", r"utilisation.*\n +\d+ ", None),
     "backbone": ("sed -e 's/^omega = .*//; s/^tolerance = .*//; s/^\\[mode\\].*/[mode]\\nnumber = 2\\namplitude = [1e-8, 1e-6]/' \\\n"
-                 "  -e 's/^\\[reduction\\]/[reduction]\\nmodes = 10/; s/^\\[harm.*/[harmonic_balance]\\nharmonics = 3/' case.toml >mode.toml\n"
+                 "  -e 's/^\\[reduction\\]/[reduction]\\nmodes = 10/; s/^\\[harm.*/&\\nharmonics = 3/' case.toml >mode.toml\n"
                  f"$RUN run mode.toml --out mode >log && {PYTHON} plot mode/results.h5 --kind mode -o mode.png", "", "mode.png"),
     "from Python": ("$PYTHON -c 'import dovetail; print(len(dovetail.run(\"case.toml\", out=\"py\")), \"points\")'", r"^\d+ points", None),
     "a folder in use": ("flock out/dovetail.lock $RUN run case.toml 2>&1 || echo refused", r"dovetail: .*another(.|\n)*refused", None),
