@@ -14,9 +14,10 @@ PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>dovetail watch</title>
 <link rel="icon" href="data:,">
 <style>
-body { font: 16px sans-serif; max-width: 60em; margin: 1em auto; padding: 0 1em; color: #000; background: #fff }
-progress { width: 100% } img { width: 100%; height: calc(100vh - 12em); min-height: 20em; object-fit: contain }
-pre { font: inherit; white-space: pre-wrap; margin: .5em 0 }
+body { font: 16px sans-serif; max-width: 60em; height: calc(100vh - 2em); margin: 1em auto; padding: 0 1em; color: #000;
+  background: #fff; display: flex; flex-direction: column }
+h1 { margin: 0 } progress { width: 100% } img { width: 100%; flex: 1; min-height: 20em; object-fit: contain }
+[hidden] { display: none } pre { font: inherit; white-space: pre-wrap; margin: .5em 0 }
 </style></head><body>
 <h1 id="title"></h1><pre id="state">no answer yet</pre><progress id="done" max="1" value="0"></progress>
 <pre id="shares"></pre><img id="curve" alt="the curve so far" hidden>
