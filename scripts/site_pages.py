@@ -22,13 +22,15 @@ INDEX = "docs/README.md"
 
 def contents():
     """Sections of the index, each a list of its pages: [{"Tutorial": ["docs/tutorial/first-run.md", ...]}, ...]."""
-    sections = []
+    sections, seen = [], set()  # MkDocs gives a page that stands there twice no title
     for line in (ROOT / INDEX).read_text().splitlines():
         if line.startswith("## "):
             sections.append((line[3:], []))
         for place in re.findall(r"\]\(([^)#]+\.md)", line):
-            if sections:
-                sections[-1][1].append(str((ROOT / "docs" / place).resolve().relative_to(ROOT)))
+            page = str((ROOT / "docs" / place).resolve().relative_to(ROOT))
+            if sections and page not in seen:
+                sections[-1][1].append(page)
+                seen.add(page)
     return [{title: pages} for title, pages in sections]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import fourier
 
+AT_ONCE = 1 << 14  # series whose amplitudes are taken together: few calls, and little memory
 DRAWN = 8  # values on a piece of the curve between two points, for pictures
 FINE = 64  # the same, where a maximum is sought
 JUMPS = ("leap", "integration", "outside")  # events behind which the branch goes on elsewhere
@@ -50,7 +51,9 @@ class Response:
         if self.slopes is None:
             return with_gaps(self.along, self.jumps), with_gaps(self.amplitude, self.jumps)
         along, coefficients = zip(*(part for piece in pieces(len(self.along), self.jumps) for part in self._cubics(piece, n)))
-        return np.concatenate(along)[:-1], np.concatenate([fourier.amplitude(part) for part in coefficients])[:-1]
+        coefficients = np.concatenate(coefficients)[:-1]
+        parts = np.array_split(coefficients, 1 + len(coefficients) // AT_ONCE)
+        return np.concatenate(along)[:-1], np.concatenate([fourier.amplitude(part) for part in parts])
 
     def _cubics(self, piece, n):
         """Parts (along, coefficients) of a piece without jumps, then one that is no number."""

@@ -61,9 +61,11 @@ def picture(found):
     from .plot import LINES, STYLE
 
     def line(axis, curve, measured, **look):
-        inside = (curve.omega >= measured.omega[0]) & (curve.omega <= measured.omega[-1])
-        values = np.where(inside, curve.amplitude if found.harmonic is None else curve.harmonic(found.harmonic), np.nan)
-        axis.plot(with_gaps(curve.omega, curve.jumps), with_gaps(values, curve.jumps), **look)
+        if found.harmonic is None:
+            omega, values = curve.curve()
+        else:
+            omega, values = with_gaps(curve.omega, curve.jumps), with_gaps(curve.harmonic(found.harmonic), curve.jumps)
+        axis.plot(omega, np.where((omega >= measured.omega[0]) & (omega <= measured.omega[-1]), values, np.nan), **look)
 
     with plt.rc_context(STYLE):
         figure, (axis, errors) = plt.subplots(2, 1, sharex=True, figsize=(7.5, 5.6), gridspec_kw={"height_ratios": [3.2, 1]},

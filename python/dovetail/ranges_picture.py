@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullLocator
 
 from .case_runs import has_peak
 from .plot import LINES, ROOM, STYLE
@@ -14,6 +14,7 @@ from .ranges_report import PERCENTILES, band, of_samples
 SHADES = ("#ececec", "#c9c9c9")  # of all samples, and of those between the outer percentiles
 LOW = 0.04  # of the height: where peaks of other slider positions are marked
 FIRST = LINES[1]  # colour and dashes of first order
+TICKS = 5  # of an axis of factors
 
 
 def picture(found):
@@ -115,7 +116,9 @@ def _over(axis, found, wanted):
     kinds = {"value": "", "factor": ", factor", "offset": ", offset"}
     axis.set(xlabel=wanted.name.replace("_", " ") + kinds[wanted.kind], ylim=(0, ROOM * max([found.middle["amplitude"], *y])))
     if wanted.kind == "factor":
-        axis.set_xscale("log", base=2)
-        axis.xaxis.set_major_formatter("{x:g}")
+        axis.set_xscale("log")
+        axis.set_xticks(np.geomspace(*wanted.at(np.array([-1.0, 1.0])), TICKS))  # both ends among them: powers alone may be a single one
+        axis.xaxis.set_major_formatter("{x:.3g}")
+        axis.xaxis.set_minor_locator(NullLocator())
     dress(axis.yaxis, "amplitude of the peak", found.length)
     axis.legend(handles=handles, fontsize=8)

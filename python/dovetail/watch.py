@@ -58,7 +58,7 @@ def progress(running, status, summary, points):
     lines = [f"{state}{f' ({stage})' if stage and state != 'following' else ''}, {points} points, {span(status.get('seconds', 0.0))}"]
     if "done" in status:
         left = status.get("left")
-        lines.append(f"{bar(status['done'])} {100 * status['done']:.0f} %" + (f", about {span(left)} left" if left is not None else ""))
+        lines.append(f"{100 * status['done']:.0f} %" + (f", about {span(left)} left" if left is not None else ""))
     return lines
 
 
@@ -81,7 +81,9 @@ def shares_of(results):
 
 def frame(path, running, dof=None, width=80, height=24, model=None):
     """One picture as text."""
-    results, title, lines, _ = head_of(path, running, model)
+    results, title, lines, status = head_of(path, running, model)
+    if "done" in status:
+        lines[-1] = f"{bar(status['done'])} {lines[-1]}"
     head = [title, *lines]
     if results is None or not len(results):
         return "\n".join([*head, "no point yet"])

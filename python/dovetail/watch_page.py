@@ -12,30 +12,38 @@ from .watch import PAUSE, SHARE, head_of, is_running, shares_of
 HOSTS = ("127.0.0.1", "localhost")  # by which the page may be asked for: other names are those of strangers' pages
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>dovetail watch</title>
+<link rel="icon" href="data:,">
 <style>
-body { font: 16px sans-serif; max-width: 60em; margin: 1em auto; padding: 0 1em; color: #000; background: #fff }
-progress { width: 100% } img { width: 100% } pre { font: inherit; white-space: pre-wrap; margin: .5em 0 }
+body { font: 16px sans-serif; max-width: 60em; height: calc(100vh - 2em); margin: 1em auto; padding: 0 1em; color: #000;
+  background: #fff; display: flex; flex-direction: column }
+h1 { margin: 0 } progress { width: 100% } img { width: 100%; flex: 1; min-height: 20em; object-fit: contain }
+[hidden] { display: none } pre { font: inherit; white-space: pre-wrap; margin: .5em 0 }
 </style></head><body>
 <h1 id="title"></h1><pre id="state">no answer yet</pre><progress id="done" max="1" value="0"></progress>
 <pre id="shares"></pre><img id="curve" alt="the curve so far" hidden>
 <script>
 "use strict";
-let drawn = "";
+let drawn = "", waiting = false;  // for a picture: asking for the next one would call it off
 const put = (name, text) => { document.getElementById(name).textContent = text; };
 async function look() {
   let wait = 1000;
   try {
-    const found = await (await fetch("state.json")).json();
+    const answer = await fetch("state.json");
+    if (!answer.ok) throw new Error(await answer.text());
+    const found = await answer.json();
     put("title", found.title); put("state", found.state); put("shares", found.shares);
     document.title = found.title;
-    document.getElementById("done").value = found.done;
-    if (found.points && found.drawn !== drawn) {
+    const done = document.getElementById("done");
+    done.value = found.done; done.hidden = !found.running;
+    if (found.points && found.drawn !== drawn && !waiting) {
       const curve = document.getElementById("curve");
-      curve.src = "curve.svg?" + encodeURIComponent(found.drawn); curve.hidden = false;
-      drawn = found.drawn;
+      curve.onload = () => { curve.hidden = waiting = false; };
+      curve.onerror = () => { curve.hidden = true; waiting = false; drawn = ""; };
+      curve.src = "curve.svg?" + encodeURIComponent(found.drawn);
+      drawn = found.drawn; waiting = true;
     }
     if (!found.running) wait = 5000;
-  } catch (error) { put("state", "dovetail watch has ended"); wait = 5000; }
+  } catch (error) { put("state", error instanceof TypeError ? "dovetail watch has ended" : error.message); wait = 5000; }
   setTimeout(look, wait);
 }
 look();
@@ -57,7 +65,7 @@ class Page:
         points = 0 if results is None else len(results)
         drawn = f"{points} {running}" if not running or time.monotonic() > self._next else self._drawn
         return json.dumps({"title": title, "state": "\n".join(lines), "running": running, "points": points,
-                           "done": status.get("done", 0.0) if running else 1.0, "drawn": drawn,
+                           "done": status.get("done", 0.0), "drawn": drawn,
                            "shares": f"contact points at the last point: {shares_of(results)}" if points else "no point yet"})
 
     def picture(self):
@@ -100,11 +108,13 @@ def server_of(page, port=0):
             try:
                 found = page.answer(self.path)
             except (ValueError, KeyError, OSError) as error:  # as of a run that begins anew
-                return self.send_error(503, explain=str(error))
+                return self.send(503, "text/plain; charset=utf-8", str(error).encode())
             if found is None:
                 return self.send_error(404)
-            kind, content = found
-            self.send_response(200)
+            self.send(200, *found)
+
+        def send(self, status, kind, content):
+            self.send_response(status)
             self.send_header("Content-Type", kind)
             self.send_header("Content-Length", str(len(content)))
             self.send_header("Cache-Control", "no-store")

@@ -11,7 +11,7 @@ import pytest
 from brick_deck import CCX
 from dovetail import Model
 from dovetail.importers import calculix, convert
-from launch import ROOT, SECONDS
+from launch import BINARY, ROOT, SECONDS
 
 PAGE = ROOT / "docs" / "how-to" / "import-calculix.md"
 
@@ -41,6 +41,19 @@ def test_it_gives_a_model_with_a_closed_joint(folder):
     assert set(model.mesh["cells"]) == {"tetra10"}
     assert f"moving mass r^T M r: {2 * 40 * 10 * 5 * 7.8e-9:.6g} " in said
     assert "model" in tomllib.loads((folder / "case.toml").read_text())
+
+
+@pytest.mark.slow
+def test_steps_of_the_page_lead_to_the_stresses(folder):
+    """As a user of CalculiX follows them, at the first attempt."""
+    page = PAGE.read_text()
+    steps = [re.findall(r"```\w+\n(.*?)```", page.split(step)[1], re.S)[place] for step, place in (("## 3. Import\n", 1), ("## 4. Run", 0))]
+    (folder / "case.toml").unlink(missing_ok=True)  # of a test before
+    text = "\n".join(steps).replace("scripts/environment", f"{ROOT}/scripts/environment").replace("$ROOT/build/dovetail", str(BINARY))
+    done = subprocess.run(["bash", "-ec", text], cwd=folder, capture_output=True, text=True, timeout=SECONDS)
+    assert done.returncode == 0, done.stderr
+    row = done.stdout.split("utilisation  sets\n")[1].splitlines()[0].split()
+    assert float(row[8]) > 0 and "FIXED," in row and (folder / "out/results.png").is_file()
 
 
 def test_faces_that_were_left_in_are_refused_with_the_recipe(folder):

@@ -131,7 +131,8 @@ def text(model, name, omega, number):
     lines += ["", "[continuation]", f"omega = [{low:g}, {high:g}]  # [{unit.omega}], around mode {number + 1}; slipping lowers a peak", "",
               "[damping]", *damping, "", "[reduction]", f"modes = {min(MODES, model.n - 3 * model.contact_points)}", "",
               "[harmonic_balance]", f"harmonics = {HARMONICS}", "",
-              "# In place of both numbers, to have them chosen:  accuracy.tolerance = 1e-2", ""]
+              "# In place of both numbers, to have them chosen:  accuracy.tolerance = 1e-2", "",
+              "[output]", 'directory = "out"', ""]
     whole = model.joint is not None and np.all(model.joint["area"] > 0)
     ending, of = ("_per_area", "times the area of each point") if whole else ("", "of each point")
     per = units.bracket(f"{unit.stress}/{unit.length}" if whole and unit.known else unit.stiffness if not whole else "")
