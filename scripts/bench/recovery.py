@@ -1,7 +1,8 @@
 """What recovery is worth: the scenes of the atlas with all of it, and with `recovery.strategies = []`, by this program and by others.
 
-With `--ablate` also with all strategies but one, each in turn, by the first program. Nothing is judged here: a scene is finished when the
-sweep arrives. `scripts/bench/atlas` says whether its curve is right.
+With `--ablate` also with all strategies but one, each in turn, by the first program. Where it makes the same run with all and without any,
+no strategy was tried: the others are that run, too. Nothing is judged here: a scene is finished when the sweep arrives.
+`scripts/bench/atlas` says whether its curve is right.
 """
 
 import argparse
@@ -37,6 +38,9 @@ def one(name, kinds, patience):
     longer = atlas_runs.FACTOR if scene.points > atlas_runs.MANY or scene.family == "evidence" else 1
     rows = {}
     for words, (program, strategies) in kinds.items():
+        if words.startswith("no ") and same(rows["1 without"], rows["1 with"]):
+            rows[words] = rows["1 with"]
+            continue
         folder = FOLDER / words.replace(" ", "_") / name
         folder.mkdir(parents=True, exist_ok=True)
         case = atlas_scenes.write(built, folder)
@@ -46,6 +50,11 @@ def one(name, kinds, patience):
         rows[words] = {"end": run.end, "seconds": run.seconds, "reached": run.figures()["reached"],
                        **{count: about.get(count, 0) for count in COUNTS}}
     return name, rows
+
+
+def same(run, other):
+    """Whether two runs arrived by the same work."""
+    return all(run[key] == other[key] for key in ("end", *COUNTS)) and run["end"] == "arrived"
 
 
 def table(rows, kinds):

@@ -99,11 +99,9 @@ void Follower::after_step() {
 // Whether steps that converge lead nowhere.
 void Follower::look_back() {
   SweepMonitors &progress = stepper_.progress;
-  progress.cluster.stepped(stepper_.here().parameter, report_.counts.newton);
   if (progress.cluster.crowded()) {
-    const std::string why = progress.cluster.why();
     const double beyond = progress.cluster.beyond(stepper_.here().parameter, stepper_.range.direction());
-    recovery_.recovers(Failure::Kind::crowded, why, beyond); // or it is followed on
+    recovery_.recovers(Failure::Kind::crowded, "the curve bends again and again", beyond); // or it is followed on
   }
   if (!report_.ended() && winds()) leave_windings();
   if (report_.ended() || !progress.drift.drifts()) return;

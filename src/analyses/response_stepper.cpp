@@ -76,7 +76,7 @@ ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double p
     Places found = PlaceFinder(response, range, limit_, stability_, report_, within,
                                {here_, trial_, amplitude_.here, next.here, normal, step, at_kink})
                        .find(std::exchange(branch_point_, std::nullopt));
-    progress.spare(found.newton_at_kinks);
+    progress.ahead.spare(found.newton_at_kinks);
     if (!found.complete) {
       refusal_ = found.why_incomplete;
       return Outcome::refused;

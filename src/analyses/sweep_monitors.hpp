@@ -16,7 +16,6 @@ struct SweepMonitors {
   NoProgressMonitor ahead;
   DriftMonitor drift;
 
-  void spare(long newton) { ahead.spare(newton), cluster.spare(newton); } ///< iterations that are no winding
   void archive(Archive &archive) {
     archive.part("retraced", [&] { retraced.archive(archive); });
     archive.part("cluster", [&] { cluster.archive(archive); });

@@ -15,8 +15,6 @@ namespace {
 constexpr const char *doing = "locating an event";
 constexpr double usual_tolerance = 1e-8; // of the step, and of the measured quantity, unless Newton's is larger
 constexpr int most_solves = 80;
-constexpr double least_part = 0.01;               // of an interval, cut off by regula falsi
-constexpr double branch_tolerance = 1e-5;         // of the step
 constexpr std::array branch_parts{0.5, 0.3, 0.7}; // of an interval, in turn: at the place itself none is found
 constexpr double back_missed = 0.1;               // part of a correction, by which the way back along a curve may miss
 constexpr double least_missed = 1e-3;             // of the step: smaller corrections tell nothing
@@ -42,7 +40,6 @@ std::optional<Located> EventLocator::between(Vec normal, Bound from, Bound to, c
     double part = fa / (fa - fb);
     if (!std::isfinite(part) || (i % 3 == 2 && b - a > before / 2)) part = 0.5;
     if (i % 3 == 2) before = b - a;
-    part = std::clamp(part, least_part, 1 - least_part);
     check(VecWAXPY(place.at.y, -1, ya, yb), doing);
     check(VecAYPX(place.at.y, part, ya), doing);
     const double x = a + part * (b - a);
@@ -116,7 +113,7 @@ Located EventLocator::branch_point(double step) const {
     middle.along = a + part * (b - a);
     return curve_.solve_across(here_.t, middle.at) && angle(curve_.norm, here_.t, middle.at.t) <= step_limits.straight;
   };
-  while (b - a > branch_tolerance * step) {
+  while (b - a > usual_tolerance * step) {
     if (std::none_of(branch_parts.begin(), branch_parts.end(), found_at)) break;
     (middle.at.sign == here_.sign ? a : b) = middle.along;
     check(VecCopy(middle.at.y, middle.along == a ? ya : yb), doing);

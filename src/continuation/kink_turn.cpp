@@ -16,9 +16,7 @@ namespace {
 constexpr const char *doing = "looking round a kink";
 constexpr double aheads[] = {1.0, 4.0, 0.25, 16.0, 64.0, 0.02}; // steps along the tangent, where the other leg is felt
 constexpr double parts[] = {1.0, 0.1, 8.0};                     // of a step, along the other leg
-constexpr double farthest_with_whole_steps = 4;                 // of `aheads`
 constexpr double alike_cosine = 0.999;                          // of legs that are the same
-constexpr double not_turned_cosine = 0.9;                       // of a leg that is no other
 constexpr double least_short_of_back = 0.01; // [rad], by which a leg must differ from the one that led here,
 constexpr double curvatures_short = 4;       // or by so many times what the curve turns in a step
 constexpr double steps_back[] = {0.8, 0.5};  // of the way to where the tangents meet
@@ -35,13 +33,13 @@ KinkTurn::KinkTurn(Curve &curve, const CurvePoint &here, CurvePoint &trial, doub
 // contacts change at once, other branches may meet here, and the sign tells nothing: close to the kink the other side
 // is tried as well, and taken unless it is the leg we came by. Far along the leg Newton's method takes many iterations:
 // not where they are dear.
-bool KinkTurn::turn(double step, Extent extent) {
-  if (here_.sign != 0 && try_legs(step, true, extent)) return true;
-  return extent == Extent::all && step <= step_limits.close_to_kink && try_legs(step, false, extent);
+bool KinkTurn::turn(double step) {
+  if (here_.sign != 0 && try_legs(step, true)) return true;
+  return step <= step_limits.close_to_kink && try_legs(step, false);
 }
 
 // Those on the side of the kink that the sign tells, or on the other one; of what looks alike the first only.
-bool KinkTurn::try_legs(double step, bool by_sign, Extent extent) {
+bool KinkTurn::try_legs(double step, bool by_sign) {
   UniqueVec beyond = curve_.problem.unknowns(), t = curve_.problem.unknowns();
   std::vector<UniqueVec> tried;
   const auto alike = [&](const UniqueVec &other) { return curve_.norm.product(t, other) > alike_cosine; };
@@ -50,13 +48,13 @@ bool KinkTurn::try_legs(double step, bool by_sign, Extent extent) {
     check(VecWAXPY(beyond, ahead * step, here_.t, here_.y), doing);
     if (!curve_.tangent_at(beyond, here_.t, t, sign)) continue;
     if ((sign != here_.sign) == by_sign) check(VecScale(t, -1), doing);
-    if (curve_.norm.product(t, here_.t) > not_turned_cosine || std::any_of(tried.begin(), tried.end(), alike)) continue;
+    if (angle(curve_.norm, t, here_.t) < step_limits.straight || std::any_of(tried.begin(), tried.end(), alike))
+      continue;
     tried.push_back(curve_.problem.unknowns());
     check(VecCopy(t, tried.back()), doing);
     for (const double part : parts) {
       if (part > 1 && expensive_) break;
-      if ((ahead <= farthest_with_whole_steps || part < 1) && go_round(t, part * step, by_sign)) return true;
-      if (extent == Extent::first) return false;
+      if (go_round(t, part * step, by_sign)) return true;
     }
   }
   return false;

@@ -17,17 +17,16 @@ public:
     bool at_kink;  ///< else it is the same leg, only hard to meet across its tangent
   };
   using Take = std::function<bool(const Leg &)>; ///< false: the leg is refused, and others are tried
-  enum class Extent { first, all };              ///< legs that are tried
 
   /// From `here`, with room for a point of the other leg. `curvature`: of the curve up to here, angle per arc length.
   /// `expensive`: Newton's iterations are, and far along a leg there are many.
   KinkTurn(Curve &curve, const CurvePoint &here, CurvePoint &trial, double curvature, bool expensive, Take take);
 
   /// Where halving has led to `step`, too short to go on. True if a leg was taken. Collective.
-  bool turn(double step, Extent extent);
+  bool turn(double step);
 
 private:
-  bool try_legs(double step, bool by_sign, Extent extent);
+  bool try_legs(double step, bool by_sign);
   bool go_round(Vec t, double step, bool by_sign);
   bool is_beside(double turned);
   bool back_to_kink(CurvePoint &kink);

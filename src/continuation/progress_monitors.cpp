@@ -7,39 +7,19 @@
 namespace dovetail {
 namespace {
 
-constexpr double least_ahead = 0.01;      // of the range, for a curve that goes on
-constexpr int many_folds = 12;            // turning points and kinks
-constexpr double crowded_part = 0.03;     // of the range, that they lie in
-constexpr long most_creeping = 1000;      // Newton iterations within it, unless the curve is as smooth as
-constexpr int few_folds = many_folds / 2; // that: narrow peaks are
-constexpr const char *folds_often = "the curve bends again and again";
-
-constexpr double enough_ahead = 0.05; // of the range, for a curve that is no longer the one that was left
-constexpr int most_halved = 3;        // times that patience is halved by having been left
-
-constexpr double nothing = 1e-6; // part of a step
-constexpr int enough_still = 3;  // steps along which nothing but mean positions changes
+constexpr double least_ahead = 0.01;  // of the range, for a curve that goes on
+constexpr int many_folds = 12;        // turning points and kinks
+constexpr double crowded_part = 0.03; // of the range, that they lie in; as far on, a curve is no longer the one left
+constexpr double nothing = 1e-6;      // part of a step
+constexpr int enough_still = 3;       // steps along which nothing but mean positions changes
 
 } // namespace
-
-bool FoldClusterMonitor::near(double parameter) const {
-  return std::abs(parameter - reached_.parameter) <= least_ahead * unit_;
-}
 
 void FoldClusterMonitor::folded(double parameter) {
   folds_.push_back(parameter);
   if (folds_.size() < many_folds) return;
   const auto [low, high] = std::minmax_element(folds_.end() - many_folds, folds_.end());
-  if (*high - *low < crowded_part * unit_) why_ = folds_often;
-}
-
-void FoldClusterMonitor::stepped(double parameter, long newton) {
-  if (!near(parameter)) reached_ = {parameter, newton};
-  const auto close = [&](double fold) { return near(fold); };
-  if (newton - reached_.newton <= most_creeping || std::count_if(folds_.begin(), folds_.end(), close) < few_folds)
-    return;
-  why_ = std::string(folds_often) + " and makes no way";
-  reached_.newton = newton;
+  crowded_ |= *high - *low < crowded_part * unit_;
 }
 
 double FoldClusterMonitor::beyond(double here, int sense) {
@@ -47,17 +27,13 @@ double FoldClusterMonitor::beyond(double here, int sense) {
   double farthest = sense * here;
   for (std::size_t i = 0; i < folds.size() && i < many_folds; ++i)
     farthest = std::max(farthest, sense * folds[folds.size() - 1 - i]);
-  why_.clear();
+  crowded_ = false;
   return sense * (farthest + least_ahead * unit_);
 }
 
 void FoldClusterMonitor::archive(Archive &archive) {
-  bool crowded = !why_.empty();
-  archive.field("parameter", reached_.parameter);
-  archive.field("newton", reached_.newton);
   archive.field("folds", folds_);
-  archive.field("crowded", crowded);
-  if (archive.restores() && crowded) why_ = folds_often;
+  archive.field("crowded", crowded_);
 }
 
 void NoProgressMonitor::begin(double parameter, long newton, int sense) {
@@ -66,13 +42,12 @@ void NoProgressMonitor::begin(double parameter, long newton, int sense) {
 }
 
 void NoProgressMonitor::stepped(double parameter, long newton) {
-  if (left_ > 0 && beyond(parameter, left_at_) > enough_ahead * unit_) left_ = 0;
+  if (left_ > 0 && beyond(parameter, left_at_) > crowded_part * unit_) left_ = 0;
   if (beyond(parameter, ahead_.parameter) > least_ahead * unit_) ahead_ = {parameter, newton};
 }
 
 bool NoProgressMonitor::winds(double farthest, long newton, double patience) const {
-  const double wound = static_cast<double>(newton - ahead_.newton),
-               least = patience / (1 << std::min(left_, most_halved));
+  const double wound = static_cast<double>(newton - ahead_.newton), least = patience / (1 + left_);
   return wound > least &&
          (stayed_ == 0 || beyond(farthest, stayed_at_) > least_ahead * unit_ || wound > least * (1 + stayed_));
 }

@@ -1,6 +1,5 @@
 #pragma once
 // Curves that lead nowhere although every step converges: numbers only, told after each step.
-#include <string>
 #include <vector>
 
 #include "support/archive.hpp"
@@ -14,27 +13,16 @@ public:
   explicit FoldClusterMonitor(double unit) : unit_(unit) {}
 
   void folded(double parameter); ///< a turning point or a kink lies there
-  /// A step was made to there, after so many iterations in all.
-  void stepped(double parameter, long newton);
-  void spare(long newton) { reached_.newton += newton; } ///< iterations that do not count
-
-  bool crowded() const { return !why_.empty(); }
-  const std::string &why() const { return why_; }
+  bool crowded() const { return crowded_; }
   /// The farthest of the last folds and `here`, in that sense (+1, -1), and what lies just beyond. Forgets them.
   double beyond(double here, int sense);
 
   void archive(Archive &archive);
 
 private:
-  bool near(double parameter) const;
-
   double unit_;
   std::vector<double> folds_; // as they came
-  std::string why_;
-  struct {
-    double parameter = 0;
-    long newton = 0;
-  } reached_; // where the last stretch of the range was left behind; iterations until then
+  bool crowded_ = false;
 };
 
 /// A curve that winds on between values of the parameter that it has met.
@@ -44,8 +32,9 @@ public:
 
   /// Sense of the range: +1 or -1.
   void begin(double parameter, long newton, int sense);
-  void stepped(double parameter, long newton); ///< as FoldClusterMonitor
-  void spare(long newton) { ahead_.newton += newton; }
+  /// A step was made to there, after so many iterations in all.
+  void stepped(double parameter, long newton);
+  void spare(long newton) { ahead_.newton += newton; } ///< iterations that do not count
   void restart_count(long newton) { ahead_.newton = newton; }
   /// Whether it has wound for more iterations than `patience`, the sooner the more often it was left, since it was
   /// `farthest`.

@@ -30,7 +30,7 @@ void StepControl::after(double step, double turned, int newton, double off, bool
   const StepAims &aims = aims_of(smooth);
   const double by_newton = std::pow(2.0, (aims.newton - newton) / 2.0), by_angle = aims.angle / turned,
                by_off = std::pow(aimed_off * between_ / off, 0.25);
-  step_ = step * std::clamp(std::min({by_newton, by_angle, by_off}), step_limits.most_shrinking, aims.most_growth);
+  step_ = step * std::clamp(std::min({by_newton, by_angle, by_off}), 1 / aims.most_growth, aims.most_growth);
 }
 
 void StepControl::limit(const Rates &rates, bool smooth) {

@@ -10,7 +10,7 @@ struct StepAims {
   double longest, parameter; ///< arc; part of the range: a resonance narrower than this could be stepped over
   double angle;              ///< between tangents [rad]
   int newton;                ///< iterations
-  double most_growth;        ///< of the length, from one step to the next
+  double most_growth;        ///< of the length, or shrinking, from one step to the next
 };
 /// The middle of a step along a smooth curve is looked at, so that it may be long.
 constexpr StepAims smooth_aims{1, 0.05, 0.5, 6, 4}, rough_aims{0.1, 0.01, 0.25, 4, 2};
@@ -20,7 +20,6 @@ struct StepLimits {
   double longest_motion_step = 0.25; ///< of the motion at hand, which after a resonance is far below the largest
   double shortest = 1e-7;
   double careful = 1e-3;       ///< first step from a point that no step led to; and where the motion passes zero
-  double most_shrinking = 0.5; ///< of the length, from one step to the next
   double most_angle = 0.64;    ///< between the tangents before and after a step [rad]
   double most_correction = 2;  ///< distance from predicted to converged point, in steps, where a kink may be
   double most_off = 0.05;      ///< of a step, by which the curve may miss its middle; smooth ones: 1e-3 and less;
@@ -29,7 +28,6 @@ struct StepLimits {
   double straight = 0.3;       ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
   double kink_step = 2e-3;     ///< shorter steps that fail may be at a kink of the curve
   double close_to_kink = 1e-4; ///< so near, both sides of a kink are tried, with the settings' iterations
-  int most_waiting = 3;        ///< further halvings, where iterations are expensive and trying all legs was in vain
   int most_refinements = 8;    ///< of the problem, for one step
 };
 constexpr StepLimits step_limits{};

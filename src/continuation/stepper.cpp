@@ -9,11 +9,6 @@
 #include "support/error.hpp"
 
 namespace dovetail {
-namespace {
-
-constexpr int kink_again = 64; // after all legs were tried in vain: so many times shorter
-
-} // namespace
 
 Stepper::Outcome Stepper::advance() {
   if (!ahead_.empty()) {
@@ -31,7 +26,6 @@ Stepper::Outcome Stepper::advance() {
   const double least = control_.shortest();
   halvings_ = {};
   double kink_due = step_limits.kink_step;
-  int waiting = iterations_are_expensive() ? kinks_in_vain_ : 0; // halvings before all legs of a kink are tried
   for (double step = control_.step(); step >= least; step /= 2) {
     Outcome outcome = try_step(step);
     for (int i = 0; i < step_limits.most_refinements && outcome == Outcome::refined; ++i) outcome = try_step(step);
@@ -40,11 +34,8 @@ Stepper::Outcome Stepper::advance() {
     ahead_.clear();
     halved(refusal_);
     if (!control_.adaptive() || step > kink_due) continue;
-    const bool all = waiting-- <= 0;
-    const bool found = round_kink(step, all ? KinkTurn::Extent::all : KinkTurn::Extent::first, outcome);
-    if (all) kinks_in_vain_ = found ? 0 : std::min(kinks_in_vain_ + 1, step_limits.most_waiting);
-    if (found) return outcome;
-    if (all) kink_due = step / kink_again;
+    if (round_kink(step, outcome)) return outcome;
+    kink_due = step * step_limits.close_to_kink / step_limits.kink_step;
   }
   return no_step();
 }
@@ -142,7 +133,7 @@ Stepper::Outcome Stepper::accept_step(Vec normal, double step, bool at_kink) {
 }
 
 // True if a leg beyond a kink was taken; `outcome` says how that went.
-bool Stepper::round_kink(double step, KinkTurn::Extent extent, Outcome &outcome) {
+bool Stepper::round_kink(double step, Outcome &outcome) {
   const double from = here_.parameter;
   const auto take = [&](const KinkTurn::Leg &leg) {
     branch_point_.reset();
@@ -155,7 +146,7 @@ bool Stepper::round_kink(double step, KinkTurn::Extent extent, Outcome &outcome)
     }
     return true;
   };
-  return KinkTurn(*curve_, here_, trial_, curvature_, iterations_are_expensive(), take).turn(step, extent);
+  return KinkTurn(*curve_, here_, trial_, curvature_, iterations_are_expensive(), take).turn(step);
 }
 
 Stepper::Outcome Stepper::settle(Vec) {
@@ -198,7 +189,6 @@ void Stepper::archive_steps(Archive &archive) {
   double length = archive.restores() ? 0 : plain_length(here_.t); // to the last bit, which scaling has rounded
   archive.field("tangent_length", length);
   if (archive.restores()) note_plain_length(here_.t, length);
-  archive.field("kinks_in_vain", kinks_in_vain_);
 }
 
 } // namespace dovetail

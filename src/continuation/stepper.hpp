@@ -73,7 +73,6 @@ protected:
   const double unit_, newton_tolerance_;
   std::string refusal_;                 // why the last step was refused
   std::optional<Located> branch_point_; // within the step being tried
-  int kinks_in_vain_ = 0;               // times in succession that all legs were tried, up to most_waiting
 
 private:
   Outcome try_step(double step);
@@ -83,7 +82,7 @@ private:
   bool belongs(double step, const StepMeasure &measure, bool kink);
   double length_to(const CurvePoint &point) const;
   Outcome accept_step(Vec normal, double step, bool at_kink = false);
-  bool round_kink(double step, KinkTurn::Extent extent, Outcome &outcome);
+  bool round_kink(double step, Outcome &outcome);
 
   Halvings halvings_;
   double speed_ = 0, motion_ = 0; // when measured anew: motions of the tangent and of the point, without weights

@@ -115,9 +115,15 @@ bool PreloadProblem::find(std::vector<double> &x, double load, std::string &note
   return false;
 }
 
+std::vector<PreloadTangent::Slope> PreloadProblem::slopes(const std::vector<double> &x) const {
+  std::vector<PreloadTangent::Slope> all;
+  for (std::size_t p = 0; p < contact_.size(); ++p) all.push_back(law(p, &x[3 * p], false).slope);
+  return all;
+}
+
 std::vector<double> PreloadProblem::follow(const std::vector<double> &x, const std::vector<double> &change) {
   std::vector<double> dx;
-  if (!tangent_.solve(at(x, 0, false).slopes, change, dx)) dx.assign(x.size(), NAN);
+  if (!tangent_.solve(slopes(x), change, dx)) dx.assign(x.size(), NAN);
   for (double &value : dx) value = -value;
   return dx;
 }

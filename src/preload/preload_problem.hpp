@@ -19,7 +19,7 @@ public:
   /// more than plain Newton was needed. The same bits whatever was found before.
   bool find(std::vector<double> &x, double load, std::string &note);
   /// Each find() after this begins with factors of the stiffness at x, of the contact as it is now.
-  void keep_factors(const std::vector<double> &x) { tangent_.keep(at(x, 0, false).slopes); }
+  void keep_factors(const std::vector<double> &x) { tangent_.keep(slopes(x)); }
   /// -(K_xx + dg/dx)^-1 change, at x. Not numbers where that has no inverse.
   std::vector<double> follow(const std::vector<double> &x, const std::vector<double> &change);
   int factorisations() const { return tangent_.factorisations(); } ///< of K_xx + dg/dx, so far
@@ -31,6 +31,7 @@ private:
     double left = 0, force = 0; // sizes of the residual and of the forces at work
   };
   State at(const std::vector<double> &x, double load, bool stuck) const;
+  std::vector<PreloadTangent::Slope> slopes(const std::vector<double> &x) const;
   bool solve(std::vector<double> &x, double load, bool stuck);
   bool load_in_steps(std::vector<double> &x, double load);
   bool lower_friction(std::vector<double> &x, double load);

@@ -14,7 +14,6 @@ namespace {
 
 constexpr const char *doing = "solving for the preload";
 constexpr double accuracy = 1e-12;            // of a solve, relative: Newton's steps are those of an exact one
-constexpr PetscInt refinements = 3;           // iterations with factors of the stiffness at hand
 constexpr PetscInt dofs_of_an_iteration = 50; // factors of n dofs cost as much as n / 50 iterations: measured
 constexpr PetscInt times_worth = 2;           // of iterations with factors that are kept, which serve many solves
 constexpr std::size_t most_in_a_row = 16;     // ranks: so a pivot is found without a message for every column
@@ -40,21 +39,22 @@ BlockCyclic contact_grid(const ReducedModel &model) {
 }
 
 PreloadTangent::PreloadTangent(const ReducedModel &model)
-    : model_(model), grid_(contact_grid(model)), kept_(grid_), at_hand_(grid_) {
+    : model_(model), grid_(contact_grid(model)), kept_{SpreadFactors(grid_), {}}, at_hand_{SpreadFactors(grid_), {}} {
   int first = 0;
   for (const auto &rows : contact_rows(model)) {
     counts_.push_back(static_cast<int>(rows.size())), starts_.push_back(first);
     first += counts_.back();
   }
-  stiffness_ =
-      shell_matrix<&PreloadTangent::multiply>(model.comm, model.own_contact_dofs(), model.contact_dofs(), this, doing);
-  check(MatCreateVecs(stiffness_, right_.out(), answer_.out()), doing);
+  changed_ = shell_matrix<&PreloadTangent::multiply_changed>(model.comm, model.own_contact_dofs(), model.contact_dofs(),
+                                                             this, doing);
+  check(MatCreateVecs(changed_, right_.out(), answer_.out()), doing);
   check(KSPCreate(model.comm, ksp_.out()), doing);
   check(KSPSetOptionsPrefix(ksp_, "preload_"), doing);
-  check(KSPSetOperators(ksp_, stiffness_, stiffness_), doing);
+  check(KSPSetOperators(ksp_, changed_, changed_), doing);
   check(KSPSetType(ksp_, KSPGMRES), doing);
-  check(KSPSetPCSide(ksp_, PC_RIGHT), doing);
-  shell_preconditioner<&PreloadTangent::precondition>(ksp_, this, doing);
+  PC none;
+  check(KSPGetPC(ksp_, &none), doing);
+  check(PCSetType(none, PCNONE), doing);
   check(KSPSetFromOptions(ksp_), doing);
 }
 
@@ -74,27 +74,30 @@ std::vector<double> PreloadTangent::structure_times(const double *x) const {
   return y;
 }
 
-void PreloadTangent::multiply(Vec x, Vec y) {
-  const ReadValues from(x);
-  const Values to(y);
-  const std::vector<double> forces = structure_times(from);
-  std::copy(forces.begin(), forces.end(), static_cast<double *>(to));
+// The stiffness is 1 + (slopes - those factored) M^-1, times M: forces of M are what GMRES looks for.
+void PreloadTangent::multiply_changed(Vec forces, Vec out) {
+  const std::vector<Slope> &factored = factors().slopes;
+  const std::vector<double> x = motion(ReadValues(forces));
+  check(VecCopy(forces, out), doing);
+  const Values to(out);
   for (std::size_t p = 0; p < slopes_.size(); ++p)
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) to[3 * p + i] += slopes_[p][i][j] * from[3 * p + j];
+      for (int j = 0; j < 3; ++j) to[3 * p + i] += (slopes_[p][i][j] - factored[p][i][j]) * x[3 * p + j];
 }
 
-void PreloadTangent::precondition(Vec r, Vec x) {
-  std::vector<double> all = from_all(ReadValues(r));
-  (at_hand_.good() ? at_hand_ : kept_).solve(all.data());
-  std::copy_n(all.begin() + 3 * model_.own_points.begin, model_.own_contact_dofs(), static_cast<double *>(Values(x)));
+std::vector<double> PreloadTangent::motion(const double *forces) const {
+  std::vector<double> all = from_all(forces);
+  factors().of.solve(all.data());
+  const auto own = all.begin() + 3 * model_.own_points.begin;
+  return {own, own + model_.own_contact_dofs()};
 }
 
-bool PreloadTangent::factor(SpreadFactors &factors) {
+bool PreloadTangent::factor(Factored &factors) {
   const std::size_t n = model_.contact_dofs();
   std::vector<double> line(n);
   ++factorisations_;
-  return factors.factor([&](std::size_t i) {
+  factors.slopes = slopes_;
+  return factors.of.factor([&](std::size_t i) {
     std::copy_n(&model_.kxx[i * n], n, line.begin());
     for (int j = 0; j < 3; ++j) line[3 * (model_.own_points.begin + i / 3) + j] += slopes_[i / 3][i % 3][j];
     return line.data();
@@ -110,6 +113,8 @@ void PreloadTangent::keep(const std::vector<Slope> &slopes) {
   factor(kept_);
 }
 
+const PreloadTangent::Factored &PreloadTangent::factors() const { return at_hand_.of.good() ? at_hand_ : kept_; }
+
 KSPConvergedReason PreloadTangent::iterate(PetscInt most) {
   check(KSPSetTolerances(ksp_, accuracy, 0, 1e30, most), doing);
   check(KSPGMRESSetRestart(ksp_, most), doing);
@@ -124,13 +129,15 @@ KSPConvergedReason PreloadTangent::iterate(PetscInt most) {
 bool PreloadTangent::solve(const std::vector<Slope> &slopes, const std::vector<double> &b, std::vector<double> &x) {
   slopes_ = slopes;
   std::copy(b.begin(), b.end(), static_cast<double *>(Values(right_)));
-  const PetscInt most = at_hand_.good() ? worth() : kept_.good() ? times_worth * worth() : 0;
-  const bool near = most > 0 && iterate(most) > 0;
-  // As well as it goes: Newton's method judges what comes of it.
-  if (!near && (!factor(at_hand_) || iterate(refinements) == KSP_DIVERGED_NANORINF)) return false;
-  const ReadValues found(answer_);
-  x.assign(static_cast<const double *>(found), found + b.size());
-  return true;
+  const PetscInt most = at_hand_.of.good() ? worth() : kept_.of.good() ? times_worth * worth() : 0;
+  if (most == 0 || iterate(most) < 0) { // as well as it goes: Newton's method judges what comes of it
+    if (!factor(at_hand_)) return false;
+    check(VecCopy(right_, answer_), doing);
+  }
+  x = motion(ReadValues(answer_));
+  int finite = std::all_of(x.begin(), x.end(), [](double value) { return std::isfinite(value); });
+  MPI_Allreduce(MPI_IN_PLACE, &finite, 1, MPI_INT, MPI_MIN, model_.comm);
+  return finite;
 }
 
 } // namespace dovetail

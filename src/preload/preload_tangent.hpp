@@ -27,7 +27,7 @@ public:
   void keep(const std::vector<Slope> &slopes);
   /// Factors of the stiffnesses at hand do not serve any more: what is solved after this does not depend on what was
   /// before.
-  void forget() { at_hand_.drop(); }
+  void forget() { at_hand_.of.drop(); }
   /// x = (K_xx + slopes)^-1 b. False, and x without meaning, where that is singular.
   bool solve(const std::vector<Slope> &slopes, const std::vector<double> &b, std::vector<double> &x);
   int factorisations() const { return factorisations_; } ///< so far
@@ -35,9 +35,14 @@ public:
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); } ///< for PETSc
 
 private:
-  void multiply(Vec x, Vec y);
-  void precondition(Vec r, Vec x);
-  bool factor(SpreadFactors &factors);
+  struct Factored {
+    SpreadFactors of; // M = K_xx + slopes
+    std::vector<Slope> slopes;
+  };
+  void multiply_changed(Vec forces, Vec out);
+  std::vector<double> motion(const double *forces) const; // M^-1 forces
+  bool factor(Factored &factors);
+  const Factored &factors() const; // what solves go by
   PetscInt worth() const;
   KSPConvergedReason iterate(PetscInt most);
   std::vector<double> from_all(const double *own) const;
@@ -45,10 +50,10 @@ private:
   const ReducedModel &model_;
   std::vector<int> counts_, starts_; // of the contact dofs of each rank
   const BlockCyclic grid_;
-  SpreadFactors kept_, at_hand_;
+  Factored kept_, at_hand_;
   int factorisations_ = 0;
   std::vector<Slope> slopes_;
-  UniqueMat stiffness_;
+  UniqueMat changed_;
   UniqueVec right_, answer_;
   UniqueKSP ksp_;
   Courier courier_;

@@ -8,7 +8,7 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "solving with the Jacobian of a track";
-constexpr double newton_accuracy = 1e-6; // relative, where Newton's method leaves it open
+constexpr double newton_accuracy = 1e-4; // relative, where Newton's method leaves it open
 
 } // namespace
 

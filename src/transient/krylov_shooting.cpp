@@ -7,6 +7,8 @@
 namespace dovetail {
 namespace {
 
+constexpr int most_directions = 60; // of the derivative, each for a period of the motion
+
 // Arnoldi's method with the derivative of the period map at y, by differences: its columns of H, (j+2) each.
 class Krylov {
 public:
@@ -84,11 +86,10 @@ double newton_step(const Krylov &krylov, double size, Numbers &step) {
 
 // By Arnoldi's method; exact with as many steps as the state has numbers. 0 if it could not begin.
 double largest_multiplier(PeriodMap &map, const Numbers &y, const Numbers &image, const Held &held) {
-  constexpr std::size_t most_directions = 40;
   Numbers start(y.size());
   for (int i = 0; i < map.motion_numbers(); ++i) start[i] = std::sin(1 + 3.7 * i); // without structure
   Krylov krylov(map, y, image, held, start);
-  while (krylov.steps() < static_cast<int>(std::min(most_directions, y.size())) && !krylov.complete())
+  while (krylov.steps() < std::min(most_directions, static_cast<int>(y.size())) && !krylov.complete())
     if (!krylov.extend()) break;
   const int m = krylov.steps();
   Dense H(m, m);
@@ -103,7 +104,6 @@ double largest_multiplier(PeriodMap &map, const Numbers &y, const Numbers &image
 } // namespace
 
 Orbit krylov_orbit(PeriodMap &map, Numbers y, double tolerance) {
-  constexpr int most_directions = 60;
   constexpr double linear_tolerance = 0.03, hopeless = 0.5;
   Orbit orbit;
   Numbers image, trial, trial_image;

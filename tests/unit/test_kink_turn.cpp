@@ -27,7 +27,7 @@ TEST(KinkTurn, leads_to_the_other_leg) {
     EXPECT_GT(leg.way, 0);
     return true;
   });
-  ASSERT_TRUE(turn.turn(1e-3, KinkTurn::Extent::first));
+  ASSERT_TRUE(turn.turn(1e-3));
   EXPECT_TRUE(at_kink);
   EXPECT_GT(values(scene.trial.y)[0], 0);
   EXPECT_LT(parameter_of(scene.trial.t), 0); // back to smaller values
@@ -36,19 +36,14 @@ TEST(KinkTurn, leads_to_the_other_leg) {
 }
 
 TEST(KinkTurn, of_legs_that_are_refused_it_tries_others_and_gives_up) {
-  for (const auto extent : {KinkTurn::Extent::first, KinkTurn::Extent::all}) {
-    Hairpin scene;
-    int offered = 0;
-    KinkTurn turn(scene.curve, scene.here, scene.trial, 0, false, [&](const KinkTurn::Leg &) {
-      ++offered;
-      return false;
-    });
-    EXPECT_FALSE(turn.turn(1e-3, extent));
-    if (extent == KinkTurn::Extent::first)
-      EXPECT_EQ(offered, 1);
-    else
-      EXPECT_GT(offered, 1);
-  }
+  Hairpin scene;
+  int offered = 0;
+  KinkTurn turn(scene.curve, scene.here, scene.trial, 0, false, [&](const KinkTurn::Leg &) {
+    ++offered;
+    return false;
+  });
+  EXPECT_FALSE(turn.turn(1e-3));
+  EXPECT_GT(offered, 1);
 }
 
 TEST(KinkTurn, a_smooth_curve_has_no_other_leg) {
@@ -56,5 +51,5 @@ TEST(KinkTurn, a_smooth_curve_has_no_other_leg) {
   const CurvePoint here = scene.at(1, 0);
   CurvePoint trial = scene.curve.point();
   KinkTurn turn(scene.curve, here, trial, 1, false, [](const KinkTurn::Leg &) { return true; });
-  EXPECT_FALSE(turn.turn(1e-3, KinkTurn::Extent::all));
+  EXPECT_FALSE(turn.turn(1e-3));
 }
