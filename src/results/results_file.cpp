@@ -307,7 +307,7 @@ void ResultsFile::flush() {
 }
 
 void ResultsFile::wait_or_flush() {
-  constexpr double moment = 0.02; // [s]: a hundred times what writing takes, and less than a person notices
+  constexpr double moment = 0.05; // [s]: much more than writing takes, and less than a person notices
   if (!named_ || MPI_Wtime() - written_ > moment) flush();
 }
 

@@ -87,12 +87,12 @@ private:
   std::optional<h5::Table> indices_;                   // of a sector, of every harmonic
   std::vector<Column<EventRecord>> event_columns_;
   std::vector<Column<SensitivityRecord>> sensitivity_columns_; // if asked for
-  std::deque<PointRecord> points_; // that wait to be written
+  std::deque<PointRecord> points_;                             // that wait to be written
   std::vector<EventRecord> events_;
   std::size_t events_written_ = 0;
   std::vector<std::function<void()>> told_; // of what waits, in the order it came
   double written_ = 0;                      // when [s]
-  std::size_t wide_ = 1; // columns whose rows grow with the harmonics: the first
+  std::size_t wide_ = 1;                    // columns whose rows grow with the harmonics: the first
   bool estimated_ = false, modes_estimated_ = false, over_path_ = false;
   std::vector<EstimateRecord> estimates_;
   Agreement agreement_;
