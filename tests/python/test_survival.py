@@ -77,7 +77,7 @@ def test_file_is_good_after_every_single_write(shim, tmp_path, samples, block):
             before, complete = complete, check_moment(copy, final, events, complete, block)
             together += [complete - before] * (complete > before)
         assert copy.read_bytes() == (folder / "results.h5").read_bytes()  # so no write went by unnoticed
-        assert complete == len(final["omega"]) and seen > 30 * (5 if block == 3 else 1)  # writes to some 30 tables
+        assert complete == len(final["omega"]) and seen > 30  # writes to some 30 tables, of all points but the first
         complete = 12  # those of the first part: the next one gives the file its name
         case.path.write_text(case.path.read_text().replace("max_points = 12", "max_points = 18"))
     assert sum(together) == 18 and (len(together) >= 9 if block == 3 else max(together) > 1)
