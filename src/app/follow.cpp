@@ -159,7 +159,7 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   } place;
   observer.point = [&](const BranchPoint &point) {
     const double now = MPI_Wtime();
-    PointRecord record = collect(point, now - clock);
+    PointRecord record = collect(point, now - clock, scale);
     record.omega = user_omega(point.parameter, point.omega), record.parameter = user_value(point.parameter);
     results.agreement().hold([&] {
       if (!voice.speaks() || !without_bound(point.system, record, load)) return;

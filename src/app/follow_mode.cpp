@@ -48,7 +48,7 @@ PointRecord record_of(const BackbonePoint &point, const Scales &scales, double s
   point.mode.motion(x);
   PointRecord record = collect({x, system, point.state.omega, point.arclength, point.newton, system.activity(), nullptr,
                                 nullptr, NAN, point.progress, point.located},
-                               seconds);
+                               seconds, 1);
   record.parameter = point.state.amplitude * scales.modal;
   record.damping_ratio = point.state.ratio;
   record.friction_energy = point.balance.friction * std::pow(scales.modal * scales.frequency, 2);

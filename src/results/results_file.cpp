@@ -100,7 +100,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   };
   columns_.push_back({{*file_, "/points/coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, chunk, true},
                       [](const PointRecord &point) -> const void * { return point.coefficients.data(); }});
-  if (!study.mode && !study.follows_peaks()) {
+  if (!study.mode) {
     columns_.push_back({{*file_, "/points/tangent", {dofs, width}, H5T_NATIVE_DOUBLE, chunk, true},
                         [](const PointRecord &point) -> const void * { return point.tangent.data(); }});
     wide_ = columns_.size();
