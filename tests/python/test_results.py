@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 import synthetic_results
 
-from dovetail import Results, plot
+from dovetail import Results, hdf5_read, plot
 from dovetail.info import describe
 
 CONTACT = {"normal_stiffness": np.array([2.0]), "tangential_stiffness": np.array([[3.0, 4.0]]), "friction": np.array([[0.5, 0.25]]),
@@ -404,8 +404,8 @@ def test_opens_while_another_program_writes(tmp_path):
         writer.communicate("")
 
 
-@pytest.mark.slow
-def test_wrong_files_are_refused(tmp_path):
+def test_wrong_files_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(hdf5_read, "READ_PAUSE", 0)
     with pytest.raises(ValueError, match="none.h5: no such file"):
         Results(tmp_path / "none.h5")
     (tmp_path / "text.h5").write_text("no")

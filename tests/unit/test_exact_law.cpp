@@ -208,6 +208,13 @@ TEST(ExactLaw, grazes_move_with_the_motion_as_they_say) {
     for (const Graze &graze : all()) {
       if (std::abs(graze.height) > 0.3 * graze.size) continue;
       ++compared, set_by_an_event += forces.activity()[0].events > 0;
+      const double kt = graze.side * s.point.kt[graze.direction], bound = s.point.mu[graze.direction] * s.point.kn;
+      const double *x = &s.X[graze.direction * n], *xn = &s.X[2 * n];
+      double slope = 0; // of the edge, which is highest there
+      for (int k = 1; k <= s.harmonics; ++k)
+        slope += k * ((kt * x[sine(k)] - bound * xn[sine(k)]) * std::cos(k * graze.theta) -
+                      (kt * x[cosine(k)] - bound * xn[cosine(k)]) * std::sin(k * graze.theta));
+      EXPECT_NEAR(slope, 0, 1e-9 * graze.size) << number;
       for (const int row : {graze.direction, 2})
         for (int i = 0; i < n; ++i) {
           const double told = (row == 2 ? graze.by_n : graze.by_t)[i];
@@ -232,7 +239,7 @@ TEST(ExactLaw, grazes_move_with_the_motion_as_they_say) {
   EXPECT_GT(set_by_an_event, 20);
 }
 
-TEST(Falling, finds_the_zero_of_every_power) { // 0.9 - t^q: flat up to there, which the bound of the third derivative tells
+TEST(Falling, finds_the_zero_of_every_power) { // 0.9 - t^q: flat, but for the third derivative, up to there
   for (int q = 2; q < lane_count * 2; ++q) {
     CellPolynomial f{};
     f.even[0] = 0.9;
