@@ -89,7 +89,7 @@ def dataset(group, name, shape=None, kind="f"):
 def numbers(group, name, shape=None, kind="f"):
     """The values of `dataset`, as float64 or int64; those that int64 cannot hold are a ValueError too."""
     values = np.asarray(dataset(group, name, shape, kind)[()])
-    if kind == "i" and values.dtype == np.uint64 and values.size and values.max() > np.iinfo(np.int64).max:
+    if kind == "i" and values.dtype == np.uint64 and values.size and int(values.max()) > np.iinfo(np.int64).max:
         raise ValueError(f"{group.name.rstrip('/')}/{name}: {values.max()} is too large")
     return values.astype(KINDS[kind][2])
 

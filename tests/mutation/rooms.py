@@ -114,6 +114,8 @@ class CppRoom:
             made.unlink(missing_ok=True)
             command = re.sub(r" -o \S+", f" -o {shlex.quote(str(made))}", self.links[target])
             command = command.replace(" libdovetail_core.a", f" {shlex.quote(str(self.scratch / 'mutant.o'))} libdovetail_core.a", 1)
+            if shutil.which("ld.gold"):  # in a quarter of the time, which is more than that of compiling
+                command = command.replace(" -o ", " -fuse-ld=gold -o ", 1)
             subprocess.run(command, shell=True, cwd=self.build, capture_output=True)
             ready.add(target)
         return str(made) if made.exists() else None
@@ -137,7 +139,7 @@ class CppRoom:
         made, ready = self.object_of(mutant.file, mutant.text(self.root)), set()
         if made == self.original[mutant.file]:
             return "equivalent", ""
-        if not made or not self.program("unit_tests", ready):
+        if not made or not self.program("contact_tests" if self.name == "contact" else "unit_tests", ready):
             return "not compiled", ""
         for test in self.guards(mutant.file):
             settings = {entry["name"]: entry["value"] for entry in test["properties"]}

@@ -126,6 +126,33 @@ def test_blocks_are_put_in_place():
     np.testing.assert_array_equal(model.contact_dofs, [[2, 3, 4], [5, 6, 7]])
     np.testing.assert_array_equal(model.force, [1, 2, 0, 0, 0, 0, 0, 0])
     np.testing.assert_array_equal(model.preload, [0, 0, 0, 1, 2, 3, 4, 5])
+    equal = Model.from_blocks(*3 * [np.eye(3)], *3 * [np.eye(3)])  # numpy blocks of one shape
+    np.testing.assert_array_equal(equal.K.toarray(), np.tile(np.eye(3), (2, 2)))
+
+
+def test_other_loads_leave_the_rest_and_the_first_model():
+    first = small(forces={"a": np.ones(9)})
+    other = first.with_loads(preload=np.full(9, 3.0), forces={"b": np.full(9, 2.0)})
+    np.testing.assert_array_equal(other.forces["b"], np.full(9, 2.0))
+    np.testing.assert_array_equal(other.force, np.arange(9))
+    np.testing.assert_array_equal(other.preload, np.full(9, 3.0))
+    assert list(other.forces) == ["b"] and list(first.forces) == ["a"] and not first.preload.any()
+    np.testing.assert_array_equal(first.with_loads(force=np.ones(9)).force, np.ones(9))
+
+
+def test_another_stiffness_is_written_and_the_first_stays(tmp_path):
+    first = small()
+    first.with_stiffness(3 * first.K).write(tmp_path / "other.h5")
+    first.write(tmp_path / "first.h5")
+    np.testing.assert_array_equal(contents(tmp_path / "other.h5")["K/data"], 3 * contents(tmp_path / "first.h5")["K/data"])
+    assert contents(tmp_path / "first.h5")["K/data"][0] == 2.5
+    with pytest.raises(ValueError, match="K must be symmetric"):
+        first.with_stiffness(sp.diags([1.0, 2.5], [-1, 0], shape=(9, 9)))
+
+
+def test_patterns_without_a_course_are_cosines():
+    assert small(forces={"a": np.ones(9)}).excitation() == (
+        '[[excitation.load]]\npattern = "force"\nfourier = [0, 1]\n\n[[excitation.load]]\npattern = "a"\nfourier = [0, 1]\n')
 
 
 @pytest.mark.parametrize("changes, message", [
@@ -140,6 +167,9 @@ def test_blocks_are_put_in_place():
     ({"contact_dofs": [[0, 1, 2], [3, 1, 5]]}, "must not repeat, found 1 2 times"),
     ({"contact_dofs": [0, 1, 2]}, r"shape \(N_x, 3\).* found int64 of shape \(3,\)"),
     ({"contact_dofs": [[0.0, 1.0, 2.0]]}, "whole numbers.* found float64"),
+    ({"contact_dofs": np.empty((0, 3), int)}, r"one row t1, t2, n per contact point, found int64 of shape \(0, 3\)"),
+    ({"forces": {"force": np.ones(9)}}, '"force" is the name of the pattern'),
+    ({"forces": {"a/b": np.ones(9)}}, "name of a load pattern must be a text without a slash"),
     ({"contact": {"normal_stiffness": 0.0}}, "normal_stiffness must be positive, found 0"),
     ({"contact": {"tangential_stiffness": [1.0, -2.0]}}, "tangential_stiffness must be positive, found -2"),
     ({"contact": {"friction": -0.1}}, "friction must not be negative, found -0.1"),
@@ -164,17 +194,32 @@ def test_wrong_input_is_refused(changes, message):
         small(**changes)
 
 
+CYCLIC = {"sectors": 3, "axis": [0, 0, 1], "origin": [0, 0, 0], "left": [[0, 1, -1], [4, -1, -1]],
+          "right": [[2, 3, -1], [5, -1, -1]], "next_sector": [0, 1], "nodes": [[0, 1], [2, -1]],
+          "faces": {"begin": [0, 1, 1], "node": [2], "weight": [1.0]}}
+
+
 def cyclic(**changes):
-    return checked_cyclic({"sectors": 3, "axis": [0, 0, 1], "origin": [0, 0, 0], "left": [[0, 1, -1], [4, -1, -1]],
-                           "right": [[2, 3, -1], [5, -1, -1]], "next_sector": [0, 1], "nodes": [[0, 1], [2, -1]],
-                           "faces": {"begin": [0, 1, 1], "node": [2], "weight": [1.0]}, **changes}, 9,
-                          {"nodes": np.zeros((3, 3)), "changed": {"dof": np.empty(0)}}, {})
+    return checked_cyclic(CYCLIC | changes, 9, {"nodes": np.zeros((3, 3)), "changed": {"dof": np.empty(0)}}, {})
+
+
+def test_a_sector_comes_back_from_its_file(tmp_path):
+    joint = {"position": np.zeros((2, 3)), "axes": np.tile(np.eye(3), (2, 1, 1)), "area": [1.0, 1.0], "joint": [0, 0], "names": ["a"]}
+    written = small(contact_dofs=None, mesh={**MESH, "nodes": np.zeros((3, 3))}, joint=joint, cyclic=CYCLIC | {"origin": [1, 2, 3]})
+    written.write(tmp_path / "m.h5")
+    read = Model.read(tmp_path / "m.h5").cyclic
+    assert read["sectors"] == 3 and read["axis"].tolist() == [0, 0, 1] and read["origin"].tolist() == [1, 2, 3]
+    for key in ("left", "right", "next_sector", "nodes"):
+        np.testing.assert_array_equal(read[key], CYCLIC[key])
+    for key, values in CYCLIC["faces"].items():
+        np.testing.assert_array_equal(read["faces"][key], values)
 
 
 @pytest.mark.parametrize("changes, message", [
     ({"sectors": 1}, "sectors must be a whole number from 2 on, found 1"),
     ({"axis": [0, 0, 2]}, "axis must be a unit vector"),
     ({"left": [[0, 1], [4, 5]], "right": [[2, 3], [6, 7]]}, r"dofs of shape \(p, 3\)"),
+    ({"left": [0], "right": [2]}, r"dofs of shape \(p, 3\)"),
     ({"right": [[2, 3, 6], [5, -1, -1]]}, "held on both sides alike"),
     ({"right": [[2, 0, -1], [5, -1, -1]]}, "dofs 0 to 8, each once"),
     ({"right": [[2, 9, -1], [5, -1, -1]]}, "dofs 0 to 8, each once"),
@@ -197,6 +242,8 @@ def test_a_sector_with_held_dofs_and_points_without_faces_is_taken():
     assert taken["sectors"] == 3 and taken["left"].tolist() == [[0, 1, -1], [4, -1, -1]] and taken["nodes"].tolist() == [[0, 1], [2, -1]]
     assert taken["faces"]["begin"].tolist() == [0, 1, 1]
     assert cyclic(faces=None)["faces"]["begin"].tolist() == [0, 0, 0]
+    without = {key: value for key, value in CYCLIC.items() if key != "faces"}
+    assert checked_cyclic(without, 9, {"nodes": np.zeros((3, 3)), "changed": {"dof": np.empty(0)}}, {})["faces"]["node"].size == 0
 
 
 def test_symmetry_limit_is_relative_to_the_row():
@@ -237,6 +284,13 @@ def test_reading_something_else_is_refused(tmp_path):
         file.attrs["format"] = "dovetail-results"
     with pytest.raises(ValueError, match="must be dovetail-model, found dovetail-results"):
         Model.read(tmp_path / "other.h5")
+    small().write(tmp_path / "m.h5")
+    with h5py.File(tmp_path / "m.h5", "r+") as file:
+        ir = file["K/ir"][()].astype(np.int64)
+        del file["K/ir"]
+        file["K/ir"] = np.r_[-1, ir[1:]]
+    with pytest.raises(ValueError, match="/K: data, ir and jc do not fit together"):
+        Model.read(tmp_path / "m.h5")
 
 
 def run_distributed(folder, ranks, how):

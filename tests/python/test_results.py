@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 import synthetic_results
 
-from dovetail import Results, plot
+from dovetail import Results, hdf5_read, plot
 from dovetail.info import describe
 
 CONTACT = {"normal_stiffness": np.array([2.0]), "tangential_stiffness": np.array([[3.0, 4.0]]), "friction": np.array([[0.5, 0.25]]),
@@ -225,6 +225,7 @@ def test_names_and_their_errors(tmp_path):
     results = Results(synthetic_results.write(tmp_path / "r.h5", [1.0, 2.0], np.zeros((2, 8, 3)), 2, TWO))
     assert results.dof_names() == ["a1", "a2", "x1.t1", "x1.t2", "x1.n", "x2.t1", "x2.t2", "x2.n"]
     assert [results.dof_index(name) for name in results.dof_names()] == list(range(8))
+    assert [results.dof_index(number) for number in range(8)] == list(range(8))
     for name in ("a3", "a0", "x3.t1", "x0.n", "x1.t3", "x1", "b1", 8, -1):
         with pytest.raises(KeyError, match="there are a1 to a2, and x1 to x2"):
             results.dof_index(name)
@@ -369,6 +370,8 @@ def test_recovery_gives_the_motion_of_the_full_model(tmp_path):
     np.testing.assert_allclose(results.full(0, times=times), expected, atol=1e-12)
     np.testing.assert_allclose(results.elastic(0, times=times), expected[:, e], atol=1e-12)
     np.testing.assert_allclose(results.full(0, n=4), results.full(0, times=np.arange(4) * np.pi / 2 / omega), atol=1e-12)
+    assert results.motion(0).shape == (64, modes + 3) and results.elastic(0).shape == (64, n - 3)
+    np.testing.assert_allclose(results.unknowns(0, [4, 1]), results.full(0)[:, [4, 1]], atol=1e-12)
 
     with h5py.File(tmp_path / "reduced.h5", "r+") as file:
         for name, axis in (("elastic_dofs", e), ("xe0", xe0), ("Phi", Phi), ("Psi", Psi)):
@@ -401,8 +404,8 @@ def test_opens_while_another_program_writes(tmp_path):
         writer.communicate("")
 
 
-@pytest.mark.slow
-def test_wrong_files_are_refused(tmp_path):
+def test_wrong_files_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(hdf5_read, "READ_PAUSE", 0)
     with pytest.raises(ValueError, match="none.h5: no such file"):
         Results(tmp_path / "none.h5")
     (tmp_path / "text.h5").write_text("no")
@@ -413,6 +416,62 @@ def test_wrong_files_are_refused(tmp_path):
         file.attrs["harmonics"] = 4
     with pytest.raises(ValueError, match=r"shape \(any, 4, 9\), found \(1, 4, 3\)"):
         Results(path)
+
+
+def replaced(name, values, **options):
+    """What puts another dataset, or a group, in the place of one of a results file."""
+    def replace(file):
+        del file[name]
+        if values is None:
+            file.create_group(name)
+        else:
+            file.create_dataset(name, data=values, **options)
+    return replace
+
+
+def elsewhere(file):
+    del file["points/seconds"]
+    layout = h5py.VirtualLayout((1,), "f8")
+    layout[:] = h5py.VirtualSource("other.h5", "x", (1,))
+    file.create_virtual_dataset("points/seconds", layout)
+
+
+def outside(file):
+    del file["points/seconds"]
+    file.create_dataset("points/seconds", (1,), "f8", external=[("other.bin", 0, 8)])
+
+
+@pytest.mark.parametrize("spoil, message", [
+    (replaced("points/omega", None), "/points/omega: wanted numbers, found a group"),
+    (replaced("points/omega", h5py.Empty("f8")), "/points/omega: wanted numbers, found"),
+    (replaced("points/omega", ["a"]), "/points/omega: wanted numbers, found"),
+    (replaced("points/omega", [np.nan]), "/points/omega is not finite everywhere"),
+    (replaced("points/coefficients", np.ones((1, 4, 4))), r"shape \(any, 4, 3\), found \(1, 4, 4\)"),
+    (replaced("points/contact", [1.0]), "/points/contact: wanted a group, found"),
+    (lambda file: file["points/contact"].create_dataset(b"\xff", data=[[1.0]]), "/points/contact: the name .* holds what is no text"),
+    (replaced("contact/law", [4]), "/contact/law must hold numbers from 0 to 3"),
+    (replaced("contact/law", [-1]), "/contact/law must hold numbers from 0 to 3"),
+    (replaced("contact/law", np.array([2**63], np.uint64)), "/contact/law: 9223372036854775808 is too large"),
+    (elsewhere, "/points/seconds: its values are in other files"),
+    (outside, "/points/seconds: its values are in other files"),
+    (lambda file: file.attrs.update(modes=[1, 1]), "attribute modes must be one whole number from 0 on, found"),
+    (lambda file: file.attrs.update(modes=1.0), "attribute modes must be one whole number from 0 on, found"),
+    (lambda file: file.attrs.update(modes=-1), "attribute modes must be one whole number from 0 on, found -1"),
+])
+def test_spoiled_files_are_refused(tmp_path, spoil, message):
+    path = synthetic_results.write(tmp_path / "r.h5", [1.0], np.ones((1, 4, 3)), 1, CONTACT)
+    with h5py.File(path, "r+") as file:
+        spoil(file)
+    with pytest.raises(ValueError, match=message):
+        Results(path)
+
+
+def test_the_peak_is_the_highest(tmp_path):
+    omega, coefficients = np.linspace(1, 3, 41), np.zeros((41, 4, 3))
+    coefficients[:, 1, 1] = 3 / (1 + 50 * (omega - 1.5) ** 2) + 1 / (1 + 50 * (omega - 2.5) ** 2)
+    results = one_point(tmp_path / "r.h5", coefficients, omega=omega, events=[("peak", 10, omega[10], 3.0, -1)])
+    assert results.peak("x1.t1") == pytest.approx((1.5, 3.02), rel=0.01) and len(results.peaks("x1.t1")) == 2
+    assert results.watched == "x1.t1"  # peaks of nodes name no unknown
 
 
 @pytest.mark.parametrize("name, unit, wanted", [

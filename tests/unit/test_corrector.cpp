@@ -69,6 +69,40 @@ TEST(Corrector, gives_up_beyond_its_reach) {
   EXPECT_TRUE(corrector.solve(y, e, 0.7, {false, 0, 1e3}).converged);
 }
 
+namespace {
+
+// atan(x) = 0.5, whose linear solves all leave more than was asked, as they say.
+struct Inexact : SmallProblem {
+  struct Jacobian : SmallJacobian {
+    using SmallJacobian::SmallJacobian;
+    LinearEffort take_effort(int) override { return {1, 1}; }
+  };
+  Equations equations{1, [](const double *y, double *f) { f[0] = std::atan(y[0]) - 0.5; },
+                      [](const double *y, double *J) { J[0] = 1 / (1 + y[0] * y[0]), J[1] = 0; }};
+  Inexact() : SmallProblem({}) {}
+  UniqueVec unknowns() const override { return SmallProblem(equations).unknowns(); }
+  void residual(Vec y, Vec f) override { SmallProblem(equations).residual(y, f); }
+  std::unique_ptr<BorderedJacobian> jacobian() override { return std::make_unique<Jacobian>(equations); }
+};
+
+} // namespace
+
+TEST(Corrector, gives_up_where_solves_are_inexact_or_iterations_are_used_up_if_told_so) {
+  Inexact problem;
+  Corrector corrector(problem, tight);
+  UniqueVec y = problem.unknowns(), e = problem.unknowns();
+  set_parameter(e, 1);
+  const auto exact = corrector.solve(y, e, 0, {.exact = true});
+  EXPECT_EQ(exact.why, "linear solves leave more than was asked");
+  EXPECT_GT(exact.inexact, 0);
+  const auto once = corrector.solve(y, e, 0, {.most = 1});
+  EXPECT_EQ(once.why, "too many Newton iterations");
+  EXPECT_EQ(once.newton, 1);
+  const auto outcome = corrector.solve(y, e, 0);
+  EXPECT_TRUE(outcome.converged) << outcome.why;
+  EXPECT_GT(outcome.inexact, outcome.newton);
+}
+
 // atan(x) = 0 from 3: each iteration is farther off than the one before.
 TEST(Corrector, gives_up_where_the_residual_keeps_growing) {
   SmallProblem problem({1, [](const double *y, double *f) { f[0] = std::atan(y[0]); },

@@ -1,6 +1,7 @@
 // The exact evaluation: closed forms, the sampled one as its samples grow denser, and whatever else it may be given.
 #include <gtest/gtest.h>
 
+#include "contact/falling.hpp"
 #include "scenes.hpp"
 
 using namespace dovetail;
@@ -192,6 +193,64 @@ TEST(ExactLaw, without_friction_it_slips_for_ever) { // in one direction or both
       }
 }
 
+// Where a slider all but slips, against differences of the heights there by the motion.
+TEST(ExactLaw, grazes_move_with_the_motion_as_they_say) {
+  int compared = 0, set_by_an_event = 0;
+  for (int number = 0; number < scenes && compared < 60; number += 7) {
+    Scene s = scene(number, 3);
+    const int n = coefficient_count(s.harmonics);
+    ContactForces forces({s.point}, {s.rest}, s.harmonics, exactly);
+    std::vector<double> G(s.X.size());
+    const auto all = [&] {
+      forces.evaluate(s.X.data(), G.data());
+      return forces.grazes(0, s.X.data());
+    };
+    for (const Graze &graze : all()) {
+      if (std::abs(graze.height) > 0.3 * graze.size) continue;
+      ++compared, set_by_an_event += forces.activity()[0].events > 0;
+      const double kt = graze.side * s.point.kt[graze.direction], bound = s.point.mu[graze.direction] * s.point.kn;
+      const double *x = &s.X[graze.direction * n], *xn = &s.X[2 * n];
+      double slope = 0; // of the edge, which is highest there
+      for (int k = 1; k <= s.harmonics; ++k)
+        slope += k * ((kt * x[sine(k)] - bound * xn[sine(k)]) * std::cos(k * graze.theta) -
+                      (kt * x[cosine(k)] - bound * xn[cosine(k)]) * std::sin(k * graze.theta));
+      EXPECT_NEAR(slope, 0, 1e-9 * graze.size) << number;
+      for (const int row : {graze.direction, 2})
+        for (int i = 0; i < n; ++i) {
+          const double told = (row == 2 ? graze.by_n : graze.by_t)[i];
+          double least = 1; // of steps: one that crosses to another order of states tells nothing
+          for (const double h : {1e-4, 1e-5, 1e-6}) {
+            double difference = 0, &x = s.X[row * n + i], before = x;
+            for (const int side : {-1, 1}) {
+              x = before + side * h;
+              for (const Graze &there : all())
+                if (there.direction == graze.direction && there.side == graze.side &&
+                    std::abs(std::remainder(there.theta - graze.theta, 2 * M_PI)) < 0.05)
+                  difference += side * there.height / (2 * h);
+            }
+            x = before;
+            least = std::min(least, std::abs(difference - told) / std::max(graze.size, std::abs(told)));
+          }
+          EXPECT_LT(least, 1e-5) << number << " " << row << " " << i;
+        }
+    }
+  }
+  EXPECT_GE(compared, 60);
+  EXPECT_GT(set_by_an_event, 20);
+}
+
+TEST(Falling, finds_the_zero_of_every_power) { // 0.9 - t^q: flat, but for the third derivative, up to there
+  for (int q = 2; q < lane_count * 2; ++q) {
+    CellPolynomial f{};
+    f.even[0] = 0.9;
+    (q % 2 ? f.odd : f.even)[q / 2] -= 1;
+    EXPECT_NEAR(Falling(f, 1, 0, 1).first(0, 1), std::pow(0.9, 1.0 / q), 1e-13) << q;
+    EXPECT_NEAR(Falling(f, 2, -0.6, 1).first(0, 1), std::pow(0.6, 1.0 / q), 1e-13) << q;
+    f.even[0] = 1.1;
+    EXPECT_EQ(Falling(f, 1, 0, 1).first(0, 1), Falling::none) << q;
+  }
+}
+
 // Whether forces agree in each direction, or to a part of the forces at work there, to whose round-off they are known.
 bool alike(const Scene &s, const std::vector<double> &G, const std::vector<double> &expected, double round_off) {
   const int n = coefficient_count(s.harmonics);
@@ -271,6 +330,31 @@ TEST(ContactForces, nothing_but_numbers_goes_through) { // any law, either evalu
           }
         }
       }
+}
+
+TEST(ContactForces, blocks_of_some_coefficients_are_parts_of_all) { // in every state; bonded points, too
+  int stuck = 0;
+  for (int number = 0; number < scenes; number += 25)
+    for (const bool bonded : {false, true}) {
+      Scene s = scene(number);
+      if (bonded) s.point.law = Law::bilateral;
+      const int n = coefficient_count(s.harmonics);
+      ContactForces forces({s.point}, {s.rest}, s.harmonics, exactly);
+      std::vector<double> G(s.X.size());
+      forces.evaluate(s.X.data(), G.data());
+      const std::size_t places = block_places(s.point.law).size();
+      std::vector<double> all(places * n * n), some(places * 4, 7.0);
+      forces.write(0, all.data());
+      const int which[] = {0, n - 1};
+      forces.write(0, which, 2, some.data());
+      for (std::size_t b = 0; b < places; ++b)
+        for (int i = 0; i < 4; ++i) {
+          const double wanted = all[(b * n + which[i / 2]) * n + which[i % 2]];
+          EXPECT_NEAR(some[4 * b + i], wanted, 1e-12 * (1 + std::abs(wanted))) << number << " " << b << " " << i;
+        }
+      stuck += !bonded && forces.springs_only(0);
+    }
+  EXPECT_GT(stuck, 0);
 }
 
 // Forces at a standstill of their own count, too: their derivative by each parameter against differences, and weighed.

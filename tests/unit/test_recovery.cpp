@@ -197,6 +197,10 @@ TEST(Elsewhere, begins_at_the_first_place_that_has_a_point) {
   EXPECT_TRUE(elsewhere().attempt({Kind::nowhere, "", 1}, curve));
   ASSERT_EQ(curve.places.size(), 3u); // the other end, 2 %, 20 %
   EXPECT_NEAR(curve.places.back(), 1.2, 1e-12);
+  Curve other;
+  other.succeeds = [](const std::string &, double) { return true; };
+  EXPECT_TRUE(elsewhere().attempt({Kind::nowhere, "", 1}, other));
+  EXPECT_EQ(other.places, std::vector<double>{2}); // the other end
 }
 
 } // namespace dovetail

@@ -49,3 +49,11 @@ TEST(RetraceMonitor, points_beside_an_older_piece_are_fresh) {
   for (int i = 0; i < 20; ++i) line.add(0.01 * i, 1);
   for (int i = 0; i < 9; ++i) EXPECT_EQ(line.add(0.155 - 0.01 * i, -1, 1e-3), RetraceMonitor::Sense::fresh);
 }
+
+TEST(RetraceMonitor, beside_is_measured_in_units_of_the_parameter) {
+  Line line;
+  line.trail = RetraceMonitor(1e-3);
+  for (int i = 0; i < 20; ++i) line.add(0.01 * i, 1);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(line.add(0.155 - 0.01 * i, -1, 1e-5), RetraceMonitor::Sense::fresh);
+  EXPECT_EQ(line.add(0.105, -1, 1e-5), RetraceMonitor::Sense::opposite);
+}
