@@ -44,7 +44,7 @@ struct BranchPoint {
   double progress;       ///< 0..1, how far from `from` to `to`
   bool located;          ///< found within a step, which led farther
   double omega = 0;      ///< frequency, scaled, where it is neither the parameter nor fixed
-  Vec tangent = nullptr; ///< d y by arc length, times any factor; of responses alone
+  Vec tangent = nullptr; ///< d y by arc length, times any factor; null for modes
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the

@@ -6,6 +6,7 @@
 #include "harmonic/dense_model.hpp"
 #include "problems/forced_response.hpp"
 #include "support/error.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -98,7 +99,7 @@ Stepper::Outcome PeakStepper::no_step() {
     auto found = search_.near(value, motion);
     if (!found) continue;
     ++summary_.counts.corners;
-    arclength_ += curve_->norm.length(here_.t) * leap;
+    arclength_ += chord_to(found->at);
     begin(std::move(*found));
     return ended_ ? Outcome::ended : Outcome::on;
   }
@@ -209,13 +210,38 @@ Stepper::Outcome PeakStepper::end(End how, const std::string &why) {
   return Outcome::ended;
 }
 
+// Of the scaled unknowns, as arc lengths are.
+double PeakStepper::chord_to(const CurvePoint &s) const {
+  UniqueVec way = curve_->problem.unknowns();
+  PetscReal length;
+  check(VecWAXPY(way, -1, here_.y, s.y), doing);
+  check(VecNorm(way, NORM_2, &length), doing);
+  return length;
+}
+
+// [dX; d parameter] along the track, of its plain length, which counts the frequency in.
+UniqueVec PeakStepper::tangent_of(const CurvePoint &s) const {
+  const double along = curve_->norm.product(s.t, here_.t) < 0 ? -1 : 1, plain = plain_length(s.t);
+  UniqueVec tangent = peak_.system().unknowns();
+  {
+    const ReadValues from(s.t);
+    const Values to(tangent);
+    const PetscInt own = peak_.system().layout().own_coefficients();
+    std::transform(from + 0, from + own, to + 0, [&](double value) { return along * value; });
+  }
+  set_parameter(tangent, along * parameter_of(s.t));
+  note_plain_length(tangent, plain);
+  return tangent;
+}
+
 void PeakStepper::report(const CurvePoint &s, double arclength, bool located) {
   ++summary_.counts.points;
   leg_->track->take(s.y);
+  const UniqueVec tangent = tangent_of(s);
   const double progress = 1 - std::abs(settings_.to - s.parameter) / unit_;
   observer_.point({peak_.y(), peak_.system(), s.parameter, arclength, s.newton,
                    static_cast<const ResponseData &>(*s.data).activity, nullptr, nullptr, NAN, progress, located,
-                   peak_.omega()});
+                   peak_.omega(), tangent});
 }
 
 void PeakStepper::notify(BranchEvent::Kind kind, const std::string &text, const CurvePoint &s) {

@@ -37,6 +37,8 @@ private:
   Outcome pass_wanted(Vec normal, double plain, const CurvePoint &until);
   Outcome meet_minimum(Vec normal, double step, double plain);
   Outcome end(End how, const std::string &why = "");
+  double chord_to(const CurvePoint &s) const;
+  UniqueVec tangent_of(const CurvePoint &s) const;
   void report(const CurvePoint &s, double arclength, bool located = false);
   void notify(BranchEvent::Kind kind, const std::string &text, const CurvePoint &s);
   std::string name() const { return settings_.parameter->name; }

@@ -142,9 +142,10 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   };
   const double load = load_of(system, std::max(settings.from, settings.to)); // a factor on it may begin small
   int points = earlier ? earlier->branch.counts.points : 0;
-  Progress progress(voice.speaks(), {watching.units(), study.watch.name, system.layout().modes}, watching.shown(),
-                    range, points, status);
-  progress.heading();
+  const auto progress = std::make_shared<Progress>( // results may outlive this function
+      voice.speaks(), Told{watching.units(), study.watch.name, system.layout().modes}, watching.shown(), range, points,
+      status);
+  progress->heading();
   begin.scales = scales;
   StateKeeper keeper(comm, state_of(study), std::move(begin));
   int signal = 0;
@@ -158,10 +159,11 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
   } place;
   observer.point = [&](const BranchPoint &point) {
     const double now = MPI_Wtime();
-    PointRecord record = collect(point, now - clock);
+    PointRecord record = collect(point, now - clock, scale);
     record.omega = user_omega(point.parameter, point.omega), record.parameter = user_value(point.parameter);
     results.agreement().hold([&] {
       if (!voice.speaks() || !without_bound(point.system, record, load)) return;
+      results.flush();
       throw ComputeError("at " + range.text(user_value(point.parameter)) +
                          " an eigenfrequency is excited and nothing damps it: the motion is so large that "
                          "rounding errors are more than a thousandth of the load. Give damping.stiffness, or leave "
@@ -169,10 +171,9 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
                          std::to_string(points) + " points before are in " + results_of(study).string());
     });
     if (voice.speaks()) watching.measure(record);
-    results.append(record);
-    progress.point(record);
     if (!study.follows_peaks()) ends.add({record.parameter, record.amplitude, record.unknown});
     ++points, clock = now, unknown = record.unknown;
+    results.append(std::move(record), [progress](const PointRecord &row) { progress->point(row); });
     place.system = point.located ? &point.system : nullptr;
     if (study.sensitivity && point.located) {
       check(VecDuplicate(point.y, place.y.out()), "keeping a place");
@@ -186,10 +187,10 @@ Followed follow(const Case &study, PreloadedModel preloaded, ResultsFile &result
                              event.amplitude * watching.unit(),
                              event.amplitude > 0 ? unknown : -1,
                              user_value(event.parameter)};
-    results.append(record);
+    results.append(record, [=] { progress->event(event, record); });
     if (is_jump(event.kind)) ends.jump();
-    progress.event(event, record);
     if (!study.sensitivity || event.kind != BranchEvent::Kind::peak || !place.system) return;
+    results.agreement().hold([&] { results.flush(); }); // what follows is about this event
     if (const auto found = peak_sensitivity(*place.system, place.y, settings.watched))
       results.append(collect(*found, *place.system, watching.unit(), points - 1));
     else

@@ -48,7 +48,7 @@ PointRecord record_of(const BackbonePoint &point, const Scales &scales, double s
   point.mode.motion(x);
   PointRecord record = collect({x, system, point.state.omega, point.arclength, point.newton, system.activity(), nullptr,
                                 nullptr, NAN, point.progress, point.located},
-                               seconds);
+                               seconds, 1);
   record.parameter = point.state.amplitude * scales.modal;
   record.damping_ratio = point.state.ratio;
   record.friction_energy = point.balance.friction * std::pow(scales.modal * scales.frequency, 2);
@@ -116,8 +116,9 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
     check_place(there, study, earlier->branch);
   }
   int signal = 0, points = earlier ? earlier->branch.counts.points : 0, unknown = -1;
-  Progress progress(voice.speaks(), story.told, watching.shown(), story.range, points, status);
-  progress.heading();
+  const auto progress = // results may outlive this function
+      std::make_shared<Progress>(voice.speaks(), story.told, watching.shown(), story.range, points, status);
+  progress->heading();
 
   std::vector<double> named{story.range.from, story.range.to}; // come out as the user wrote them, to the last bit
   named.insert(named.end(), study.at.begin(), study.at.end());
@@ -138,20 +139,18 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
     PointRecord record = record_of(point, scales, now - clock);
     record.parameter = user_value(record.parameter);
     if (voice.speaks()) watching.measure(record);
-    results.append(record);
-    progress.point(record);
     ++points, clock = now, omega = record.omega, unknown = record.unknown, amplitude = record.amplitude;
     told.omega_last = record.omega, told.force_level = record.force_level;
     told.energy_error = std::max(told.energy_error, std::abs(record.energy_error));
     if (record.damping_ratio >= told.ratio_most)
       told.ratio_most = record.damping_ratio, told.amplitude_most = record.parameter;
+    results.append(std::move(record), [progress](const PointRecord &row) { progress->point(row); });
   };
   observer.event = [&](const BranchEvent &event) {
     const bool place = event.kind == BranchEvent::Kind::fold; // the point reported last
     const EventRecord record{static_cast<int>(event.kind), std::max(0, points - 1), omega,
                              place ? amplitude : 0,        place ? unknown : -1,    event.parameter * scales.modal};
-    results.append(record);
-    progress.event(event, record);
+    results.append(record, [=] { progress->event(event, record); });
   };
   observer.interrupted = [&] { return (signal = results.agreement().agree(noted_signal())) != 0; };
   begin.scales = scales;

@@ -41,15 +41,17 @@ std::shared_ptr<PointData> ForcedResponse::describe() {
 
 std::vector<Problem::Projected> ForcedResponse::own_projected(const std::vector<Vec> &of) const {
   const Layout &layout = system_.layout();
-  std::vector<Projected> all(of.size());
-  for (std::size_t v = 0; v < of.size(); ++v) {
-    const double *own;
-    Projected &out = all[v];
-    check(VecGetArrayRead(of[v], &own), "marking the way");
+  if (directions_.empty())
     for (PetscInt d = 0; d < layout.own_dofs(); ++d)
       for (int i = 0; i < layout.width; ++i)
-        for (int k = 1; k < projections; ++k)
-          out[k] += pseudo_random(layout.number(d), i, k) * own[d * layout.width + i];
+        for (int k = 1; k < projections; ++k) directions_.push_back(pseudo_random(layout.number(d), i, k));
+  std::vector<Projected> all(of.size());
+  for (std::size_t v = 0; v < of.size(); ++v) {
+    const double *own, *direction = directions_.data();
+    Projected &out = all[v];
+    check(VecGetArrayRead(of[v], &own), "marking the way");
+    for (PetscInt i = 0; i < layout.own_coefficients(); ++i)
+      for (int k = 1; k < projections; ++k) out[k] += *direction++ * own[i];
     if (layout.owns_omega()) out[0] = own[layout.own_coefficients()];
     check(VecRestoreArrayRead(of[v], &own), "marking the way");
   }

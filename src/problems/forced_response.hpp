@@ -1,6 +1,7 @@
 #pragma once
 // The periodic response to a load as a problem to be continued: harmonic balance over any of its parameters.
 #include <optional>
+#include <vector>
 
 #include "continuation/problem.hpp"
 #include "harmonic/harmonic_system.hpp"
@@ -34,6 +35,7 @@ public:
 private:
   HarmonicSystem &system_;
   Parameter parameter_;
+  mutable std::vector<double> directions_; // of the projections, made at the first
 };
 
 } // namespace dovetail

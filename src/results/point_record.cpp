@@ -75,12 +75,12 @@ const CurveEnds::End *CurveEnds::rising() const {
   return last_.size() == 2 && last_[1].amplitude > last_[0].amplitude ? &last_[1] : nullptr;
 }
 
-PointRecord collect(const BranchPoint &point, double seconds) {
+PointRecord collect(const BranchPoint &point, double seconds, double scale) {
   const HarmonicSystem &system = point.system;
   const Layout &layout = system.layout();
   PointRecord record;
   record.omega = system.parameter().at(point.parameter).omega * system.scales().frequency;
-  record.parameter = point.parameter * system.scales().of(system.parameter().kind());
+  record.parameter = point.parameter * scale;
   record.arclength = point.arclength;
   record.harmonics = system.harmonics();
   record.located = point.located;
@@ -111,7 +111,7 @@ PointRecord collect(const BranchPoint &point, double seconds) {
   const double length = plain_length(point.tangent);
   std::tie(record.tangent, record.tangent_parameter) = physical(layout, system.scales(), all.take(2));
   for (double &value : record.tangent) value /= length;
-  record.tangent_parameter *= system.scales().of(system.parameter().kind()) / length;
+  record.tangent_parameter *= scale / length;
   return record;
 }
 

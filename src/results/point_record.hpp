@@ -93,7 +93,7 @@ struct EstimateRecord {
 /// The names of BranchEvent::Kind, by their numbers.
 const std::vector<const char *> &event_names();
 
-/// Collects a point from all ranks. Collective.
-PointRecord collect(const BranchPoint &point, double seconds);
+/// Collects a point from all ranks. `scale`: of the parameter's values. Collective.
+PointRecord collect(const BranchPoint &point, double seconds, double scale);
 
 } // namespace dovetail

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace dovetail {
@@ -46,6 +47,7 @@ ResultsFile::ResultsFile(const std::filesystem::path &path, const std::string &r
 }
 
 ResultsFile::~ResultsFile() {
+  agreement_.hold([&] { flush(); });
   std::error_code error;
   if (file_ && !named_) std::filesystem::remove(partial_, error);
 }
@@ -60,6 +62,7 @@ void ResultsFile::take_name() {
 bool ResultsFile::finish() {
   int named = 0;
   on_all_ranks(comm_, [&] {
+    agreement_.hold([&] { flush(); });
     agreement_.rethrow();
     if (!file_) return;
     if (!named_ && (continued_ || !std::filesystem::exists(path_))) take_name();
@@ -97,7 +100,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   };
   columns_.push_back({{*file_, "/points/coefficients", {dofs, width}, H5T_NATIVE_DOUBLE, chunk, true},
                       [](const PointRecord &point) -> const void * { return point.coefficients.data(); }});
-  if (!study.mode && !study.follows_peaks()) {
+  if (!study.mode) {
     columns_.push_back({{*file_, "/points/tangent", {dofs, width}, H5T_NATIVE_DOUBLE, chunk, true},
                         [](const PointRecord &point) -> const void * { return point.tangent.data(); }});
     wide_ = columns_.size();
@@ -194,6 +197,7 @@ void ResultsFile::make_sensitivity_columns(hsize_t points) {
 void ResultsFile::append(const SensitivityRecord &peak) {
   agreement_.hold([&] {
     if (!file_) return;
+    flush();
     for (auto &column : sensitivity_columns_) column.table.append(column.value(peak));
     file_->flush();
   });
@@ -256,6 +260,7 @@ void ResultsFile::take_over(const std::filesystem::path &path, const Kept &kept)
   for (hsize_t i = 0; i < kept.events; ++i)
     events_.push_back({static_cast<int>(kinds[i]), static_cast<int>(at[i]), omegas[i], amplitudes[i],
                        static_cast<int>(unknowns[i]), parameters[i]});
+  events_written_ = events_.size();
 }
 
 void ResultsFile::widen(hsize_t width) {
@@ -265,27 +270,66 @@ void ResultsFile::widen(hsize_t width) {
   file_->attribute("harmonics", static_cast<long>(width / 2));
 }
 
-void ResultsFile::append(const PointRecord &point) {
+// Rows from `first` on, each table's in one piece.
+template <class Record, class Records>
+void ResultsFile::append_rows(std::vector<Column<Record>> &columns, const Records &records, std::size_t first) {
+  const std::size_t count = records.size() - first;
+  if (count == 0) return;
+  std::vector<unsigned char> block;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    h5::Table &table = columns[i].table;
+    hsize_t width = 0;
+    if constexpr (std::is_same_v<Record, PointRecord>)
+      if (i < wide_) width = coefficient_count(records.back().harmonics);
+    const std::size_t bytes = table.bytes_of_row(width);
+    block.clear();
+    for (std::size_t row = first; row < records.size(); ++row) {
+      const auto *value = static_cast<const unsigned char *>(columns[i].value(records[row]));
+      block.insert(block.end(), value, value + bytes);
+    }
+    table.append(block.data(), count, width);
+  }
+}
+
+void ResultsFile::flush() {
+  if (told_.empty()) return;
+  if (!points_.empty()) {
+    const hsize_t width = coefficient_count(points_.back().harmonics);
+    if (width > columns_.front().table.width()) widen(width);
+  }
+  append_rows(columns_, points_, 0);
+  append_rows(event_columns_, events_, events_written_);
+  file_->flush();
+  if (!named_ && !points_.empty()) take_name();
+  for (const auto &tell : told_) tell();
+  points_.clear(), told_.clear();
+  events_written_ = events_.size(), written_ = MPI_Wtime();
+}
+
+void ResultsFile::wait_or_flush() {
+  constexpr double moment = 0.05; // [s]: much more than writing takes, and less than a person notices
+  if (!named_ || MPI_Wtime() - written_ > moment) flush();
+}
+
+void ResultsFile::append(PointRecord point, std::function<void(const PointRecord &)> told) {
   agreement_.hold([&] {
     if (!file_) return;
-    const hsize_t width = coefficient_count(point.harmonics);
-    if (width > columns_.front().table.width()) widen(width);
-    for (std::size_t i = 0; i < columns_.size(); ++i)
-      columns_[i].table.append(columns_[i].value(point), 1, i < wide_ ? width : 0);
-    file_->flush();
-    if (!named_) take_name();
+    if (!points_.empty() && points_.back().harmonics != point.harmonics) flush(); // rows of a block are of one width
     if (estimated_)
       estimates_.push_back({point.omega, point.harmonics_error, point.sampling_error, point.modes_error,
                             point.between_error, point.parameter, point.open});
+    points_.push_back(std::move(point));
+    told_.push_back([told = std::move(told), &row = points_.back()] { told(row); });
+    wait_or_flush();
   });
 }
 
-void ResultsFile::append(const EventRecord &event) {
+void ResultsFile::append(const EventRecord &event, std::function<void()> told) {
   agreement_.hold([&] {
     if (!file_) return;
-    for (auto &column : event_columns_) column.table.append(column.value(event));
-    file_->flush();
     events_.push_back(event);
+    told_.push_back(std::move(told));
+    wait_or_flush();
   });
 }
 

@@ -1,7 +1,8 @@
 #pragma once
-// results.h5 (docs/reference/files.md): every accepted point appended and flushed at once, in user units. The file
-// opens at any moment, with every point whose append has returned.
+// results.h5 (docs/reference/files.md): every accepted point, in user units. The file opens at any moment, with every
+// point that was told of and every one that a saved state counts.
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -34,18 +35,21 @@ public:
   ResultsFile(const std::filesystem::path &path, const std::string &run, const Case &study,
               const std::filesystem::path &reduced, const PreloadedModel &preloaded, const Kept &kept,
               std::function<void()> make_room);
-  /// Without a first point: the file goes again where an earlier one is in its place.
+  /// Writes what still waits. Without a first point: the file goes again where an earlier one is in its place.
   ~ResultsFile();
-  /// Writes one point and flushes. Rank 0 writes; all ranks learn of a failure when they agree.
-  void append(const PointRecord &point);
-  void append(const EventRecord &event);
+  /// Points and events that come within a moment are written together, what took longer at once. `told` is called on
+  /// rank 0, which writes, once it is in the file. All ranks learn of a failure when they agree.
+  void append(PointRecord point, std::function<void(const PointRecord &)> told);
+  void append(const EventRecord &event, std::function<void()> told);
+  /// Writes what waits, before something that counts on it. Rank 0 alone, or nothing; throws.
+  void flush();
   /// By which failures of this file are told, and of what is written beside it.
   Agreement &agreement() { return agreement_; }
   /// Of a nonlinear mode, the one of the stuck structure that it begins with. Collective.
   void describe(const StuckMode &mode);
   /// Of a cyclic sector, frequencies of its structure with the closed points stuck. Collective.
   void describe(const SectorFrequencies &stuck);
-  void append(const SensitivityRecord &peak); ///< likewise
+  void append(const SensitivityRecord &peak); ///< likewise, at once
   /// Closes the file. Returns whether it has its name: not so if it has no point and there is an earlier file, which
   /// then stays. Collective.
   bool finish();
@@ -68,6 +72,9 @@ private:
   void widen(hsize_t width);
   void index_harmonics(int first, int last);
   void take_name();
+  void wait_or_flush();
+  template <class Record, class Records>
+  void append_rows(std::vector<Column<Record>> &columns, const Records &records, std::size_t first);
 
   MPI_Comm comm_;
   TravellingWave wave_;                  // of a sector
@@ -80,8 +87,12 @@ private:
   std::optional<h5::Table> indices_;                   // of a sector, of every harmonic
   std::vector<Column<EventRecord>> event_columns_;
   std::vector<Column<SensitivityRecord>> sensitivity_columns_; // if asked for
+  std::deque<PointRecord> points_;                             // that wait to be written
   std::vector<EventRecord> events_;
-  std::size_t wide_ = 1; // columns whose rows grow with the harmonics: the first
+  std::size_t events_written_ = 0;
+  std::vector<std::function<void()>> told_; // of what waits, in the order it came
+  double written_ = 0;                      // when [s]
+  std::size_t wide_ = 1;                    // columns whose rows grow with the harmonics: the first
   bool estimated_ = false, modes_estimated_ = false, over_path_ = false;
   std::vector<EstimateRecord> estimates_;
   Agreement agreement_;

@@ -168,7 +168,9 @@ void StateKeeper::take(BranchState state, ResultsFile &results) {
     run_.branch = std::move(state);
     run_.events = static_cast<long>(results.events().size());
     noted_ = true;
-    if (MPI_Wtime() - written_ > std::max(pause, share * took_)) write();
+    if (MPI_Wtime() - written_ <= std::max(pause, share * took_)) return;
+    results.flush(); // the points that it counts
+    write();
   });
 }
 

@@ -140,6 +140,7 @@ public:
   const Extent &row() const { return row_; }
   hsize_t rows() const { return rows_; }
   hsize_t width() const { return row_.empty() ? 1 : row_.back(); }
+  std::size_t bytes_of_row(hsize_t width = 0) const; ///< as `append` takes it
 
 private:
   void resize(hsize_t rows);

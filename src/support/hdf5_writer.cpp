@@ -194,6 +194,12 @@ Table::Table(Writer &file, const std::string &name, const Extent &row, hid_t typ
   if (dataset_ < 0) throw WriteError("results: " + name + " cannot be created");
 }
 
+std::size_t Table::bytes_of_row(hsize_t width) const {
+  std::size_t bytes = H5Tget_size(type_);
+  for (std::size_t i = 0; i < row_.size(); ++i) bytes *= width > 0 && i + 1 == row_.size() ? width : row_[i];
+  return bytes;
+}
+
 void Table::resize(hsize_t rows) {
   Extent extent{rows};
   extent.insert(extent.end(), row_.begin(), row_.end());

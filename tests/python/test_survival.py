@@ -3,6 +3,7 @@
 DOVETAIL_KILLS=50 kills that often instead of a few times.
 """
 
+import io
 import os
 import random
 import subprocess
@@ -27,13 +28,13 @@ def load(path):
                 {name: values[()] for name, values in file["events"].items()}, int(file.attrs["harmonics"]))
 
 
-def check_moment(path, final, events, complete):
-    """Whatever is there is right. Returns how many points that is."""
+def check_moment(path, final, events, complete, block):
+    """Whatever is there is right, `block` points at most are on their way. Returns how many points there are."""
     found, found_events, harmonics = load(path)
     count = len(found["omega"])
-    assert complete <= count <= complete + 1 and found.keys() == final.keys()
+    assert complete <= count <= complete + block and found.keys() == final.keys()
     for name, values in found.items():
-        assert count <= len(values) <= count + 1, name
+        assert count <= len(values) <= count + block, name
         wanted = final[name][:count]
         if name == "coefficients":
             assert 2 * harmonics + 1 <= values.shape[2]
@@ -59,23 +60,42 @@ def noted(shim, log, command):
 
 
 @pytest.mark.slow
-def test_file_is_good_after_every_single_write(shim, tmp_path):
-    """And in the middle of it; both while a run goes on and while a restart takes over what was there."""
-    case = cases.several_points(tmp_path, harmonics=3, samples=32, max_points=12, at=[0.81, 0.82, 0.83, 0.84])
+@pytest.mark.parametrize("samples, block", [(2**18, 3), (32, 12)], ids=["slow points", "quick points"])
+def test_file_is_good_after_every_single_write(shim, tmp_path, samples, block):
+    """And in the middle of it; both while a run goes on and while a restart takes over what was there.
+
+    Points that take long are written at once, with those that were located on the way; quick ones some together."""
+    case = cases.several_points(tmp_path, harmonics=3, samples=samples, max_points=12, at=[0.81, 0.82, 0.83, 0.84])
     log, copy = tmp_path / "log", tmp_path / "played_back.h5"
     command, folder = line(case, out="out")
-    complete = 0
+    complete, together = 0, []
     for options in ([], ["--restart"]):
         noted(shim, log, [*command, *options])
         final, events, _ = load(folder / "results.h5")
         seen = 0
         for seen, _ in enumerate(write_log.moments(log, copy)):
-            complete = check_moment(copy, final, events, complete)
+            before, complete = complete, check_moment(copy, final, events, complete, block)
+            together += [complete - before] * (complete > before)
         assert copy.read_bytes() == (folder / "results.h5").read_bytes()  # so no write went by unnoticed
-        assert complete == len(final["omega"]) and seen > 30 * 5  # writes to some 30 tables, of all points but the first
+        assert complete == len(final["omega"]) and seen > 30  # writes to some 30 tables, of all points but the first
         complete = 12  # those of the first part: the next one gives the file its name
         case.path.write_text(case.path.read_text().replace("max_points = 12", "max_points = 18"))
-    assert complete > 0
+    assert sum(together) == 18 and (len(together) >= 9 if block == 3 else max(together) > 1)
+
+
+@pytest.mark.slow
+def test_state_counts_no_point_that_results_lack(shim, tmp_path):
+    """At the moment when it takes its name; states that are saved amid quick points, which are written some together."""
+    case = cases.dof5(tmp_path, harmonics=3, samples=32, adaptive=False, step=0.0005, max_points=6000)
+    log, copy = tmp_path / "log", tmp_path / "played_back.h5"
+    noted(shim, log, line(case, out="out")[0])
+    counts = []
+    for state in write_log.states(log, copy):
+        with h5py.File(io.BytesIO(state)) as file:
+            counts.append((int(file.attrs["count_points"]), int(file.attrs["events"])))
+        points, events, _ = load(copy)
+        assert len(points["omega"]) >= counts[-1][0] and len(events["omega"]) >= counts[-1][1]
+    assert len(counts) >= 3 and counts[-1][0] == 6000
 
 
 @pytest.mark.slow

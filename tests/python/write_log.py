@@ -1,8 +1,8 @@
 """Every moment of a file's life: what SIGKILL would leave if it came before, after, or in the middle of any of its writes.
 
-A preloaded library notes each write to results.h5 in order. What a killed process has written stays as it is, so playing the
-notes back shows, one after the other, all the files that a kill could leave. Within a write the kernel may stop between two
-pages of memory: so does the playback.
+A preloaded library notes each write to results.h5 in order, and what state.h5 holds when it gets its name. What a killed process
+has written stays as it is, so playing the notes back shows, one after the other, all the files that a kill could leave. Within a
+write the kernel may stop between two pages of memory: so does the playback.
 """
 
 import struct
@@ -62,6 +62,12 @@ int ftruncate(int d, off_t size) {
 int rename(const char *from, const char *to) {
   const char *name = strrchr(to, '/');
   if (name && !strcmp(name, "/results.h5")) note('R', 0, 0, NULL);
+  if (name && !strcmp(name, "/state.h5")) {
+    static char state[1 << 20];
+    const int d = open(from, O_RDONLY);
+    note('S', 0, read(d, state, sizeof state), state);
+    close(d);
+  }
   return REAL(rename)(from, to);
 }
 """
@@ -81,9 +87,18 @@ def notes(log):
     while at < len(data):
         kind, offset, size = struct.unpack_from("3q", data, at)
         at += 24
-        written = data[at:at + size] if chr(kind) == "W" else b""
+        written = data[at:at + size] if chr(kind) in "WS" else b""
         at += len(written)
         yield chr(kind), offset, size, written
+
+
+def resize(file, kind, offset, size):
+    """Plays such a note back, if it is one."""
+    if kind == "T":
+        file.truncate(size)
+    elif kind == "G":
+        file.seek(0, 2)
+        file.truncate(max(file.tell(), offset + size))
 
 
 def moments(log, path, tear=True):
@@ -94,13 +109,11 @@ def moments(log, path, tear=True):
     named, count = False, 0
     with open(path, "w+b") as file:
         for kind, offset, size, data in notes(log):
+            if kind == "S":
+                continue
             if kind == "R":
                 named = True
-            elif kind == "T":
-                file.truncate(size)
-            elif kind == "G":
-                file.seek(0, 2)
-                file.truncate(max(file.tell(), offset + size))
+            resize(file, kind, offset, size)
             while data:
                 length = PAGE - offset % PAGE if tear else len(data)
                 file.seek(offset)
@@ -113,3 +126,16 @@ def moments(log, path, tear=True):
             count += 1
             if named:
                 yield count
+
+
+def states(log, path):
+    """Plays the notes back into `path`; yields what state.h5 holds, whenever it gets its name."""
+    with open(path, "w+b") as file:
+        for kind, offset, size, data in notes(log):
+            if kind == "S":
+                file.flush()
+                yield data
+            resize(file, kind, offset, size)
+            if kind == "W":
+                file.seek(offset)
+                file.write(data)

@@ -61,9 +61,12 @@ TEST_F(GrowingFile, RowsGetLonger) {
   EXPECT_EQ(table.width(), 7u);
   table.append(row(3, 14).data());
   table.append(row(4, 6).data(), 1, 3); // a shorter one again
+  std::vector<double> two = row(5, 6);
+  for (const double value : row(6, 6)) two.push_back(value);
+  table.append(two.data(), 2, 3); // beyond a chunk's end
   file.flush();
   const h5::Reader now(path);
-  EXPECT_EQ(now.extent("/points/coefficients"), (Extent{4, 2, 7}));
+  EXPECT_EQ(now.extent("/points/coefficients"), (Extent{6, 2, 7}));
   const auto all = now.doubles("/points/coefficients");
   const auto expected = [&](int number, int width) {
     const auto short_row = row(number, 2 * width);
@@ -72,7 +75,7 @@ TEST_F(GrowingFile, RowsGetLonger) {
       for (int i = 0; i < width; ++i) padded[7 * d + i] = short_row[width * d + i];
     return padded;
   };
-  for (int i = 0; i < 4; ++i)
+  for (int i = 0; i < 6; ++i)
     EXPECT_EQ(std::vector<double>(&all[14 * i], &all[14 * i] + 14), expected(i + 1, i == 2 ? 7 : 3)) << i;
 }
 

@@ -366,3 +366,21 @@ def test_corners_within_the_curves_accuracy_cost_no_steps(tmp_path):
         cuts.append(len(results.events.of("cut")))
     assert np.abs(found[0] / found[1] - 1).max() < 1e-8
     assert cuts[0] < 10 < cuts[1]
+
+
+def test_a_track_is_drawn_by_its_tangents(tmp_path):
+    """Between points far apart it is nearer to where a track with points there has them than straight lines are."""
+    places = np.linspace(0.98, 0.32, 23)
+    subprocess.run([sys.executable, launch.ROOT / "inputs/two_solids/model.py", "-o", tmp_path / "model.h5"], check=True,
+                   capture_output=True, env=launch.SURROUNDINGS)
+    found = []
+    for name, at in (("few", []), ("many", list(places))):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(POSTS.format(at=at, between=1e-3))
+        found.append(Results(launch.run(SimpleNamespace(path=path), out=name).folder / "results.h5"))
+    few, many = found
+    there = np.array([many.amplitude("a1")[np.flatnonzero(many.parameter == place)[0]] for place in places])
+    along, drawn = few.curve("a1")
+    off, off_by_lines = (np.abs(np.interp(places, at[::-1], amplitude[::-1]) - there).max() / there.max()
+                         for at, amplitude in ((along, drawn), (few.parameter, few.amplitude("a1"))))
+    assert off < 3e-3 and 2 * off < off_by_lines
