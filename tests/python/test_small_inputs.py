@@ -34,6 +34,21 @@ def test_slider_lies_on_its_closed_form(tmp_path, monkeypatch):
     assert response.peaks()[0][1] == pytest.approx(closed_form.PEAK, rel=1e-6)
 
 
+def test_many_sliders_lie_on_the_closed_form_without_end_of_them(tmp_path):
+    closed = runpy.run_path(str(ROOT / "inputs/iwan/closed_form.py"))
+    found = results("iwan", "case.toml", tmp_path / "sweep")
+    response = found.response("x1.t1")
+    off = np.abs(closed["curve"](response.amplitude) / found.omega[:, None] - 1).min(axis=1)
+    assert off.max() < 1e-3
+    assert response.peaks()[0][1] == pytest.approx(closed["PEAK"], rel=1e-3)
+    mode = results("iwan", "mode.toml", tmp_path / "mode")
+    X = mode.modal_amplitude[mode.modal_amplitude > 1e-5]
+    assert X[-1] == pytest.approx(closed["SLIP"])
+    omega, ratio = closed["backbone"](X)
+    np.testing.assert_allclose(mode.omega[-len(X):], omega, rtol=1e-4)
+    np.testing.assert_allclose(mode.damping_ratio[-len(X):], ratio, rtol=2e-2)
+
+
 def test_damper_has_a_best_force(tmp_path):
     """Beyond it the wedge sticks, below it has little to damp with: the peak rises, at the stuck or at the open frequency."""
     found = results("damper", "optimum.toml", tmp_path)
