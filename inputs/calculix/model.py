@@ -38,7 +38,7 @@ def node_set(name, places, where):
 
 
 def material(name, body, density, damping=""):
-    """A second *DAMPING card, with zeros, switched off the first in CalculiX 2.20, so both materials have the same."""
+    """In CalculiX 2.20 a second *DAMPING card, with zeros, switched off the first: so the deck has one."""
     return f"*MATERIAL, NAME={name}\n*ELASTIC\n210000, 0.3\n*DENSITY\n{density}\n{damping}*SOLID SECTION, ELSET={body}, MATERIAL={name}\n"
 
 
