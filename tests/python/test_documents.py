@@ -59,9 +59,7 @@ def test_readme_is_short():
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_lines_are_short(page):
-    """But for rows of tables in notes and tests, which cannot be broken."""
-    long = [number for number, line in enumerate(page.read_text().splitlines(), 1)
-            if len(line) > 120 and (page in USERS or not line.startswith("|"))]
+    long = [number for number, line in enumerate(page.read_text().splitlines(), 1) if len(line) > 120]
     assert not long, f"{name_of(page)}: lines {long} are longer than 120 characters"
 
 
