@@ -85,7 +85,7 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   constexpr hsize_t short_rows = 256;
   const hsize_t dofs = model.modes + model.contact_dofs(), points = model.points;
   const hsize_t width = coefficient_count(study.harmonics);
-  const hsize_t chunk = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, short_rows); // about 256 KiB
+  const hsize_t chunk = chunk_ = std::clamp<hsize_t>((1 << 18) / (8 * dofs * width), 1, short_rows); // about 256 KiB
   const auto real = [&](const std::string &name, double PointRecord::*value) {
     columns_.push_back({{*file_, "/points/" + name, {}, H5T_NATIVE_DOUBLE, short_rows},
                         [=](const PointRecord &point) -> const void * { return &(point.*value); }});
@@ -308,7 +308,8 @@ void ResultsFile::flush() {
 
 void ResultsFile::wait_or_flush() {
   constexpr double moment = 0.05; // [s]: much more than writing takes, and less than a person notices
-  if (!named_ || MPI_Wtime() - written_ > moment) flush();
+  const hsize_t rows = columns_.front().table.rows() + points_.size();
+  if (!named_ || rows % chunk_ == 0 || MPI_Wtime() - written_ > moment) flush(); // the next chunk may find no room
 }
 
 void ResultsFile::append(PointRecord point, std::function<void(const PointRecord &)> told) {

@@ -93,6 +93,7 @@ private:
   std::vector<std::function<void()>> told_; // of what waits, in the order it came
   double written_ = 0;                      // when [s]
   std::size_t wide_ = 1;                    // columns whose rows grow with the harmonics: the first
+  hsize_t chunk_ = 1;                       // rows of these that HDF5 keeps together
   bool estimated_ = false, modes_estimated_ = false, over_path_ = false;
   std::vector<EstimateRecord> estimates_;
   Agreement agreement_;

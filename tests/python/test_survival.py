@@ -86,7 +86,7 @@ def test_file_is_good_after_every_single_write(shim, tmp_path, samples, block):
 @pytest.mark.slow
 def test_state_counts_no_point_that_results_lack(shim, tmp_path):
     """At the moment when it takes its name; states that are saved amid quick points, which are written some together."""
-    case = cases.dof5(tmp_path, harmonics=3, samples=32, adaptive=False, step=0.0005, max_points=6000)
+    case = cases.dof5(tmp_path, harmonics=3, samples=32, adaptive=False, step=0.0001, max_points=20000)
     log, copy = tmp_path / "log", tmp_path / "played_back.h5"
     noted(shim, log, line(case, out="out")[0])
     counts = []
@@ -95,7 +95,7 @@ def test_state_counts_no_point_that_results_lack(shim, tmp_path):
             counts.append((int(file.attrs["count_points"]), int(file.attrs["events"])))
         points, events, _ = load(copy)
         assert len(points["omega"]) >= counts[-1][0] and len(events["omega"]) >= counts[-1][1]
-    assert len(counts) >= 3 and counts[-1][0] == 6000
+    assert len(counts) >= 3 and counts[-1][0] == 20000
 
 
 @pytest.mark.slow

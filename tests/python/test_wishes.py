@@ -9,7 +9,7 @@ import subprocess
 
 import pytest
 
-from launch import BINARY, ROOT, SECONDS
+from launch import BINARY, ROOT, SECONDS, SURROUNDINGS
 
 PYTHON = "$PYTHON -m dovetail"
 WISHES = {  # (the lines, what they print, the file they leave)
@@ -42,7 +42,8 @@ def folder(tmp_path_factory):
 
 def said(folder, lines):
     text = f"source {ROOT}/scripts/environment; RUN={BINARY}\n{lines}"
-    done = subprocess.run(["bash", "-ec", text], cwd=folder, capture_output=True, text=True, timeout=SECONDS)
+    done = subprocess.run(["bash", "-ec", text], cwd=folder, env=SURROUNDINGS, capture_output=True, text=True,
+                          timeout=SECONDS)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
