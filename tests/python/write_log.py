@@ -63,7 +63,7 @@ int rename(const char *from, const char *to) {
   const char *name = strrchr(to, '/');
   if (name && !strcmp(name, "/results.h5")) note('R', 0, 0, NULL);
   if (name && !strcmp(name, "/state.h5")) {
-    static char state[1 << 20];
+    static char state[1 << 22];
     const int d = open(from, O_RDONLY);
     note('S', 0, read(d, state, sizeof state), state);
     close(d);
