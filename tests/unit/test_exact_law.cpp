@@ -220,15 +220,15 @@ TEST(ExactLaw, grazes_move_with_the_motion_as_they_say) {
           const double told = (row == 2 ? graze.by_n : graze.by_t)[i];
           double least = 1; // of steps: one that crosses to another order of states tells nothing
           for (const double h : {1e-4, 1e-5, 1e-6}) {
-            double difference = 0, &x = s.X[row * n + i], before = x;
+            double difference = 0, &moved = s.X[row * n + i], before = moved;
             for (const int side : {-1, 1}) {
-              x = before + side * h;
+              moved = before + side * h;
               for (const Graze &there : all())
                 if (there.direction == graze.direction && there.side == graze.side &&
                     std::abs(std::remainder(there.theta - graze.theta, 2 * M_PI)) < 0.05)
                   difference += side * there.height / (2 * h);
             }
-            x = before;
+            moved = before;
             least = std::min(least, std::abs(difference - told) / std::max(graze.size, std::abs(told)));
           }
           EXPECT_LT(least, 1e-5) << number << " " << row << " " << i;
