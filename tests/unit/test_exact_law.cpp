@@ -241,9 +241,13 @@ TEST(ExactLaw, grazes_move_with_the_motion_as_they_say) {
 
 TEST(Falling, finds_the_zero_of_every_power) { // 0.9 - t^q: flat, but for the third derivative, up to there
   for (int q = 2; q < lane_count * 2; ++q) {
+    const int half = q / 2;
     CellPolynomial f{};
     f.even[0] = 0.9;
-    (q % 2 ? f.odd : f.even)[q / 2] -= 1;
+    if (q % 2 == 1)
+      f.odd[half] -= 1;
+    else
+      f.even[half] -= 1;
     EXPECT_NEAR(Falling(f, 1, 0, 1).first(0, 1), std::pow(0.9, 1.0 / q), 1e-13) << q;
     EXPECT_NEAR(Falling(f, 2, -0.6, 1).first(0, 1), std::pow(0.6, 1.0 / q), 1e-13) << q;
     f.even[0] = 1.1;
