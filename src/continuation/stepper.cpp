@@ -35,7 +35,7 @@ Stepper::Outcome Stepper::advance() {
     halved(refusal_);
     if (!control_.adaptive() || step > kink_due) continue;
     if (round_kink(step, outcome)) return outcome;
-    kink_due = step * step_limits.close_to_kink / step_limits.kink_step;
+    kink_due = step * step_limits.close_to_kink / step_limits.kink_step; // so the second try is at close_to_kink
   }
   return no_step();
 }

@@ -130,7 +130,7 @@ bool PreloadTangent::solve(const std::vector<Slope> &slopes, const std::vector<d
   slopes_ = slopes;
   std::copy(b.begin(), b.end(), static_cast<double *>(Values(right_)));
   const PetscInt most = at_hand_.of.good() ? worth() : kept_.of.good() ? times_worth * worth() : 0;
-  if (most == 0 || iterate(most) < 0) { // as well as it goes: Newton's method judges what comes of it
+  if (most == 0 || !(iterate(most) > 0)) { // as well as it goes: Newton's method judges what comes of it
     if (!factor(at_hand_)) return false;
     check(VecCopy(right_, answer_), doing);
   }

@@ -8,7 +8,6 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "solving with the Jacobian of a track";
-constexpr double newton_accuracy = 1e-4; // relative, where Newton's method leaves it open
 
 } // namespace
 
@@ -67,10 +66,11 @@ void TrackJacobian::multiply(Vec x, Vec y) {
   border_.multiply(in, border_.last_of(in), out);
 }
 
+// Where Newton's method leaves it open, so does this: the response's own solver chooses, as over a frequency.
 double TrackJacobian::asked() const {
   PetscReal asked;
   check(KSPGetTolerances(outer_, &asked, nullptr, nullptr, nullptr), doing);
-  return asked >= 0.5 ? newton_accuracy : asked;
+  return asked;
 }
 
 // x = R_Y^-1 r, (own coefficients).

@@ -80,7 +80,6 @@ PointRecord collect(const BranchPoint &point, double seconds, double scale) {
   const Layout &layout = system.layout();
   PointRecord record;
   record.omega = system.parameter().at(point.parameter).omega * system.scales().frequency;
-  record.parameter = point.parameter * scale;
   record.arclength = point.arclength;
   record.harmonics = system.harmonics();
   record.located = point.located;

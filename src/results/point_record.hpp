@@ -93,7 +93,8 @@ struct EstimateRecord {
 /// The names of BranchEvent::Kind, by their numbers.
 const std::vector<const char *> &event_names();
 
-/// Collects a point from all ranks. `scale`: of the parameter's values. Collective.
+/// Collects a point from all ranks, but for the value of its parameter. `scale`: of these values, for the tangent.
+/// Collective.
 PointRecord collect(const BranchPoint &point, double seconds, double scale);
 
 } // namespace dovetail
