@@ -19,7 +19,8 @@ ANSWER = "results.h5"
 class GivenCase(CaseFile):
     """A case file, or a dict as if parsed from one whose files are named from the working directory, with changes.
 
-    changes : values by key, as "contact.friction"; files among them are named from where those of the case are.
+    changes : values by key, as "contact.friction"; None leaves the key, or section, out. Files among them are named from where those of
+    the case are.
     """
 
     def __init__(self, case, changes=()):
@@ -35,7 +36,10 @@ class GivenCase(CaseFile):
             if isinstance(value, dict):
                 raise ValueError(f"{key}: a table would replace all that the case has there; change each key by its name, such as "
                                  f"{key}.{next(iter(value), 'friction')}")
-            place[name] = value
+            if value is None:
+                place.pop(name, None)
+            else:
+                place[name] = value
 
     def text(self, folder):
         """A copy that lies in `folder` and leaves its results there."""
@@ -69,8 +73,8 @@ def run(case: str | os.PathLike | dict, ranks: int | None = None, out: str | os.
     binary : path-like, optional
         The program; default: build/dovetail of this source tree, or dovetail on the path.
     **changes
-        Values by key of the case file, in its units: run("case.toml", out="a", **{"contact.friction": 0.3}). Files
-        are named from where those of the case are.
+        Values by key of the case file, in its units: run("case.toml", out="a", **{"contact.friction": 0.3}). None leaves a key, or a
+        whole section, out. Files are named from where those of the case are.
 
     Returns
     -------

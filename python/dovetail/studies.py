@@ -32,7 +32,7 @@ class Study:
     case : path-like or dict
         As for `dovetail.run`.
     values : dict
-        Lists of values by key, in units of the case file. Files are named from where those of the case are.
+        Lists of values by key, in units of the case file; None leaves the key out. Files are named from where those of the case are.
     out : path-like, optional
         Folder of the runs; default: CASE_runs beside the case. Needed for a dict.
     ranks : int, optional

@@ -55,6 +55,18 @@ def test_changes_are_of_a_copy(case, tmp_path, monkeypatch):
     assert given == cases_content(case)
 
 
+def test_none_leaves_a_key_or_a_section_out(case, tmp_path):
+    without = GivenCase(case.path, {"harmonic_balance.harmonics": None, "stability": None, "accuracy.tolerance": None}).content
+    expected = cases_content(case)
+    del expected["harmonic_balance"]["harmonics"]
+    expected.pop("stability", None)
+    assert {name: section for name, section in without.items() if section != {}} == expected
+    assert "harmonics" in cases_content(case)["harmonic_balance"]
+    few = dovetail.Study(case.path, {"continuation.max_points": [None, 2]}, out=tmp_path / "runs", binary=BINARY).run(progress=False)
+    all_of_them, two = few.columns()["points"]
+    assert two == 2 < all_of_them
+
+
 def cases_content(case):
     import tomllib
 
@@ -144,8 +156,8 @@ def test_files_among_the_values_are_named_from_the_case_and_read_anew(case, monk
 
 
 def test_values_that_no_case_holds_are_refused_by_key(case, tmp_path):
-    for key, value, words in (("contact.friction", None, "contact.friction: .*None"), ("newton.step_tolerance", np.inf, "newton.step.*inf"),
-                              ("contact.gap", [0.0, np.nan], "contact.gap: .*nan"),
+    for key, value, words in (("contact.friction", [None], "contact.friction: .*None"),
+                              ("newton.step_tolerance", np.inf, "newton.step.*inf"), ("contact.gap", [0.0, np.nan], "contact.gap: .*nan"),
                               ("contact", {"friction": 0.5}, "such as contact.friction"), ("title.a", 1, "title.a: no key")):
         with pytest.raises(ValueError, match=words):
             run(case.path, out=tmp_path / "a", **{key: value})
