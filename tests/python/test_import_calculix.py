@@ -12,7 +12,7 @@ import scipy.sparse.linalg as sla
 from brick_deck import (DENSITY, bar, deck, frequencies, held_end, material, matrices_step, mesh_text, on, rows, run_ccx, solved,
                         static_displacement)
 from dovetail import Joint, Model
-from dovetail.importers import calculix, setup_file
+from dovetail.importers import calculix, deck_damping, inp, setup_file
 from dovetail.importers.elements import cell_of
 from launch import BINARY, SURROUNDINGS, words_of
 
@@ -199,17 +199,58 @@ def test_damping_that_all_materials_have_is_taken(tmp_path):
     assert "mass = 2.5; stiffness = 1e-06" in note and structure.damping == {"mass": 2.5, "stiffness": 1e-6}
 
 
-@pytest.mark.parametrize("card, other", [("*DAMPING, ALPHA=2.5, BETA=1e-6", "*MATERIAL, NAME=UNDAMPED\n"),
-                                         ("*DAMPING, ALPHA=2.5, BETA=1e-6", "*MATERIAL, NAME=OTHER\n*DAMPING, ALPHA=2\n"),
-                                         ("*DAMPING, ALPHA=2.5, COMPOSITE=0.1", "")])
-def test_damping_of_parts_is_said_to_be_left_out(tmp_path, card, other):
-    text = deck().replace("*DENSITY", f"{card}\n*DENSITY", 1)
-    path = run_ccx(tmp_path, "bar", deck())
-    path.write_text(text + other)
-    structure = calculix.read([path])
-    note, = (note for note in structure.notes if "DAMPING" in note)
+THROUGH_TIME = """*STEP, INC=100
+*DYNAMIC, DIRECT, ALPHA=0
+1e-5, 2e-4
+*CLOAD
+BOTTOM, 3, 1.0
+*NODE PRINT, NSET=BOTTOM, FREQUENCY=20
+U
+*END STEP
+"""
+
+
+def displacements(path):
+    """(n,) along z of what *NODE PRINT has printed."""
+    return np.array(re.findall(r"^ +\d+ +\S+ +\S+ +(\S+)$", path.with_suffix(".dat").read_text(), re.M), dtype=float)
+
+
+OF_PARTS = [("*DAMPING, STRUCTURAL=0.1", "*MATERIAL, NAME=UNDAMPED\n"), ("*DAMPING, ALPHA=2.5, COMPOSITE=0.1", ""),
+            ("*DAMPING, STRUCTURAL=0.1", "*MATERIAL, NAME=OTHER\n*DAMPING, STRUCTURAL=0.2\n")]
+OF_ABAQUS = [("*DAMPING, ALPHA=2.5, BETA=1e-6", "*MATERIAL, NAME=UNDAMPED\n"),
+             ("*DAMPING, ALPHA=2.5, BETA=1e-6", "*MATERIAL, NAME=OTHER\n*DAMPING, ALPHA=2\n")]
+
+
+@pytest.mark.parametrize("in_calculix, card, other", [*[(True, *cards) for cards in OF_PARTS],
+                                                      *[(False, *cards) for cards in OF_PARTS + OF_ABAQUS]])
+def test_damping_of_parts_is_said_to_be_left_out(tmp_path, in_calculix, card, other):
+    path = tmp_path / "bar.inp"
+    path.write_text(deck().replace("*DENSITY", f"{card}\n*DENSITY", 1) + other)
+    read = inp.read(path, rayleigh_of_all=in_calculix)
+    note, = deck_damping.notes_of(read.damping, read.damping_named)
     assert re.search(rf"NOT taken: {re.escape(card)} \(.*bar.inp, line \d+\)", note)
-    assert "damping.mass is ALPHA, damping.stiffness BETA" in note and structure.damping == {}
+    assert "damping.mass is ALPHA, damping.stiffness BETA" in note and read.damping == {}
+
+
+@pytest.mark.parametrize("first, second, taken, overruled", [
+    ("ALPHA=4000, BETA=1e-6", "", {"mass": 4000, "stiffness": 1e-6}, 0), ("ALPHA=4000", "BETA=1e-6", {"mass": 4000, "stiffness": 1e-6}, 0),
+    ("ALPHA=4000, BETA=1e-6", "ALPHA=0, BETA=0", {}, 1), ("ALPHA=4000, BETA=1e-6", "ALPHA=8000", {"mass": 8000, "stiffness": 1e-6}, 1),
+    ("STRUCTURAL=0.1, ALPHA=4000", "STRUCTURAL=0.1", {"mass": 4000, "structural": 0.1}, 0)])
+def test_the_last_rayleigh_damping_is_of_all_materials_as_in_calculix(tmp_path, first, second, taken, overruled):
+    """The end of a held bar after 20 steps through time, beside one with a single card of what the import takes."""
+    def damped(words, after=""):
+        return deck(cells=(2, 1, 1)).replace("*DENSITY", f"*DAMPING, {words}\n*DENSITY", 1).replace("*BOUNDARY", after + "*BOUNDARY", 1)
+
+    text = damped(first, "*MATERIAL, NAME=OTHER\n*ELASTIC\n1, 0.3\n" + (f"*DAMPING, {second}\n" if second else ""))
+    structure = calculix.read([run_ccx(tmp_path, "bar", text)])
+    assert structure.damping == taken
+    assert sum("as CalculiX takes the last such card" in note and re.search(r"bar.inp, line \d+\)", note) is not None
+               for note in structure.notes) == overruled
+    one = damped(f"ALPHA={taken.get('mass', 0)}, BETA={taken.get('stiffness', 0)}")
+    two, same, undamped = (displacements(run_ccx(tmp_path, "through_time", some.replace(matrices_step(), THROUGH_TIME)))
+                           for some in (text, one, damped("ALPHA=0")))
+    np.testing.assert_allclose(two, same, rtol=1e-4)
+    assert (np.abs(two / undamped - 1).max() > 0.01) == bool({"mass", "stiffness"} & taken.keys())
 
 
 def test_displacements_given_at_supports_are_said_to_be_left_out(tmp_path):

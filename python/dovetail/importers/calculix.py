@@ -36,7 +36,7 @@ def read(files, *, units="SI"):
         When a file is missing, damaged, or does not go with the others.
     """
     paths = _find(files)
-    deck = inp.read(paths[".inp"], REFUSED)
+    deck = inp.read(paths[".inp"], REFUSED, rayleigh_of_all=True)
     thin = sorted(name for name in deck.cells if not name.startswith(SOLID))
     if thin:
         raise ValueError(f"{deck.path}: wanted solid elements only, found {', '.join(thin)}: CalculiX makes solids of shells and beams, on "

@@ -66,8 +66,9 @@ class Deck:
         return np.where(self.labels[place] == labels, place, -1)
 
 
-def read(path, refused=None):
-    """The Deck in an input file; `refused`, keyword to reason, are not read beside those that no program's deck may have.
+def read(path, refused=None, rayleigh_of_all=False):
+    """The Deck in an input file; `refused`, keyword to reason, are not read beside those that no program's deck may have;
+    `rayleigh_of_all` as for DeckDamping.
 
     Raises
     ------
@@ -82,7 +83,7 @@ def read(path, refused=None):
     _nodes(deck, blocks, _shift(blocks))
     elements = _elements(deck, blocks)
     node_sets, element_sets = Sets("node set"), Sets("element set")
-    damping, step, written = DeckDamping(), 0, 0
+    damping, step, written = DeckDamping(rayleigh_of_all), 0, 0
     for block in blocks:
         if block.keyword == "STEP":
             step += 1
