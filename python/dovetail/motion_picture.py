@@ -11,6 +11,7 @@ from matplotlib.collections import PolyCollection  # noqa: E402
 
 from . import fourier  # noqa: E402
 from .contact_map import COLOURS  # noqa: E402
+from .letters import lend_letters  # noqa: E402
 from .mesh_picture import AZIMUTH, ELEVATION, LIGHT, skin_rows  # noqa: E402
 from .moving_mesh import largest_at, moving_mesh  # noqa: E402
 from .plot import STYLE, point_title  # noqa: E402
@@ -53,6 +54,7 @@ def motion_film(results, point, path, sector=None, up="z", hz=False, model=None)
         polygons.set(facecolors=colours, edgecolors=colours)
         return [polygons]
 
+    lend_letters(figure)
     with plt.rc_context({"savefig.bbox": None}):
         FuncAnimation(figure, show, FRAMES).save(path, PillowWriter(fps=FRAMES / SECONDS), dpi=FILM_DPI)
     plt.close(figure)

@@ -6,6 +6,8 @@ import numpy as np
 from matplotlib.path import Path
 from matplotlib.transforms import Bbox
 
+from .letters import lend_letters
+
 OFFSETS = ((4, 4), (4, -9), (-4, 4), (-4, -9), (0, 6), (9, -3), (-9, -3), (0, -12))  # tried in this order [points]
 SIZE = 7  # of the letters [points]
 MOST = 5  # labels of a kind
@@ -62,6 +64,7 @@ def place_labels(axis, kinds, free=(), background=None, lines=()):
     if not any(kinds):
         return
     figure = axis.figure
+    lend_letters(figure)
     figure.draw_without_rendering()  # settles the layout, of which labels are no part
     renderer = figure.canvas.get_renderer()
     legend = axis.get_legend()

@@ -7,6 +7,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Lock
 
 from .results import Results
+from .saved_picture import save_picture
 from .watch import PAUSE, SHARE, head_of, is_running, shares_of
 
 HOSTS = ("127.0.0.1", "localhost")  # by which the page may be asked for: other names are those of strangers' pages
@@ -70,8 +71,6 @@ class Page:
 
     def picture(self):
         """The curve as SVG; one at a time, as pyplot wants, and the less often the longer it takes."""
-        from matplotlib import pyplot
-
         from .plot import response
 
         with self._drawing:
@@ -80,8 +79,7 @@ class Page:
             drawn = f"{len(results)} {running}"
             if drawn != self._drawn and (not running or began > self._next):
                 figure, file = response(results, [self.dof] if self.dof else None), io.BytesIO()
-                figure.savefig(file, format="svg")
-                pyplot.close(figure)
+                save_picture(figure, file, format="svg")
                 self._drawn, self._picture = drawn, file.getvalue()
                 self._next = time.monotonic() + max(PAUSE, SHARE * (time.monotonic() - began))
             return self._picture

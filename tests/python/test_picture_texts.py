@@ -5,12 +5,14 @@ import subprocess
 import sys
 
 import pytest
-from matplotlib import pyplot
+from matplotlib import font_manager, pyplot
 from matplotlib.text import Text
 from PIL import Image
 
-from dovetail import plot_command
+from dovetail import letters, plot_command
 from dovetail.__main__ import main
+from dovetail.plot_labels import place_labels
+from dovetail.saved_picture import save_picture
 from launch import BINARY, ROOT, SURROUNDINGS
 
 KINDS = ("response", "history", "hysteresis", "map", "pressure", "motion", "waterfall")
@@ -87,3 +89,26 @@ def test_names_of_axes_in_space_are_in_the_picture(folder, monkeypatch):
     picture = Image.open(path).convert("RGB")
     red = [(i % picture.width, i // picture.width) for i, colour in enumerate(picture.getdata()) if colour == (255, 0, 0)]
     assert red and all(2 < x < picture.width - 3 and 2 < y < picture.height - 3 for x, y in red)
+
+
+@pytest.mark.filterwarnings("error:Glyph")
+def test_letters_that_the_font_lacks_come_from_another(tmp_path, monkeypatch, capsys):
+    """Of a font that comes with matplotlib. A letter that no font has is named once."""
+    monkeypatch.setattr(letters, "KNOWN", {})
+    found, none = "\u1d81", "中"
+    figure, axis = pyplot.subplots()
+    title = figure.suptitle(f"Stoß {found}")
+    place_labels(axis, [[(0.5, 0.5, "1")]])  # draws, too
+    save_picture(figure, tmp_path / "found.svg")
+    assert title.get_fontfamily()[0] == "sans-serif" and len(title.get_fontfamily()) == 2 and letters.KNOWN.keys() == {found}
+    assert not any(capsys.readouterr())
+    own = [entry for entry in font_manager.fontManager.ttflist if entry.name == "DejaVu Sans"]
+    monkeypatch.setattr(font_manager.fontManager, "ttflist", own)
+    monkeypatch.setattr(font_manager, "findSystemFonts", list)
+    for name in ("once.png", "twice.png"):
+        figure, axis = pyplot.subplots()
+        axis.plot([0, 1], label=none)
+        axis.legend()
+        save_picture(figure, tmp_path / name)
+    said = capsys.readouterr().err
+    assert said.count("no installed font") == 1 and f"has {none}, drawn as boxes" in said
