@@ -28,6 +28,7 @@ class Response:
     located : points that the run has located as its maxima
     slopes : a function without arguments, which gives the slopes of `along` (n,) and `coefficients` (n, 2H+1) by arc length; or None
     breaks : numbers of the points behind which other harmonics are kept: from there to the next the curve is a straight line
+    omega_slopes : (n,) of peaks that are followed, the slopes of `omega` by arc length; or None
     """
 
     name: str
@@ -42,6 +43,7 @@ class Response:
     located: np.ndarray = field(repr=False)
     slopes: Callable | None = field(default=None, repr=False)
     breaks: np.ndarray = field(default=(), repr=False)
+    omega_slopes: np.ndarray | None = field(default=None, repr=False)
 
     def curve(self, n=DRAWN):
         """(along, amplitude) of the curve as it is drawn, NaN behind each jump: n values from each point to the next, by the cubic with
@@ -50,30 +52,41 @@ class Response:
             raise ValueError(f"n must be at least 1, found {n}")
         if self.slopes is None:
             return with_gaps(self.along, self.jumps), with_gaps(self.amplitude, self.jumps)
-        along, coefficients = zip(*(part for piece in pieces(len(self.along), self.jumps) for part in self._cubics(piece, n)))
-        coefficients = np.concatenate(coefficients)[:-1]
+        along, coefficients = self._drawn(self.coefficients, *self.slopes(), n)
         parts = np.array_split(coefficients, 1 + len(coefficients) // AT_ONCE)
-        return np.concatenate(along)[:-1], np.concatenate([fourier.amplitude(part) for part in parts])
+        return along, np.concatenate([fourier.amplitude(part) for part in parts])
 
-    def _cubics(self, piece, n):
-        """Parts (along, coefficients) of a piece without jumps, then one that is no number."""
-        slope, slopes = self.slopes()
+    def omega_curve(self, n=DRAWN):
+        """(along, omega) likewise, of peaks that are followed."""
+        if self.omega_slopes is None:
+            return with_gaps(self.along, self.jumps), with_gaps(self.omega, self.jumps)
+        along, omega = self._drawn(self.omega[:, None], self.slopes()[0], self.omega_slopes[:, None], n)
+        return along, omega[:, 0]
+
+    def _drawn(self, values, slope, slopes, n):
+        """`along`, of this slope, and values (n, ...) with theirs as they are drawn."""
+        parts = (part for piece in pieces(len(self.along), self.jumps) for part in self._cubics(piece, values, slope, slopes, n))
+        along, drawn = zip(*parts)
+        return np.concatenate(along)[:-1], np.concatenate(drawn)[:-1]
+
+    def _cubics(self, piece, values, slope, slopes, n):
+        """Parts (along, values) of a piece without jumps, then one that is no number."""
         part = np.arange(n) / n
         for i in range(piece.start, piece.stop - 1):
             step = self.arclength[i + 1] - self.arclength[i]
             if i in self.breaks:
-                yield self.along[i:i + 1], self.coefficients[i:i + 1]
+                yield self.along[i:i + 1], values[i:i + 1]
             elif step > 0:
-                yield (cubic(self.along[i:i + 2], slope[i:i + 2], step, part),
-                       cubic(self.coefficients[i:i + 2], slopes[i:i + 2], step, part))
-        yield self.along[piece.stop - 1:piece.stop], self.coefficients[piece.stop - 1:piece.stop]
-        yield np.array([np.nan]), np.full((1, self.coefficients.shape[1]), np.nan)
+                yield (cubic(self.along[i:i + 2], slope[i:i + 2], step, part), cubic(values[i:i + 2], slopes[i:i + 2], step, part))
+        yield self.along[piece.stop - 1:piece.stop], values[piece.stop - 1:piece.stop]
+        yield np.array([np.nan]), np.full((1, values.shape[1]), np.nan)
 
     def _top(self, i):
         """(along, amplitude) of the maximum near point i."""
         if self.slopes is None:
             return top(self.along, self.arclength, self.amplitude, i)
-        along, coefficients = (np.concatenate(parts) for parts in zip(*list(self._cubics(slice(i - 1, i + 2), FINE))[:-1]))
+        found = list(self._cubics(slice(i - 1, i + 2), self.coefficients, *self.slopes(), FINE))[:-1]
+        along, coefficients = (np.concatenate(parts) for parts in zip(*found))
         amplitude = fourier.amplitude(coefficients)
         highest = int(np.clip(np.argmax(amplitude), 1, len(along) - 2))
         return top(along, np.arange(len(along), dtype=float), amplitude, highest)

@@ -81,7 +81,8 @@ def response(results, dofs=None, at=None, hz=False):
             dress(axis.yaxis, PANELS[kind], results.unit_of(names[0]))
             legend_above(axis)
         if tracked:
-            axes[-2].plot(frequency, results.frequency if hertz else results.omega, **_line(0))
+            along, omega = curve.omega_curve()
+            axes[-2].plot(along, results.unit.hertz(omega) if hertz else omega, **_line(0))
             dress(axes[-2].yaxis, "frequency", "Hz" if hertz else results.unit.omega)
         for i, state in enumerate(("slip", "open")):
             axes[-1].plot(curves.with_gaps(frequency, results.jumps), curves.with_gaps(100 * results.points(state), results.jumps),

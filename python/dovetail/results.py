@@ -248,7 +248,8 @@ class Results:
         return curves.Response(str(dof), self.unit_of(dof), self.omega, self.frequency, self.along, self.points("arclength"),
                                fourier.amplitude(coefficients), coefficients, self.jumps, self.located_peaks(dof),
                                self._slopes_of(dof) if self._has_tangents else None,
-                               np.flatnonzero(np.diff(self.points("harmonics"))) if self._has_tangents else ())
+                               np.flatnonzero(np.diff(self.points("harmonics"))) if self._has_tangents else (),
+                               self._points.get("tangent_omega"))
 
     def curve(self, dof: str | int | None = None, n: int = curves.DRAWN) -> tuple[np.ndarray, np.ndarray]:
         """(along, amplitude) of an unknown or a node as the curve is drawn, n values from each point to the next: `Response.curve`."""

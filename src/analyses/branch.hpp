@@ -40,11 +40,12 @@ struct BranchPoint {
   const std::vector<Activity> &activity; ///< of the own contact points, scaled; valid during the call only
   const Stability *stability;            ///< null unless asked for
   const ErrorEstimate *error;            ///< likewise
-  double between;        ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
-  double progress;       ///< 0..1, how far from `from` to `to`
-  bool located;          ///< found within a step, which led farther
-  double omega = 0;      ///< frequency, scaled, where it is neither the parameter nor fixed
-  Vec tangent = nullptr; ///< d y by arc length, times any factor; null for modes
+  double between;         ///< estimated error of the amplitude on the piece of curve up to here: see BetweenPoints
+  double progress;        ///< 0..1, how far from `from` to `to`
+  bool located;           ///< found within a step, which led farther
+  double omega = 0;       ///< frequency, scaled, where it is neither the parameter nor fixed
+  Vec tangent = nullptr;  ///< d y by arc length, times any factor; null for modes
+  double omega_slope = 0; ///< d omega likewise, times the same
 };
 
 /// Something worth a line in words. `fold`, `peak`, `branch` and `stability` are places on the curve, located, and the

@@ -131,14 +131,12 @@ bool PeakStepper::solve_within(const CurvePoint &until, double value, CurvePoint
 
 // Points at the values of `at` between here_ and `until`. The end of the range, where it is among them, needs a peak:
 // else the step is refused.
-Stepper::Outcome PeakStepper::pass_wanted(Vec normal, double plain, const CurvePoint &until) {
+Stepper::Outcome PeakStepper::pass_wanted(const CurvePoint &until) {
   const double from = here_.parameter, sense = until.parameter < from ? -1 : 1;
   const auto passed = [&](double value) {
     return (value - from) * sense > 0 && (until.parameter - value) * sense >= 0;
   };
-  const auto along = [&](const CurvePoint &s) {
-    return arclength_ + (curve_->plane(normal, s.y) - curve_->plane(normal, here_.y)) * plain;
-  };
+  const auto along = [&](const CurvePoint &s) { return arclength_ + chord_to(s); };
   const bool arrives = passed(settings_.to);
   CurvePoint last = curve_->point();
   if (arrives && !solve_within(until, settings_.to, last)) {
@@ -166,14 +164,14 @@ Stepper::Outcome PeakStepper::pass_wanted(Vec normal, double plain, const CurveP
 
 // A fold of the track: beyond, it leads back along the minimum of the response that the peak meets here; in a corner,
 // along another corner.
-Stepper::Outcome PeakStepper::meet_minimum(Vec normal, double step, double plain) {
+Stepper::Outcome PeakStepper::meet_minimum(Vec normal, double step) {
   const Measured rate = [](CurvePoint &s) { return parameter_of(s.t); };
   std::optional<Located> fold =
       locator().between(normal, {0, here_.y, rate(here_)}, {step, trial_.y, rate(trial_)}, rate);
   const bool corner = leg_->lies_in_corner(), phase = settings_.kind == TrackedPeak::phase;
   if (fold) {
-    if (const Outcome outcome = pass_wanted(normal, plain, fold->at); outcome != Outcome::on) return outcome;
-    report(fold->at, arclength_ + fold->along * plain, true);
+    if (const Outcome outcome = pass_wanted(fold->at); outcome != Outcome::on) return outcome;
+    report(fold->at, arclength_ + chord_to(fold->at), true);
     std::swap(here_, fold->at);
     ++summary_.counts.folds;
     notify(BranchEvent::Kind::fold,
@@ -187,17 +185,17 @@ Stepper::Outcome PeakStepper::meet_minimum(Vec normal, double step, double plain
                                     : "the peak met a minimum of the amplitude and vanished");
 }
 
-Stepper::Outcome PeakStepper::pass(Vec normal, double step, double plain, bool at_kink) {
+Stepper::Outcome PeakStepper::pass(Vec normal, double step, double, bool at_kink) {
   if (leg_->lies_in_corner() && !is_peak(trial_)) {
     refusal_ = "the peak leaves the corner within the step";
     return Outcome::refused;
   }
   if (parameter_of(here_.t) * parameter_of(trial_.t) < 0) {
     refusal_ = "the track turns back in a corner"; // to a minimum: the peak itself goes on, if in the corner
-    return at_kink ? Outcome::refused : meet_minimum(normal, step, plain);
+    return at_kink ? Outcome::refused : meet_minimum(normal, step);
   }
-  if (const Outcome outcome = pass_wanted(normal, plain, trial_); outcome != Outcome::on) return outcome;
-  arclength_ += step * plain;
+  if (const Outcome outcome = pass_wanted(trial_); outcome != Outcome::on) return outcome;
+  arclength_ += chord_to(trial_); // not by the plane of the step: the tangent's plain length changes within it
   std::swap(here_, trial_);
   report(here_, arclength_);
   leap_ = shortest(settings_);
@@ -220,8 +218,8 @@ double PeakStepper::chord_to(const CurvePoint &s) const {
 }
 
 // [dX; d parameter] along the track, of its plain length, which counts the frequency in.
-UniqueVec PeakStepper::tangent_of(const CurvePoint &s) const {
-  const double along = curve_->norm.product(s.t, here_.t) < 0 ? -1 : 1, plain = plain_length(s.t);
+UniqueVec PeakStepper::tangent_of(const CurvePoint &s, double along) const {
+  const double plain = plain_length(s.t);
   UniqueVec tangent = peak_.system().unknowns();
   {
     const ReadValues from(s.t);
@@ -237,11 +235,12 @@ UniqueVec PeakStepper::tangent_of(const CurvePoint &s) const {
 void PeakStepper::report(const CurvePoint &s, double arclength, bool located) {
   ++summary_.counts.points;
   leg_->track->take(s.y);
-  const UniqueVec tangent = tangent_of(s);
+  const double along = curve_->norm.product(s.t, here_.t) < 0 ? -1 : 1;
+  const UniqueVec tangent = tangent_of(s, along);
   const double progress = 1 - std::abs(settings_.to - s.parameter) / unit_;
   observer_.point({peak_.y(), peak_.system(), s.parameter, arclength, s.newton,
                    static_cast<const ResponseData &>(*s.data).activity, nullptr, nullptr, NAN, progress, located,
-                   peak_.omega(), tangent});
+                   peak_.omega(), tangent, along * leg_->track->omega_of(s.t)});
 }
 
 void PeakStepper::notify(BranchEvent::Kind kind, const std::string &text, const CurvePoint &s) {

@@ -34,11 +34,11 @@ private:
   Outcome no_step() override;
   bool is_peak(const CurvePoint &s);
   bool solve_within(const CurvePoint &until, double value, CurvePoint &s);
-  Outcome pass_wanted(Vec normal, double plain, const CurvePoint &until);
-  Outcome meet_minimum(Vec normal, double step, double plain);
+  Outcome pass_wanted(const CurvePoint &until);
+  Outcome meet_minimum(Vec normal, double step);
   Outcome end(End how, const std::string &why = "");
   double chord_to(const CurvePoint &s) const;
-  UniqueVec tangent_of(const CurvePoint &s) const;
+  UniqueVec tangent_of(const CurvePoint &s, double along) const;
   void report(const CurvePoint &s, double arclength, bool located = false);
   void notify(BranchEvent::Kind kind, const std::string &text, const CurvePoint &s);
   std::string name() const { return settings_.parameter->name; }

@@ -111,6 +111,7 @@ PointRecord collect(const BranchPoint &point, double seconds, double scale) {
   std::tie(record.tangent, record.tangent_parameter) = physical(layout, system.scales(), all.take(2));
   for (double &value : record.tangent) value /= length;
   record.tangent_parameter *= scale / length;
+  record.tangent_omega = point.omega_slope * system.scales().frequency / length;
   return record;
 }
 

@@ -44,6 +44,7 @@ struct PointRecord {
   std::vector<double> coefficients; ///< (N_a + 3 N_x, 2H+1) [user units]
   std::vector<double> tangent;      ///< of a response: the same by arc length, and
   double tangent_parameter = 0;     ///< what it is followed over by arc length
+  double tangent_omega = 0;         ///< of followed peaks: omega by arc length
 };
 
 /// Something on the way along the branch.

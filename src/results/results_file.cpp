@@ -136,7 +136,10 @@ void ResultsFile::make_columns(const Case &study, const ReducedModel &model) {
   real("open", &PointRecord::open);
   over_path_ = !study.range().is_sweep();
   if (study.path) real("parameter", &PointRecord::parameter);
-  if (study.follows_peaks()) real("tracked_amplitude", &PointRecord::tracked);
+  if (study.follows_peaks()) {
+    real("tracked_amplitude", &PointRecord::tracked);
+    real("tangent_omega", &PointRecord::tangent_omega);
+  }
   if (study.mode) {
     real("damping_ratio", &PointRecord::damping_ratio);
     real("friction_energy", &PointRecord::friction_energy);

@@ -183,6 +183,16 @@ def test_a_peak_vanishes_where_it_meets_a_minimum(tmp_path):
     assert "no peak lies within continuation.omega" in done.err
 
 
+def test_the_frequency_between_points_is_on_the_cubic(tmp_path):
+    (tmp_path / "dense").mkdir()
+    values = np.linspace(1, 0.5, 21)
+    _, results = track(tmp_path, "dof5", "friction", 1, 0.5, values[2:-1:2].tolist())
+    wanted = at_values(track(tmp_path / "dense", "dof5", "friction", 1, 0.5, values[1::2].tolist())[1], values[1::2])[:, 0]
+    drawn, straight = (np.abs(np.interp(values[1::2], along[::-1], omega[::-1]) - wanted).max() for along, omega in
+                       (results.response("a1").omega_curve(64), (results.parameter, results.omega)))
+    assert drawn < 0.05 * straight
+
+
 def test_pictures_and_info_tell_of_the_peak(tmp_path):
     done, results = track(tmp_path, "dof5", "friction", 1, 0.9)
     assert np.all(np.diff(results.parameter) < 0) and results.tracked_amplitude.shape == results.omega.shape
@@ -190,7 +200,7 @@ def test_pictures_and_info_tell_of_the_peak(tmp_path):
     assert np.abs(np.linalg.norm(row, axis=1) / results.tracked_amplitude - 1).max() < 1e-14
     *_, frequency, states = plot.response(results, ["a1"]).axes
     assert frequency.get_ylabel().startswith("frequency") and states.get_xlabel().startswith("friction")
-    np.testing.assert_array_equal(frequency.lines[0].get_ydata(), results.omega)
+    np.testing.assert_array_equal(frequency.lines[0].get_xydata(), np.transpose(results.response("a1").omega_curve()))
     text = info.describe(done.folder / "results.h5")
     assert "last peak of a1" in text and f"at friction {results.parameter[-1]:.7g}, {results.omega[-1]:.7g} rad/s" in text
 
