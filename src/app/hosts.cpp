@@ -13,6 +13,9 @@
 namespace dovetail {
 namespace {
 
+constexpr const char *one_folder = "; all ranks need one folder: name one that all hosts share, with "
+                                   "output.directory or --out";
+
 std::string host() {
   char name[256] = "";
   gethostname(name, sizeof name - 1);
@@ -38,9 +41,23 @@ void refuse_unshared(MPI_Comm comm, const std::filesystem::path &folder, std::st
   on_all_ranks(comm, [&] {
     if (rank == 0 || token.empty() || FolderLock::sees(folder, token)) return;
     throw InputError(folder.string() + ": rank " + std::to_string(rank) + " on host " + host() +
-                     " does not see what rank 0 on host " + writer +
-                     " has written there; all ranks need one folder: name one that all hosts share, with "
-                     "output.directory or --out");
+                     " does not see what rank 0 on host " + writer + " has written there" + one_folder);
+  });
+}
+
+void refuse_unshared_file(MPI_Comm comm, const std::filesystem::path &file) {
+  int rank;
+  MPI_Comm_rank(comm, &rank);
+  std::error_code unreadable;
+  const int sees = std::filesystem::exists(file, unreadable);
+  int first = sees;
+  MPI_Bcast(&first, 1, MPI_INT, 0, comm);
+  const std::string other = shared(comm, host(), 0);
+  on_all_ranks(comm, [&] {
+    if (sees == first) return;
+    const auto in_words = [](int one) { return one ? " sees it" : " does not see it"; };
+    throw InputError(file.string() + ": rank " + std::to_string(rank) + " on host " + host() + in_words(sees) +
+                     ", rank 0 on host " + other + in_words(first) + one_folder);
   });
 }
 

@@ -11,6 +11,9 @@ namespace dovetail {
 /// folder's lock, given on rank 0; empty: nothing to look for. Collective.
 void refuse_unshared(MPI_Comm comm, const std::filesystem::path &folder, std::string token);
 
+/// Throws InputError where some ranks see a file that others do not. Collective.
+void refuse_unshared_file(MPI_Comm comm, const std::filesystem::path &file);
+
 /// That ranks take turns on the cores of a host, or nothing. Collective.
 std::string note_on_cores(MPI_Comm comm);
 

@@ -89,8 +89,11 @@ Checked check_input(MPI_Comm comm, const Request &request) {
     check_path(study, checked.contact);
     checked.initial = initial_preload(study, points);
     checked.dofs = modes + 3 * points;
-    if (request.restart) checked.earlier = earlier_run(study, checked.contact, checked.dofs);
   });
+  if (request.restart) {
+    refuse_unshared_file(comm, state_of(checked.study));
+    on_all_ranks(comm, [&] { checked.earlier = earlier_run(checked.study, checked.contact, checked.dofs); });
+  }
   return checked;
 }
 

@@ -41,6 +41,21 @@ def test_a_folder_that_one_rank_does_not_see_is_refused(tmp_path):
     assert list(folder.iterdir()) == []
 
 
+def test_a_restart_says_which_rank_does_not_see_the_earlier_run(tmp_path):
+    if why := namespaces_missing():
+        pytest.skip(why)
+    case, folder, elsewhere = chain.write(tmp_path, 2, most=2), tmp_path / "out", tmp_path / "elsewhere"
+    words_of([BINARY, "run", case, "--out", folder])
+    before = sorted(folder.iterdir())
+    for rank, seen in (("1", ("does not see it", "sees it")), ("0", ("sees it", "does not see it"))):
+        elsewhere.write_text(ELSEWHERE.replace("= 1 ]", f"= {rank} ]"))
+        elsewhere.chmod(0o755)
+        _, err = words_of(["mpirun", "-n", "2", elsewhere, folder, BINARY, "run", case, "--out", folder, "--restart"], 2)
+        host = socket.gethostname()
+        assert f"{folder}/state.h5: rank 1 on host {host} {seen[0]}, rank 0 on host {host} {seen[1]}; all ranks need one folder" in err
+    assert sorted(folder.iterdir()) == before
+
+
 def test_ranks_that_have_to_share_cores_or_have_no_contact_point_are_told(tmp_path):
     cores = len(os.sched_getaffinity(0))
     done = run(SimpleNamespace(path=chain.write(tmp_path, 1, most=2)), ranks=cores + 1)
