@@ -1,10 +1,18 @@
 #include "analyses/response.hpp"
 
+#include <algorithm>
+#include <cstdio>
 #include <utility>
 
 #include "support/error.hpp"
 
 namespace dovetail {
+namespace {
+
+constexpr double beside = 0.9; // a frequency, where a resonance at the other is none any more
+constexpr double room = 30;    // between rounding errors and a tolerance that Newton's method meets at once
+
+} // namespace
 
 Response::Response(HarmonicSystem &given, const NewtonSettings &newton, const BranchSettings &settings, double unit,
                    SolveCounts &counts)
@@ -17,6 +25,19 @@ void Response::follow(HarmonicSystem &system) {
   system_ = &system;
   curve_ = std::make_unique<ResponseCurve>(system, newton_, unit_, weighted_, counts_);
   meter_ = std::make_unique<AmplitudeMeter>(system.layout(), watched_);
+}
+
+std::string Response::lost_to_rounding(double value) {
+  if (!is_sweep()) return "";
+  const double rounding = std::min(curve_->rounding(value), curve_->rounding(beside * value)); // one may be a resonance
+  if (!(rounding > newton_.residual_tolerance)) return "";
+  char words[400];
+  std::snprintf(words, sizeof words,
+                "; rounding errors alone leave a residual of %.1g, more than newton.residual_tolerance = %.1g allows: "
+                "something in the model is so stiff that its forces cancel. Make rigid links softer, a thousand to a "
+                "million times as stiff as what they join, or give newton.residual_tolerance = %.0e",
+                rounding, newton_.residual_tolerance, room * rounding);
+  return words;
 }
 
 std::unique_ptr<HarmonicSystem> Response::with(int harmonics) const {

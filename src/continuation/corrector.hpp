@@ -54,6 +54,10 @@ public:
   /// A tangent with the Jacobian at any y, on the curve or beside it, and a border.
   Direction tangent_at(Vec y, Vec border, Vec t);
 
+  /// By how much the residual changes when the unknowns of the last iterate change by their last bits, norm: less is
+  /// luck. Collective.
+  double rounding();
+
   double take_work() { return jacobian_->take_work(); } ///< see BorderedJacobian
   double memory() const { return jacobian_->memory(); } ///< see BorderedJacobian
   void recall(double memory) { jacobian_->begin(memory); }

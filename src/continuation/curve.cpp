@@ -62,6 +62,13 @@ bool Curve::solve_at(double value, CurvePoint &s, const StepEffort &effort) {
   return true;
 }
 
+double Curve::rounding(double value) {
+  CurvePoint s = point();
+  check(VecSet(s.y, 0), "measuring rounding errors");
+  solve_at(value, s, {.most = 1});
+  return corrector_.rounding();
+}
+
 void Curve::count(const Corrector::Outcome &newton) {
   counts_.newton += newton.newton, counts_.linear += newton.linear, counts_.inexact += newton.inexact;
 }

@@ -47,6 +47,9 @@ public:
   /// The same one way only.
   bool solve_at(double value, CurvePoint &s, const StepEffort &effort);
 
+  /// The residual that rounding leaves near that value: Corrector::rounding behind one iteration from rest. Collective.
+  double rounding(double value);
+
   /// From now on tangents as accurate as possible, or as usual: places are located by them.
   void precisely(bool yes) { corrector_.tangent_accuracy = yes ? Corrector::high_accuracy : Corrector::usual_accuracy; }
 

@@ -1,5 +1,7 @@
 """The smallest examples of inputs/ show what their pages say."""
 
+import json
+import re
 import runpy
 import shutil
 import subprocess
@@ -9,8 +11,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+import dovetail
 from dovetail import Joint, Results, Structure
-from launch import BINARY, ROOT, SURROUNDINGS
+from launch import BINARY, ROOT, SURROUNDINGS, words_of
 
 
 def results(name, case, folder):
@@ -47,6 +50,20 @@ def test_many_sliders_lie_on_the_closed_form_without_end_of_them(tmp_path):
     omega, ratio = closed["backbone"](X)
     np.testing.assert_allclose(mode.omega[-len(X):], omega, rtol=1e-4)
     np.testing.assert_allclose(mode.damping_ratio[-len(X):], ratio, rtol=2e-2)
+
+
+def test_links_too_stiff_for_rounding_are_told_with_a_tolerance_that_does(tmp_path):
+    folder = tmp_path / "iwan"
+    shutil.copytree(ROOT / "inputs/iwan", folder, ignore=shutil.ignore_patterns("*.h5", "out"))
+    model = folder / "model.py"
+    model.write_text(model.read_text().replace("LINK = 1e9", "LINK = 1e11"))
+    words_of([sys.executable, model])
+    _, err = words_of([BINARY, "run", folder / "case.toml", "--out", folder / "refused"], 3)
+    assert "rounding errors alone leave a residual" in err
+    assert json.loads((folder / "refused/summary.json").read_text())["newton_iterations"] < 500
+    tolerance = float(re.search(r"give newton.residual_tolerance = (\S+)", err)[1])
+    found = dovetail.run(folder / "case.toml", out=folder / "out", binary=BINARY, **{"newton.residual_tolerance": tolerance})
+    assert found.omega[-1] == 1300 and found.peak("x1.t1")[1] == pytest.approx(61.4e-6, rel=1e-3)
 
 
 def test_damper_has_a_best_force(tmp_path):
