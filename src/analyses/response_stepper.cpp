@@ -162,8 +162,8 @@ bool ResponseStepper::change_harmonics(int harmonics, int most_newton, double er
   begin_amplitude();
   control_.set(step);
   char text[120];
-  std::snprintf(text, sizeof text, "%d harmonics from here on (estimated error with %d: %.1e)", harmonics, before,
-                error);
+  std::snprintf(text, sizeof text, "%d %s from here on (estimated error with %d: %.1e)", harmonics,
+                harmonics == 1 ? "harmonic" : "harmonics", before, error);
   report_.event(report_.counts.adaptations, BranchEvent::Kind::harmonics, text, here_.parameter);
   return true;
 }
