@@ -7,10 +7,12 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
+from mpl_toolkits.mplot3d.proj3d import proj_transform  # noqa: E402
 
 from .cells import outer_faces  # noqa: E402
 from .contact_map import COLOURS, dress, marker_area, panel_height, scale  # noqa: E402
 from .joint_plane import in_plane  # noqa: E402
+from .letters import lend_letters  # noqa: E402
 from .plot import LINES, STYLE  # noqa: E402
 from .plot_labels import no_formula  # noqa: E402
 from .plot_units import dress as dress_axis, formatter, labelled  # noqa: E402
@@ -19,6 +21,7 @@ from .units import parse, with_unit  # noqa: E402
 MOST_TRIANGLES = 40000  # drawn; beyond it nodes are merged on a coarser and coarser lattice
 LIGHT = np.array([-0.3, -0.75, 0.6])
 ELEVATION, AZIMUTH = 22.0, -58.0  # of the eye [degrees]
+HIGHEST = 0.92  # of a picture in space: above, the title
 METAL = np.array([0.62, 0.67, 0.73])
 
 
@@ -54,9 +57,23 @@ def mesh_picture(mesh, joint=None, up="z", title="", units="SI"):
         if joint is not None:
             _points(axis, joint["position"][:, order], joint["joint"], joint["names"])
         _view(axis, triangles.reshape(-1, 3)[:, order], ["xyz"[i] for i in order], parse(units).length)
-        if title:
-            figure.suptitle(no_formula(title))
+        _head(figure, axis, triangles.reshape(-1, 3)[:, order], title)
     return figure
+
+
+def _head(figure, axis, places, title):
+    """The title, and the legend if there is one, close above the mesh, which may leave much of its square empty."""
+    lend_letters(figure)
+    figure.draw_without_rendering()
+    to_figure = axis.transData + figure.transFigure.inverted()
+    top = to_figure.transform(np.column_stack(proj_transform(*places.T, axis.get_proj())[:2]))[:, 1].max() + 0.02
+    height = 0.0
+    if legend := axis.get_legend():
+        box = legend.get_window_extent().transformed(figure.transFigure.inverted())
+        height, top = box.height, min(top, HIGHEST - box.height)
+        legend.set_bbox_to_anchor((box.x0, top, 0, height), figure.transFigure)
+    if title:
+        figure.suptitle(no_formula(title), y=min(top + height, HIGHEST) + 0.02, va="bottom")
 
 
 def joint_picture(joints, units="SI"):

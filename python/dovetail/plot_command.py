@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+from .letters import lend_letters
 from .output_files import made
 from .saved_picture import save_picture
 
+MARGIN = 0.15  # around a picture in space [inch]
 SEVERAL = ("response", "waterfall", "mode")  # kinds of picture of more than one file
 
 
@@ -28,9 +30,15 @@ def plot(arguments):
 
 
 def cropped(figure):
-    """Options of a picture in space without its empty margins, but with the names of its axes, which matplotlib cuts off."""
-    names = [getattr(axis, which).label for axis in figure.axes for which in ("xaxis", "yaxis", "zaxis") if hasattr(axis, which)]
-    return {"bbox_inches": "tight", "bbox_extra_artists": [*figure.get_default_bbox_extra_artists(), *names]}
+    """Options of a picture in space without its empty margins: matplotlib would keep all of the square that the axes have."""
+    import numpy as np
+    from matplotlib.transforms import Bbox
+
+    lend_letters(figure)
+    figure.canvas.draw()
+    rows, columns = np.nonzero(np.asarray(figure.canvas.buffer_rgba())[..., :3].min(axis=2) < 255)
+    inked = Bbox([[columns.min(), figure.bbox.height - rows.max()], [columns.max(), figure.bbox.height - rows.min()]])
+    return {"bbox_inches": inked.transformed(figure.dpi_scale_trans.inverted()).padded(MARGIN)}
 
 
 def _several(path, arguments):

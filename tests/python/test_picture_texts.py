@@ -4,13 +4,16 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from matplotlib import font_manager, pyplot
 from matplotlib.text import Text
 from PIL import Image
 
+import brick
 from dovetail import letters, plot_command
 from dovetail.__main__ import main
+from dovetail.mesh_picture import mesh_picture
 from dovetail.plot_labels import place_labels
 from dovetail.saved_picture import save_picture
 from launch import BINARY, ROOT, SURROUNDINGS
@@ -77,6 +80,21 @@ def test_texts_that_overlap_are_found(folder, monkeypatch):
     figure.axes[0].text(0.5, 0.5, "one text", transform=figure.axes[0].transAxes)
     figure.axes[0].text(0.52, 0.5, "another", transform=figure.axes[0].transAxes)
     assert ("another", "one text") in over_each_other(texts(figure))
+
+
+@pytest.mark.parametrize("joints, tall", [(1, False), (1, True), (9, True)])
+def test_a_mesh_has_title_and_legend_close_above(tmp_path, joints, tall):
+    structure = brick.pair()
+    nodes = structure.nodes * ([1, 1, 3] if tall else [3, 1, 0.2])
+    joint = {"position": nodes[:joints], "joint": np.arange(joints), "names": [f"joint {i + 1}" for i in range(joints)]}
+    figure = mesh_picture({"nodes": nodes, "cells": structure.cells}, joint, title="a bar")
+    height = figure.canvas.get_width_height()[1]
+    places = [box for text, box in texts(figure) if text == "a bar" or text.startswith("joint ")]
+    assert len(places) == 1 + joints and all(0 < box.y0 and box.y1 < height for box in places)
+    bbox = plot_command.cropped(figure)["bbox_inches"]
+    assert bbox.y1 * figure.dpi > max(box.y1 for box in places)
+    if not tall:
+        assert bbox.height < 0.6 * figure.get_figheight()
 
 
 def test_names_of_axes_in_space_are_in_the_picture(folder, monkeypatch):
