@@ -66,11 +66,16 @@ def mode_picture(results, dof, harmonic=None, hz=False):
             _peaks(*axes[2:], backbone, row, shaken, shown)
             dress(axes[2].yaxis, f"amplitude of {dof} at the peak", results.unit_of(dof))
         for axis in axes:
-            axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-            axis.xaxis.set_minor_formatter(NullFormatter())
+            number_decades(axis)
         figure.suptitle(no_formula(results.title or results.path.name))
     return figure
+
+
+def number_decades(axis):
+    """Numbers at 1, 2 and 5 of every decade of a logarithmic axis to the right."""
+    axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axis.xaxis.set_minor_formatter(NullFormatter())
 
 
 def from_onset(backbone):

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from .mode_picture import from_onset
+from .mode_picture import from_onset, number_decades
 from .modes import Backbone
 from .plot import LINES, MARKERS, ROOM, STYLE, over
 from .plot_labels import NARROW, ROW, WIDE, folded, legend_above, rows_of
@@ -104,6 +104,7 @@ def several_modes(runs, labels=None, hz=False):
                 axis.plot(backbone.alpha, points, "o", color=LINES[i % len(LINES)][0], markersize=3, markerfacecolor="white")
         axes[0].set(xscale="log", xlim=(begin, None), ylabel="frequency" + bracket("Hz" if hz else runs[0].unit.omega))
         axes[1].set(ylim=(0, None), ylabel="damping ratio [%]", xlabel="modal amplitude" + bracket(runs[0].unit.modal))
+        number_decades(axes[1])
         legend_above(axes[0], columns)
     return figure
 

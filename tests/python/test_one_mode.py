@@ -248,6 +248,8 @@ def test_the_mode_of_a_run(tmp_path):
     assert main(["plot", str(results.path), "--kind", "mode", "--dof", "a1", "-o", str(tmp_path / "mode.png")]) == 0
     assert (tmp_path / "mode.png").read_bytes().startswith(b"\x89PNG")
     axes = several_modes([results, results], ["one", "two"]).axes
+    numbers = {tick.get_text() for tick in axes[1].get_xticklabels()}
+    assert {"10", "20"} <= numbers and not any("^" in number for number in numbers)
     for axis, points in zip(axes, (results.omega, 100 * results.damping_ratio)):
         dots = [line for line in axis.lines if line.get_linestyle() == "None"]
         assert len(dots) == 2 and np.array_equal(dots[0].get_ydata(), points)
