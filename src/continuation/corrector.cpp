@@ -68,14 +68,6 @@ PetscErrorCode Corrector::jacobian(SNES, Vec y, Mat, Mat, void *context) {
 PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f,
                                     SNESConvergedReason *reason, void *context) {
   auto &self = *static_cast<Corrector *>(context);
-  const NewtonEffort &effort = self.effort_;
-  const auto met = [&](const Iterate &then) {
-    return std::abs(f - then.residual) < again * f && std::abs(dy - then.correction) < again * dy;
-  };
-  const auto grows = [&] { // the first iteration often leads out of rest
-    const std::vector<Iterate> &all = self.iterates_;
-    return all.size() > 2 && f > all.back().residual && all.back().residual > all[all.size() - 2].residual;
-  };
   const NewtonSettings &settings = self.settings_;
   const LinearEffort spent = self.jacobian_->take_effort(0);
   self.spent_.iterations += spent.iterations, self.spent_.inexact += spent.inexact;
@@ -84,19 +76,30 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
     *reason = SNES_DIVERGED_FNORM_NAN;
   else if (it > 0 && dy < settings.step_tolerance * y && f < settings.residual_tolerance)
     *reason = SNES_CONVERGED_SNORM_RELATIVE;
-  else if (effort.most > 0 && it >= effort.most)
-    self.given_up_ = "too many Newton iterations";
-  else if (effort.exact && self.spent_.inexact > 0)
-    self.given_up_ = "linear solves leave more than was asked";
-  else if (effort.steady && grows())
-    self.given_up_ = "Newton runs astray";
-  else if (effort.reach > 0 && dy > effort.reach)
-    self.given_up_ = "Newton runs far away";
-  else if (!effort.line_search && std::any_of(self.iterates_.begin(), self.iterates_.end(), met))
-    self.given_up_ = "Newton runs in a circle";
-  if (self.given_up_) *reason = SNES_DIVERGED_MAX_IT;
+  else if ((self.given_up_ = self.why_give_up(it, {f, dy})))
+    *reason = SNES_DIVERGED_MAX_IT;
   self.iterates_.push_back({f, dy});
   return 0;
+}
+
+const char *Corrector::why_give_up(PetscInt iterations, const Iterate &now) const {
+  if (effort_.most > 0 && iterations >= effort_.most) return "too many Newton iterations";
+  if (effort_.exact && spent_.inexact > 0) return "linear solves leave more than was asked";
+  if (effort_.steady && grows(now.residual)) return "Newton runs astray";
+  if (effort_.reach > 0 && now.correction > effort_.reach) return "Newton runs far away";
+  const auto met = [&now](const Iterate &then) {
+    return std::abs(now.residual - then.residual) < again * now.residual &&
+           std::abs(now.correction - then.correction) < again * now.correction;
+  };
+  return !effort_.line_search && std::any_of(iterates_.begin(), iterates_.end(), met) ? "Newton runs in a circle"
+                                                                                      : nullptr;
+}
+
+// Twice in a row; the first iteration often leads out of rest.
+bool Corrector::grows(double residual) const {
+  const std::size_t known = iterates_.size();
+  return known > 2 && residual > iterates_[known - 1].residual &&
+         iterates_[known - 1].residual > iterates_[known - 2].residual;
 }
 
 // A factorisation without room gets more of it, and the solve a second chance: a wanted frequency has but one.

@@ -71,6 +71,11 @@ private:
   static PetscErrorCode jacobian(SNES, Vec y, Mat J, Mat, void *context);
   static PetscErrorCode converged(SNES, PetscInt it, PetscReal y, PetscReal dy, PetscReal f, SNESConvergedReason *,
                                   void *context);
+  struct Iterate {
+    double residual, correction; // norms
+  };
+  const char *why_give_up(PetscInt iterations, const Iterate &now) const; // null: there is hope
+  bool grows(double residual) const;
   Outcome solve_once(Vec y, Vec border, double target, const NewtonEffort &effort, bool &lacked_memory);
   Direction solve_again(Vec r, Vec x, double accuracy);
 
@@ -83,11 +88,8 @@ private:
   std::string usual_search_; // type of line search, basic unless an option says otherwise
   Vec border_ = nullptr;     // of the solve in progress
   double target_ = 0;
-  NewtonEffort effort_; // of the solve in progress
-  LinearEffort spent_;  // likewise, so far
-  struct Iterate {
-    double residual, correction; // norms
-  };
+  NewtonEffort effort_;            // of the solve in progress
+  LinearEffort spent_;             // likewise, so far
   std::vector<Iterate> iterates_;  // of the solve in progress
   const char *given_up_ = nullptr; // why it was, if it was
 };

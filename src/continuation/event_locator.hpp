@@ -40,7 +40,9 @@ public:
   /// hairpin face each other and the step went across: then the way back from trial misses here by as much.
   bool leads_back(double step, double missed) const;
   /// Where another branch crosses: as good as bisection gets, for close to it Newton may land on the other branch.
-  Located branch_point(double step) const;
+  /// Nothing where points in between are not on a straight curve, or those on both sides too far apart: trial is on
+  /// another branch.
+  std::optional<Located> branch_point(double step) const;
 
 private:
   Curve &curve_;

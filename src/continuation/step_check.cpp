@@ -27,7 +27,8 @@ std::optional<std::string> check_orientation(Trial &trial) {
   if (trial.to.sign * trial.from.sign >= 0) return std::nullopt;
   if (trial.measure.straight() && trial.locator.leads_back(trial.step, trial.measure.correction * trial.step)) {
     trial.branch_point = trial.locator.branch_point(trial.step);
-    return std::nullopt;
+    if (trial.branch_point) return std::nullopt;
+    return "the step leads to another branch";
   }
   if (trial.kink && trial.step <= step_limits.close_to_kink) return std::nullopt;
   return "the curve turns round within one step";

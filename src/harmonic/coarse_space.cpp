@@ -9,20 +9,12 @@
 namespace dovetail {
 namespace {
 
-constexpr PetscInt least = 250;  // dofs: with fewer an iteration costs next to nothing
-constexpr double iterations = 8; // that factoring may cost
-constexpr double near_by = 1.5;  // times the highest harmonic's frequency are the highest modes it comes near to
-
-// c motions take 2 c^2 (2H+1)^2 3 N_x operations, an iteration 4 n (2H+1) 3 N_x.
-PetscInt worth_factoring(const Layout &layout) {
-  if (layout.dofs() < least) return 0;
-  return static_cast<PetscInt>(std::sqrt(2 * iterations * layout.dofs() / layout.width));
-}
+constexpr double near_by = 1.5; // times the highest harmonic's frequency are the highest modes it comes near to
 
 } // namespace
 
 CoarseSpace::CoarseSpace(const StuckBases &bases, const Layout &layout, const ModalShare &share)
-    : layout_(layout), own_(share.own), most_(worth_factoring(layout)) {
+    : layout_(layout), own_(share.own), most_(share.few) {
   PetscBool given;
   check(PetscOptionsGetInt(nullptr, "hb_modal_", "-lowest", &most_, &given), "reading options");
   given_ = given;

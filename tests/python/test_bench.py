@@ -2,7 +2,9 @@
 
 import json
 import math
+import re
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ import contact_kernel
 import measure
 import reduction
 import scale
+import scale_model
 import sweeps
 import uneven
 
@@ -148,3 +151,29 @@ def test_collective_calls_of_a_stage_and_where_they_come_from(tmp_path):
     names = {"10": "solve", "25": "step"}.get
     assert [line.split() for line in scale.places(calls, names, 2)] == [["5.00", "Isend", "?", "solve"],
                                                                        ["3.00", "Allreduce", "VecNorm", "solve", "<", "step"]]
+
+
+@pytest.fixture
+def cluster():
+    """A machine that computes and sends, and whose memory is never waited for."""
+    return SimpleNamespace(cores=64, memory=1e9, core_memory=1e9, flops=100.0, latency=10.0, network=1e9, contact=0.0, linear=20.0,
+                           solves=5.0, residuals=4.0)
+
+
+def test_a_point_on_many_ranks(cluster):
+    alone, _ = scale_model.point(200, 5, 1, cluster)
+    assert alone["products"] == pytest.approx(20 * 4 * 200 * 200 * 11 / 100e9, rel=1e-9)
+    assert alone["residuals"] == pytest.approx(4 * 4 * 200 * 200 * 11 / 50e9, rel=1e-9)
+    assert alone["messages"] == 0
+    many, whole = scale_model.point(200, 5, 8, cluster)
+    assert whole and many["vectors"] == pytest.approx(alone["vectors"], rel=1e-3)
+    assert many["products"] == pytest.approx(alone["products"] / 8, rel=1e-9)
+    assert many["messages"] == pytest.approx((20 + 4 + scale_model.OTHER_CALLS) * 3 * 10e-6, rel=1e-3)
+    far, whole = scale_model.point(3000, 5, 8, cluster)
+    assert not whole and far["messages"] == pytest.approx((5 * 20 + 4 + scale_model.OTHER_CALLS) * 3 * 10e-6, rel=1e-3)
+
+
+def test_the_model_has_the_numbers_of_the_program():
+    source = (ROOT / "src/harmonic/modal_share.cpp").read_text()
+    found = {name: float(value) for name, value in re.findall(r"constexpr \w+ (\w+) = (\d+);", source)}
+    assert found == {"least": scale_model.LEAST, "iterations": scale_model.ITERATIONS_TO_FACTOR, "brief": scale_model.BRIEF}

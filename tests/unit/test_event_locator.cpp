@@ -46,7 +46,9 @@ TEST(EventLocator, tells_a_crossing_branch_from_a_hairpin) {
   const CurvePoint here = crossing.at(0, -0.07), there = crossing.on(here, 0.1);
   const EventLocator at_branch(crossing.curve, here, there, tolerance);
   EXPECT_TRUE(at_branch.leads_back(0.1, 1e-3));
-  EXPECT_NEAR(at_branch.branch_point(0.1).at.parameter, 0, 1e-5);
+  const auto found = at_branch.branch_point(0.1);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->at.parameter, 0, 1e-5);
 
   SmallCurve folded(hairpin(30), 30);
   const CurvePoint leg = folded.at(-0.1, -3), other = folded.at(0.09, -2.7);

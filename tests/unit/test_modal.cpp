@@ -61,9 +61,16 @@ std::vector<Misses> misses(double size, int harmonics, double accuracy = 1e-10, 
 
 } // namespace
 
-TEST(Modal, solves_with_the_jacobian) { // both ways; with 40 harmonics the factors, of 729 unknowns, are rough ones
-  for (const auto &[factors, modes] : {std::pair{true, "0"}, {false, "0"}, {false, "4"}}) {
-    const Option most("-hb_factors_most", factors ? "4000" : "0"), lowest("-hb_modal_lowest", modes);
+// All ways; with 40 harmonics the factors, of 729 unknowns, are rough ones. Ranks have whole vectors, or shares of
+// them.
+TEST(Modal, solves_with_the_jacobian) {
+  for (const auto &[factors, modes, whole] : {std::tuple{true, "0", "1000"},
+                                              {false, "0", "1000"},
+                                              {false, "4", "1000"},
+                                              {false, "0", "0"},
+                                              {false, "4", "0"}}) {
+    const Option most("-hb_factors_most", factors ? "4000" : "0"), lowest("-hb_modal_lowest", modes),
+        unknowns("-hb_modal_whole", whole);
     for (const double size : sizes())
       for (const int H : {harmonics, 40})
         for (const Misses &miss : misses(size, H)) {

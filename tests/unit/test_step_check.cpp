@@ -77,6 +77,24 @@ TEST(OrientationCheck, finds_a_branch_that_crosses) {
   EXPECT_NEAR(trial.branch_point->at.parameter, 0, 1e-5);
 }
 
+// Two branches side by side, x = +-(1e-3 + h sin^2 25 pi p), whose determinants differ in sign: no third one crosses
+// between them. With h they are straight at both ends of the step, and steep where it is looked into.
+TEST(OrientationCheck, refuses_a_step_to_the_branch_beside) {
+  for (const double h : {0.0, 6e-3}) {
+    const auto side = [h](double p) { return 1e-3 + h * std::pow(std::sin(25 * M_PI * p), 2); };
+    const auto slope = [h](double p) { return 25 * M_PI * h * std::sin(50 * M_PI * p); };
+    SmallCurve scene(one([side](double x, double p) { return x * x - side(p) * side(p); },
+                         [](double x, double) { return 2 * x; },
+                         [side, slope](double, double p) { return -2 * side(p) * slope(p); }),
+                     1);
+    const CurvePoint here = scene.at(side(0), 0), beside = scene.at(-side(0.1), 0.1);
+    Trial trial = trial_between(scene, here, beside, 0.1, {0, 0.29});
+    EXPECT_TRUE(trial.locator.leads_back(0.1, 0.029)) << h;
+    EXPECT_EQ(check_orientation(trial), "the step leads to another branch") << h;
+    EXPECT_FALSE(trial.branch_point) << h;
+  }
+}
+
 TEST(StepChecks, the_first_that_refuses_says_why) {
   SmallCurve scene(circle(), 1);
   const CurvePoint here = scene.at(1, 0), there = scene.on(here, 0.1);
