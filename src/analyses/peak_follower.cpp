@@ -15,8 +15,7 @@ constexpr const char *doing = "following a peak";
 // Of the sweep before the track, whose highest peak is sought again from where it was found: tolerances of Newton's
 // method and of places, and how well its points draw the curve.
 constexpr double seen = 1e-6, drawn = 1e-2;
-constexpr double beyond_end = 1.2;  // of the way to the end of the range: farther on nobody wants to know
-constexpr double first_step = 0.03; // weighted arc of the track: the first peak lies in no corner it was sent to
+constexpr double beyond_end = 1.2; // of the way to the end of the range: farther on nobody wants to know
 
 } // namespace
 
@@ -87,8 +86,6 @@ bool PeakStepper::find_first(Vec y) {
   const std::string which = peaks == 1 ? "the peak" : "the highest of " + std::to_string(peaks) + " peaks";
   notify(BranchEvent::Kind::start, which + " within continuation.omega", found->at);
   begin(std::move(*found));
-  control_.set(first_step);
-  limit_step();
   return true;
 }
 
