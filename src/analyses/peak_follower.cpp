@@ -1,6 +1,7 @@
 // The first peak of a track, and the whole way along it.
 #include "analyses/peak_follower.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "analyses/peak_stepper.hpp"
@@ -11,6 +12,10 @@ namespace dovetail {
 namespace {
 
 constexpr const char *doing = "following a peak";
+// Of the sweep before the track, whose highest peak is sought again from where it was found: tolerances of Newton's
+// method and of places, and how well its points draw the curve.
+constexpr double seen = 1e-6, drawn = 1e-2;
+constexpr double beyond_end = 1.2; // of the way to the end of the range: farther on nobody wants to know
 
 } // namespace
 
@@ -27,7 +32,9 @@ BranchSummary PeakStepper::run(Vec y, const BranchState *state) {
 
 // Between two steps: where does it stand, and may it go on.
 bool PeakStepper::goes_on() {
-  curve_->recall(curve_->memory()), peak_.begin_solves(peak_.solver_memory()); // so does a restart
+  curve_->recall(curve_->memory()), peak_.begin_solves(peak_.solver_memory());  // so does a restart
+  const double left = (settings_.to - here_.parameter) / parameter_of(here_.t); // along the tangent
+  if (left > 0) control_.set(std::min(control_.step(), std::max(beyond_end * left, control_.shortest())));
   if (observer_.state) observer_.state(state());
   if (summary_.counts.points >= settings_.max_points)
     end(End::max_points, "stopped at continuation.max_points = " + std::to_string(settings_.max_points));
@@ -53,7 +60,11 @@ bool PeakStepper::find_first(Vec y) {
                               },
                               {},
                               observer_.interrupted};
-  const BranchSummary swept = follow_branch(system_, newton_, settings_.search, y, search);
+  const NewtonSettings newton{std::max(newton_.step_tolerance, seen), std::max(newton_.residual_tolerance, seen),
+                              newton_.max_iterations};
+  BranchSettings sweep = settings_.search;
+  sweep.between = std::max(sweep.between, drawn);
+  const BranchSummary swept = follow_branch(system_, newton, sweep, y, search);
   summary_.counts.newton += swept.counts.newton, summary_.counts.linear += swept.counts.linear;
   summary_.counts.inexact += swept.counts.inexact;
   if (swept.end == End::interrupted) {
