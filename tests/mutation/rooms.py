@@ -21,9 +21,9 @@ FAR_CPP = {"": ["verification/test_against_core.py", "verification/test_modal_fo
            "recovery": ["verification/test_range_runs.py", "verification/test_hard_curves.py"],
            "reduction": ["python/test_reduction.py", "verification/test_estimates.py", "verification/test_sector_left_out.py"]}
 # Modules; files of their own quick tests; those of others.
-PYTHON = {"model": (["model*.py", "hdf5_parts.py"], ["python/test_model.py", "python/test_model_file.py"],
+PYTHON = {"model": (["model*.py", "hdf5_parts.py"], [f"python/test_{name}.py" for name in ("model", "model_file", "model_parts")],
                     [f"python/test_{name}.py" for name in ("joint", "cyclic", "structure", "import_matrices")]),
-          "results": (["results.py", "hdf5_read.py"], ["python/test_hdf5_read.py", "python/test_results.py"],
+          "results": (["results.py", "hdf5_read.py"], [f"python/test_{name}.py" for name in ("hdf5_read", "results_values", "results")],
                       [f"python/test_{name}.py" for name in ("motion", "export", "wrong_input", "wishes")] +
                       ["verification/test_sensitivity.py", "verification/test_sector_results.py"])}
 CTEST_SECONDS, PYTEST_SECONDS = 20, 120  # of the processor, of what takes a fifth of that
