@@ -1,6 +1,7 @@
 """Rooms of the source and the tests that guard them: what becomes of one mutant."""
 
 import json
+import math
 import os
 import re
 import resource
@@ -83,11 +84,12 @@ def pytest(root, files):
             *(str(root / "tests" / file) for file in files)]
 
 
-def included(file):
-    """Names of the headers of src that a test includes; if none, of those that headers beside it include."""
+def distance(file, room):
+    """1 where a test includes a header of the room, 2 where a header beside it does, and so on; infinity where none does."""
     names = re.findall(r'^#include "(.*)"', file.read_text(), re.M)
-    beside = [file.parent / name for name in names if (file.parent / name).exists()]
-    return [name for name in names if "/" in name] or [name for header in beside for name in included(header)]
+    if any(name.startswith(f"{room}/") for name in names):
+        return 1
+    return 1 + min((distance(file.parent / name, room) for name in names if (file.parent / name).exists()), default=math.inf)
 
 
 class CppRoom:
@@ -132,13 +134,14 @@ class CppRoom:
         return str(made) if made.exists() else None
 
     def guards(self, file):
-        """(whether near, test), the likeliest first. Near: of the file's name, of its room. Far: these on two ranks, of other rooms."""
+        """(whether near, test), the likeliest first. Near: of the file's name, or its room. Far: these on two ranks, and of other rooms."""
         ordered = []
         for test in self.tests:
             stem = re.sub(r"^\w+\.|\.np\d$", "", test["name"])
             named, two = stem == Path(file).stem, test["name"].endswith("np2")
-            own = named or any(name.startswith(f"{self.name}/") for name in included(self.root / "tests" / "unit" / f"test_{stem}.cpp"))
-            ordered.append(((not (own and not two), not own, not named, two), (own and not two, test)))
+            far = 0 if named else distance(self.root / "tests" / "unit" / f"test_{stem}.cpp", self.name)
+            near = far < math.inf and not two
+            ordered.append(((not near, far, two), (near, test)))
         return [guard for _, guard in sorted(ordered, key=lambda entry: entry[0])]
 
     def notices(self, test, ready):

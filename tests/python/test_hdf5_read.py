@@ -15,8 +15,8 @@ def file(tmp_path):
 
 
 def test_numbers_of_every_kind(file):
-    for kind, values, wanted in (("f", [1.5, -2], np.float64), ("f", np.array([1, 2], np.uint8), np.float64), ("f", [True, False], np.float64),
-                                 ("i", np.array([-1, 2], np.int16), np.int64), ("i", np.array([7, 2**63 - 1], np.uint64), np.int64),
+    for kind, values, wanted in (("f", [1.5, -2], np.float64), ("f", np.array([1, 2], np.uint8), np.float64),
+                                 ("f", [True, False], np.float64), ("i", np.array([-1, 2], np.int16), np.int64), ("i", np.array([7, 2**63 - 1], np.uint64), np.int64),
                                  ("i", np.zeros(0, np.uint64), np.int64), ("f", 3.5, np.float64)):
         file["x"] = values
         found = numbers(file, "x", kind=kind)
@@ -25,7 +25,8 @@ def test_numbers_of_every_kind(file):
 
 
 @pytest.mark.parametrize("values, kind, message", [
-    ([1.5], "i", "/g/x: wanted whole numbers, found values of type float64"), ([True], "i", "/g/x: wanted whole numbers, found values of type"),
+    ([1.5], "i", "/g/x: wanted whole numbers, found values of type float64"),
+    ([True], "i", "/g/x: wanted whole numbers, found values of type"),
     ([b"a"], "f", "/g/x: wanted numbers, found values of type"), ([1j], "f", "/g/x: wanted numbers, found values of type"),
     (h5py.Empty("f8"), "f", "/g/x: wanted numbers, found nothing"), (None, "f", "/g/x: wanted numbers, found a group"),
     (np.array([2**63], np.uint64), "i", "/g/x: 9223372036854775808 is too large")])
@@ -114,7 +115,8 @@ def test_what_is_wrong_names_the_file_once(tmp_path):
             pass
     h5py.File(path, "w").close()
     for error, said in ((OSError(2, "lost"), f"{path}: cannot be read: lost"),
-                        (KeyError("/x is missing"), f"{path}: cannot be read: /x is missing"), (RuntimeError(), f"{path}: cannot be read: "),
+                        (KeyError("/x is missing"), f"{path}: cannot be read: /x is missing"),
+                        (RuntimeError(), f"{path}: cannot be read: "),
                         (ValueError("bad"), f"{path}: bad"), (ValueError(f"bad {path}"), f"bad {path}")):
         with pytest.raises(ValueError) as found:
             with opened(path):

@@ -116,7 +116,8 @@ def test_nothing_is_written_that_was_not_given(tmp_path):
     assert {name.split("/")[0].split("@")[0] for name in found} == {"", "K", "M", "force", "preload", "contact", "mesh"}
     assert [name for name in found if name.startswith("contact")] == ["contact/dofs"]
     assert {name for name in found if name.startswith("mesh")} == {
-        "mesh@materials", "mesh/nodes", "mesh/dof_node", "mesh/dof_direction", "mesh/cells/vertex", "mesh/materials", "mesh/material/vertex"}
+        "mesh@materials", "mesh/nodes", "mesh/dof_node", "mesh/dof_direction", "mesh/cells/vertex", "mesh/materials",
+        "mesh/material/vertex"}
     assert found["mesh/materials"].tolist() == [[2.0, 0.3, 0.0]] and found["@version"] == 1
     read = Model.read(tmp_path / "m.h5")
     assert read.joint is None and read.contact == {} and read.C is None and read.forces == {}
