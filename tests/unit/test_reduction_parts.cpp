@@ -17,7 +17,7 @@ using namespace dovetail;
 namespace {
 
 double value_at(PetscInt row, PetscInt column) {
-  return testing::wave(static_cast<int>(row % 977), static_cast<int>(column));
+  return dovetail::testing::wave(static_cast<int>(row % 977), static_cast<int>(column));
 }
 
 Tall waves(PetscInt rows, PetscInt columns) {
@@ -215,10 +215,10 @@ TEST(MemoryPlan, is_said_in_words) {
 TEST(Fingerprint, is_of_every_number_and_of_its_place) {
   using Change = std::function<void(ReducedModel &)>;
   const auto model_with = [](MPI_Comm comm, const Change &change) {
-    ReducedModel model = testing::small_reduced(comm);
+    ReducedModel model = dovetail::testing::small_reduced(comm);
     Damping damping;
     damping.matrix = damping.of_parts = true;
-    testing::add_damping_matrices(damping, model);
+    dovetail::testing::add_damping_matrices(damping, model);
     const std::size_t own = model.own_contact_dofs();
     model.left_out = {{9, 16}, {{1, 2}}, std::vector<double>(2 * own, 0.5), {1, 2, 3, 4}};
     change(model);
