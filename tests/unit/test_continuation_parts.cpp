@@ -53,7 +53,7 @@ TEST(Halvings, show_a_kink_where_angles_stay_and_corrections_halve) {
   EXPECT_FALSE(begun.add({0.5, 0.125}));
 }
 
-TEST(StepControl, lengths_are_of_eighths_of_octaves_and_not_too_short) {
+TEST(StepLengths, lengths_are_of_eighths_of_octaves_and_not_too_short) {
   const auto limited = [](double step, bool smooth, double shortest = 1e-7) {
     StepControl control(true, step, 1e-3, shortest);
     control.limit({0, 0, 0}, smooth);
@@ -143,7 +143,7 @@ TEST(DriftMonitor, takes_three_steps_in_a_row) {
   }
 }
 
-TEST(BetweenPoints, of_a_quartic_are_in_closed_form) { // its cubic is off by h^4 / 16
+TEST(BetweenInClosedForm, of_a_quartic_are_in_closed_form) { // its cubic is off by h^4 / 16
   BetweenPoints between;
   double s = 0.5;
   between.begin(quartic(s));
@@ -157,7 +157,7 @@ TEST(BetweenPoints, of_a_quartic_are_in_closed_form) { // its cubic is off by h^
   EXPECT_NEAR(found[1], std::pow(0.2 * 0.1, 2) / 2, 1e-12); // two pieces do not tell whether there is a kink
 }
 
-TEST(BetweenPoints, of_a_kink_are_an_eighth_of_its_jump_at_most) { // 0 up to 0.05, then a line that rises by 1
+TEST(BetweenInClosedForm, of_a_kink_are_an_eighth_of_its_jump_at_most) { // 0 up to 0.05, then a line that rises by 1
   const auto kinked = [](double s) { return Amplitude{std::max(0.0, s - 0.05), s > 0.05 ? 1.0 : 0.0}; };
   BetweenPoints between;
   between.begin({0, 0});

@@ -238,8 +238,8 @@ TEST(Resonances, rise_with_springs_and_meet_the_sweep) {
   EXPECT_FALSE(found.sliding.without_bound());
   for (std::size_t j = 0; j < found.stuck.omega.size(); ++j) {
     const double omega = found.stuck.omega[j];
-    EXPECT_LE(found.open.omega[j], found.slipping.omega[j]);
-    EXPECT_LE(found.slipping.omega[j], omega);
+    EXPECT_LE(found.open.omega[j], found.slipping.omega[j] * (1 + 1e-12)); // of modes that the springs leave alone
+    EXPECT_LE(found.slipping.omega[j], omega * (1 + 1e-12));
     const bool first = omega >= 0.9 && omega <= 2, second = omega >= 1.8 && omega <= 4;
     EXPECT_EQ(found.stuck.in_sweep[j], first ? 1 : second ? 2 : 0) << omega;
     EXPECT_EQ(found.driven[j], (Ints{1, 2}));
