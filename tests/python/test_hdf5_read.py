@@ -16,7 +16,8 @@ def file(tmp_path):
 
 def test_numbers_of_every_kind(file):
     for kind, values, wanted in (("f", [1.5, -2], np.float64), ("f", np.array([1, 2], np.uint8), np.float64),
-                                 ("f", [True, False], np.float64), ("i", np.array([-1, 2], np.int16), np.int64), ("i", np.array([7, 2**63 - 1], np.uint64), np.int64),
+                                 ("f", [True, False], np.float64), ("i", np.array([-1, 2], np.int16), np.int64),
+                                 ("i", np.array([7, 2**63 - 1], np.uint64), np.int64),
                                  ("i", np.zeros(0, np.uint64), np.int64), ("f", 3.5, np.float64)):
         file["x"] = values
         found = numbers(file, "x", kind=kind)

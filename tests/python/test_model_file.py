@@ -158,6 +158,7 @@ TORN = "/K: data, ir and jc do not fit together as a square sparse matrix of 9 r
     (replaced("K/jc", lambda a: np.r_[1, a[1:]].astype(np.uint64)), TORN),
     (replaced("K/jc", lambda a: np.r_[a[:-1], a[-1] + 1].astype(np.uint64)), TORN),
     (replaced("K/jc", lambda a: a[[0, 2, 1, *range(3, 10)]]), TORN),
+    (replaced("K/jc", lambda a: np.r_[a[:2], a[1] - np.uint64(1), a[3:]]), TORN),
     (replaced("K/jc", lambda a: joined(a, a[-1])), TORN),
     (changed("K@MATLAB_sparse", 10), TORN.replace("9", "10")),
     (changed("K@MATLAB_sparse", -1), "/K: attribute MATLAB_sparse must be one whole number"),

@@ -55,6 +55,7 @@ def test_edges_are_taken():
     assert taken.mesh["dof_node"].tolist()[:2] == [0, -1] and taken.mesh["changed"]["begin"].tolist() == [0, 0, 2]
     assert taken.mesh["cells"]["line"].shape == (0, 2) and taken.joint["joint"].tolist() == [1]
     held = cyclic(sectors=2, left=[[-1] * 3], right=[[-1] * 3], next_sector=[1, 1], axis=[0.6, 0, 0.8], faces=None)
+    assert cyclic(axis=[0, 0, 1 + 1e-14])["axis"][2] == 1 + 1e-14  # a unit vector but for rounding errors
     assert held["sectors"] == 2 and held["left"].tolist() == [[-1, -1, -1]] and held["next_sector"].tolist() == [1, 1]
     edge = cyclic(left=[[0, 1, 2], [3, -1, -1]], right=[[8, 7, 6], [5, -1, -1]], nodes=[[0, -1], [-1, 2]],
                   faces={"begin": [0, 0, 2], "node": [0, 2], "weight": [0.5, 0.5]})

@@ -54,13 +54,15 @@ def test_a_change_is_noticed_or_not(tmp_path):
     room = PythonRoom(root, scratch, ["small.py"], ["python/test_small.py"], [])
     verdicts = {after.strip(): room.verdict(Mutant("python/dovetail/small.py", 2, "    if a > b:", after))
                 for after in ("    if a <= b:", "    if a >= b:", "    if a >")}
-    assert verdicts == {"if a <= b:": ("killed near", "python/test_small.py"), "if a >= b:": ("survived", ""), "if a >": ("not compiled", "")}
+    assert verdicts == {"if a <= b:": ("killed near", "python/test_small.py"),
+                        "if a >= b:": ("survived", ""), "if a >": ("not compiled", "")}
     assert (scratch / "mutated" / "python" / "dovetail" / "small.py").read_text() == module.read_text()  # for the next one
     (guard.parent / "test_other.py").write_text("def test():\n    pass\n")
     half = PythonRoom(root, tmp_path / "half", ["small.py"], ["python/test_other.py"], None)
     whole = PythonRoom(root, tmp_path / "whole", ["small.py"], ["python/test_none.py"], ["python/test_small.py"])
     mutant = Mutant("python/dovetail/small.py", 2, "    if a > b:", "    if a <= b:")
-    assert half.verdict(mutant) == ("survived near", "") and whole.verdict(mutant, survived_near=True) == ("killed far", "python/test_small.py")
+    assert half.verdict(mutant) == ("survived near", "")
+    assert whole.verdict(mutant, survived_near=True) == ("killed far", "python/test_small.py")
     guard.write_text(guard.read_text() + "    assert False\n")
     assert PythonRoom(root, tmp_path / "fails", ["small.py"], ["python/test_small.py"], []).verdict(mutant) == ("survived", "")  # anyhow
 
