@@ -21,7 +21,7 @@ def opened(path):
         with h5py.File(path, "r", locking=False) as file:
             yield file
     except (OSError, KeyError, RuntimeError) as error:
-        raise ValueError(f"{path}: cannot be read: {error.args[0] if error.args else error}") from error
+        raise ValueError(f"{path}: cannot be read: {error.args[-1] if error.args else error}") from error
     except ValueError as error:
         if str(path) in str(error):
             raise
@@ -43,7 +43,7 @@ def patiently(path, function, what="results file"):
                 return function(file)
         except (OSError, KeyError, RuntimeError) as error:
             if attempt == READ_ATTEMPTS - 1:
-                raise ValueError(f"{path}: not a readable {what}: {error.args[0] if error.args else error}") from error
+                raise ValueError(f"{path}: not a readable {what}: {error.args[-1] if error.args else error}") from error
             time.sleep(READ_PAUSE)
         except ValueError as error:  # of the checks
             raise ValueError(f"{path}: {error}") from None

@@ -156,8 +156,8 @@ class Model(DampingMatrices):
     def _take(self, name, matrix):
         rows, asymmetry = rows_of(matrix, name, self.comm)
         hdf5_parts.agree(self.comm, fault(rows, asymmetry, name))
-        if name != "K" and rows.n != self.n:
-            raise ValueError(f"K and {name} must have the same size, found {self.n} and {rows.n}")
+        if self._rows and rows.n != self.n:
+            raise ValueError(f"{'M' if name == 'K' else 'K'} and {name} must have the same size, found {self.n} and {rows.n}")
         self._rows[name] = rows
         setattr(self, name, matrix)
 

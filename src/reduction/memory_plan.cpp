@@ -37,7 +37,7 @@ MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt k
   const double basis = lanczos_columns(static_cast<PetscInt>(wanted), parts.elastic) + 3 * b;
   const double reduced = 8 * (own_nc * ((2 + damped) * nc + (1 + damped) * modes) + damped * modes * modes);
   const double search = 8 * rows * (basis + wanted + 8 * b) + solving(rows, b, alone) + 3 * 8 * basis * basis + reduced;
-  const double kept = reduced + 8 * kept_rows * (nc + modes) + 8 * rows * modes;
+  const double kept = reduced + 8.0 * kept_rows * (nc + modes) + 8 * rows * modes;
   double counting = 0; // a second factorisation, with pivoting and PETSc's copies, when Psi is gone
   if (count_modes && parts.solver) {
     MatInfo info{};

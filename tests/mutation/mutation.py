@@ -19,14 +19,14 @@ from operators import mutants
 from rooms import CPP, PYTHON, CppRoom, Mutant, PythonRoom
 
 ROOT = Path(__file__).resolve().parents[2]
-VERDICTS = ["killed", "survived", "equivalent", "not compiled"]
+VERDICTS = ["killed near", "killed far", "survived", "survived near", "equivalent", "not compiled"]
 
 
 def room_of(name, scratch, near):
     if name in CPP:
         return CppRoom(name, ROOT, scratch, near)
-    sources, stages = PYTHON[name]
-    return PythonRoom(ROOT, scratch, sources, stages[:1] if near else stages)
+    sources, own, others = PYTHON[name]
+    return PythonRoom(ROOT, scratch, sources, own, None if near else others)
 
 
 def mutants_of(room):
@@ -49,20 +49,20 @@ def told(mutant):
 
 def table(counts):
     """Of {room: {verdict: number}}, in the manner of a Markdown document, so that a note can take it."""
-    lines = ["| room | mutants | " + " | ".join(VERDICTS) + " | score |", "|---|" + "---:|" * (len(VERDICTS) + 2)]
+    lines = ["| room | mutants | " + " | ".join(VERDICTS) + " | score near | score |", "|---|" + "---:|" * (len(VERDICTS) + 3)]
     if len(counts) > 1:
         counts = counts | {"all": sum(counts.values(), Counter())}
     for room, found in counts.items():
-        judged = found["killed"] + found["survived"]
-        score = f"{100 * found['killed'] / judged:.0f} %" if judged else ""
-        lines.append("| " + " | ".join(map(str, [room, sum(found.values()), *(found[verdict] for verdict in VERDICTS), score])) + " |")
+        near, judged = found["killed near"], sum(found[verdict] for verdict in VERDICTS[:4])
+        scores = [f"{100 * killed / judged:.0f} %" if judged else "" for killed in (near, near + found["killed far"])]
+        lines.append("| " + " | ".join(map(str, [room, sum(found.values()), *(found[verdict] for verdict in VERDICTS), *scores])) + " |")
     return "\n".join(lines)
 
 
 def known_verdicts(kept, again):
     """Verdicts of before, by key; without survivors if these are tried again."""
     entries = [json.loads(line) for line in kept.read_text().splitlines()] if kept.exists() else []
-    return {entry["key"]: entry["verdict"] for entry in entries if not (again and entry["verdict"] == "survived")}
+    return {entry["key"]: entry["verdict"] for entry in entries if not (again and entry["verdict"].startswith("survived"))}
 
 
 def try_room(name, chosen, known, scratch):
@@ -75,15 +75,16 @@ def try_room(name, chosen, known, scratch):
     counts, survivors, begin = Counter(), [], time.monotonic()
     for mutant in wanted[:chosen.mutants]:
         key = key_of(mutant)
-        if key not in known:
+        before = known.get(key)
+        if before is None or before == "survived near" and not chosen.near:
             if time.monotonic() - begin > 60 * chosen.minutes:
                 break
-            known[key], killer = room.verdict(mutant)
+            known[key], killer = room.verdict(mutant, before is not None)
             with chosen.kept.open("a") as file:
                 file.write(json.dumps({"key": key, "verdict": known[key], "by": killer, "at": told(mutant)}) + "\n")
             print(f"{known[key]}: {mutant.file}:{mutant.line} {killer}", file=sys.stderr, flush=True)
         counts[known[key]] += 1
-        if known[key] == "survived":
+        if known[key].startswith("survived"):
             survivors.append(mutant)
     return counts, survivors
 
@@ -95,7 +96,7 @@ def main():
     parser.add_argument("--minutes", type=float, default=float("inf"), help="for each room; then no further mutant is begun")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--at", nargs="+", metavar="FILE[:LINE]", help="only mutants of these places")
-    parser.add_argument("--near", action="store_true", help="by the room's own tests alone; --again goes on with the survivors")
+    parser.add_argument("--near", action="store_true", help="by the room's own tests alone; without it, survivors are judged by the rest")
     parser.add_argument("--kept", type=Path, default=ROOT / "build" / "mutation.jsonl", help="verdicts, which the next call goes on from")
     parser.add_argument("--again", action="store_true", help="try survivors again, after a test was added")
     chosen = parser.parse_args()

@@ -1,8 +1,10 @@
 """Rooms of the source and the tests that guard them: what becomes of one mutant."""
 
 import json
+import math
 import os
 import re
+import resource
 import shlex
 import shutil
 import signal
@@ -12,13 +14,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 CPP = ["contact", "harmonic", "continuation", "recovery", "reduction"]
-NEAR_CPP = ["verification/test_against_core.py", "verification/test_modal_form.py"]  # where all quick C++ tests pass
-# Modules, and files of quick tests: the second ones where the first ones pass.
-PYTHON = {"model": (["model*.py", "hdf5_parts.py"],
-                    [["python/test_model.py"], [f"python/test_{name}.py" for name in ("cyclic", "structure", "import_matrices", "joint")]]),
-          "results": (["results.py", "hdf5_read.py"],
-                      [["python/test_results.py"], [f"python/test_{name}.py" for name in ("motion", "export", "wrong_input")]])}
-CTEST_SECONDS, PYTEST_SECONDS = 60, 600  # of what takes a tenth of that on an idle machine
+# Files of quick tests of Python's for rooms of the core: first those of every room.
+FAR_CPP = {"": ["verification/test_against_core.py", "verification/test_modal_form.py"],
+           "contact": ["verification/test_exact.py", "verification/test_contact_activity.py", "verification/test_derivatives.py"],
+           "harmonic": ["verification/test_damping.py", "verification/test_first_points.py", "verification/test_sector.py"],
+           "continuation": ["python/test_restart.py", "verification/test_places.py", "verification/test_paths.py"],
+           "recovery": ["verification/test_range_runs.py", "verification/test_hard_curves.py"],
+           "reduction": ["python/test_reduction.py", "verification/test_estimates.py", "verification/test_sector_left_out.py"]}
+# Modules; files of their own quick tests; those of others.
+PYTHON = {"model": (["model*.py", "hdf5_parts.py"], [f"python/test_{name}.py" for name in ("model", "model_file", "model_parts")],
+                    [f"python/test_{name}.py" for name in ("joint", "cyclic", "structure", "import_matrices")]),
+          "results": (["results.py", "hdf5_read.py"], [f"python/test_{name}.py" for name in ("hdf5_read", "results_values", "results")],
+                      [f"python/test_{name}.py" for name in ("motion", "export", "wrong_input", "wishes")] +
+                      ["verification/test_sensitivity.py", "verification/test_sector_results.py"])}
+CTEST_SECONDS, PYTEST_SECONDS = 20, 120  # of the processor, of what takes a fifth of that
+PATIENCE = 30  # times as long as that by the clock: for what waits for ever, on a machine that is busy
 
 
 @dataclass(frozen=True)
@@ -38,11 +48,12 @@ class Mutant:
 
 
 def fails(command, seconds, folder, surroundings):
-    """Whether a command fails or takes longer; nothing of it is left running."""
-    process = subprocess.Popen(command, cwd=folder, env=os.environ | surroundings, start_new_session=True, stdin=subprocess.DEVNULL,
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    """Whether a command fails or takes longer; nothing of it is left running. No new session, which would have a priority of its own."""
+    process = subprocess.Popen(command, cwd=folder, env=os.environ | surroundings, process_group=0, stdin=subprocess.DEVNULL,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                               preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds)))
     try:
-        return process.wait(seconds) != 0
+        return process.wait(PATIENCE * seconds) != 0
     except subprocess.TimeoutExpired:
         return True
     finally:
@@ -73,11 +84,12 @@ def pytest(root, files):
             *(str(root / "tests" / file) for file in files)]
 
 
-def included(file):
-    """Names of the headers of src that a test includes; if none, of those that headers beside it include."""
+def distance(file, room):
+    """1 where a test includes a header of the room, 2 where a header beside it does, and so on; infinity where none does."""
     names = re.findall(r'^#include "(.*)"', file.read_text(), re.M)
-    beside = [file.parent / name for name in names if (file.parent / name).exists()]
-    return [name for name in names if "/" in name] or [name for header in beside for name in included(header)]
+    if any(name.startswith(f"{room}/") for name in names):
+        return 1
+    return 1 + min((distance(file.parent / name, room) for name in names if (file.parent / name).exists()), default=math.inf)
 
 
 class CppRoom:
@@ -91,21 +103,22 @@ class CppRoom:
                       if re.match(r"contact\.|unit\.", test["name"])]
         self.links = {target: self.said("ninja", "-t", "commands", target).splitlines()[-1]
                       for target in ("contact_tests", "unit_tests", "dovetail")}
-        self.judge, self.original = Judge(), {}
+        self.judge = Judge()
 
     def said(self, *command):
         return subprocess.run(command, cwd=self.build, capture_output=True, text=True, check=True).stdout
 
-    def object_of(self, file, text):
-        """The object that a file's text makes, or None."""
+    def objects_of(self, file, text):
+        """The object that a file's text makes, or None, and that of the build."""
         source, made = self.scratch / file, self.scratch / "mutant.o"
         source.parent.mkdir(parents=True, exist_ok=True)
         source.write_text(text)
         made.unlink(missing_ok=True)
         words = shlex.split(self.commands[str(self.root / file)])
+        built = self.build / words[words.index("-o") + 1]
         words[words.index("-o") + 1], words[words.index("-c") + 1] = str(made), str(source)
         subprocess.run(words, cwd=self.build, capture_output=True)
-        return made.read_bytes() if made.exists() else None
+        return made.read_bytes() if made.exists() else None, built.read_bytes()
 
     def program(self, target, ready):
         """The mutant's program, made at first use, or None if it cannot be."""
@@ -121,55 +134,63 @@ class CppRoom:
         return str(made) if made.exists() else None
 
     def guards(self, file):
-        """Quick tests, the likeliest first: of the file's name, of its room, these on two ranks, and of other rooms on one."""
+        """(whether near, test), the likeliest first. Near: of the file's name, or its room. Far: these on two ranks, and of other rooms."""
         ordered = []
         for test in self.tests:
             stem = re.sub(r"^\w+\.|\.np\d$", "", test["name"])
             named, two = stem == Path(file).stem, test["name"].endswith("np2")
-            near = named or any(name.startswith(f"{self.name}/") for name in included(self.root / "tests" / "unit" / f"test_{stem}.cpp"))
-            if near and not two or not self.near and (near or not two):
-                ordered.append(((not named, two or not near, not near), test))
-        return [test for _, test in sorted(ordered, key=lambda entry: entry[0])]
+            far = 0 if named else distance(self.root / "tests" / "unit" / f"test_{stem}.cpp", self.name)
+            near = far < math.inf and not two
+            ordered.append(((not near, far, two), (near, test)))
+        return [guard for _, guard in sorted(ordered, key=lambda entry: entry[0])]
 
-    def verdict(self, mutant):
+    def notices(self, test, ready):
+        """Whether a C++ test does. On one rank it needs no mpiexec."""
+        settings = {entry["name"]: entry["value"] for entry in test["properties"]}
+        place, surroundings = settings["WORKING_DIRECTORY"], dict(entry.split("=", 1) for entry in settings["ENVIRONMENT"])
+        words = test["command"]
+        at = next(i for i, word in enumerate(words) if word.startswith(str(self.build)))
+        launcher = words[:at] if test["name"].endswith("np2") else []
+        runs = [([*launcher, program, *words[at + 1:]], CTEST_SECONDS, place, surroundings)
+                for program in (self.program(Path(words[at]).name, ready), words[at])]
+        return self.judge.notices(test["name"], *runs)
+
+    def verdict(self, mutant, survived_near=False):
         """One of VERDICTS, and the name of the test that noticed."""
-        if mutant.file not in self.original:
-            self.original[mutant.file] = self.object_of(mutant.file, (self.root / mutant.file).read_text())
-            assert self.original[mutant.file], f"{mutant.file} does not compile as it is"
-        made, ready = self.object_of(mutant.file, mutant.text(self.root)), set()
-        if made == self.original[mutant.file]:
+        (made, built), ready = self.objects_of(mutant.file, mutant.text(self.root)), set()
+        if made == built:
             return "equivalent", ""
         if not made or not self.program("contact_tests" if self.name == "contact" else "unit_tests", ready):
             return "not compiled", ""
-        for test in self.guards(mutant.file):
-            settings = {entry["name"]: entry["value"] for entry in test["properties"]}
-            place, surroundings = settings["WORKING_DIRECTORY"], dict(entry.split("=", 1) for entry in settings["ENVIRONMENT"])
-            command = [self.program(Path(word).name, ready) if word.startswith(str(self.build)) else word for word in test["command"]]
-            runs = [(words, CTEST_SECONDS, place, surroundings) for words in (command, test["command"])]
-            if self.judge.notices(test["name"], *runs):
-                return "killed", test["name"]
+        for near, test in self.guards(mutant.file):
+            if not (survived_near if near else self.near) and self.notices(test, ready):
+                return "killed near" if near else "killed far", test["name"]
         if self.near:
-            return "survived", ""
-        runs = [(pytest(self.root, NEAR_CPP), PYTEST_SECONDS, self.root, {"DOVETAIL": str(program)})
-                for program in (self.program("dovetail", ready), self.build / "dovetail")]
-        return ("killed", "verification") if self.judge.notices("verification", *runs) else ("survived", "")
+            return "survived near", ""
+        for file in FAR_CPP[""] + FAR_CPP[self.name]:
+            runs = [(pytest(self.root, [file]), PYTEST_SECONDS, self.root, {"DOVETAIL": str(program)})
+                    for program in (self.program("dovetail", ready), self.build / "dovetail")]
+            if self.judge.notices(file, *runs):
+                return "killed far", file
+        return "survived", ""
 
 
 class PythonRoom:
     """Mutants of modules of the package, in a copy of it and of the tests."""
 
-    def __init__(self, root, scratch, patterns, stages):
-        self.root, self.stages, self.judge = root, stages, Judge()
+    def __init__(self, root, scratch, patterns, near, far):
+        self.root, self.guards, self.judge = root, [(True, file) for file in near] + [(False, file) for file in far or []], Judge()
+        self.near = far is None
         self.sources = sorted(file for pattern in patterns for file in (root / "python" / "dovetail").glob(pattern))
         self.copies = [scratch / "mutated", scratch / "unchanged"]
         for copy in self.copies:
             for folder in ("python", "tests", "inputs"):
                 if (root / folder).exists():
-                    shutil.copytree(root / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
+                    shutil.copytree(root / folder, copy / folder)
             (copy / "build").symlink_to(root / "build")
 
-    def verdict(self, mutant):
-        """One of VERDICTS, and the first file of the tests that noticed."""
+    def verdict(self, mutant, survived_near=False):
+        """One of VERDICTS, and the file of the tests that noticed."""
         text, place = mutant.text(self.root), self.copies[0] / mutant.file
         try:
             compile(text, mutant.file, "exec")
@@ -177,12 +198,12 @@ class PythonRoom:
             return "not compiled", ""
         place.write_text(text)
         try:
-            for files in self.stages:
-                runs = [(pytest(copy, files), PYTEST_SECONDS, copy,
+            for near, file in self.guards:
+                runs = [(pytest(copy, [file]), PYTEST_SECONDS, copy,
                          {"PYTHONPATH": f"{copy}/python:{self.root}/build/extras", "PYTHONDONTWRITEBYTECODE": "1"})
                         for copy in self.copies]
-                if self.judge.notices(files[0], *runs):
-                    return "killed", files[0]
-            return "survived", ""
+                if not (near and survived_near) and self.judge.notices(file, *runs):
+                    return "killed near" if near else "killed far", file
+            return "survived near" if self.near else "survived", ""
         finally:
             shutil.copyfile(self.root / mutant.file, place)

@@ -12,6 +12,7 @@ import pytest
 
 import mutation
 from launch import ROOT
+from mutation import VERDICTS
 from operators import mutants
 from rooms import CppRoom, Mutant, PythonRoom
 
@@ -50,14 +51,20 @@ def test_a_change_is_noticed_or_not(tmp_path):
                        (guard, "from dovetail.small import larger\n\n\ndef test():\n    assert larger(1, 2) == larger(2, 1) == 2\n")):
         file.parent.mkdir(parents=True)
         file.write_text(text)
-    room = PythonRoom(root, scratch, ["small.py"], [["python/test_small.py"]])
+    room = PythonRoom(root, scratch, ["small.py"], ["python/test_small.py"], [])
     verdicts = {after.strip(): room.verdict(Mutant("python/dovetail/small.py", 2, "    if a > b:", after))
                 for after in ("    if a <= b:", "    if a >= b:", "    if a >")}
-    assert verdicts == {"if a <= b:": ("killed", "python/test_small.py"), "if a >= b:": ("survived", ""), "if a >": ("not compiled", "")}
+    assert verdicts == {"if a <= b:": ("killed near", "python/test_small.py"),
+                        "if a >= b:": ("survived", ""), "if a >": ("not compiled", "")}
     assert (scratch / "mutated" / "python" / "dovetail" / "small.py").read_text() == module.read_text()  # for the next one
+    (guard.parent / "test_other.py").write_text("def test():\n    pass\n")
+    half = PythonRoom(root, tmp_path / "half", ["small.py"], ["python/test_other.py"], None)
+    whole = PythonRoom(root, tmp_path / "whole", ["small.py"], ["python/test_none.py"], ["python/test_small.py"])
+    mutant = Mutant("python/dovetail/small.py", 2, "    if a > b:", "    if a <= b:")
+    assert half.verdict(mutant) == ("survived near", "")
+    assert whole.verdict(mutant, survived_near=True) == ("killed far", "python/test_small.py")
     guard.write_text(guard.read_text() + "    assert False\n")
-    assert PythonRoom(root, tmp_path / "other", ["small.py"], [["python/test_small.py"]]).verdict(
-        Mutant("python/dovetail/small.py", 2, "    if a > b:", "    if a <= b:")) == ("survived", "")  # the test fails anyhow
+    assert PythonRoom(root, tmp_path / "fails", ["small.py"], ["python/test_small.py"], []).verdict(mutant) == ("survived", "")  # anyhow
 
 
 @needs_build
@@ -68,20 +75,21 @@ def test_a_change_of_the_core_is_noticed(tmp_path):
     before = lines[line - 1]
     verdicts = [room.verdict(Mutant("src/recovery/elsewhere.cpp", line, before, before.replace("false", other)))
                 for other in ("true", "0", "nothing")]
-    assert verdicts == [("killed", "unit.recovery.np1"), ("equivalent", ""), ("not compiled", "")]
+    assert verdicts == [("killed near", "unit.recovery.np1"), ("equivalent", ""), ("not compiled", "")]
 
 
 @needs_build
 def test_what_is_known_is_not_tried_again(tmp_path):
     kept, every = tmp_path / "kept", list(mutation.mutants_of(SimpleNamespace(root=ROOT, sources=[ROOT / "src/recovery/jump.cpp"])))
-    entries = [{"key": mutation.key_of(mutant), "verdict": "survived" if i == 0 else "killed"} for i, mutant in enumerate(every)]
+    entries = [{"key": mutation.key_of(mutant), "verdict": VERDICTS[i % 4]} for i, mutant in enumerate(every)]
     kept.write_text("".join(json.dumps(entry) + "\n" for entry in entries))
-    command = [*TOOL, "--room", "recovery", "--mutants", "1000", "--at", "src/recovery/jump.cpp", "--kept", str(kept)]
+    command = [*TOOL, "--near", "--room", "recovery", "--mutants", "1000", "--at", "src/recovery/jump.cpp", "--kept", str(kept)]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     n = len(every)
-    assert f"| recovery | {n} | {n - 1} | 1 | 0 | 0 | {100 * (n - 1) / n:.0f} % |" in said
-    assert f"survived: src/recovery/jump.cpp:{every[0].line}\n" in said
-    assert len(kept.read_text().splitlines()) == n
+    counts = [len(range(i, n, 4)) for i in range(4)]
+    near, both = (f"{100 * killed / n:.0f} %" for killed in (counts[0], counts[0] + counts[1]))
+    assert f"| recovery | {n} | {' | '.join(map(str, counts))} | 0 | 0 | {near} | {both} |" in said
+    assert said.count("survived: src/recovery/jump.cpp:") == counts[2] + counts[3] and len(kept.read_text().splitlines()) == n
 
 
 def test_nothing_is_left_after_an_interrupt(tmp_path):

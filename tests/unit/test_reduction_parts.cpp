@@ -1,0 +1,292 @@
+// Parts of the reduction by themselves: tall matrices, the plan of memory, fingerprints, rows that give a motion back.
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <functional>
+#include <set>
+
+#include "reduction/elastic_modes.hpp"
+#include "small_model.hpp"
+#include "support/error.hpp"
+#include "support/hdf5.hpp"
+#include "support/memory.hpp"
+
+using namespace dovetail;
+
+namespace {
+
+double value_at(PetscInt row, PetscInt column) {
+  return dovetail::testing::wave(static_cast<int>(row % 977), static_cast<int>(column));
+}
+
+Tall waves(PetscInt rows, PetscInt columns) {
+  Tall made(rows, columns);
+  for (PetscInt j = 0; j < columns; ++j)
+    for (PetscInt i = 0; i < rows; ++i) made.column(j)[i] = value_at(i, j);
+  return made;
+}
+
+int rank_here() {
+  int rank;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  return rank;
+}
+
+int ranks() {
+  int size;
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  return size;
+}
+
+// A file that is there while this lives, of one name on all ranks.
+struct Temporary {
+  std::filesystem::path path;
+  explicit Temporary(const std::string &name) {
+    long number = getpid();
+    MPI_Bcast(&number, 1, MPI_LONG, 0, PETSC_COMM_WORLD);
+    path = std::filesystem::temp_directory_path() / (name + "_" + std::to_string(number) + ".h5");
+  }
+  ~Temporary() {
+    MPI_Barrier(PETSC_COMM_WORLD);
+    if (rank_here() == 0) std::filesystem::remove(path);
+  }
+};
+
+} // namespace
+
+TEST(Tall, rotated_by_panels_it_is_the_product) {
+  const std::vector<double> C = {1, 2, 3, -4, 5, 0.5}; // (3, 2)
+  for (const PetscInt rows : {0, 1, 2047, 2048, 2049, 5000}) {
+    Tall S = waves(rows, 4);
+    rotate(S, 3, 2, C.data());
+    double worst = 0;
+    for (PetscInt i = 0; i < rows; ++i)
+      for (PetscInt j = 0; j < 4; ++j) {
+        double wanted = j < 2 ? 0 : value_at(i, j);
+        for (PetscInt k = 0; j < 2 && k < 3; ++k) wanted += value_at(i, k) * C[j * 3 + k];
+        worst = std::max(worst, std::abs(S.column(j)[i] - wanted));
+      }
+    EXPECT_LT(worst, 1e-14) << rows;
+  }
+}
+
+TEST(Tall, products_of_some_columns) {
+  const PetscInt rows = 5 + rank_here();
+  const Tall S = waves(rows, 4), T = waves(rows, 3);
+  const std::vector<double> own = own_gram(S, 1, 2, T, 1, 2), all = gram(PETSC_COMM_WORLD, S, 1, 2, T, 1, 2);
+  for (PetscInt j = 0; j < 2; ++j)
+    for (PetscInt i = 0; i < 2; ++i) {
+      double sum = 0, of_all = 0;
+      for (int rank = 0; rank < ranks(); ++rank)
+        for (PetscInt row = 0; row < 5 + rank; ++row) of_all += value_at(row, 1 + i) * value_at(row, 1 + j);
+      for (PetscInt row = 0; row < rows; ++row) sum += value_at(row, 1 + i) * value_at(row, 1 + j);
+      EXPECT_NEAR(own[j * 2 + i], sum, 1e-14);
+      EXPECT_NEAR(all[j * 2 + i], of_all, 1e-13);
+    }
+  const std::vector<double> C = {1, -2, 3, 0.5, 0.25, 4}; // (2, 3)
+  Tall less = T;
+  subtract_product(S, 2, C, less);
+  for (PetscInt j = 0; j < 3; ++j)
+    for (PetscInt i = 0; i < rows; ++i)
+      EXPECT_NEAR(less.column(j)[i], T.column(j)[i] - C[2 * j] * S.column(0)[i] - C[2 * j + 1] * S.column(1)[i], 1e-14);
+}
+
+TEST(Tall, goes_to_whole_columns_and_back) {
+  const PetscInt rows = 2 + rank_here();
+  PetscInt first = 0, total = 0;
+  for (int rank = 0; rank < ranks(); ++rank) first += rank < rank_here() ? 2 + rank : 0, total += 2 + rank;
+  Tall S(rows, 5), T(rows, 7);
+  for (PetscInt j = 0; j < 5; ++j)
+    for (PetscInt i = 0; i < rows; ++i) S.column(j)[i] = 1000.0 * (first + i) + j;
+  std::fill(T.values.begin(), T.values.end(), -1.0);
+  const Tall whole = whole_columns(PETSC_COMM_WORLD, S);
+  const Range mine = own_share(PETSC_COMM_WORLD, 5);
+  ASSERT_EQ(whole.rows, total);
+  ASSERT_EQ(whole.columns, mine.size());
+  for (PetscInt j = 0; j < mine.size(); ++j)
+    for (PetscInt i = 0; i < total; ++i) EXPECT_EQ(whole.column(j)[i], 1000.0 * i + mine.begin + j);
+  take_own_rows(PETSC_COMM_WORLD, whole, T, 1, 5);
+  for (PetscInt j = 0; j < 7; ++j)
+    for (PetscInt i = 0; i < rows; ++i) EXPECT_EQ(T.column(j)[i], j > 0 && j < 6 ? S.column(j - 1)[i] : -1);
+}
+
+TEST(Tall, takes_columns_of_a_sparse_matrix_on_top) {
+  UniqueMat A;
+  PetscInt begin, end;
+  check(MatCreateAIJ(PETSC_COMM_WORLD, 2, PETSC_DECIDE, PETSC_DETERMINE, 6, 6, nullptr, 6, nullptr, A.out()), "test");
+  check(MatGetOwnershipRange(A, &begin, &end), "test");
+  for (PetscInt i = begin; i < end; ++i)
+    for (const PetscInt j : {0, 2, 4, 5}) check(MatSetValue(A, i, j, 10.0 * i + j, INSERT_VALUES), "test");
+  check(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY), "test");
+  check(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY), "test");
+  Tall S(2, 3);
+  std::fill(S.values.begin(), S.values.end(), 0.5);
+  add_columns(A, 2, S); // columns 2, 3 (empty) and 4
+  for (PetscInt i = 0; i < 2; ++i) {
+    EXPECT_EQ(S.column(0)[i], 0.5 + 10.0 * (begin + i) + 2);
+    EXPECT_EQ(S.column(1)[i], 0.5);
+    EXPECT_EQ(S.column(2)[i], 0.5 + 10.0 * (begin + i) + 4);
+  }
+}
+
+namespace {
+
+constexpr double rows = 1e9; // so many that nothing else in memory counts
+
+ClampedStructure parts_of(int points) {
+  ClampedStructure parts;
+  parts.full.comm = PETSC_COMM_WORLD, parts.full.file = "m.h5";
+  parts.full.contact_dofs.resize(points);
+  parts.own_points = own_share(PETSC_COMM_WORLD, points);
+  parts.own = {0, static_cast<PetscInt>(rows)}, parts.elastic = static_cast<PetscInt>(rows);
+  return parts;
+}
+
+double solving(double columns) { return columns * (ranks() == 1 ? 8 : 16); } // bytes for each row
+
+// Bytes of each row of 1000 points while Psi is solved for, in blocks of n: what is kept of Psi, right-hand sides with
+// a block of probes, and what MUMPS works on.
+double psi_bytes(double kept, double n) { return 8 * kept + 8 * (n + lanczos_block) + solving(n); }
+
+// While modes are sought.
+double search_bytes(PetscInt modes) {
+  const PetscInt basis = lanczos_columns(modes, static_cast<PetscInt>(rows)) + 3 * lanczos_block;
+  return 8.0 * (basis + modes + 8 * lanczos_block) + solving(lanczos_block);
+}
+
+} // namespace
+
+TEST(MemoryPlan, takes_the_fastest_way_that_has_room) {
+  const ClampedStructure parts = parts_of(1000);
+  const std::vector<std::tuple<bool, PetscInt, double>> ways = {{true, 256, psi_bytes(3000, 256)},
+                                                                {true, 64, psi_bytes(3000, 64)},
+                                                                {false, 128, psi_bytes(256, 128)},
+                                                                {false, 32, search_bytes(1)}};
+  for (const auto &[keep, block, bytes] : ways) {
+    const double machine = bytes * rows * ranks();
+    const MemoryPlan plan = plan_memory(parts, 1, 0, 1.01 * machine);
+    EXPECT_EQ(plan.keep_psi, keep);
+    EXPECT_EQ(plan.block, block);
+    EXPECT_NEAR(plan.bytes / (bytes * rows), 1, 2e-3);
+    EXPECT_NEAR(plan.machine_bytes / machine, 1, 2e-3);
+    EXPECT_NEAR(plan.total_bytes / machine, 1, 2e-3);
+    EXPECT_EQ(plan.room_bytes, 1.01 * machine);
+    refuse_if_too_large(parts, plan);
+    if (block != 32) EXPECT_NE(plan_memory(parts, 1, 0, 0.98 * machine).block, block);
+  }
+  const MemoryPlan least = plan_memory(parts, 1, 0, 1);
+  EXPECT_EQ(least.block, 32);
+  EXPECT_FALSE(least.keep_psi);
+  EXPECT_THROW(refuse_if_too_large(parts, least), ComputeError);
+  EXPECT_GT(plan_memory(parts, 1, 0, 0).room_bytes, resident_bytes()); // all that is free
+}
+
+TEST(MemoryPlan, counts_modes_and_rows_that_are_kept) {
+  constexpr double all = 1e18;
+  EXPECT_NEAR(plan_memory(parts_of(1), 100, 0, all).bytes / (search_bytes(100) * rows), 1, 2e-3); // the search for them
+  const ClampedStructure parts = parts_of(1000);
+  const double none = plan_memory(parts, 1, 0, all).bytes, more = plan_memory(parts, 101, 0, all).bytes,
+               kept = plan_memory(parts, 1, static_cast<PetscInt>(rows), all).bytes;
+  EXPECT_NEAR((more - none) / (800 * rows), 1, 2e-3);
+  EXPECT_NEAR((kept - none) / (8 * 3001 * rows), 1, 2e-3);
+}
+
+TEST(MemoryPlan, is_said_in_words) {
+  constexpr double gib = 1024.0 * 1024 * 1024;
+  MemoryPlan plan;
+  plan.total_bytes = 3 * gib, plan.machine_bytes = 1.5 * gib, plan.room_bytes = 2 * gib;
+  const std::string words = "3 GiB over all ranks, 1.5 GiB of 2 GiB on the fullest machine";
+  EXPECT_EQ(in_words(plan), words);
+  plan.keep_psi = false;
+  EXPECT_EQ(in_words(plan),
+            words + "; too little to keep Psi, which is computed a block at a time with twice the solves");
+  ClampedStructure parts = parts_of(1);
+  plan.machine_bytes = plan.room_bytes;
+  refuse_if_too_large(parts, plan);
+  plan.machine_bytes = 4 * gib;
+  try {
+    refuse_if_too_large(parts, plan);
+    ADD_FAILURE() << "not refused";
+  } catch (const ComputeError &error) {
+    const std::string said = error.what();
+    EXPECT_EQ(said.find("m.h5: the reduction would take 4 GiB on a machine that has 2 GiB for it (0 GiB of it for"),
+              0u);
+    EXPECT_NE(said.find("K_ee). Take ranks on more machines"), std::string::npos);
+  }
+}
+
+TEST(Fingerprint, is_of_every_number_and_of_its_place) {
+  using Change = std::function<void(ReducedModel &)>;
+  const auto model_with = [](MPI_Comm comm, const Change &change) {
+    ReducedModel model = dovetail::testing::small_reduced(comm);
+    Damping damping;
+    damping.matrix = damping.of_parts = true;
+    dovetail::testing::add_damping_matrices(damping, model);
+    const std::size_t own = model.own_contact_dofs();
+    model.left_out = {{9, 16}, {{1, 2}}, std::vector<double>(2 * own, 0.5), {1, 2, 3, 4}};
+    change(model);
+    return model;
+  };
+  const std::string plain = fingerprint_of(model_with(PETSC_COMM_WORLD, [](ReducedModel &) {}));
+  EXPECT_EQ(plain.size(), 16u);
+  EXPECT_EQ(plain, fingerprint_of(model_with(PETSC_COMM_SELF, [](ReducedModel &) {}))); // on any number of ranks
+  const std::vector<Change> changes = {[](ReducedModel &m) { m.kaa[1] += 1; },
+                                       [](ReducedModel &m) { std::swap(m.kaa[0], m.kaa[1]); },
+                                       [](ReducedModel &m) { m.mxa.back() += 1; },
+                                       [](ReducedModel &m) { m.mxx.back() += 1; },
+                                       [](ReducedModel &m) { m.kxx.back() += 1; },
+                                       [](ReducedModel &m) { m.kxx.swap(m.mxx); },
+                                       [](ReducedModel &m) { m.r.back() += 1; },
+                                       [](ReducedModel &m) { m.loads[0].fa[0] += 1; },
+                                       [](ReducedModel &m) { m.loads[0].fx.back() += 1; },
+                                       [](ReducedModel &m) { m.loads[0].fx.swap(m.r); },
+                                       [](ReducedModel &m) { m.left_out.squares[0] += 1; },
+                                       [](ReducedModel &m) { m.left_out.loads[0][0] += 1; },
+                                       [](ReducedModel &m) { m.left_out.coupling.back() += 1; },
+                                       [](ReducedModel &m) { m.left_out.with_modes[3] += 1; },
+                                       [](ReducedModel &m) { m.viscous.aa[0] += 1; },
+                                       [](ReducedModel &m) { m.viscous.xa.back() += 1; },
+                                       [](ReducedModel &m) { m.viscous.xx.back() += 1; },
+                                       [](ReducedModel &m) { m.viscous = {}; },
+                                       [](ReducedModel &m) { m.structural.aa[0] += 1; },
+                                       [](ReducedModel &m) { m.structural = {}; },
+                                       [](ReducedModel &m) { std::swap(m.viscous, m.structural); },
+                                       [](ReducedModel &m) { m.sectors = 2; }};
+  std::set<std::string> all{plain};
+  for (const Change &change : changes) all.insert(fingerprint_of(model_with(PETSC_COMM_WORLD, change)));
+  EXPECT_EQ(all.size(), changes.size() + 1);
+}
+
+TEST(RecoveredRow, is_the_sum_of_rows_and_of_contact_motions) {
+  const Temporary file("recovered");
+  const std::vector<double> kaa = {1, 2}, phi = {1, 2, 3, 4, 5, 6}, psi = {10, 20, 30, 40, 50, 60, 70, 80, 90},
+                            complex_phi = {1, 1, 2, 2, 3, 3, 4, 4, 5, -5, 6, 6},
+                            complex_psi = {1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  const std::vector<long> contact = {7, 2, 4}, elastic = {9, 1, 5};
+  if (rank_here() == 0) {
+    h5::Writer writer(file.path);
+    writer.rows("/Kaa", {2}, 0, 2, kaa.data());
+    writer.rows("/recovery/contact_dofs", {1, 3}, 0, 1, contact.data());
+    writer.rows("/recovery/elastic_dofs", {3}, 0, 3, elastic.data());
+    writer.rows("/recovery/Phi", {3, 2}, 0, 3, phi.data());
+    writer.rows("/recovery/Psi", {3, 3}, 0, 3, psi.data());
+    writer.rows("/cyclic/1/Phi", {3, 2, 2}, 0, 3, complex_phi.data());
+    writer.rows("/cyclic/1/Psi", {3, 3, 2}, 0, 3, complex_psi.data());
+    writer.close();
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  EXPECT_EQ(recovered_row(file.path, {1, 2, 9}, {2, 3, -1}),
+            (std::vector<double>{2 * 3 - 1, 2 * 4 - 2, 2 * 40 - 10, 2 * 50 - 20 + 3, 2 * 60 - 30}));
+  using Complex = std::complex<double>;
+  const auto rows = recovered_rows(file.path, 3, {1, 5}, {1, 2});
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0], (std::vector<Complex>{13, 16, 180, 210, 240}));
+  EXPECT_EQ(rows[1], (std::vector<Complex>{{13, -7}, {16, 16}, {7 + 8, 8 + 10}, {9 + 12, 1 + 14}, {2 + 16, 3 + 18}}));
+  try {
+    recovered_row(file.path, {6}, {1});
+    ADD_FAILURE() << "not refused";
+  } catch (const InputError &error) {
+    EXPECT_NE(std::string(error.what()).find("does not keep the motion of dof 6"), std::string::npos);
+  }
+}
