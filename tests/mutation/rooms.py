@@ -145,7 +145,7 @@ class CppRoom:
         return [guard for _, guard in sorted(ordered, key=lambda entry: entry[0])]
 
     def notices(self, test, ready):
-        """Whether a C++ test does. On one rank it needs no mpiexec."""
+        """Whether a C++ test does. On one rank it needs no `mpiexec`."""
         settings = {entry["name"]: entry["value"] for entry in test["properties"]}
         place, surroundings = settings["WORKING_DIRECTORY"], dict(entry.split("=", 1) for entry in settings["ENVIRONMENT"])
         words = test["command"]
