@@ -151,7 +151,9 @@ TEST(BetweenInClosedForm, of_a_quartic_are_in_closed_form) { // its cubic is off
   for (const double step : {0.2, 0.1, 0.2, 0.15, 0.3}) {
     s += step;
     found.push_back(between.add(step, quartic(s)) * quartic(s).value);
-    if (found.size() > 2) EXPECT_NEAR(found.back(), std::pow(step, 4) / 16, 1e-12) << step;
+    if (found.size() > 2) {
+      EXPECT_NEAR(found.back(), std::pow(step, 4) / 16, 1e-12) << step;
+    }
   }
   EXPECT_TRUE(std::isnan(found[0]));
   EXPECT_NEAR(found[1], std::pow(0.2 * 0.1, 2) / 2, 1e-12); // two pieces do not tell whether there is a kink

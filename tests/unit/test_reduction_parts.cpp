@@ -173,7 +173,9 @@ TEST(MemoryPlan, takes_the_fastest_way_that_has_room) {
     EXPECT_NEAR(plan.total_bytes / machine, 1, 2e-3);
     EXPECT_EQ(plan.room_bytes, 1.01 * machine);
     refuse_if_too_large(parts, plan);
-    if (block != 32) EXPECT_NE(plan_memory(parts, 1, 0, 0.98 * machine).block, block);
+    if (block != 32) {
+      EXPECT_NE(plan_memory(parts, 1, 0, 0.98 * machine).block, block);
+    }
   }
   const MemoryPlan least = plan_memory(parts, 1, 0, 1);
   EXPECT_EQ(least.block, 32);
