@@ -18,7 +18,6 @@ constexpr int most_solves = 80;
 constexpr std::array branch_parts{0.5, 0.3, 0.7}; // of an interval, in turn: at the place itself none is found
 constexpr double back_missed = 0.1;               // part of a correction, by which the way back along a curve may miss
 constexpr double least_missed = 1e-3;             // of the step: smaller corrections tell nothing
-constexpr double least_narrowed = 0.1;            // part of a step to which a place is narrowed down at least
 constexpr double least_sine_squared = 1e-3;       // of the angle between lines that can be said to meet
 
 } // namespace
@@ -122,7 +121,7 @@ std::optional<Located> EventLocator::branch_point(double step) const {
   }
   check(VecAXPY(yb, -1, ya), doing);
   const double length = curve_.norm.length(yb), aside = std::sqrt(std::max(0.0, length * length - (b - a) * (b - a)));
-  if (b - a > least_narrowed * step) return std::nullopt;
+  if (b - a > step / 2) return std::nullopt; // not even halved
   if (aside > std::max(std::tan(step_limits.straight) * (b - a), least_missed * step)) return std::nullopt;
   return place;
 }
