@@ -220,6 +220,9 @@ TEST(MemoryPlan, is_said_in_words) {
 
 TEST(Fingerprint, is_of_every_number_and_of_its_place) {
   using Change = std::function<void(ReducedModel &)>;
+  const auto add = [](std::vector<double> &numbers) { // a fourth rank has no point
+    if (!numbers.empty()) numbers.back() += 1;
+  };
   const auto model_with = [](MPI_Comm comm, const Change &change) {
     ReducedModel model = dovetail::testing::small_reduced(comm);
     Damping damping;
@@ -235,21 +238,21 @@ TEST(Fingerprint, is_of_every_number_and_of_its_place) {
   EXPECT_EQ(plain, fingerprint_of(model_with(PETSC_COMM_SELF, [](ReducedModel &) {}))); // on any number of ranks
   const std::vector<Change> changes = {[](ReducedModel &m) { m.kaa[1] += 1; },
                                        [](ReducedModel &m) { std::swap(m.kaa[0], m.kaa[1]); },
-                                       [](ReducedModel &m) { m.mxa.back() += 1; },
-                                       [](ReducedModel &m) { m.mxx.back() += 1; },
-                                       [](ReducedModel &m) { m.kxx.back() += 1; },
+                                       [add](ReducedModel &m) { add(m.mxa); },
+                                       [add](ReducedModel &m) { add(m.mxx); },
+                                       [add](ReducedModel &m) { add(m.kxx); },
                                        [](ReducedModel &m) { m.kxx.swap(m.mxx); },
-                                       [](ReducedModel &m) { m.r.back() += 1; },
+                                       [add](ReducedModel &m) { add(m.r); },
                                        [](ReducedModel &m) { m.loads[0].fa[0] += 1; },
-                                       [](ReducedModel &m) { m.loads[0].fx.back() += 1; },
+                                       [add](ReducedModel &m) { add(m.loads[0].fx); },
                                        [](ReducedModel &m) { m.loads[0].fx.swap(m.r); },
                                        [](ReducedModel &m) { m.left_out.squares[0] += 1; },
                                        [](ReducedModel &m) { m.left_out.loads[0][0] += 1; },
-                                       [](ReducedModel &m) { m.left_out.coupling.back() += 1; },
+                                       [add](ReducedModel &m) { add(m.left_out.coupling); },
                                        [](ReducedModel &m) { m.left_out.with_modes[3] += 1; },
                                        [](ReducedModel &m) { m.viscous.aa[0] += 1; },
-                                       [](ReducedModel &m) { m.viscous.xa.back() += 1; },
-                                       [](ReducedModel &m) { m.viscous.xx.back() += 1; },
+                                       [add](ReducedModel &m) { add(m.viscous.xa); },
+                                       [add](ReducedModel &m) { add(m.viscous.xx); },
                                        [](ReducedModel &m) { m.viscous = {}; },
                                        [](ReducedModel &m) { m.structural.aa[0] += 1; },
                                        [](ReducedModel &m) { m.structural = {}; },
