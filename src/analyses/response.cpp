@@ -9,8 +9,9 @@
 namespace dovetail {
 namespace {
 
-constexpr double beside = 0.9; // a frequency, where a resonance at the other is none any more
-constexpr double room = 30;    // between rounding errors and a tolerance that Newton's method meets at once
+constexpr double beside = 0.9;  // a frequency, where a resonance at the other is none any more
+constexpr double stalled = 1e4; // tolerances: a residual that stays farther up does so for other reasons
+constexpr double room = 30;     // between rounding errors and a tolerance that Newton's method meets at once
 
 } // namespace
 
@@ -27,8 +28,8 @@ void Response::follow(HarmonicSystem &system) {
   meter_ = std::make_unique<AmplitudeMeter>(system.layout(), watched_);
 }
 
-std::string Response::lost_to_rounding(double value) {
-  if (!is_sweep()) return "";
+std::string Response::lost_to_rounding(double value, double residual) {
+  if (!is_sweep() || !(residual < stalled * newton_.residual_tolerance)) return "";
   const double rounding = std::min(curve_->rounding(value), curve_->rounding(beside * value)); // one may be a resonance
   if (!(rounding > newton_.residual_tolerance)) return "";
   char words[400];

@@ -34,8 +34,8 @@ public:
   bool iterations_are_expensive() const { return !to_tolerance_ && system_->harmonics() > 2 * asked_for_; }
 
   /// That rounding leaves a larger residual near that value than the case allows, in words that go on a sentence, or
-  /// nothing. Collective.
-  std::string lost_to_rounding(double value);
+  /// nothing. `residual`: with which Newton's method has ended there. Collective.
+  std::string lost_to_rounding(double value, double residual);
 
   std::string parameter_name() const { return system_->parameter().kind().name; }
   std::string at_key() const { return is_sweep() ? "continuation.at" : "path.at"; }

@@ -32,7 +32,7 @@ bool ResponseRecovery::first_point(double value) {
   if (other_ways ? curve.solve_at(value, here, hurried) : curve.solve_at(value, here)) return true;
   report_.summary.why = "no solution was found at the first " + stepper_.response.parameter_name() + ": " +
                         here.newton.why + difference(stepper_.response.system(), here);
-  if (const std::string lost = stepper_.response.lost_to_rounding(value); !lost.empty()) {
+  if (const std::string lost = stepper_.response.lost_to_rounding(value, here.newton.residual); !lost.empty()) {
     report_.summary.why += lost;
     return false;
   }
