@@ -256,6 +256,7 @@ void ClampedSolver::solve_sparse(SparseColumns B, Tall &X, PetscInt first, Petsc
   }
   for (auto *indices : {&B.begin, &B.row})
     for (int &index : *indices) ++index;       // from 1
+  B.row.reserve(1), B.value.reserve(1);        // MUMPS takes columns without entries, but no null pointer
   const bool asked = !m.shared || m.rank == 0; // MUMPS minds arrays of the wrong length on other ranks
   m.icntl(20) = 1;
   m.id.nz_rhs = static_cast<MUMPS_INT>(B.row.size());
