@@ -71,7 +71,7 @@ std::vector<std::vector<int>> driven_by(const PreloadedModel &model, const std::
   std::vector<std::vector<int>> found(modes.squares.size());
   std::vector<std::vector<double>> works;
   for (std::size_t j = 0; j < found.size(); ++j)
-    works.push_back(works_of(model, loads, layout, &modes.shapes[j * layout.own_dofs()]));
+    works.push_back(works_of(model, loads, layout, modes.shapes.data() + j * layout.own_dofs()));
   for (const int k : driving_harmonics(loads)) {
     double largest = 0;
     for (const std::vector<double> &of : works) largest = std::max(largest, modal_force(of, loads, k));
