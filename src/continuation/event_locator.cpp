@@ -119,9 +119,9 @@ std::optional<Located> EventLocator::branch_point(double step) const {
     check(VecCopy(middle.at.y, middle.along == a ? ya : yb), doing);
     std::swap(place, middle);
   }
+  if (b - a > step / 2) return std::nullopt; // not even halved
   check(VecAXPY(yb, -1, ya), doing);
   const double length = curve_.norm.length(yb), aside = std::sqrt(std::max(0.0, length * length - (b - a) * (b - a)));
-  if (b - a > step / 2) return std::nullopt; // not even halved
   if (aside > std::max(std::tan(step_limits.straight) * (b - a), least_missed * step)) return std::nullopt;
   return place;
 }
