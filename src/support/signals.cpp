@@ -3,7 +3,7 @@
 #include <unistd.h>
 
 #include <csignal>
-#include <cstring>
+#include <cstddef>
 #include <ctime>
 #include <initializer_list>
 #include <iterator>
@@ -15,8 +15,14 @@ volatile std::sig_atomic_t noted = 0, patient = 0;
 volatile std::time_t since = 0; // noted
 int rank = 0;                   // set before the handler is
 
-void say(const char *text) { // one of the few things that a handler may do
-  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text, std::strlen(text));
+/// One write, for a thread of MPI's may be the one that gets the signal, and the main thread writes meanwhile.
+/// Nothing but what a handler may do.
+void say(std::initializer_list<const char *> parts) {
+  char line[512];
+  std::size_t length = 0;
+  for (const char *part : parts)
+    for (; *part && length < sizeof line; ++part) line[length++] = *part;
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, line, length);
 }
 
 constexpr int stopping[] = {SIGTERM, SIGUSR1, SIGINT, SIGHUP};
@@ -30,25 +36,25 @@ void on_signal(int signal) {
   if (noted && std::time(nullptr) - since < 2) return; // launcher and batch system may both pass it on
   if (patient && !noted) {
     noted = signal, since = std::time(nullptr);
-    if (rank == 0) say("dovetail: noted "), say(name_of(signal)), say(": the point under way is finished first\n");
+    if (rank == 0) say({"dovetail: noted ", name_of(signal), ": the point under way is finished first\n"});
     return;
   }
   if (rank > 0) sleep(1), _exit(3); // rank 0 has the word, and the launcher ends all as soon as one is gone
-  say("dovetail: ended by "), say(name_of(signal));
-  say(noted ? ", the second signal; the results file holds every point that was computed\n"
-            : " before the first point was computed\n");
+  say({"dovetail: ended by ", name_of(signal),
+       noted ? ", the second signal; the results file holds every point that was computed\n"
+             : " before the first point was computed\n"});
   _exit(3);
 }
 
 void on_crash(int signal) {
-  say("dovetail: crashed (");
-  say(signal == SIGSEGV   ? "SIGSEGV"
-      : signal == SIGBUS  ? "SIGBUS"
-      : signal == SIGILL  ? "SIGILL"
-      : signal == SIGABRT ? "SIGABRT"
-                          : "SIGFPE");
-  say("), in the program or one of its libraries; some of them do where memory runs out. Every point that was computed "
-      "is in the results file, and --restart goes on from there\n");
+  say({"dovetail: crashed (",
+       signal == SIGSEGV   ? "SIGSEGV"
+       : signal == SIGBUS  ? "SIGBUS"
+       : signal == SIGILL  ? "SIGILL"
+       : signal == SIGABRT ? "SIGABRT"
+                           : "SIGFPE",
+       "), in the program or one of its libraries; some of them do where memory runs out. Every point that was "
+       "computed is in the results file, and --restart goes on from there\n"});
   std::signal(signal, SIG_DFL);
   std::raise(signal);
 }
