@@ -10,13 +10,14 @@ namespace dovetail {
 // Sums side by side, such that they and what is multiplied fill the registers: 32 of 512 bits, or 16. Without fused
 // multiply-adds products need registers, too.
 template <class V> constexpr int sums = sizeof(V) == 64 ? 24 : sizeof(V) == 32 ? 12 : 10;
-template <class V> constexpr int rows_at_once = sizeof(V) == 64 ? 4 : 2;
+template <class V> constexpr int rows_at_once = sizeof(V) == 64 ? 4 : sizeof(V) == 32 ? 3 : 2;
 constexpr int fewest_vectors = 2;   // of a row at a time, so that a number of the other factor serves more than once
 constexpr std::size_t piece = 4096; // bytes of a strand at a time: with as many of six they stay in the first cache
+constexpr std::size_t rows_of_block = 24; // their pieces, and the next ones, stay in the second cache
 constexpr std::size_t line = 64;
 
-// `together` rows times `strands` strands; added to what is there if `add`.
-template <class V, int together, int strands, class Real>
+// `together` rows times `strands` strands; added to what is there if `add`. Fetches what is wanted next, if `fetch`.
+template <class V, int together, int strands, bool fetch, class Real>
 inline void rows_times(const SlabRows<Real> &rows, std::size_t i, const Real *__restrict b, int room, bool add,
                        Real *__restrict out) {
   constexpr std::size_t width = sizeof(V) / sizeof(Real);
@@ -25,7 +26,10 @@ inline void rows_times(const SlabRows<Real> &rows, std::size_t i, const Real *__
   V sum[together][strands]{};
   for (std::size_t j = 0; j < length; j += width) {
     V row[together];
-    for (int r = 0; r < together; ++r) row[r] = load<V>(slab + r * stride + j);
+    for (int r = 0; r < together; ++r) {
+      row[r] = load<V>(slab + r * stride + j);
+      if (fetch && j * sizeof(Real) % line == 0) __builtin_prefetch(slab + r * stride + j + rows.ahead, 0, 2);
+    }
     for (int c = 0; c < strands; ++c) {
       const V strand = load<V>(b + c * stride + j);
       for (int r = 0; r < together; ++r) sum[r][c] += row[r] * strand;
@@ -39,14 +43,14 @@ inline void rows_times(const SlabRows<Real> &rows, std::size_t i, const Real *__
 }
 
 // `count` strands, at most `most`.
-template <class V, int most, class Real>
+template <class V, int most, bool fetch, class Real>
 inline void times_few(int count, const SlabRows<Real> &rows, const Real *b, int room, bool add, Real *out) {
   if constexpr (most > 1)
-    if (count < most) return times_few<V, most - 1>(count, rows, b, room, add, out);
+    if (count < most) return times_few<V, most - 1, fetch>(count, rows, b, room, add, out);
   constexpr int together = rows_at_once<V>;
   std::size_t i = 0;
-  for (; i + together <= rows.count; i += together) rows_times<V, together, most>(rows, i, b, room, add, out);
-  for (; i < rows.count; ++i) rows_times<V, 1, most>(rows, i, b, room, add, out);
+  for (; i + together <= rows.count; i += together) rows_times<V, together, most, fetch>(rows, i, b, room, add, out);
+  for (; i < rows.count; ++i) rows_times<V, 1, most, fetch>(rows, i, b, room, add, out);
 }
 
 // `vectors` vectors of every strand, from column j on.
@@ -99,13 +103,23 @@ template <int Width, class Real>
 inline void times_parts(const SlabRows<Real> &rows, const Real *b, int strands, Real *out) {
   typedef Real V __attribute__((vector_size(8 * Width)));
   constexpr int most = sums<V> / rows_at_once<V>;
-  SlabRows<Real> part = rows;
-  for (std::size_t j = 0; j < rows.length; j += piece / sizeof(Real)) {
-    part.first = rows.first + j, part.length = std::min(piece / sizeof(Real), rows.length - j);
-    in_parts<most>(strands, [&](int first, int count) {
-      times_few<V, most>(count, part, b + first * rows.stride + j, strands, j > 0, out + first);
-    });
-  }
+  constexpr std::size_t step = piece / sizeof(Real);
+  for (std::size_t i = 0; i < rows.count; i += rows_of_block)
+    for (std::size_t j = 0; j < rows.length; j += step) {
+      const std::size_t count = std::min(rows_of_block, rows.count - i);
+      std::size_t ahead = step; // the next piece, or the first one of the rows that follow
+      if (j + step >= rows.length) ahead = i + 2 * count <= rows.count || rows.ahead > 0 ? count * rows.stride - j : 0;
+      const SlabRows<Real> part{rows.first + i * rows.stride + j, count, rows.stride, std::min(step, rows.length - j),
+                                ahead};
+      in_parts<most>(strands, [&](int first, int count) {
+        const Real *const from = b + first * rows.stride + j;
+        Real *const to = out + i * strands + first;
+        if (first == 0)
+          times_few<V, most, true>(count, part, from, strands, j > 0, to);
+        else
+          times_few<V, most, false>(count, part, from, strands, j > 0, to);
+      });
+    }
 }
 
 template <int Width, class Real>
