@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstddef>
 #include <ctime>
@@ -11,12 +12,12 @@
 namespace dovetail {
 namespace {
 
-volatile std::sig_atomic_t noted = 0, patient = 0;
-volatile std::time_t since = 0; // noted
-int rank = 0;                   // set before the handler is
+std::atomic<int> noted{0}, patient{0}; // a thread of MPI's may be the one that gets a signal
+std::atomic<std::time_t> since{0};     // the first signal
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::time_t>::is_always_lock_free);
+int rank = 0; // set before the handler is
 
-/// One write, for a thread of MPI's may be the one that gets the signal, and the main thread writes meanwhile.
-/// Nothing but what a handler may do.
+/// One write, for other threads write meanwhile. Nothing but what a handler may do.
 void say(std::initializer_list<const char *> parts) {
   char line[512];
   std::size_t length = 0;
@@ -33,9 +34,12 @@ const char *name_of(int signal) {
 }
 
 void on_signal(int signal) {
-  if (noted && std::time(nullptr) - since < 2) return; // launcher and batch system may both pass it on
-  if (patient && !noted) {
-    noted = signal, since = std::time(nullptr);
+  const std::time_t now = std::time(nullptr);
+  std::time_t before = 0;
+  const bool first = since.compare_exchange_strong(before, now);
+  if (!first && now - before < 2) return; // launcher and batch system may both pass it on
+  if (patient && first) {
+    noted = signal;
     if (rank == 0) say({"dovetail: noted ", name_of(signal), ": the point under way is finished first\n"});
     return;
   }
