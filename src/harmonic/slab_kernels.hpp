@@ -106,10 +106,10 @@ inline void times_parts(const SlabRows<Real> &rows, const Real *b, int strands, 
   constexpr std::size_t step = piece / sizeof(Real);
   for (std::size_t i = 0; i < rows.count; i += rows_of_block)
     for (std::size_t j = 0; j < rows.length; j += step) {
-      const std::size_t count = std::min(rows_of_block, rows.count - i);
+      const std::size_t here = std::min(rows_of_block, rows.count - i);
       std::size_t ahead = step; // the next piece, or the first one of the rows that follow
-      if (j + step >= rows.length) ahead = i + 2 * count <= rows.count || rows.ahead > 0 ? count * rows.stride - j : 0;
-      const SlabRows<Real> part{rows.first + i * rows.stride + j, count, rows.stride, std::min(step, rows.length - j),
+      if (j + step >= rows.length) ahead = i + 2 * here <= rows.count || rows.ahead > 0 ? here * rows.stride - j : 0;
+      const SlabRows<Real> part{rows.first + i * rows.stride + j, here, rows.stride, std::min(step, rows.length - j),
                                 ahead};
       in_parts<most>(strands, [&](int first, int count) {
         const Real *const from = b + first * rows.stride + j;
