@@ -27,8 +27,8 @@ std::optional<PointSearch::Found> PointSearch::by_newton(double value, Vec y) {
   return std::nullopt;
 }
 
-// From one number of harmonics to the next the motion is guess enough. Quickly, one harmonic comes from smaller loads
-// if need be.
+// From one number of harmonics to the next the motion is guess enough, most often that of one for all of them. Quickly,
+// one harmonic comes from smaller loads if need be.
 std::optional<PointSearch::Found> PointSearch::by_fewer_harmonics(double value, Vec y, bool quickly) {
   const auto solve = [&](Curve &curve, CurvePoint &s) {
     return quickly ? curve.solve_at(value, s, hurried) || curve.solve_at(value, s, downhill) : curve.solve_at(value, s);
@@ -42,11 +42,15 @@ std::optional<PointSearch::Found> PointSearch::by_fewer_harmonics(double value, 
     ResponseCurve curve = response_.curve_of(*simpler);
     CurvePoint s = curve.point();
     set_coefficients(simpler->layout(), q, s.y);
-    const bool solved = quickly && H == 1
-                            ? curve.solve_at(value, s, hurried) || solve_by_load_steps(response_, *simpler, value, s.y)
-                            : solve(curve, s);
+    const bool solved = quickly && H == 1 ? curve.solve_at(value, s, hurried) ||
+                                                (response_.lost_to_rounding(value, s.newton.residual).empty() &&
+                                                 solve_by_load_steps(response_, *simpler, value, s.y))
+                                          : solve(curve, s);
     if (!solved) return std::nullopt;
     q = all_coefficients(simpler->layout(), s.y);
+    if (!quickly || H > 1) continue;
+    set_coefficients(system.layout(), q, found.point.y);
+    if (response_.curve().solve_at(value, found.point, hurried)) return found;
   }
   set_coefficients(system.layout(), q, found.point.y);
   if (system.harmonics() == 1 && !solve_by_load_steps(response_, system, value, found.point.y)) return std::nullopt;

@@ -23,7 +23,8 @@ public:
   };
   /// By Newton's method from y, or from rest. Collective, like the others.
   std::optional<Found> by_newton(double value, Vec y);
-  /// From the solution with one harmonic, then with more and more. `quickly`: given up where Newton's method wanders.
+  /// From the solution with one harmonic, then with more and more. `quickly`: with all of them at once if that will do,
+  /// and given up where Newton's method wanders.
   std::optional<Found> by_fewer_harmonics(double value, Vec y, bool quickly);
   /// From the steady state that time integration finds, begun at y, null: rest. `share`: of the work that is left.
   std::optional<Found> by_integration(double value, Vec y, double share);

@@ -28,7 +28,7 @@ void Response::follow(HarmonicSystem &system) {
   meter_ = std::make_unique<AmplitudeMeter>(system.layout(), watched_);
 }
 
-std::string Response::lost_to_rounding(double value, double residual) {
+std::string Response::lost_to_rounding(double value, double residual) const {
   if (!is_sweep() || !(residual < stalled * newton_.residual_tolerance)) return "";
   const double rounding = std::min(curve_->rounding(value), curve_->rounding(beside * value)); // one may be a resonance
   if (!(rounding > newton_.residual_tolerance)) return "";

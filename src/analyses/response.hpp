@@ -35,7 +35,7 @@ public:
 
   /// That rounding leaves a larger residual near that value than the case allows, in words that go on a sentence, or
   /// nothing. `residual`: with which Newton's method has ended there. Collective.
-  std::string lost_to_rounding(double value, double residual);
+  std::string lost_to_rounding(double value, double residual) const;
 
   std::string parameter_name() const { return system_->parameter().kind().name; }
   std::string at_key() const { return is_sweep() ? "continuation.at" : "path.at"; }

@@ -28,7 +28,14 @@ bool ResponseRecovery::first_point(double value) {
   how_.clear();
   CurvePoint &here = stepper_.here();
   ResponseCurve &curve = stepper_.response.curve();
-  const bool other_ways = settings_.strategies.has("fewer_harmonics"); // quicker than Newton's method where it wanders
+  const bool other_ways = settings_.strategies.has("fewer_harmonics"); // quicker than Newton's method with all of them
+  const auto by_fewer_harmonics = [&] {
+    return other_ways && stand_on(search_.by_fewer_harmonics(value, here.y, true));
+  };
+  PetscReal given;
+  check(VecNorm(here.y, NORM_INFINITY, &given), "starting");
+  const bool one_first = given == 0 && stepper_.response.system().harmonics() > 1;
+  if (one_first && by_fewer_harmonics()) return how_.clear(), true;
   if (other_ways ? curve.solve_at(value, here, hurried) : curve.solve_at(value, here)) return true;
   report_.summary.why = "no solution was found at the first " + stepper_.response.parameter_name() + ": " +
                         here.newton.why + difference(stepper_.response.system(), here);
@@ -37,9 +44,8 @@ bool ResponseRecovery::first_point(double value) {
     return false;
   }
   starting_ = true;
-  const bool found =
-      (other_ways && (stand_on(search_.by_fewer_harmonics(value, here.y, true)) || curve.solve_at(value, here))) ||
-      recovers(Failure::Kind::no_start, report_.summary.why, value);
+  const bool found = (!one_first && by_fewer_harmonics()) || (other_ways && curve.solve_at(value, here)) ||
+                     recovers(Failure::Kind::no_start, report_.summary.why, value);
   if (!how_.empty()) how_ = "Newton does not converge from rest; the first point comes from " + how_;
   starting_ = false;
   return found;
