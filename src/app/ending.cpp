@@ -11,7 +11,9 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
   const auto place = [&](double value) { return study.range().text(value * scale, 8); };
   const std::string where = place(summary.parameter);
   const std::string so_far =
-      "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();
+      summary.counts.points == 0
+          ? "There is no point so far"
+          : "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();
   switch (summary.end) {
   case End::arrived:
     return summary.why.empty() ? "" : summary.why + ", at " + where;

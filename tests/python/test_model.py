@@ -278,8 +278,10 @@ def test_broken_write_keeps_the_old_file(tmp_path, monkeypatch):
 
 def test_reading_something_else_is_refused(tmp_path):
     (tmp_path / "text.h5").write_text("no")
-    with pytest.raises(ValueError, match="no such HDF5 file"):
+    with pytest.raises(ValueError, match="text.h5: not an HDF5 file"):
         Model.read(tmp_path / "text.h5")
+    with pytest.raises(ValueError, match="none.h5: no such HDF5 file"):
+        Model.read(tmp_path / "none.h5")
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file.attrs["format"] = "dovetail-results"
     with pytest.raises(ValueError, match="must be dovetail-model, found dovetail-results"):
