@@ -36,7 +36,7 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
   default:
     if (study.follows_peaks())
       return "the peak could not be followed beyond " + where + ": " + summary.why + ". " + so_far +
-             "; try path.range from the other end.";
+             "; try a shorter path.range, or from the other end.";
     if (study.mode)
       return "the mode could not be followed beyond " + place(summary.farthest) + ": " + summary.why + ". " + so_far +
              ". Where contacts open, more harmonics help; or end mode.amplitude there.";
