@@ -64,6 +64,8 @@ def write(path, parts, attributes, comm):
     comm : mpi4py communicator or Alone
     """
     path = os.fspath(path)
+    if os.path.isdir(path):
+        raise ValueError(f"{path}: is a folder; name a file in it, such as {os.path.join(path, 'model.h5')}")
     unfinished = path + ".part"
     try:
         if comm.size > 1 and h5py.get_config().mpi:

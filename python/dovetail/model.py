@@ -195,7 +195,7 @@ class Model(DampingMatrices):
     def read(cls, path: str | Path) -> "Model":
         """The model in a file, as SciPy matrices in this process (serial)."""
         if not h5py.is_hdf5(path):
-            raise ValueError(f"{path}: no such HDF5 file")
+            raise ValueError(f"{path}: {'not an HDF5 file' if Path(path).is_file() else 'no such HDF5 file'}")
         with opened(path) as file:
             kind = words(file, "format", "unnamed")
             if kind != "dovetail-model":

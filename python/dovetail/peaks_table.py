@@ -86,7 +86,7 @@ def usual_forces(backbone, harmonic=1):
 def table(backbone, row, forces, harmonic=1, refined=False):
     """Peaks under these forces, and those of the forces under which a curve has none on what the backbone reaches.
 
-    `refined`: by the true equations, solved near each peak.
+    `refined`: by the true equations, solved near each peak. Where that fails, the peak is the mode's, with error NaN.
     """
     found, missing = [], []
     for force in forces:
@@ -95,12 +95,23 @@ def table(backbone, row, forces, harmonic=1, refined=False):
             missing.append(force)
         for number, motion in tops:
             if motion is not None:
-                solved = solved_peak(backbone, motion, row) if refined else motion
-                error = abs(motion.amplitude(row) / solved.amplitude(row) - 1) if refined else (
-                    backbone.error(motion, row) if backbone.judges else np.nan)
+                if refined:
+                    solved, error = _refined(backbone, motion, row)
+                else:
+                    solved, error = motion, backbone.error(motion, row) if backbone.judges else np.nan
                 found.append(Peak(force, solved.amplitude(row), solved.omega, backbone.at(motion.alpha)[1], *activity(backbone, solved),
                                   error, number > 0))
     return found, missing
+
+
+def _refined(backbone, motion, row):
+    """The solved peak, and by how much the mode was off; the motion itself and NaN where none is found near it."""
+    backbone.under(motion.force)  # refuses equations that are too large
+    try:
+        solved = solved_peak(backbone, motion, row)
+    except (ValueError, RuntimeError, np.linalg.LinAlgError):  # no maximum, or Newton's method leads nowhere
+        return motion, np.nan
+    return solved, abs(motion.amplitude(row) / solved.amplitude(row) - 1)
 
 
 def activity(backbone, motion):
@@ -177,6 +188,9 @@ def in_words(rows, missing, results, dof, hz=False, refined=False):
             else:
                 cells.append(f"{100 * value:.3g}" if name in in_percent else f"{value:.5g}")
         lines.append("".join(f"{cell:>{width}}" for cell, width in zip(cells, widths)) + "  a separate curve" * row.separate)
+    if unsolved := [f"{row.force:g}" for row in rows if refined and np.isnan(row.error)]:
+        lines.append(f"not solved, and as the mode has it, without an error: no solution with a peak was found near it under "
+                     f"{', '.join(unsolved)} times the load")
     shown = {row.force for row in rows}
     for forces, what in (([force for force in missing if force not in shown], "no peak on what"),
                          ([force for force in missing if force in shown], "further peaks beyond what")):

@@ -188,8 +188,9 @@ class Results:
                 return int(match[1]) - 1
             if match and match[2] and 1 <= int(match[2]) <= self.contact_points:
                 return self.modes + 3 * (int(match[2]) - 1) + DIRECTIONS.index(match[3])
-        raise KeyError(f"no degree of freedom {name!r}; there are a1 to a{self.modes}, and x1 to x{self.contact_points} "
-                       "each with .t1, .t2 and .n, and node sets or nodes of the model with .x, .y and .z")
+        modes = f"a1 to a{self.modes}, and " if self.modes else ""
+        raise KeyError(f"no degree of freedom {name!r}; there are {modes}x1 to x{self.contact_points} each with .t1, .t2 and .n, "
+                       "and node sets or nodes of the model with .x, .y and .z")
 
     def unit_of(self, dof: str | int) -> str:
         """Name of the unit of an unknown or a node's motion; empty where units are not known."""

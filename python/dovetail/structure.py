@@ -65,6 +65,8 @@ class Structure(Loaded, CyclicStructure, DampingMatrices):
         self.nodes = np.asarray(nodes, dtype=np.float64)
         if self.nodes.ndim != 2 or self.nodes.shape[1] != 3:
             raise ValueError(f"nodes must have shape (n_nodes, 3), found {self.nodes.shape}")
+        if (lost := np.flatnonzero(~np.isfinite(self.nodes).all(axis=1))).size:
+            raise ValueError(f"nodes must have finite places, found {self.nodes[lost[0]]} in row {lost[0]}")
         count = len(self.nodes)
         self.dof_node, self.dof_direction = np.asarray(dof_node, dtype=np.int64), np.asarray(dof_direction, dtype=np.int64)
         for name, values, top in (("dof_node", self.dof_node, count), ("dof_direction", self.dof_direction, 6)):

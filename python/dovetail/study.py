@@ -59,10 +59,11 @@ def grid(case, arguments):
     usual = None if "reduced" in case.content else USUAL_MODES  # of a case that leaves them to a tolerance
     modes = arguments.modes or [case.content.get("reduction", {}).get("modes", usual)]
     solvers = arguments.solvers or [own.get("solver", "modal")]
-    for option, values in (("--harmonics", harmonics), ("--samples", samples), ("--modes", modes), ("--jobs", [arguments.jobs])):
+    for option, values, least in (("--harmonics", harmonics, 1), ("--samples", samples, 1), ("--modes", modes, 0),
+                                  ("--jobs", [arguments.jobs], 1)):
         for value in values:
-            if isinstance(value, int) and value < 1:
-                raise ValueError(f"{option} {value}: must be at least 1")
+            if isinstance(value, int) and value < least:
+                raise ValueError(f"{option} {value}: must be at least {least}")
     for value in tolerances:
         if not 0 < value < 1:
             raise ValueError(f"--tolerances {value}: must lie between 0 and 1")

@@ -1,14 +1,17 @@
 """How large the residual of a point may be: what Newton's method leaves, what lies between samples, and last bits."""
 
+import functools
 import tomllib
 
 import numpy as np
 
 from . import reference
+from .hdf5_read import numbers, patiently
 from .reduced_system import courses_of
 
 ROUND = 1e-9  # of the force of a cone, ten times what it may have changed by when a period is taken for the last
 NEWTON = 1e-8  # default of newton.residual_tolerance
+HARDLY = 1e-3  # of a force: a mode that is moved by less than another sets no unit
 LAST_BITS = 256  # of a force and its parts: numbers are scaled, written, and added up in another order
 
 
@@ -20,12 +23,14 @@ def scaled_forces(results, system):
     if scaling.get("kind", "auto") == "manual":
         modal = scaling["modal"] * scaling["frequency"]**2
         return modal, modal * scaling["modal"] / scaling["contact"]
+    if results.modal_amplitude is not None:
+        return _of_the_mode(results)
     K, M = (np.real(np.diag(matrix)) for matrix in system.matrices(1))
     course = max(map(np.linalg.norm, courses_of(results).values()))
     drive = np.linalg.norm(system.excitation, axis=1) / (course if course > 0 else 1)
     modes, contact = system.modes, system.contact
-    modal = next((force for force in drive[:modes] if force >= 1e-6 * drive[:modes].max()), 0.0)
-    w2, mass, force = K[0] if modes else results.omega[0]**2, M[modes:].max(initial=0), drive[modes:].max(initial=0)
+    modal = functools.reduce(lambda chosen, force: force if chosen < HARDLY * force else chosen, drive[:modes], 0.0)
+    w2, mass, force = K[0] if modes else _first_omega(results)**2, M[modes:].max(initial=0), drive[modes:].max(initial=0)
     rubs = contact.kind <= reference.contact.CONE
     pressed = np.abs(system.K[modes:, modes:] @ system.preload.xp.ravel() + system.preload.g.ravel()).reshape(-1, 3)  # R
     holds = contact.mu.max(axis=1) * np.maximum(pressed.max(axis=1), system.preload.g[:, 2])
@@ -38,6 +43,25 @@ def scaled_forces(results, system):
         length = np.clip(length, 1e-3 * natural, natural)
     amplitude = modal / w2 if modal > 0 else np.sqrt(length * force / w2) if force > 0 else 1.0
     return amplitude * w2, amplitude**2 * w2 / length
+
+
+def _first_omega(results):
+    """Where the run begins; where it follows a peak, the sweep before it."""
+    if results.tracked_amplitude is None:
+        return results.omega[0]
+    settings = tomllib.loads(results.case)["continuation"]
+    return settings["omega"][0] / (results.unit.hertz(1.0) if settings.get("unit") == "Hz" else 1.0)
+
+
+def _of_the_mode(results):
+    """The same of a nonlinear mode, which has no load to scale by: by the onset, or without one by the amplitude it begins with."""
+    def scales(file):
+        omega, onset, shape = (numbers(file, f"mode/{name}", (None, ...)) for name in ("omega", "onset", "shape"))
+        shape = shape if shape.ndim == 1 else np.hypot(*shape.T)
+        return omega[0], onset[0], np.abs(shape[results.modes:]).max(initial=0.0)
+    omega, onset, largest = patiently(results.path, scales)
+    modal = (onset if np.isfinite(onset) else tomllib.loads(results.case)["mode"]["amplitude"][0]) * omega**2
+    return modal, modal / (largest if largest > 0 else 1.0)
 
 
 def between_samples(system, q, samples, sampled, G):

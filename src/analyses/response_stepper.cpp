@@ -62,6 +62,8 @@ void ResponseStepper::land() {
 void ResponseStepper::begin_amplitude() {
   forget_steps();
   amplitude_.begin(response.amplitude(here_), plain_length(here_.t));
+  if (limit_ > 0 && amplitude_.here.value >= limit_) // with no step to it
+    report_.end(End::amplitude, "stopped: the amplitude is beyond continuation.stop_at_amplitude");
 }
 
 // here_ becomes trial_, `step` farther on along the curve, or `plain` times that in the plain norm; with all that lies

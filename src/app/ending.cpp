@@ -10,8 +10,9 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
   using End = BranchSummary::End;
   const auto place = [&](double value) { return study.range().text(value * scale, 8); };
   const std::string where = place(summary.parameter);
-  const std::string so_far =
-      "The " + std::to_string(summary.counts.points) + " points so far are in " + results_of(study).string();
+  const std::string so_far = summary.counts.points == 0 ? "There is no point so far"
+                                                        : "The " + std::to_string(summary.counts.points) +
+                                                              " points so far are in " + results_of(study).string();
   switch (summary.end) {
   case End::arrived:
     return summary.why.empty() ? "" : summary.why + ", at " + where;
@@ -35,7 +36,7 @@ std::string in_words(const BranchSummary &summary, const Case &study, double sca
   default:
     if (study.follows_peaks())
       return "the peak could not be followed beyond " + where + ": " + summary.why + ". " + so_far +
-             "; try path.range from the other end.";
+             "; try a shorter path.range, or from the other end.";
     if (study.mode)
       return "the mode could not be followed beyond " + place(summary.farthest) + ": " + summary.why + ". " + so_far +
              ". Where contacts open, more harmonics help; or end mode.amplitude there.";

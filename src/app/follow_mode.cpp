@@ -170,6 +170,11 @@ Followed follow_mode(const Case &study, PreloadedModel preloaded, const StuckMod
     return follow_backbone(*system, {study.step_tolerance, study.residual_tolerance, study.max_iterations}, settings,
                            observer, earlier ? &earlier->branch : nullptr);
   });
+  if (mode.twin > 0 && !story.summary.good() && signal == 0)
+    story.summary.why +=
+        "; mode " + std::to_string(mode.twin) +
+        " of the stuck structure has the same frequency, and all sums of the two are modes as well: set "
+        "them apart, by a constraint of symmetry or a small mass";
   story.omega = omega;
   story.events = results.events();
   story.parts = keeper.parts(), story.seconds_all_parts = keeper.seconds();

@@ -206,6 +206,29 @@ void refuse_no_force(const Case &study, const std::vector<std::string> &patterns
                    " has no force other than zero, nothing would move; write forces there, or name another pattern");
 }
 
+// Patterns that add up to nothing in every harmonic, each times its course, but for rounding errors.
+void refuse_cancelling(const Case &study, const FullModel &model, const std::vector<double> &largest) {
+  constexpr const char *doing = "looking at the loads";
+  UniqueVec sum;
+  check(VecDuplicate(model.preload, sum.out()), doing);
+  for (std::size_t place = 1; place < study.loads[0].fourier.size(); ++place) {
+    double apart = 0;
+    PetscReal together;
+    check(VecSet(sum, 0), doing);
+    for (const LoadCourse &load : study.loads)
+      for (std::size_t j = 0; j < largest.size(); ++j)
+        if (model.forces[j].name == load.pattern) {
+          check(VecAXPY(sum, load.fourier[place], model.forces[j].values), doing);
+          apart += std::abs(load.fourier[place]) * largest[j];
+        }
+    check(VecNorm(sum, NORM_INFINITY, &together), doing);
+    if (together > 1e-14 * apart) return;
+  }
+  throw InputError(study.loads[0].where + ": of " + model.file.string() +
+                   " all load patterns together, each times its " +
+                   "course, add up to no force that varies, nothing would vibrate; change one of them");
+}
+
 FullModel full_model(MPI_Comm comm, const Case &study, bool need_force = true) {
   FullModel model = read_full_model(comm, study.model);
   if (!need_force) return model;
@@ -217,6 +240,7 @@ FullModel full_model(MPI_Comm comm, const Case &study, bool need_force = true) {
     names.push_back(pattern.name), largest.push_back(norm);
   }
   refuse_no_force(study, names, largest, model.file);
+  refuse_cancelling(study, model, largest);
   return model;
 }
 

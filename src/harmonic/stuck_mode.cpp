@@ -15,6 +15,7 @@ namespace {
 constexpr PetscInt least_modes = 10;
 constexpr std::size_t most_told = 10; // frequencies in a message
 constexpr double at_bound = 1e-9;     // of the bound of friction, to rounding errors of the preload
+constexpr double same = 1e-9;         // relative, squares of frequencies that are apart by rounding errors alone
 constexpr int instants = 64;          // of half a period, at which the onset of a cone is looked for
 
 using Complex = std::complex<double>;
@@ -177,6 +178,13 @@ Onset first_onset(const PreloadedModel &model, const Complex *contact_shape, boo
   return {least.amplitude, said[0], words[said[1]]};
 }
 
+// The number of another mode of the same frequency, 0 if there is none.
+int twin_of(const std::vector<double> &squares, std::size_t chosen) {
+  for (std::size_t j = 0; j < squares.size(); ++j)
+    if (j != chosen && std::abs(squares[j] - squares[chosen]) <= same * squares[chosen]) return static_cast<int>(j) + 1;
+  return 0;
+}
+
 // So that the sign does not depend on how the mode was found; one of a sector has its phase already.
 void turn_to_positive(std::vector<Complex> &shape, MPI_Comm comm) {
   double most = 0, least = 0;
@@ -195,6 +203,7 @@ StuckMode stuck_mode(const PreloadedModel &model, const Case &study) {
   const std::size_t chosen = choose(modes, study), own = layout.own_dofs(), first = layout.own_modes.size();
   StuckMode mode;
   mode.number = static_cast<int>(chosen) + 1, mode.omega = std::sqrt(modes.squares[chosen]);
+  mode.twin = twin_of(modes.squares, chosen);
   std::vector<Complex> shape(modes.shapes.begin() + chosen * own, modes.shapes.begin() + (chosen + 1) * own);
   if (model.reduced.sectors == 0) turn_to_positive(shape, layout.comm);
   mode.modal.assign(shape.begin(), shape.begin() + first), mode.contact.assign(shape.begin() + first, shape.end());

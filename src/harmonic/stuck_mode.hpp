@@ -20,6 +20,7 @@ struct Onset {
 struct StuckMode {
   int number = 0;   ///< from 1
   double omega = 0; ///< [rad/s]
+  int twin = 0;     ///< number of another mode of the same frequency, but for rounding errors, or 0
   /// (own) phi, with phi^H M phi = 1; the largest entry is positive. Complex of a cyclic sector alone: the motion is
   /// its real part times cos, less its imaginary one times sin.
   std::vector<std::complex<double>> modal, contact;

@@ -216,6 +216,7 @@ void tell(const ModeStory &mode, const BranchStory &story) {
   const auto amplitude = [&](double value) {
     return number("%.7g", value) + behind_number(story.told.units.instead_of(story.range.parameter->unit));
   };
+  if (story.summary.counts.points == 0) return;
   log_line("  mode %d: %s stuck, %s at the end; damping ratio of the resonance at most %.5g, at amplitude %s\n",
            mode.number, story.range.unit.text(mode.omega).c_str(), story.range.unit.text(mode.omega_last).c_str(),
            mode.ratio_most, amplitude(mode.amplitude_most).c_str());

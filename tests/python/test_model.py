@@ -276,10 +276,19 @@ def test_broken_write_keeps_the_old_file(tmp_path, monkeypatch):
     assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
 
 
+def test_a_folder_is_no_file_to_write(tmp_path):
+    (tmp_path / "models").mkdir()
+    with pytest.raises(ValueError, match="models: is a folder; name a file in it, such as .*models/model.h5"):
+        small().write(tmp_path / "models")
+    assert list(tmp_path.iterdir()) == [tmp_path / "models"]
+
+
 def test_reading_something_else_is_refused(tmp_path):
     (tmp_path / "text.h5").write_text("no")
-    with pytest.raises(ValueError, match="no such HDF5 file"):
+    with pytest.raises(ValueError, match="text.h5: not an HDF5 file"):
         Model.read(tmp_path / "text.h5")
+    with pytest.raises(ValueError, match="none.h5: no such HDF5 file"):
+        Model.read(tmp_path / "none.h5")
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file.attrs["format"] = "dovetail-results"
     with pytest.raises(ValueError, match="must be dovetail-model, found dovetail-results"):

@@ -111,6 +111,24 @@ def test_a_force_beyond_the_mode_is_named(folder, capsys):
     assert len(read(folder / "beyond.csv")) == 1, "the table of before has gone"
 
 
+def test_a_peak_that_cannot_be_solved_is_the_modes(folder, capsys, monkeypatch):
+    solve = reference.HarmonicBalance.solve
+
+    def fails(system, omega, q0):
+        if np.abs(system.excitation[:, 1:]).max() > 0.3:
+            raise RuntimeError("Newton's method did not converge in 60 iterations")
+        return solve(system, omega, q0)
+    monkeypatch.setattr(reference.HarmonicBalance, "solve", fails)
+    command = ["peaks", str(folder / "results.h5"), "--dof", "a1", "--refine", "-o", str(folder / "unsolved.csv"), "--force"]
+    assert main([*command, "0.1", "0.6"]) == 0
+    out = capsys.readouterr().out
+    assert "not solved, and as the mode has it" in out and "found near it under 0.6 times the load" in out
+    first, second = read(folder / "unsolved.csv")
+    [motion] = Backbone.read(folder / "results.h5").peaks(0.6)
+    assert first["error"] < 0.1 and np.isnan(second["error"])
+    assert second["amplitude [m √kg]"] == pytest.approx(motion.amplitude(0), rel=0.02)
+
+
 def test_a_point_that_rests_at_its_bound_does_not_slip():
     """Its slider goes to where the motion no longer drags it, so that friction is at the bound once a period, but for round-off."""
     backbone, shares, limit, kt, far = made_up(), [], 0.31, 0.7, 7.3  # far from zero, for the sake of round-off

@@ -391,6 +391,13 @@ def test_stop_at_amplitude_of_the_watched_unknown(tmp_path):
         assert amplitude[-1] == pytest.approx(2.0, rel=1e-6) and amplitude[:-1].max() < 2.0
 
 
+def test_amplitude_that_is_beyond_its_limit_at_once(tmp_path):
+    """The sweep went all through."""
+    done = run(cases.dof5(tmp_path, watch="x1.t2", stop_at_amplitude=1e-3, **SMALL), out="out")
+    assert done.summary["end"] == "amplitude" and done.summary["points"] == 1
+    assert "beyond continuation.stop_at_amplitude, at 0.9 rad/s" in done.out
+
+
 @pytest.mark.parametrize("name, words", [("x2.n", ["the model has 1 contact points"]), ("a3", ["the model has 2 modes"]),
                                          ("x1.t3", ["the name of an unknown"])])
 def test_watched_unknown_must_exist(tmp_path, name, words):

@@ -229,6 +229,9 @@ def test_names_and_their_errors(tmp_path):
     for name in ("a3", "a0", "x3.t1", "x0.n", "x1.t3", "x1", "b1", 8, -1):
         with pytest.raises(KeyError, match="there are a1 to a2, and x1 to x2"):
             results.dof_index(name)
+    without_modes = one_point(tmp_path / "no_modes.h5", np.zeros((1, 3, 3)), modes=0)
+    with pytest.raises(KeyError, match="'a1'; there are x1 to x1 each"):
+        without_modes.dof_index("a1")
     assert results.at(1.6) == 1
     with pytest.raises(KeyError, match="arclength, linear_iterations"):
         results.points("speed")

@@ -175,6 +175,7 @@ def test_a_set_without_whole_faces_has_no_faces():
     (lambda: brick.pair().clamped("top").with_preload("top", [0, 0, 1]), "no node of 'top' can take the preload"),
     (lambda: brick.pair().with_force([], [1, 0, 0]), "no node to put the force on: the 0 rows given is empty"),
     (lambda: Structure(sp.identity(3), sp.identity(3), [[0, 0]], [0] * 3, [0, 1, 2]), r"nodes must have shape \(n_nodes, 3\)"),
+    (lambda: Structure(sp.identity(3), sp.identity(3), [[0, 0, np.nan]], [0] * 3, [0, 1, 2]), "nodes must have finite places, .* row 0"),
     (lambda: Structure(sp.identity(3), sp.identity(3), [[0, 0, 0]], [0, 0], [0, 1]), "dof_node must have one entry .* found shape"),
     (lambda: Structure(sp.identity(3), sp.identity(3), [[0, 0, 0]], [0] * 3, [0, 1, 6]), "dof_direction .* values 0 to 6"),
     (lambda: Structure(sp.identity(3), sp.identity(3), [[0, 0, 0]], [0] * 3, [0, 1, 2], node_sets={"a": [1]}), "node set 'a' must name"),

@@ -265,11 +265,19 @@ def test_nothing_to_compare_with(tmp_path, capsys):
     assert "the reference, H 10, exact, 2 modes, modal, could not be computed" in capsys.readouterr().err
 
 
+def test_a_case_without_modes(tmp_path, capsys):
+    """As the Jenkins element, all of whose masses are contact points."""
+    case = cases.dof5(tmp_path, **SHORT | {"modes": 0})
+    assert main(["study", str(case.path), "--harmonics", "1", "--samples", "exact", "--tolerances", "--binary", str(BINARY)]) == 0
+    assert "H 1, exact, 0 modes, modal" in capsys.readouterr().out
+
+
 # -------------------------------------------------------------------------------------------------------- what it refuses
 @pytest.mark.parametrize("options, overrides, words", [
     (["--harmonics", "0"], {}, "--harmonics 0: must be at least 1"),
     (["--harmonics", "9", "--samples", "8", "16"], {}, "--samples 16: 9 harmonics need at least 19"),
     (["--jobs", "0"], {}, "--jobs 0: must be at least 1"),
+    (["--modes", "-1"], {}, "--modes -1: must be at least 0"),
     (["--modes", "3"], {}, "modes = 3"),  # of 2; by the program, before anything is computed
     (["--binary", "nowhere/dovetail"], {}, "nowhere/dovetail: is no program"),
     (["--tolerances", "2"], {}, "--tolerances 2.0: must lie between 0 and 1"),

@@ -10,7 +10,7 @@ import cases
 import cyclic_sector
 import test_nonlinear_modes
 import test_paths
-from dovetail import Results, verify
+from dovetail import Results, reference, verify
 from dovetail.__main__ import main
 from dovetail.hdf5_read import words
 from dovetail.reduced_system import equations
@@ -152,6 +152,50 @@ def test_the_residual_is_the_one_that_newtons_method_has_left(tmp_path):
         modes, contacts = np.split(system.residual(q, omega), [system.modes])
         own = np.hypot(*(np.linalg.norm(part) / unit for part, unit in zip((modes, contacts), scaled_forces(results, system))))
         assert own == pytest.approx(results.points("residual")[point], rel=1e-4) and own > 1e-9
+
+
+def one_point(folder, fa, fx, **settings):
+    """A reduced model of modes with these forces, and a mass of its own that rubs at one contact point."""
+    modes = len(fa)
+    model = reference.Reduced(kaa=np.arange(1.0, modes + 1), max=np.zeros((modes, 3)), mxx=np.eye(3), kxx=np.eye(3), fa=np.array(fa),
+                              fx=np.array(fx), r=np.array([0.0, 0, -1]))
+    cases.write_reduced(folder, model)
+    return cases.write(folder, "one point", "reduced.h5", None, model, settings, stiffness=0.05, fourier=[0, 1],
+                       normal_stiffness=10.0, tangential_stiffness=0.5, friction=0.5, gap=0.0, harmonics=1, kind="auto")
+
+
+def hardly_moved(folder):
+    """By the load, the first mode: a ten-thousandth of what moves the second."""
+    return one_point(folder, [1e-4, 1.0], [0.1, 0, 0], omega=[0.5, 0.6])
+
+
+def a_mode(folder):
+    return test_nonlinear_modes.scene(folder, "dof5")[0]
+
+
+def a_peak_without_modes(folder):
+    case = one_point(folder, [], [0.4, 0, 0], omega=[0.1, 0.3], unit="Hz")
+    text = case.path.read_text().replace("[continuation]", '[continuation]\nwatch = "x1.t1"')
+    case.path.write_text(text + '\n[path]\nparameter = "force"\nrange = [1, 1.1]\npeak = "amplitude"\n')
+    return case
+
+
+@pytest.mark.parametrize("scene", [hardly_moved, a_mode, a_peak_without_modes])
+def test_units_are_those_of_the_run(tmp_path, scene):
+    folder = run(scene(tmp_path), out="out").folder
+    results = Results(folder / "results.h5")
+    with h5py.File(folder / "state.h5") as file:
+        frequency, modal, contact = file["scales"][()]
+    force = modal * frequency**2
+    np.testing.assert_allclose(scaled_forces(results, equations(results)), [force, force * modal / contact], rtol=1e-6)
+
+
+def test_work_that_is_made_of_rounding_errors_is_no_balance():
+    """Of points that stick, without damping: the energy is off by all of it, and may be."""
+    sticks = SimpleNamespace(point=0, residual=1e-12, energy=1.0, energy_bound=1e12)
+    slips = SimpleNamespace(point=3, residual=1e-9, energy=2e-9, energy_bound=1e-8)
+    assert verify.summed_up([sticks, slips], 9).endswith("energy balances to 2.0e-09, at point 3")
+    assert verify.summed_up([sticks], 9).endswith("there is no energy to balance")
 
 
 def test_a_peak_that_is_none_is_found(copy, capsys):

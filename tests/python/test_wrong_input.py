@@ -285,6 +285,18 @@ def test_a_reduction_needs_no_force(folder):
 LOADS = "[[excitation.load]]\npattern = \"%s\"\nfourier = [0, 1]\n"
 
 
+@pytest.mark.parametrize("lift, drag", [([0, 1], [0, -1]), ([3], [2, 0.3, 0, 0.7])], ids=["cancel", "the rest is constant"])
+def test_loads_that_add_up_to_nothing(folder, lift, drag):
+    """Steps then went from rounding error to rounding error."""
+    write_model(folder / "model.h5", forces__lift=np.arange(5) / 3, forces__drag=np.arange(5) / 3 if lift[0] == 0 else np.zeros(5))
+    begin = CASE.index("[excitation]")
+    text = CASE[:begin] + CASE[CASE.index("[contact]"):]
+    for name, course in (("lift", lift), ("drag", drag)):
+        text += (LOADS % name).replace("[0, 1]", str(course))
+    (folder / "case.toml").write_text(text)
+    expect(run(folder), ["case.toml:", "excitation.load.pattern = \"lift\"", "model.h5", "add up to no force that varies"])
+
+
 def test_loads_of_a_reduced_file(folder):
     """Names that are not there, names for other patterns than there are, and patterns without any force."""
     write_model(folder / "model.h5", forces__lift=np.ones(5), forces__rest=np.zeros(5))

@@ -283,6 +283,14 @@ def test_peaks_made_of_a_mode(tmp_path):
         assert abs(best.omega / omega - 1) < 5e-3 and abs(rms / amplitude - 1) < 1.5e-2
 
 
+def test_two_modes_of_one_frequency_are_told(tmp_path):
+    """A mass alike in both directions, without friction: any direction is a mode, and Newton's method has no reason for one."""
+    case = mode_of(tmp_path, one_mass([4.0, 4.0, 9.0], [0, 0, 1.0]), {"number": 1, "amplitude": [0.5, 1.0]}, normal_stiffness=16.0,
+                   tangential_stiffness=1.0, friction=0.0, harmonics=1)
+    said = launch.run(case, status=3)
+    assert "mode 2 of the stuck structure has the same frequency" in said.err and "0 times the load" not in said.out
+
+
 def test_a_range_below_the_onset_is_told(tmp_path):
     onset = float(np.load(DATA / "dof5.npz")["onset_alpha"])
     case, data = scene(tmp_path, "dof5", amplitude=[0.1 * onset, 0.8 * onset], at=[0.5 * onset])
