@@ -134,7 +134,8 @@ TEST(Corrector, counts_one_linear_iteration_each_where_the_solver_is_direct) {
 TEST(Corrector, rounding_is_what_last_bits_of_the_unknowns_leave) {
   constexpr int n = 8;
   const double stiffness = 1e6;
-  SmallProblem problem({n, [=](const double *y, double *f) {
+  SmallProblem problem({n,
+                        [=](const double *y, double *f) {
                           for (int i = 0; i < n; ++i) f[i] = stiffness * (y[i] - 1);
                         },
                         [=](const double *, double *J) {

@@ -55,7 +55,7 @@ TEST(StuckMode, slips_where_friction_is_used_up_on_the_nearer_side) {
     EXPECT_NEAR(mode.largest, 1, 1e-12);
     expect_onset(mode, (0.3 * N - 1) / 20, "slips");
     expect_onset(mode_of(point, pressed_with(0, sense * 2), {2}), (0.3 * N - 2) / 30, "slips");
-    expect_onset(mode_of(point, pressed_with(sense * 3, 0), {1}), 2 * 0.3 * N / 20, "slips", false); // at its bound
+    expect_onset(mode_of(point, pressed_with(sense * 3, 0), {1}), 2 * 0.3 * N / 20, "slips", false);    // at its bound
     expect_onset(mode_of(point, pressed_with(sense * 1, 0), {3}), (0.3 * N - 1) / (0.3 * 50), "slips"); // as N sways
   }
 }
