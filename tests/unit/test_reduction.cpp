@@ -395,6 +395,32 @@ TEST_P(Factor, TooSmallAWorkspaceIsGivenMoreRoom) {
 
 INSTANTIATE_TEST_SUITE_P(Reduction, Factor, ::testing::Bool());
 
+TEST(Reduction, DampingThatIsASumOfStiffnessAndMassStaysThatSum) {
+  constexpr double of_k = 2e-3, of_m = 5;
+  for (const auto &plan : {roomy(), roomy(false, 4)}) {
+    FullModel full = testing::lattice_model(PETSC_COMM_WORLD, length, width, points);
+    check(MatDuplicate(full.M, MAT_COPY_VALUES, full.C.out()), "test");
+    check(MatScale(full.C, of_m), "test");
+    check(MatAXPY(full.C, of_k, full.K, DIFFERENT_NONZERO_PATTERN), "test");
+    check(MatDuplicate(full.M, MAT_COPY_VALUES, full.K_structural.out()), "test");
+    ClampedStructure parts = clamp(std::move(full));
+    ReductionSettings settings{ModeKind::eigen, modes, false, std::vector<char>(parts.elastic_dofs.size(), 0)};
+    Stages stages;
+    const ReducedModel model = craig_bampton(std::move(parts), settings, plan, stages).model;
+    for (const auto &[matrix, k, m] : {std::tuple{&model.viscous, of_k, of_m}, {&model.structural, 0.0, 1.0}}) {
+      ASSERT_TRUE(matrix->given);
+      for (int i = 0; i < modes; ++i)
+        for (int j = 0; j < modes; ++j)
+          EXPECT_NEAR(matrix->aa[i * modes + j], i == j ? k * model.kaa[i] + m : 0, 1e-9 * (k * model.kaa.back() + m));
+      for (std::size_t i = 0; i < model.mxa.size(); ++i)
+        EXPECT_NEAR(matrix->xa[i], m * model.mxa[i], 1e-9 * m * largest(model.mxa));
+      for (std::size_t i = 0; i < model.mxx.size(); ++i)
+        EXPECT_NEAR(matrix->xx[i], k * model.kxx[i] + m * model.mxx[i],
+                    1e-9 * (k * largest(model.kxx) + m * largest(model.mxx)));
+    }
+  }
+}
+
 TEST(Reduction, PlanGivesUpSpeedBeforeItGivesUp) {
   const ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, 60));
   const MemoryPlan roomy = plan_memory(parts, modes, 0, 0);
