@@ -5,6 +5,7 @@
 #include "reduction/elastic_modes.hpp"
 #include "reduction/elastic_partition.hpp"
 #include "reduction/reduced_model.hpp"
+#include "support/memory.hpp"
 
 #include <petscblaslapack.h> // needs petscsys.h before it
 
@@ -431,6 +432,19 @@ TEST(Reduction, PlanGivesUpSpeedBeforeItGivesUp) {
   const MemoryPlan hopeless = plan_memory(parts, modes, 0, 1e3);
   EXPECT_FALSE(hopeless.keep_psi);
   EXPECT_THROW(refuse_if_too_large(parts, hopeless), ComputeError);
+}
+
+// Where nothing but factors counts, as in large models.
+TEST(Reduction, PlanCountsASecondFactorisationAndItsCopiesOfTheMatrix) {
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, points));
+  parts.own = {0, 1};
+  MatInfo info;
+  check(MatGetInfo(parts.K.ee, MAT_LOCAL, &info), "test");
+  const double factor = parts.solver->forecast_bytes(), copies = (8 + 4 + 8) * info.nz_used,
+               more = 4 / 3.0 * factor + copies, before = resident_bytes(),
+               planned = plan_memory(parts, 1, 0, 0, true).bytes;
+  EXPECT_GE(planned, before + more);
+  EXPECT_LE(planned, resident_bytes() + more + 0.1 * copies);
 }
 
 } // namespace
