@@ -206,8 +206,10 @@ TEST(MemoryPlan, counts_what_a_sector_keeps_of_its_motion) {
   constexpr double many = 1e6;
   const auto planned = [&](double wanted, double own) {
     parts.moved.dofs.resize(static_cast<std::size_t>(wanted)), parts.own = {0, static_cast<PetscInt>(own)};
+    SecondLevel settings;
     MemoryPlan plan;
-    plan_sector(parts, 50, {.modes = 100}, plan);
+    settings.modes = 100;
+    plan_sector(parts, 50, settings, plan);
     return plan.bytes;
   };
   const double least = planned(0, 0), of_each = 5 * 16 * (3 + 100) + 8 * (6 + 50);
