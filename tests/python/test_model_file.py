@@ -83,6 +83,11 @@ def test_a_fault_of_one_rank_is_one_of_all():
     assert Ranks(2).run(lambda comm: hdf5_parts.agree(comm, None)) == [None, None]
 
 
+@pytest.mark.skipif(h5py.get_config().mpi, reason="h5py is its MPI build here")
+def test_one_process_writes_without_mpi():
+    assert isinstance(hdf5_parts.default_comm(), hdf5_parts.Alone) and isinstance(small(comm=None).comm, hdf5_parts.Alone)
+
+
 def test_ranks_without_a_share_write_nothing(tmp_path):
     def write(comm):
         mine = np.arange(2.0) if comm.rank == 1 else np.zeros(0)

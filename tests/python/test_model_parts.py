@@ -60,6 +60,7 @@ def test_edges_are_taken():
     edge = cyclic(left=[[0, 1, 2], [3, -1, -1]], right=[[8, 7, 6], [5, -1, -1]], nodes=[[0, -1], [-1, 2]],
                   faces={"begin": [0, 0, 2], "node": [0, 2], "weight": [0.5, 0.5]})
     assert edge["right"][0].tolist() == [8, 7, 6] and edge["faces"]["node"].tolist() == [0, 2]
+    assert cyclic(left=edge["right"], right=edge["left"])["right"].tolist() == edge["left"].tolist()  # the first dof on either side
 
 
 @pytest.mark.parametrize("changes, message", [

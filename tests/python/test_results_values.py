@@ -94,6 +94,7 @@ def test_what_a_run_may_have_stored(tmp_path):
     for name in (*module.OF_MODES, "tracked_amplitude", "multiplier", "stable", "instability"):
         assert getattr(results, name).tolist() == list(values[name][:3]), name
     assert results.stable.dtype == results.instability.dtype == np.int64
+    assert results.stable.tolist() == [module.STABLE, module.UNSTABLE, module.UNCERTAIN]
     assert results.error.tolist() == [11, 22, 33] and results.parameter is results.modal_amplitude and results.along is results.parameter
     results = Results(plain(path, **values, error_modes=[100.0, 200, 300], parameter=[5.0, 6, 7]))
     assert results.error.tolist() == [111, 222, 333] and results.along.tolist() == [5, 6, 7] and results.at(6.4) == 1

@@ -131,6 +131,22 @@ TEST(Corrector, counts_one_linear_iteration_each_where_the_solver_is_direct) {
   EXPECT_EQ(corrector.tangent(t).linear, 0); // of a tangent those are not told
 }
 
+TEST(Corrector, rounding_is_what_last_bits_of_the_unknowns_leave) {
+  constexpr int n = 8;
+  const double stiffness = 1e6;
+  SmallProblem problem({n,
+                        [=](const double *y, double *f) {
+                          for (int i = 0; i < n; ++i) f[i] = stiffness * (y[i] - 1);
+                        },
+                        [=](const double *, double *J) {
+                          for (int i = 0; i < n; ++i) J[i * (n + 1) + i] = stiffness;
+                        }});
+  SolveCounts counts;
+  const double rounding = Curve(problem, tight, 1, true, counts).rounding(0.5);
+  EXPECT_GE(rounding, stiffness * PETSC_MACHINE_EPSILON / 2);
+  EXPECT_LE(rounding, stiffness * PETSC_MACHINE_EPSILON * n);
+}
+
 // Stiff contacts that open: where it runs in a circle no number of iterations would help.
 TEST(Corrector, gives_up_in_a_circle) {
   ReducedModel model = small_reduced(PETSC_COMM_WORLD);

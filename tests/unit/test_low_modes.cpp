@@ -79,18 +79,22 @@ TEST(LowModes, of_a_free_row_are_three_times_those_of_a_chain) {
   }
 }
 
-TEST(LowModes, both_ways_agree_and_are_orthonormal) {
-  const ReducedModel model = free_row();
-  const Layout layout(model, 0);
-  std::vector<double> springs(model.own_contact_dofs());
-  for (std::size_t i = 0; i < springs.size(); ++i) springs[i] = 10 + wave(int(3 * layout.own_points.begin + i), 9);
-  const auto one = low_modes_by_lapack(model, springs, layout, 10),
-             other = low_modes_by_lanczos(model, springs, layout, 10);
-  ASSERT_TRUE(one && other);
-  for (int j = 0; j < 10; ++j) EXPECT_NEAR(other->squares[j], one->squares[j], 1e-10 * one->squares[j]) << j;
-  for (const auto *low : {&*one, &*other})
-    for (int a = 0; a < 10; ++a)
-      for (int b = 0; b <= a; ++b) EXPECT_NEAR(product(*low, model, layout, a, b), a == b, 1e-9) << a << " " << b;
+TEST(LowModes, both_ways_agree_and_are_orthonormal_in_any_unit_of_stiffness) {
+  for (const double unit : {1.0, 1e-24}) {
+    ReducedModel model = free_row();
+    const Layout layout(model, 0);
+    std::vector<double> springs(model.own_contact_dofs());
+    for (std::size_t i = 0; i < springs.size(); ++i) springs[i] = 10 + wave(int(3 * layout.own_points.begin + i), 9);
+    for (std::vector<double> *stiff : {&model.kaa, &model.kxx, &springs})
+      for (double &value : *stiff) value *= unit;
+    const auto one = low_modes_by_lapack(model, springs, layout, 10),
+               other = low_modes_by_lanczos(model, springs, layout, 10);
+    ASSERT_TRUE(one && other);
+    for (int j = 0; j < 10; ++j) EXPECT_NEAR(other->squares[j], one->squares[j], 1e-10 * one->squares[j]) << j;
+    for (const auto *low : {&*one, &*other})
+      for (int a = 0; a < 10; ++a)
+        for (int b = 0; b <= a; ++b) EXPECT_NEAR(product(*low, model, layout, a, b), a == b, 1e-9) << a << " " << b;
+  }
 }
 
 // The first shift, a point's stiffness over its mass, is 1e5 times the lowest square here.

@@ -5,6 +5,7 @@
 #include "reduction/elastic_modes.hpp"
 #include "reduction/elastic_partition.hpp"
 #include "reduction/reduced_model.hpp"
+#include "support/memory.hpp"
 
 #include <petscblaslapack.h> // needs petscsys.h before it
 
@@ -395,6 +396,32 @@ TEST_P(Factor, TooSmallAWorkspaceIsGivenMoreRoom) {
 
 INSTANTIATE_TEST_SUITE_P(Reduction, Factor, ::testing::Bool());
 
+TEST(Reduction, DampingThatIsASumOfStiffnessAndMassStaysThatSum) {
+  constexpr double of_k = 2e-3, of_m = 5;
+  for (const auto &plan : {roomy(), roomy(false, 4)}) {
+    FullModel full = testing::lattice_model(PETSC_COMM_WORLD, length, width, points);
+    check(MatDuplicate(full.M, MAT_COPY_VALUES, full.C.out()), "test");
+    check(MatScale(full.C, of_m), "test");
+    check(MatAXPY(full.C, of_k, full.K, DIFFERENT_NONZERO_PATTERN), "test");
+    check(MatDuplicate(full.M, MAT_COPY_VALUES, full.K_structural.out()), "test");
+    ClampedStructure parts = clamp(std::move(full));
+    ReductionSettings settings{ModeKind::eigen, modes, false, std::vector<char>(parts.elastic_dofs.size(), 0)};
+    Stages stages;
+    const ReducedModel model = craig_bampton(std::move(parts), settings, plan, stages).model;
+    for (const auto &[matrix, k, m] : {std::tuple{&model.viscous, of_k, of_m}, {&model.structural, 0.0, 1.0}}) {
+      ASSERT_TRUE(matrix->given);
+      for (int i = 0; i < modes; ++i)
+        for (int j = 0; j < modes; ++j)
+          EXPECT_NEAR(matrix->aa[i * modes + j], i == j ? k * model.kaa[i] + m : 0, 1e-9 * (k * model.kaa.back() + m));
+      for (std::size_t i = 0; i < model.mxa.size(); ++i)
+        EXPECT_NEAR(matrix->xa[i], m * model.mxa[i], 1e-9 * m * largest(model.mxa));
+      for (std::size_t i = 0; i < model.mxx.size(); ++i)
+        EXPECT_NEAR(matrix->xx[i], k * model.kxx[i] + m * model.mxx[i],
+                    1e-9 * (k * largest(model.kxx) + m * largest(model.mxx)));
+    }
+  }
+}
+
 TEST(Reduction, PlanGivesUpSpeedBeforeItGivesUp) {
   const ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, 60));
   const MemoryPlan roomy = plan_memory(parts, modes, 0, 0);
@@ -405,6 +432,19 @@ TEST(Reduction, PlanGivesUpSpeedBeforeItGivesUp) {
   const MemoryPlan hopeless = plan_memory(parts, modes, 0, 1e3);
   EXPECT_FALSE(hopeless.keep_psi);
   EXPECT_THROW(refuse_if_too_large(parts, hopeless), ComputeError);
+}
+
+// Where nothing but factors counts, as in large models.
+TEST(Reduction, PlanCountsASecondFactorisationAndItsCopiesOfTheMatrix) {
+  ClampedStructure parts = clamp(testing::lattice_model(PETSC_COMM_WORLD, 20, 8, points));
+  parts.own = {0, 1};
+  MatInfo info;
+  check(MatGetInfo(parts.K.ee, MAT_LOCAL, &info), "test");
+  const double factor = parts.solver->forecast_bytes(), copies = (8 + 4 + 8) * info.nz_used,
+               more = 4 / 3.0 * factor + copies, before = resident_bytes(),
+               planned = plan_memory(parts, 1, 0, 0, true).bytes;
+  EXPECT_GE(planned, before + more);
+  EXPECT_LE(planned, resident_bytes() + more + 0.1 * copies);
 }
 
 } // namespace

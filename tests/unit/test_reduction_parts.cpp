@@ -7,6 +7,7 @@
 #include <set>
 
 #include "reduction/elastic_modes.hpp"
+#include "reduction/sector_levels.hpp"
 #include "small_model.hpp"
 #include "support/error.hpp"
 #include "support/hdf5.hpp"
@@ -192,6 +193,29 @@ TEST(MemoryPlan, counts_modes_and_rows_that_are_kept) {
                kept = plan_memory(parts, 1, static_cast<PetscInt>(rows), all).bytes;
   EXPECT_NEAR((more - none) / (800 * rows), 1, 2e-3);
   EXPECT_NEAR((kept - none) / (8 * 3001 * rows), 1, 2e-3);
+}
+
+// One pair of nodes in each of nine sectors: five indices, each with its own complex motion.
+TEST(MemoryPlan, counts_what_a_sector_keeps_of_its_motion) {
+  ClampedStructure parts;
+  parts.full.comm = PETSC_COMM_WORLD;
+  parts.full.contact_dofs.resize(2);
+  parts.full.cyclic.sectors = 9;
+  parts.full.cyclic.contacts.resize(1);
+  parts.full.cyclic.contacts[0].a = {0, 1, 2}, parts.full.cyclic.contacts[0].b = {3, 4, 5};
+  constexpr double many = 1e6;
+  const auto planned = [&](double wanted, double own) {
+    parts.moved.dofs.resize(static_cast<std::size_t>(wanted)), parts.own = {0, static_cast<PetscInt>(own)};
+    SecondLevel settings;
+    MemoryPlan plan;
+    settings.modes = 100;
+    plan_sector(parts, 50, settings, plan);
+    return plan.bytes;
+  };
+  const double least = planned(0, 0), of_each = 5 * 16 * (3 + 100) + 8 * (6 + 50);
+  EXPECT_GT(planned(many, 0) - least, many * of_each);
+  EXPECT_LT(planned(many, 0) - least, 1.2 * many * of_each); // with a few vectors to spare
+  EXPECT_GT(planned(0, many) - least, many * 8 * (50 + 2 * 100));
 }
 
 TEST(MemoryPlan, is_said_in_words) {

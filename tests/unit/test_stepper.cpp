@@ -39,6 +39,7 @@ TEST(Stepper, the_curve_between_points_is_drawn_by_cubics) {
       worst = std::max(worst, std::abs(std::hypot(middle(0), middle(1)) - 1));
     }
     EXPECT_LT(worst, between);
+    EXPECT_GT(worst, 0.25 * between); // a half is aimed at
     EXPECT_GT(walk.points.size(), before);
     before = walk.points.size();
   }
@@ -193,4 +194,33 @@ TEST(Stepper, a_longer_jump_is_none_of_the_curve) {
   walk.begin({1}, 0, 1);
   ASSERT_FALSE(walk.go([](const auto &y) { return y[1] < 1; }));
   EXPECT_NEAR(walk.points.back()[1], 0.3, 1e-3);
+}
+
+namespace {
+
+// Goes over to the line x1 = p, x2 = 2 p, which has one unknown more.
+struct Changed : Walk {
+  using Walk::Walk;
+  void change() {
+    take_curve(line.curve);
+    ASSERT_TRUE(line.curve.solve_at(0.1, here_));
+    measure_anew();
+    limit_step();
+    points = {values(here_.y)};
+  }
+  SmallCurve line{{2, [](const double *y, double *f) { f[0] = y[0] - y[2], f[1] = y[1] - 2 * y[2]; },
+                   [](const double *, double *J) { J[0] = 1, J[2] = -1, J[4] = 1, J[5] = -2; }},
+                  1};
+};
+
+} // namespace
+
+TEST(Stepper, on_a_curve_taken_over_nothing_is_left_of_the_one_before) {
+  Changed walk(circle(), 1);
+  walk.begin({1}, 0, 1);
+  ASSERT_TRUE(walk.go([](const auto &y) { return y[1] < 0.5; }));
+  walk.change();
+  ASSERT_TRUE(walk.go([](const auto &y) { return y[2] < 0.5; }));
+  EXPECT_GT(walk.points.size(), 2u);
+  for (const auto &y : walk.points) EXPECT_NEAR(y[1], 2 * y[0], 1e-11);
 }
