@@ -15,6 +15,10 @@ OF_CONES = 128  # of points of law cone, which are dear: whether they stick all 
 AT_ONCE = 1 << 21  # samples of all contact points together that are in memory at a time
 
 
+class KnownToTheProgram(ValueError):
+    """Contacts whose answer to a small motion is not known here."""
+
+
 class ContactWaves:
     """The contact points of a `HarmonicBalance` in the motion q: which states they are in, and since when."""
 
@@ -28,8 +32,8 @@ class ContactWaves:
                     self.spans[point] = [spans(state[:, t]) for t in range(2)]
         for point in np.flatnonzero(cones):
             if [value for one in self.spans[point] for value, *_ in one] not in ([0, 0], [OPEN, OPEN]):
-                raise ValueError(f'contact point {point + 1} of law "cone" slips, or opens and closes: how it answers is known to the '
-                                 "program alone; ask with --whole")
+                raise KnownToTheProgram(f'contact point {point + 1} of law "cone" slips, or opens and closes: how it answers is known to the '
+                                        "program alone; ask with --whole")
 
     def _states(self, part, samples, preload):
         points = self.points

@@ -11,6 +11,7 @@ from . import curves
 from .reduced_system import equations
 from .results import STABLE, UNSTABLE, Results
 from .shown import contact_dofs, in_own_unit
+from .wave_contacts import KnownToTheProgram
 from .wave_exponents import largest
 from .wheel_runs import WholeWheel
 
@@ -31,7 +32,12 @@ def wheel(arguments):
     print("\n".join(head(results, arguments.hz, whole)), flush=True)
     system = equations(results)
     for point in points:
-        found = largest(system, results.coefficients_at(point), results.omega[point], results.wave)
+        try:
+            found = largest(system, results.coefficients_at(point), results.omega[point], results.wave)
+        except KnownToTheProgram:
+            if not whole:
+                raise
+            found = None
         print(row(results, point, found, arguments.hz) + (of_whole(whole.run(point)) if whole else ""), flush=True)
     if whole:
         print(f"{whole.folder}: a case of the whole wheel for every point, from which the program goes on with all sectors")
@@ -78,8 +84,11 @@ def head(results, hz, whole):
 
 def row(results, point, found, hz):
     frequency = results.frequency[point] if hz else results.omega[point]
+    place = f"  {frequency:17.7g}  {point:5d}  "
+    if found is None:
+        return place + f"{'see whole':<9}  {'':10}  {'':<26}"
     shares = [f"{h} ({100 * found.share[h]:.0f} %)" for h in np.argsort(-found.share) if found.share[h] > SHOWN]
-    return f"  {frequency:17.7g}  {point:5d}  {verdict(found.multiplier):<9}  {found.multiplier:10.4f}  {', '.join(shares):<26}"
+    return place + f"{verdict(found.multiplier):<9}  {found.multiplier:10.4f}  {', '.join(shares):<26}"
 
 
 def verdict(multiplier):

@@ -77,10 +77,12 @@ class WholeWheel:
         results, given = self.results, tomllib.loads(self.results.case)
         wave, omega, contact = results.wave, float(results.omega[point]), results.contact
         wave = TravellingWave(wave.sectors, wave.engine_order, spatial_index(width // 2, wave.engine_order, wave.sectors))
-        loads = []
+        loads, courses = [], courses_of(results)
         for name, j in self.wheel.loads:
+            if name not in courses:  # a pattern of the model that rests in the case
+                continue
             course = np.zeros(width)
-            series = courses_of(results)[name][:width]
+            series = courses[name][:width]
             course[:len(series)] = series
             loads.append({"pattern": f"{name}_{j}", "fourier": wave.of_sector(course, j).tolist()})
         values = {key: np.concatenate([contact[key]] * wave.sectors).tolist() for key in ("normal_stiffness", "gap")}

@@ -5,6 +5,7 @@ and 2 grow in the wave, which no computation of one sector sees; at the first al
 """
 
 import re
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -14,7 +15,7 @@ import cases
 import cyclic_sector
 import in_time
 import launch
-from dovetail import Results, wave_exponents
+from dovetail import Results, wave_contacts, wave_exponents
 from dovetail.__main__ import main
 from dovetail.reduced_system import equations
 from dovetail.wheel_runs import WholeWheel
@@ -141,6 +142,22 @@ def test_points_of_law_cone_are_left_to_the_program_where_they_slip(curve, monke
     monkeypatch.setitem(curve.contact, "law", np.ones(8, int))
     with pytest.raises(ValueError, match='contact point 5 of law "cone" slips, or opens and closes: .* ask with --whole'):
         largest(curve, -1)
+
+
+def test_what_the_sector_cannot_tell_the_program_does(curve, capsys, tmp_path, monkeypatch):
+    """--whole was refused with the words to ask with --whole."""
+    monkeypatch.setattr(wave_contacts.ContactWaves, "__init__", lambda *_: (_ for _ in ()).throw(wave_contacts.KnownToTheProgram("cone")))
+    command = ["wheel", str(curve.path), "--at", "2730"]
+    assert main(command) == 2
+    assert main([*command, "--whole", "--out", str(tmp_path / "all"), "--binary", str(launch.BINARY)]) == 0
+    assert re.search(r" see whole +stable +0\.9\d+ ", capsys.readouterr().out)
+
+
+def test_a_pattern_that_rests_in_the_case_rests_in_the_wheel(curve, tmp_path):
+    whole = WholeWheel(curve, [0], tmp_path / "all", launch.BINARY)
+    loads = whole.case(0, 19)["excitation"]["load"]
+    whole.wheel = replace(whole.wheel, loads=[("at rest", 0), *whole.wheel.loads, ("at rest", 1)])
+    assert whole.case(0, 19)["excitation"]["load"] == loads and len(loads) == 6
 
 
 def test_what_is_no_wave_in_time_is_refused(curve, tmp_path, capsys, monkeypatch):
