@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from .case_changes import apply, need, without_model
+from .case_changes import apply, need, need_damping, without_model
 from .case_runs import COPY, OTHER_LOAD, PRELOADED, CaseRuns, load_in_words
 from .ranges import spread
 from .study_runs import RunFailed, UserCase, toml
@@ -110,6 +110,8 @@ def mode_ranges(arguments, given, program):
         if getattr(arguments, option):
             raise ValueError(f"--{option.replace('_', '-')} is for peaks of a curve; {arguments.case} follows a nonlinear mode ([mode])")
     case = ModeCase(arguments.case)
+    if any(wanted.name == "damping" for wanted in given):
+        need_damping(case.content)
     program.check(case.path)
     out = Path(arguments.out) if arguments.out else case.path.with_name(case.path.stem + "_range")
     try:

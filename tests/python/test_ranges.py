@@ -224,9 +224,12 @@ def test_a_mode_over_given_amplitudes(tmp_path):
     assert found["omega"][1:5] == [2.0, 2.0, 2.0, 1.8] and found["omega"][0] is None
 
 
-def test_damping_by_a_matrix_is_not_scaled(tmp_path, capsys):
+@pytest.mark.parametrize("mode", ["", "\n[mode]\nnumber = 1\namplitude = [0.5, 5]\n"], ids=["curve", "mode"])
+def test_damping_by_a_matrix_is_not_scaled(tmp_path, capsys, mode):
+    """The ranges of a mode were those of one damping."""
     case = cases.dof5(tmp_path)
     case.edit("[damping]", "[damping]\nmatrix = true")
+    case.path.write_text(case.path.read_text() + mode)
     for command in (["range", str(case.path), "--damping", "0.5x", "2x"], ["fit", str(case.path), "m.csv", "--parameters", "damping"]):
         assert main([*command, "--binary", str(BINARY)]) == 2
         assert "the matrix of the model has no factor" in capsys.readouterr().err
