@@ -170,7 +170,7 @@ def _residual_friction(runs, results, given, changes, digest, count, seed):
     """(name, record) of peaks with the sliders of other states of the preload, all ranges in the middle."""
     middle = changes({})
     if given:
-        _, results = runs.whole("middle", middle, sensitivity=is_reduced(runs.dof))
+        _, results = runs.whole("middle", middle, sensitivity=has_slopes(runs))
         if results is None:
             raise RunFailed(f"{runs.case.path}: in the middle of the ranges it failed")
     found = slider_states(results, runs.reduced, count, seed, middle.get("preload", (None, 1.0))[1])
@@ -190,12 +190,19 @@ def spread(given, samples, seed, points=0):
     return [{name: part[i] if width[name] > 1 else float(part[i, 0]) for name, part in zip(width, parts)} for i in range(samples)]
 
 
+def has_slopes(runs):
+    """Whether the program knows derivatives: not of nodes, nor where damping is made of the joint as it is."""
+    damping = runs.case.content.get("damping", {})
+    of_joint = damping.get("contact") or damping.get("ratios") and damping.get("of", "stuck") == "stuck"
+    return is_reduced(runs.dof) and not of_joint
+
+
 def first_order(runs, given, changes, digest, middle, each_point):
     """Slopes from [sensitivity] where it knows them, else by differences; two runs more for each parameter, and two along the gradient,
     say how far they reach."""
     first = FirstOrder(noise=NOISE * middle["amplitude"])
     known = None
-    if is_reduced(runs.dof):
+    if has_slopes(runs):
         run, results = runs.whole("middle", changes({}), sensitivity=True)
         known = results.sensitivity if results is not None else None
     row = None if known is None or not len(known) else int(np.argmin(np.abs(known.omega - middle["omega"])))

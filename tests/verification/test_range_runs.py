@@ -161,6 +161,15 @@ def test_offsets_and_values_of_tracks_are_those_of_sweeps(tmp_path):
             assert one["omega"] == pytest.approx(other["omega"], rel=5e-3)
 
 
+@pytest.mark.parametrize("damping", [{"ratios": [[1, 0.02]]}, {"damped_springs": True}], ids=lambda damping: next(iter(damping)))
+def test_damping_that_is_made_of_the_joint_has_slopes_by_differences(tmp_path, damping):
+    """The program has no sensitivities there: the range was refused, as if the case had asked for some."""
+    case = cases.dof5(tmp_path, harmonics=3, samples="exact", kind="auto", omega=[0.95, 1.1], **damping)
+    assert main(["range", str(case.path), "--friction", "0.9x", "1.1x", "--watch", "a1", "--samples", "0", "--along", "0",
+                 "--binary", str(BINARY)]) == 0
+    assert found(tmp_path / "case_range")["first_order"]["by"] == {"friction": "differences"}
+
+
 @pytest.mark.slow
 def test_slopes_by_damping(tmp_path):
     """The amplitude goes with 1/c but for z^2."""
