@@ -32,8 +32,8 @@ class ContactWaves:
                     self.spans[point] = [spans(state[:, t]) for t in range(2)]
         for point in np.flatnonzero(cones):
             if [value for one in self.spans[point] for value, *_ in one] not in ([0, 0], [OPEN, OPEN]):
-                raise KnownToTheProgram(f'contact point {point + 1} of law "cone" slips, or opens and closes: how it answers is known to the '
-                                        "program alone; ask with --whole")
+                raise KnownToTheProgram(f'contact point {point + 1} of law "cone" slips, or opens and closes: how it answers is '
+                                        "known to the program alone; ask with --whole")
 
     def _states(self, part, samples, preload):
         points = self.points
