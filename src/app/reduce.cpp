@@ -206,11 +206,13 @@ void refuse_no_force(const Case &study, const std::vector<std::string> &patterns
                    " has no force other than zero, nothing would move; write forces there, or name another pattern");
 }
 
-// Patterns that add up to nothing in every harmonic, each times its course, but for rounding errors.
+// Patterns that add up to nothing in every harmonic, each times its course, but for rounding errors. Where none varies
+// the structure rests, exactly.
 void refuse_cancelling(const Case &study, const FullModel &model, const std::vector<double> &largest) {
   constexpr const char *doing = "looking at the loads";
   UniqueVec sum;
   check(VecDuplicate(model.preload, sum.out()), doing);
+  bool rests = true;
   for (std::size_t place = 1; place < study.loads[0].fourier.size(); ++place) {
     double apart = 0;
     PetscReal together;
@@ -223,7 +225,9 @@ void refuse_cancelling(const Case &study, const FullModel &model, const std::vec
         }
     check(VecNorm(sum, NORM_INFINITY, &together), doing);
     if (together > 1e-14 * apart) return;
+    rests = rests && apart == 0;
   }
+  if (rests) return;
   throw InputError(study.loads[0].where + ": of " + model.file.string() +
                    " all load patterns together, each times its " +
                    "course, add up to no force that varies, nothing would vibrate; change one of them");
