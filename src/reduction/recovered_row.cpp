@@ -33,7 +33,6 @@ std::vector<double> entries(const h5::Reader &file, const std::string &group, hs
   std::vector<double> all;
   for (const char *name : {"Phi", "Psi"}) {
     const h5::Extent extent = file.extent(group + name);
-    if (extent[1] == 0) continue;
     const auto some = parts == 1 ? file.doubles(group + name, {row, 0}, {1, extent[1]})
                                  : file.doubles(group + name, {row, 0, 0}, {1, extent[1], parts});
     all.insert(all.end(), some.begin(), some.end());

@@ -68,6 +68,7 @@ def test_edges_are_taken():
     ({"mesh": {**MESH, "nodes": np.zeros(3)}}, r"mesh nodes must have shape \(n_nodes, 3\), found \(3,\)"),
     ({"mesh": {**MESH, "more": 1}}, "mesh must have nodes, cells, dof_node, dof_direction and may have .* found .*more"),
     ({"mesh": {**MESH, "cells": {"line": [[0, -1]]}}}, "mesh cells 'line' must be .* numbers of nodes, 0 to 0"),
+    ({"mesh": {**MESH, "sets": {"tip": [0, -1]}}}, "mesh set 'tip' must hold numbers of nodes, 0 to 0"),
     ({"mesh": {**MESH, "cells": {"line": [0, 0]}}}, r"mesh cells 'line' must be \(n_cells, nodes per cell\)"),
     ({"mesh": {**MESH, "dof_node": np.zeros(8, int)}}, r"mesh dof_node must have shape \(9,\) and values from -1 to 0, found shape \(8,\)"),
     ({"mesh": {**MESH, "dof_node": np.full(9, -2)}}, "mesh dof_node must have shape"),

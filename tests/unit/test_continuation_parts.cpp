@@ -6,8 +6,10 @@
 #include "continuation/between.hpp"
 #include "continuation/progress_monitors.hpp"
 #include "continuation/step_control.hpp"
+#include "small_problems.hpp"
 
 using namespace dovetail;
+using namespace dovetail::testing;
 
 namespace {
 
@@ -170,4 +172,21 @@ TEST(BetweenInClosedForm, of_a_kink_are_an_eighth_of_its_jump_at_most) { // 0 up
   nothing.begin({0, 0});
   for (int i = 0; i < 3; ++i) nothing.add(0.1, {0, 0});
   EXPECT_EQ(nothing.add(0.1, {0, 0}), 0); // nothing moves
+}
+
+TEST(Projections, the_first_is_the_parameter_and_the_others_are_of_the_rest) {
+  SmallProblem problem({3, nullptr, nullptr});
+  const auto projected = [&](double x, double p) {
+    const UniqueVec y = problem.unknowns();
+    check(VecSet(y, x), "");
+    set_parameter(y, p);
+    return problem.projected({y})[0];
+  };
+  const auto one = projected(1, 5), other = projected(2, 7);
+  EXPECT_EQ(one[0], 5);
+  EXPECT_EQ(other[0], 7);
+  for (std::size_t k = 1; k < one.size(); ++k) {
+    EXPECT_NE(one[k], 0);
+    EXPECT_EQ(other[k], 2 * one[k]);
+  }
 }

@@ -13,6 +13,12 @@ constexpr double tolerance = 1e-11;
 
 double rate(CurvePoint &s) { return parameter_of(s.t); }
 
+void put(Vec v, double x, double p) {
+  check(VecSetValue(v, 0, x, INSERT_VALUES), "");
+  check(VecAssemblyBegin(v), ""), check(VecAssemblyEnd(v), "");
+  set_parameter(v, p);
+}
+
 } // namespace
 
 TEST(EventLocator, finds_the_fold_of_a_circle) {
@@ -42,6 +48,17 @@ TEST(EventLocator, finds_a_fold_in_a_kink) {
     EXPECT_NEAR(found->at.parameter, 0, 1e-7);
     EXPECT_NEAR(found->along, step * 0.1 / 0.15, 1e-7); // that part of the step
   }
+}
+
+// The legs meet at (0, 0.3); on the plane across them there is only the line x = 3.
+TEST(EventLocator, finds_nothing_of_another_branch_in_a_kink) {
+  SmallCurve scene(one([](double x, double) { return x - 3; }, [](double, double) { return 1.0; },
+                       [](double, double) { return 0.0; }),
+                   1);
+  CurvePoint here = scene.curve.point(), other = scene.curve.point();
+  put(here.t, 0, 1), put(other.y, 0.4, 0.3), put(other.t, 1, 0);
+  const EventLocator locator(scene.curve, here, other, tolerance);
+  EXPECT_FALSE(locator.in_kink(1, {1, -1}, [](CurvePoint &) { return 0.5; }));
 }
 
 TEST(EventLocator, tells_a_crossing_branch_from_a_hairpin) {
@@ -79,11 +96,6 @@ TEST(EventLocator, finds_the_crossing_that_no_point_between_hides) {
 TEST(Meeting, is_where_lines_along_tangents_are_closest) {
   SmallCurve scene(circle(), 1);
   CurvePoint here = scene.curve.point(), other = scene.curve.point();
-  const auto put = [](Vec v, double x, double p) {
-    check(VecSetValue(v, 0, x, INSERT_VALUES), "");
-    check(VecAssemblyBegin(v), ""), check(VecAssemblyEnd(v), "");
-    set_parameter(v, p);
-  };
   const auto met = [&](double turned, double ahead, double back) { // at (0, ahead)
     put(here.y, 0, 0), put(here.t, 0, 1);
     put(other.t, std::sin(turned), std::cos(turned));

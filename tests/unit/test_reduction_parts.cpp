@@ -319,3 +319,24 @@ TEST(RecoveredRow, is_the_sum_of_rows_and_of_contact_motions) {
     EXPECT_NE(std::string(error.what()).find("does not keep the motion of dof 6"), std::string::npos);
   }
 }
+
+TEST(RecoveredRow, without_modes_it_is_of_contact_motions_alone) {
+  const Temporary file("without_modes");
+  const std::vector<double> none, psi = {10, 20, 30}, complex_psi = {1, 2, 3, 4, 5, 6};
+  const std::vector<long> contact = {7, 2, 4}, elastic = {9};
+  if (rank_here() == 0) {
+    h5::Writer writer(file.path);
+    writer.rows("/Kaa", {0}, 0, 0, none.data());
+    writer.rows("/recovery/contact_dofs", {1, 3}, 0, 1, contact.data());
+    writer.rows("/recovery/elastic_dofs", {1}, 0, 1, elastic.data());
+    writer.rows("/recovery/Phi", {1, 0}, 0, 1, none.data());
+    writer.rows("/recovery/Psi", {1, 3}, 0, 1, psi.data());
+    writer.rows("/cyclic/1/Phi", {1, 0, 2}, 0, 1, none.data());
+    writer.rows("/cyclic/1/Psi", {1, 3, 2}, 0, 1, complex_psi.data());
+    writer.close();
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  EXPECT_EQ(recovered_row(file.path, {4, 9}, {2, 3}), (std::vector<double>{30, 60, 92}));
+  using Complex = std::complex<double>;
+  EXPECT_EQ(recovered_rows(file.path, 2, {9}, {2})[1], (std::vector<Complex>{{2, 4}, {6, 8}, {10, 12}}));
+}

@@ -130,5 +130,23 @@ TEST_F(SectorFile, AMissingIndexAndAMatrixThatIsNotHermitianAreRefused) {
   EXPECT_THROW(read_reduced(PETSC_COMM_WORLD, file), InputError);
 }
 
+TEST_F(SectorFile, ANumberThatIsNotFiniteIsToldAsItStands) {
+  for (const auto &[value, words] :
+       {std::pair{Complex(0.25, INFINITY), "0.250000, inf"}, {Complex(-INFINITY, 0.5), "-inf, 0.500000"}}) {
+    Reduction made = small_sector(6);
+    made.model.indices[0].loads[0].fa[1] = value;
+    write_reduced(file, of_three_points(), made);
+    try {
+      read_reduced(PETSC_COMM_WORLD, file);
+      ADD_FAILURE() << "not refused";
+    } catch (const InputError &error) {
+      EXPECT_NE(std::string(error.what()).find(": " + std::string(words) + "; finite numbers are wanted"),
+                std::string::npos)
+          << error.what();
+    }
+    MPI_Barrier(PETSC_COMM_WORLD); // before it is written again
+  }
+}
+
 } // namespace
 } // namespace dovetail
