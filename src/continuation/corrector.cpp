@@ -161,7 +161,7 @@ double Corrector::rounding() {
   PetscScalar *own;
   check(VecGetArray(moved, &own), doing);
   for (PetscInt i = 0; i < end - first; ++i) // signs without order
-    own[i] *= 1 + (std::sin(12.9898 * (first + i + 1)) > 0 ? 1 : -1) * PETSC_MACHINE_EPSILON / 2;
+    own[i] = std::nextafter(own[i], std::copysign(PETSC_INFINITY, std::sin(12.9898 * (first + i + 1))));
   check(VecRestoreArray(moved, &own), doing);
   problem_.residual_and_plane(trial_, residual_, border_);
   problem_.residual_and_plane(moved, f, border_);
