@@ -192,9 +192,10 @@ def spread(given, samples, seed, points=0):
 
 def has_slopes(runs):
     """Whether the program knows derivatives: not of nodes, nor where damping is made of the joint as it is."""
+    if not is_reduced(runs.dof):
+        return False
     damping = runs.case.content.get("damping", {})
-    of_joint = damping.get("contact") or damping.get("ratios") and damping.get("of", "stuck") == "stuck"
-    return is_reduced(runs.dof) and not of_joint
+    return not (damping.get("contact") or damping.get("ratios") and damping.get("of", "stuck") == "stuck")
 
 
 def first_order(runs, given, changes, digest, middle, each_point):
