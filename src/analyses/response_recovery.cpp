@@ -28,7 +28,7 @@ bool ResponseRecovery::first_point(double value) {
   how_.clear();
   CurvePoint &here = stepper_.here();
   ResponseCurve &curve = stepper_.response.curve();
-  const bool other_ways = settings_.strategies.has("fewer_harmonics"); // quicker than Newton's method with all of them
+  const bool other_ways = settings_.strategies.has("fewer_harmonics"); // quicker than Newton with all harmonics
   const auto by_fewer_harmonics = [&] {
     return other_ways && stand_on(search_.by_fewer_harmonics(value, here.y, true));
   };

@@ -210,6 +210,7 @@ void refuse_no_force(const Case &study, const std::vector<std::string> &patterns
 // the structure rests, exactly.
 void refuse_cancelling(const Case &study, const FullModel &model, const std::vector<double> &largest) {
   constexpr const char *doing = "looking at the loads";
+  constexpr double rounding = 1e-14; // of a sum, by the sizes of its parts: some fifty roundings
   UniqueVec sum;
   check(VecDuplicate(model.preload, sum.out()), doing);
   bool rests = true;
@@ -224,13 +225,13 @@ void refuse_cancelling(const Case &study, const FullModel &model, const std::vec
           apart += std::abs(load.fourier[place]) * largest[j];
         }
     check(VecNorm(sum, NORM_INFINITY, &together), doing);
-    if (together > 1e-14 * apart) return;
+    if (together > rounding * apart) return;
     rests = rests && apart == 0;
   }
   if (rests) return;
   throw InputError(study.loads[0].where + ": of " + model.file.string() +
-                   " all load patterns together, each times its " +
-                   "course, add up to no force that varies, nothing would vibrate; change one of them");
+                   " all load patterns together, each times its course, add up to no force that varies, nothing would "
+                   "vibrate; change one of them");
 }
 
 FullModel full_model(MPI_Comm comm, const Case &study, bool need_force = true) {
