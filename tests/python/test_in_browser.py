@@ -55,8 +55,7 @@ def test_the_page_follows_a_run_to_its_end(tmp_path, driver):
             first, said = curve(driver), shown(driver, "state")
             assert "following" in said and "%" in said and "#" not in said and driver.find_element("id", "done").is_displayed()
             assert driver.title == shown(driver, "title") == "five degrees of freedom" and "stick" in shown(driver, "shares")
-            until(driver, lambda: curve(driver) != first, "a new picture")
-            assert shown(driver, "state") != said
+            until(driver, lambda: curve(driver) != first and shown(driver, "state") != said, "a new picture and what is said of it")
             process.send_signal(signal.SIGTERM)
             process.wait(SECONDS)
             until(driver, lambda: shown(driver, "state").startswith("ended (interrupted), "), "the end")
