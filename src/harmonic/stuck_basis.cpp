@@ -56,36 +56,36 @@ std::vector<double> dealt_out(const ComplexDense &modes, int root, const Layout 
 
 } // namespace
 
-Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout) {
+Pencil own_pencil(const PencilRows &rows, const std::vector<double> &springs, const Layout &layout) {
   const std::size_t na = layout.modes, nc = 3 * layout.points, n = na + nc, own = layout.own_dofs(),
                     own_modes = layout.own_modes.size();
   Pencil pencil{std::vector<double>(own * n), std::vector<double>(own * n)};
   auto &[K, M] = pencil;
   for (std::size_t d = 0; d < own_modes; ++d) {
     const std::size_t number = layout.number(d);
-    K[d * n + number] = model.kaa[number], M[d * n + number] = 1;
+    K[d * n + number] = rows.kaa[number], M[d * n + number] = 1;
   }
   for (std::size_t i = 0; i < own - own_modes; ++i) {
     const std::size_t row = (own_modes + i) * n, number = layout.number(own_modes + i);
-    std::copy_n(&model.kxx[i * nc], nc, &K[row + na]);
-    std::copy_n(model.mxa.data() + i * na, na, &M[row]);
-    std::copy_n(&model.mxx[i * nc], nc, &M[row + na]);
+    std::copy_n(rows.kxx.row(i), nc, &K[row + na]);
+    std::copy_n(rows.mxa.row(i), na, &M[row]);
+    std::copy_n(rows.mxx.row(i), nc, &M[row + na]);
     K[row + number] += springs[i];
   }
   return pencil;
 }
 
-StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout) {
+StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout) {
   StuckBasis basis;
   basis.springs = std::move(springs);
-  auto [phi, M] = own_pencil(model, basis.springs, layout); // K_s, until its modes take the place
-  const bool kept = layout.dofs() >= large && !model.stuck_file.empty();
+  auto [phi, M] = own_pencil(rows, basis.springs, layout); // K_s, until its modes take the place
+  const bool kept = layout.dofs() >= large && !rows.stuck_file.empty();
   const std::uint64_t of = kept ? fingerprint(layout, phi, M) : 0;
-  if (!kept || !read_modes(layout, model.stuck_file, of, basis.lambda, phi)) {
+  if (!kept || !read_modes(layout, rows.stuck_file, of, basis.lambda, phi)) {
     basis.lambda = layout.dofs() >= large && layout.size > 1 ? dense_modes_on_all_ranks(layout, phi, M)
                                                              : dense_modes_on_one_rank(layout, phi, M);
-    if (basis.lambda.empty()) throw InputError(mass_not_positive(model.file));
-    if (kept) keep_modes(layout, model.stuck_file, of, basis.lambda, phi);
+    if (basis.lambda.empty()) throw InputError(mass_not_positive(rows.file));
+    if (kept) keep_modes(layout, rows.stuck_file, of, basis.lambda, phi);
   }
   take_modes(phi, layout.dofs(), layout, basis);
   return basis;

@@ -10,8 +10,8 @@
 #include "case/travelling_wave.hpp"
 #include "contact/contact_point.hpp"
 #include "harmonic/layout.hpp"
+#include "harmonic/pencil_rows.hpp"
 #include "harmonic/slab.hpp"
-#include "reduction/reduced_model.hpp"
 #include "scaling/dynamic_stiffness.hpp"
 
 namespace dovetail {
@@ -50,12 +50,12 @@ struct StuckBases {
 struct Pencil {
   std::vector<double> K, M;
 };
-Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout);
+Pencil own_pencil(const PencilRows &rows, const std::vector<double> &springs, const Layout &layout);
 
 /// With those springs, (own contact dofs). A dense eigenproblem of all n dofs, a large one on all ranks; solved already
-/// if `model` names a file that holds it. Collective.
+/// if `rows` names a file that holds it. Collective.
 /// InputError: M is not positive definite.
-StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout);
+StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout);
 /// Of some of a sector's indices h > 0, with their matrices, an index to a rank; the same list on all ranks.
 /// Collective. InputError likewise.
 std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector<const SectorIndex *> &indices,

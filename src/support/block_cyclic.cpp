@@ -18,6 +18,9 @@ void pdgetrs_(const char *, const int *, const int *, const double *, const int 
               const int *, double *, const int *, const int *, const int *, int *);
 void pdlapiv_(const char *, const char *, const char *, const int *, const int *, double *, const int *, const int *,
               const int *, const int *, const int *, const int *, const int *, int *);
+void pdpotrf_(const char *, const int *, double *, const int *, const int *, const int *, int *);
+void pdpotrs_(const char *, const int *, const int *, const double *, const int *, const int *, const int *, double *,
+              const int *, const int *, const int *, int *);
 void pdtrsv_(const char *, const char *, const char *, const int *, const double *, const int *, const int *,
              const int *, double *, const int *, const int *, const int *, const int *);
 }
@@ -209,6 +212,31 @@ void SpreadFactors::solve(double *b, int columns) const {
       pdtrsv_(lower ? "L" : "U", "N", lower ? "U" : "N", &n, lu_.data(), &one, &one, of_matrix, local.data(), &one,
               &one, of_columns.data(), &one);
   }
+  grid_.give_columns(local, columns, b);
+}
+
+bool SpreadCholesky::factor(const BlockCyclic::Row &row) {
+  const int n = grid_.order();
+  int info = 0;
+  lower_ = grid_.take(BlockCyclic::Part::lower, row);
+  pdpotrf_("L", &n, lower_.data(), &one, &one, grid_.descriptor(), &info);
+  MPI_Allreduce(MPI_IN_PLACE, &info, 1, MPI_INT, MPI_MAX, grid_.comm());
+  return info == 0;
+}
+
+void SpreadCholesky::solve(double *b, int columns) const {
+  const int n = grid_.order();
+  int info = 0;
+  std::vector<double> local = grid_.take_columns(b, columns);
+  const auto of_columns = grid_.columns_descriptor(columns);
+  const int *of_matrix = grid_.descriptor();
+  if (columns > 1)
+    pdpotrs_("L", &n, &columns, lower_.data(), &one, &one, of_matrix, local.data(), &one, &one, of_columns.data(),
+             &info);
+  for (const char *form : {"N", "T"})
+    if (columns == 1)
+      pdtrsv_("L", form, "N", &n, lower_.data(), &one, &one, of_matrix, local.data(), &one, &one, of_columns.data(),
+              &one);
   grid_.give_columns(local, columns, b);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // Square matrices dealt out over a grid of ranks in square blocks, as ScaLAPACK wants them. They are given, and
-// returned, by the rows that each rank owns. And LU of them.
+// returned, by the rows that each rank owns. And factors of them.
 #include <mpi.h>
 
 #include <array>
@@ -72,6 +72,20 @@ private:
   std::vector<double> lu_;
   std::vector<int> pivots_;
   bool good_ = false;
+};
+
+/// Cholesky factors of one that is symmetric: half the work.
+class SpreadCholesky {
+public:
+  explicit SpreadCholesky(const BlockCyclic &grid) : grid_(grid) {}
+  /// False where it is not positive definite. Collective.
+  bool factor(const BlockCyclic::Row &row);
+  /// As SpreadFactors::solve.
+  void solve(double *b, int columns = 1) const;
+
+private:
+  const BlockCyclic &grid_;
+  std::vector<double> lower_;
 };
 
 } // namespace dovetail
