@@ -26,6 +26,7 @@ public:
   bool set_inverse(KSP ksp);
   /// Own row `d` of it, by number, good until another is asked for.
   const double *row(std::size_t d);
+  const BlockCyclic &grid() const { return grid_; }
   void rethrow() { courier_.rethrow(); } ///< what was thrown within PETSc
 
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); } ///< for PETSc

@@ -5,6 +5,7 @@
 #include "harmonic/dense_modes.hpp"
 #include "harmonic/joint_shapes.hpp"
 #include "harmonic/kept_modes.hpp"
+#include "harmonic/near_basis.hpp"
 #include "harmonic/own_rows.hpp"
 #include "harmonic/sector_pencil.hpp"
 #include "support/error.hpp"
@@ -12,22 +13,36 @@
 namespace dovetail {
 namespace {
 
-constexpr PetscInt large = 1000; // dofs; the modes of fewer are found within a second
+constexpr PetscInt large = 1000;    // dofs; the modes of fewer are found within a second
+constexpr PetscInt many = 12000;    // dofs, all modes of which take longer than a curve does
+constexpr PetscInt near_modes = 60; // of so many: with 30 to 200 GMRES took as many iterations, measured
 
-// From lambda, springs and the own rows of the modes, (own dofs, n), or twice as many numbers if complex.
-void take_modes(const std::vector<double> &phi, std::size_t columns, const Layout &layout, StuckBasis &basis) {
-  const std::size_t n = layout.dofs(), own = layout.own_dofs(), own_modes = layout.own_modes.size();
-  basis.exact = Slab<double>(own, columns), basis.phi = Slab<float>(own, columns);
+// From lambda, springs and Phi what else there is.
+void complete(const Layout &layout, StuckBasis &basis) {
+  const std::size_t n = layout.dofs(), columns = basis.phi.columns();
   basis.damped.assign(n, 0.0);
-  for (std::size_t i = 0; i < own; ++i) {
-    const double *of_dof = &phi[i * columns], spring = i < own_modes ? 0 : basis.springs[i - own_modes];
-    std::copy_n(of_dof, columns, basis.exact.row(i)), std::copy_n(of_dof, columns, basis.phi.row(i));
-    for (std::size_t j = 0; j < columns; ++j) basis.damped[j % n] -= spring * of_dof[j] * of_dof[j];
-  }
+  basis.each_part(layout.own_modes.size(),
+                  [&](const double *rows, std::size_t stride, std::size_t first, std::size_t count) {
+                    for (std::size_t i = 0; i < count; ++i) {
+                      const double *of_dof = rows + i * stride, spring = basis.springs[first + i];
+                      for (std::size_t j = 0; j < columns; ++j) basis.damped[j % n] -= spring * of_dof[j] * of_dof[j];
+                    }
+                  });
   MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (std::size_t j = 0; j < n; ++j) basis.damped[j] = std::max(0.0, basis.lambda[j] + basis.damped[j]);
   basis.rates.assign(n, 0.0), basis.losses.assign(n, 0.0);
   basis.shapes = joint_shapes(basis, layout);
+}
+
+// From lambda, springs and the own rows of the modes, (own dofs, n), or twice as many numbers if complex.
+void take_modes(const std::vector<double> &phi, std::size_t columns, const Layout &layout, StuckBasis &basis) {
+  const std::size_t own = layout.own_dofs();
+  basis.exact = Slab<double>(own, columns), basis.phi = Slab<float>(own, columns);
+  for (std::size_t i = 0; i < own; ++i) {
+    const double *of_dof = &phi[i * columns];
+    std::copy_n(of_dof, columns, basis.exact.row(i)), std::copy_n(of_dof, columns, basis.phi.row(i));
+  }
+  complete(layout, basis);
 }
 
 // The own rows of modes that rank `root` holds, real parts and then imaginary ones.
@@ -89,6 +104,17 @@ StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, cons
   }
   take_modes(phi, layout.dofs(), layout, basis);
   return basis;
+}
+
+StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers) {
+  PetscInt least = many;
+  check(PetscOptionsGetInt(nullptr, "hb_modal_", "-many", &least, nullptr), "reading options");
+  if (layout.dofs() >= least && !dampers)
+    if (std::optional<StuckBasis> near = near_basis(rows, springs, layout, near_modes)) {
+      complete(layout, *near);
+      return std::move(*near);
+    }
+  return stuck_basis(rows, std::move(springs), layout);
 }
 
 std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector<const SectorIndex *> &indices,
