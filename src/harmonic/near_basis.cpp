@@ -134,9 +134,9 @@ std::optional<StuckBasis> near_basis(const PencilRows &rows, const std::vector<d
 
   StuckBasis basis;
   basis.springs = springs, basis.near = true;
-  basis.phi = Slab<float>(own, n);
   {
     float *const inverse = R.rounded();
+    basis.phi = Slab<float>(own, n); // not before, for its memory
     pstrtri_("U", "N", &n, inverse, &one, &one, grid.descriptor(), &info);
     grid.give<float>(inverse, [&](std::size_t d, int first, int many, const float *values) {
       const int number = static_cast<int>(layout.number(static_cast<PetscInt>(d)));
