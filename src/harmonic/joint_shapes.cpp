@@ -31,12 +31,10 @@ ComplexDense identity(int n) {
 
 std::vector<double> real_joint_shapes(const StuckBasis &basis, const Layout &layout) {
   const std::size_t own_modes = layout.own_modes.size();
-  PetscBLASInt n = static_cast<PetscBLASInt>(layout.dofs()), count = std::min(most, n),
-               room = 64 * count, info;
+  PetscBLASInt n = static_cast<PetscBLASInt>(layout.dofs()), count = std::min(most, n), room = 64 * count, info;
   const double one = 1, zero = 0;
-  std::vector<double> X(static_cast<std::size_t>(n) * count), Y(X.size()),
-      motion(basis.springs.size() * count), scale(n), among(static_cast<std::size_t>(count) * count),
-      energy(count), work(room);
+  std::vector<double> X(static_cast<std::size_t>(n) * count), Y(X.size()), motion(basis.springs.size() * count),
+      scale(n), among(static_cast<std::size_t>(count) * count), energy(count), work(room);
   for (PetscBLASInt j = 0; j < n; ++j) scale[j] = 1 / std::sqrt(std::max(basis.lambda[j], 1e-12 * basis.lambda[n - 1]));
   std::mt19937 chance; // the same on every rank
   for (double &x : X) x = chance() / 4294967296.0 - 0.5;

@@ -60,7 +60,7 @@ Modal::Matrices Modal::matrices_of(const SectorIndex &index, const Layout &layou
 
 Modal::Modal(ReducedModel &model, std::vector<SectorIndex> indices, const TravellingWave &wave,
              const std::vector<ContactPoint> &contact, const std::vector<Standstill> &standstill,
-             const Damping &damping, const Layout &layout)
+             const Damping &damping, const Layout &layout, double reach)
     : Modal(
           [&] {
             auto made = std::make_shared<Model>();
@@ -73,15 +73,14 @@ Modal::Modal(ReducedModel &model, std::vector<SectorIndex> indices, const Travel
             const auto from = [](const Slab<double> &slab, std::size_t column) {
               return PencilRows::Rows{slab.rows() > 0 ? slab.row(0) + column : nullptr, slab.stride()};
             };
-            const PencilRows rows(model, from(taken.stiffness, 0), from(taken.mass, layout.modes),
-                                  from(taken.mass, 0));
+            const PencilRows rows(model, from(taken.stiffness, 0), from(taken.mass, layout.modes), from(taken.mass, 0));
             std::vector<double> springs = stuck_springs(contact);
             // in the modes of `open` dampers and sectors are not diagonal
             if (layout.dofs() <= most_open && !damping.has_dampers() && wave.sectors == 0)
               made->open.of_index = {
                   std::make_shared<StuckBasis>(stuck_basis(rows, std::vector<double>(springs.size()), layout))};
-            auto basis = std::make_shared<StuckBasis>(
-                modal_basis(rows, std::move(springs), layout, damping.has_dampers() || damping.has_stuck_ratios()));
+            auto basis = std::make_shared<StuckBasis>(modal_basis(
+                rows, std::move(springs), layout, damping.has_dampers() || damping.has_stuck_ratios(), reach));
             for (const ModeRatio &ratio : damping.has_stuck_ratios() ? damping.ratios : std::vector<ModeRatio>())
               basis->rates[ratio.mode - 1] = rate_of(*basis, ratio);
             if (damping.has_dampers()) {

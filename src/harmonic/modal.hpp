@@ -12,10 +12,11 @@ namespace dovetail {
 
 class Modal : public LinearPart {
 public:
-  /// `indices`: of a sector's model, for the wave. K and M are taken out of `model`. Collective.
+  /// `indices`: of a sector's model, for the wave; `reach`: see near_basis.hpp. K and M are taken out of `model`.
+  /// Collective.
   Modal(ReducedModel &model, std::vector<SectorIndex> indices, const TravellingWave &wave,
         const std::vector<ContactPoint> &contact, const std::vector<Standstill> &standstill, const Damping &damping,
-        const Layout &layout);
+        const Layout &layout, double reach);
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;

@@ -62,8 +62,7 @@ BlockCyclic grid_of(const Layout &layout) {
 
 PencilMatrices::PencilMatrices(const PencilRows &rows, const std::vector<double> &springs, double shift,
                                const Layout &layout)
-    : rows_(rows), springs_(springs), shift_(shift), layout_(layout), grid_(grid_of(layout)),
-      line_(layout.dofs()) {
+    : rows_(rows), springs_(springs), shift_(shift), layout_(layout), grid_(grid_of(layout)), line_(layout.dofs()) {
   const PetscInt own = layout.own_dofs(), n = layout.dofs();
   for (int r = 0; r < layout.size; ++r) numbers_.push_back(numbers_of(layout, r));
   stiffness_ = shell_matrix<&PencilMatrices::multiply_stiffness>(layout.comm, own, n, this, doing);

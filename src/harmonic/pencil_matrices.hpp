@@ -30,7 +30,7 @@ public:
   void rethrow() { courier_.rethrow(); } ///< what was thrown within PETSc
 
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); } ///< for PETSc
-  void multiply_block(Mat A, Mat X, Mat Y);                                             ///< likewise
+  void multiply_block(Mat A, Mat X, Mat Y);                                            ///< likewise
   void solve_block(Mat R, Mat X);
 
 private:

@@ -13,9 +13,7 @@
 namespace dovetail {
 namespace {
 
-constexpr PetscInt large = 1000;    // dofs; the modes of fewer are found within a second
-constexpr PetscInt many = 12000;    // dofs, all modes of which take longer than a curve does
-constexpr PetscInt near_modes = 60; // of so many: with 30 to 200 GMRES took as many iterations, measured
+constexpr PetscInt large = 1000; // dofs; the modes of fewer are found within a second
 
 // From lambda, springs and Phi what else there is.
 void complete(const Layout &layout, StuckBasis &basis) {
@@ -106,11 +104,12 @@ StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, cons
   return basis;
 }
 
-StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers) {
-  PetscInt least = many;
+StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers,
+                       double reach) {
+  PetscInt least = many_dofs;
   check(PetscOptionsGetInt(nullptr, "hb_modal_", "-many", &least, nullptr), "reading options");
   if (layout.dofs() >= least && !dampers)
-    if (std::optional<StuckBasis> near = near_basis(rows, springs, layout, near_modes)) {
+    if (std::optional<StuckBasis> near = near_basis(rows, springs, layout, reach)) {
       complete(layout, *near);
       return std::move(*near);
     }

@@ -77,7 +77,8 @@ Pencil own_pencil(const PencilRows &rows, const std::vector<double> &springs, co
 StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout);
 /// For the modal form: that, or of many dofs without dampers its substitute, near_basis.hpp. Collective. InputError
 /// likewise.
-StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers);
+StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers,
+                       double reach);
 /// Of some of a sector's indices h > 0, with their matrices, an index to a rank; the same list on all ranks.
 /// Collective. InputError likewise.
 std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector<const SectorIndex *> &indices,

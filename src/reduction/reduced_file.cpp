@@ -19,7 +19,7 @@ namespace {
 using h5::Extent;
 
 constexpr hsize_t compared = 2048; // rows at a time, with their columns
-constexpr int method = 5; // to be raised whenever the reduction computes something else from the same model
+constexpr int method = 5;          // to be raised whenever the reduction computes something else from the same model
 
 std::string text_of(const Source &source) {
   char text[96];

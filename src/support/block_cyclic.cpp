@@ -161,8 +161,7 @@ void BlockCyclic::give(const Real *local, const std::function<void(std::size_t, 
   }
 }
 
-template void BlockCyclic::give(const float *,
-                                const std::function<void(std::size_t, int, int, const float *)> &) const;
+template void BlockCyclic::give(const float *, const std::function<void(std::size_t, int, int, const float *)> &) const;
 
 // f(number of a row, its place): of the rows of a column that are here.
 template <class F> void BlockCyclic::each_own(F f) const {
