@@ -9,7 +9,6 @@ The pressure on the joint is not even, so that under the load a part of the poin
 """
 
 import argparse
-import json
 import os
 
 import h5py
@@ -75,7 +74,7 @@ def write(path, side, at_once=50):
             data = file.create_dataset(name, (3 * points, 3 * points), "f8")
             for first in range(0, points, at_once):
                 count = min(at_once, points - first)
-                data[3 * first : 3 * (first + count)] = rows_of(kernel, directions, first, count)
+                data[3 * first:3 * (first + count)] = rows_of(kernel, directions, first, count)
 
 
 def stuck_frequencies(side, count):
@@ -105,8 +104,8 @@ def main():
     parser.add_argument("--ranks", type=int, default=2, help="default %(default)s")
     parser.add_argument("--harmonics", type=int, default=3, help="default %(default)s")
     parser.add_argument("--points", type=int, default=4, help="of the curve; default %(default)s")
-    parser.add_argument("--force", type=float, default=50.0, help="on the first interior mode, times SIDE [N kg^-1/2]; default %(default)s")
-    parser.add_argument("--many", type=int, default=12000, help="dofs from which on a basis that is nearly of modes is taken; default %(default)s")
+    parser.add_argument("--force", type=float, default=50.0, help="on the first interior mode, by SIDE [N kg^-1/2]; default %(default)s")
+    parser.add_argument("--many", type=int, default=12000, help="dofs from which on few modes are found; default %(default)s")
     arguments = parser.parse_args()
     folder = OUTPUT / f"large_joint/{arguments.side}"
     folder.mkdir(parents=True, exist_ok=True)
