@@ -113,9 +113,9 @@ def main():
         write(folder / "reduced.partial.h5", arguments.side)
         (folder / "reduced.partial.h5").rename(folder / "reduced.h5")
     exact = stuck_frequencies(arguments.side, 10)
-    (folder / "case.toml").write_text(CASE.format(friction=FRICTION, normal=NORMAL, tangential=TANGENTIAL, force=arguments.side * arguments.force,
-                                                  harmonics=arguments.harmonics, points=arguments.points, omega=0.995 * exact[0],
-                                                  end=1.005 * exact[0]))
+    (folder / "case.toml").write_text(
+        CASE.format(friction=FRICTION, normal=NORMAL, tangential=TANGENTIAL, force=arguments.side * arguments.force,
+                    harmonics=arguments.harmonics, points=arguments.points, omega=0.995 * exact[0], end=1.005 * exact[0]))
     text, cost = run(folder, arguments.ranks, arguments)
     summary, stages = summary_of(folder)
     print(text)
