@@ -32,8 +32,8 @@ echo "$*" >>"$0.log"
 """
 CONFIGURATION = """ClusterName=one
 SlurmctldHost={host}(127.0.0.1)
-SlurmctldPort=17817
-SlurmdPort=17818
+SlurmctldPort={ports[0]}
+SlurmdPort={ports[1]}
 AuthType=auth/none
 CredType=cred/none
 SlurmUser=root
@@ -86,13 +86,13 @@ def stand_in(home):
 
 def endless(folder):
     """A case that takes so many points that any signal comes in time, and its text."""
-    case = chain.write(folder, 4)
-    case.write_text(case.read_text().replace("estimates = false", "estimates = false, between = 1e-9"))
+    case = chain.write(folder, 4, most=10**6)
+    case.write_text(case.read_text().replace("max_points", "adaptive = false, step = 1e-4, max_points"))
     return case, case.read_text()
 
 
 def bounded(case, text, points):
-    case.write_text(text.replace("max_points = 20000", f"max_points = {points}"))
+    case.write_text(text.replace(f"max_points = {10**6}", f"max_points = {points}"))
 
 
 def compare_with_whole(case, points):
@@ -166,6 +166,16 @@ def test_every_task_of_an_array_has_a_value_of_its_own(stand_in, tmp_path):
 
 
 # --------------------------------------------------------------------------------------------------------- Slurm itself
+def free_ports(count):
+    """Numbers of ports that nobody listens at."""
+    sockets = [socket.create_server(("127.0.0.1", 0)) for _ in range(count)]
+    try:
+        return [one.getsockname()[1] for one in sockets]
+    finally:
+        for one in sockets:
+            one.close()
+
+
 @pytest.fixture
 def slurm(tmp_path):
     """Commands of Slurm, whose daemons run for one test on this host: `slurm("sbatch", ...)` returns what is said."""
@@ -173,7 +183,7 @@ def slurm(tmp_path):
         pytest.skip("no Slurm here, or not root")
     folder = tmp_path / "slurm"
     folder.mkdir()
-    (folder / "slurm.conf").write_text(CONFIGURATION.format(host=socket.gethostname().split(".")[0], folder=folder))
+    (folder / "slurm.conf").write_text(CONFIGURATION.format(host=socket.gethostname().split(".")[0], folder=folder, ports=free_ports(2)))
     (folder / "cgroup.conf").touch()
     surroundings = SURROUNDINGS | {"SLURM_CONF": str(folder / "slurm.conf"), "HOME": str(tmp_path)}
 
