@@ -16,6 +16,7 @@ from dovetail import Results
 from dovetail.__main__ import main
 from launch import SECONDS, children, going, kill, line, read_points, run, wait_for
 from on_terminal import Watched
+from test_runs import walking
 
 SMALL = {"harmonics": 3, "samples": 32}
 RANKS = [None, 2]
@@ -140,17 +141,18 @@ def test_run_without_a_first_point_leaves_the_one_before(copy, ranks):
     assert {name: after[name] for name in before} == before and "results.h5.partial" not in after
 
 
-def test_killed_before_its_first_point_a_run_has_touched_nothing(copy):
-    folder = copy.path.parent / "out"
-    before = {name: data for name, data in contents(folder).items() if name != "reduced.h5"}
-    copy.edit("harmonics = 3", "harmonics = 200")
-    copy.edit("samples = 32", f"samples = {2**20}")
-    with going(copy, out="out"):
+def test_killed_before_its_first_point_a_run_has_touched_nothing(tmp_path):
+    case, _ = walking(tmp_path, omega=[8, 8.1], harmonics=20, samples=64)
+    folder = run(case, out="out").folder
+    before = contents(folder)
+    case.edit("omega = [8, 8.1]", "omega = [15, 16]")  # where there is none, as half a minute's search finds with so many samples
+    case.edit("samples = 64", f"samples = {2**17}")
+    with going(case, out="out"):
         wait_for((folder / "results.h5.partial").exists, "the new file")
     after = contents(folder)
     assert {name: after[name] for name in before} == before
-    done = run(copy, "--restart", out="out", status=2)  # of the one before, and so it says
-    assert "harmonics = 200" in done.err and "began with 3" in done.err
+    done = run(case, "--restart", out="out", status=2)  # of the one before, and so it says
+    assert "samples = 131072" in done.err and "began with 64" in done.err
 
 
 def test_first_point_takes_the_place_of_the_results_before(copy):

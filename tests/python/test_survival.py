@@ -60,7 +60,7 @@ def noted(shim, log, command):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("samples, block", [(2**20, 3), (32, 12)], ids=["slow points", "quick points"])
+@pytest.mark.parametrize("samples, block", [(2**19, 3), (32, 12)], ids=["slow points", "quick points"])
 def test_file_is_good_after_every_single_write(shim, tmp_path, samples, block):
     """And in the middle of it; both while a run goes on and while a restart takes over what was there.
 
