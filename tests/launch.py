@@ -8,7 +8,7 @@ import os
 import signal
 import subprocess
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -129,7 +129,8 @@ def kill(process):
     """SIGKILL to the program: the process itself, or under mpirun every rank; returns when all are gone."""
     ranks = children(process.pid)
     for rank in ranks:
-        os.kill(rank, signal.SIGKILL)
+        with suppress(ProcessLookupError):  # mpirun may have ended it, as another one is gone
+            os.kill(rank, signal.SIGKILL)
     if not ranks:
         process.kill()
     try:

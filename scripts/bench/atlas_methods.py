@@ -173,7 +173,7 @@ class Limited:
     seconds: float
 
 
-def limited(command, seconds, patience=6):
+def limited(command, seconds, patience=30):
     """Run a command that may take `seconds` of the processor, and `patience` times as long on the clock."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     whole = int(np.ceil(seconds))

@@ -46,9 +46,13 @@ constexpr const char *name = "dovetail.lock";
 // 0, or the error number of a file system without locks. Throws if another process has it. `kind`: LOCK_EX to hold the
 // folder, LOCK_SH to look whether it is held: several ranks look at once.
 int lock(int descriptor, int kind, const std::filesystem::path &folder, const std::string &remedy) {
+  using namespace std::chrono;
+  constexpr seconds patience(1); // with those that only look, as `dovetail watch` does
+  const auto begin = steady_clock::now();
+  const auto wait = [&] { return kind == LOCK_EX && steady_clock::now() - begin < patience; };
   int failed;
-  do failed = flock(descriptor, kind | LOCK_NB);
-  while (failed && errno == EINTR);
+  while ((failed = flock(descriptor, kind | LOCK_NB)) && (errno == EINTR || (errno == EWOULDBLOCK && wait())))
+    std::this_thread::sleep_for(milliseconds(1));
   if (failed && errno == EWOULDBLOCK) {
     const std::string who = holder(descriptor);
     close(descriptor);

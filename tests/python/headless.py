@@ -31,10 +31,10 @@ def browser():
 
 
 def until(driver, condition, what):
-    """Waits for condition(), looking now and then, so that the browser has time for its page."""
+    """What condition() gives as soon as that is true. Looks now and then, so that the browser has time for its page."""
     from selenium.webdriver.support.ui import WebDriverWait
 
-    WebDriverWait(driver, SECONDS, poll_frequency=0.3).until(lambda _: condition(), f"waited in vain for {what}")
+    return WebDriverWait(driver, SECONDS, poll_frequency=0.3).until(lambda _: condition(), f"waited in vain for {what}")
 
 
 def complaints(driver):

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import threading
 
-from launch import SURROUNDINGS, kill, wait_for
+from launch import SECONDS, SURROUNDINGS, kill, wait_for
 
 POINT = re.compile(r"^ *(\d+) +[\d.]+ +\S+e[+-]\d\d ", re.MULTILINE)
 
@@ -22,7 +22,8 @@ class Watched:
     """The process, and what it has said so far. Killed at the end of the `with` block if it still goes on.
 
     halt : a number of points; when it has shown them the process stands still until `go_on`, however late this one looks. A process
-        that is some hundred lines ahead of its reader waits by itself.
+        that is some hundred points ahead of its reader waits by itself, so the curve must have at least 500 more. Not under mpirun,
+        which reads on.
     """
 
     def __init__(self, command, halt=None):
@@ -49,7 +50,7 @@ class Watched:
     def said(self):
         """All of it, once the process has ended."""
         if self.process.poll() is not None:
-            self._reader.join(10)
+            self._reader.join(SECONDS)
         return self._said.decode(errors="replace").replace("\r", "")
 
     def last_point(self):

@@ -5,7 +5,7 @@ import fcntl
 import json
 import re
 import shutil
-import subprocess
+import signal
 
 import h5py
 import numpy as np
@@ -14,12 +14,12 @@ import pytest
 import cases
 from dovetail import Results
 from dovetail.__main__ import main
-from launch import SECONDS, SURROUNDINGS, children, going, kill, line, read_points, run, wait_for
+from launch import SECONDS, children, going, kill, line, read_points, run, wait_for
 from on_terminal import Watched
+from test_runs import walking
 
 SMALL = {"harmonics": 3, "samples": 32}
 RANKS = [None, 2]
-ENDLESS = {"adaptive": False, "step": 0.001, "max_points": 10**6}
 
 
 def contents(folder):
@@ -58,7 +58,7 @@ def test_runs_on_one_rank_need_no_folder_of_open_mpi(tmp_path):
 
 @pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_second_run_is_told_who_holds_the_folder(tmp_path, ranks):
-    case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
+    case = cases.dof5(tmp_path, **cases.ENDLESS, **SMALL)
     with going(case, out="out", ranks=ranks) as (process, folder):
         wait_for((folder / "state.h5").exists, "the first points")
         holder = sorted(children(process.pid))[0] if ranks else process.pid
@@ -76,7 +76,7 @@ def test_second_run_is_told_who_holds_the_folder(tmp_path, ranks):
 
 
 def test_reduction_alone_waits_its_turn_too(tmp_path):
-    case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
+    case = cases.dof5(tmp_path, **cases.ENDLESS, **SMALL)
     with going(case, out="out") as (_, folder):
         wait_for((folder / "results.h5").exists, "the first point")
         assert "another run is writing there" in run(case, command="reduce", out="out", status=2).err
@@ -141,17 +141,18 @@ def test_run_without_a_first_point_leaves_the_one_before(copy, ranks):
     assert {name: after[name] for name in before} == before and "results.h5.partial" not in after
 
 
-def test_killed_before_its_first_point_a_run_has_touched_nothing(copy):
-    folder = copy.path.parent / "out"
-    before = {name: data for name, data in contents(folder).items() if name != "reduced.h5"}
-    copy.edit("harmonics = 3", "harmonics = 40")
-    copy.edit("samples = 32", f"samples = {2**20}")
-    with going(copy, out="out"):
+def test_killed_before_its_first_point_a_run_has_touched_nothing(tmp_path):
+    case, _ = walking(tmp_path, omega=[8, 8.1], harmonics=20, samples=64)
+    folder = run(case, out="out").folder
+    before = contents(folder)
+    case.edit("omega = [8, 8.1]", "omega = [15, 16]")  # where there is none, as half a minute's search finds with so many samples
+    case.edit("samples = 64", f"samples = {2**17}")
+    with going(case, out="out"):
         wait_for((folder / "results.h5.partial").exists, "the new file")
     after = contents(folder)
     assert {name: after[name] for name in before} == before
-    done = run(copy, "--restart", out="out", status=2)  # of the one before, and so it says
-    assert "harmonics = 40" in done.err and "began with 3" in done.err
+    done = run(case, "--restart", out="out", status=2)  # of the one before, and so it says
+    assert "samples = 131072" in done.err and "began with 64" in done.err
 
 
 def test_first_point_takes_the_place_of_the_results_before(copy):
@@ -181,7 +182,7 @@ def damaged(folder):
 @pytest.mark.parametrize("spoil", [older, lost, damaged])
 def test_beginning_anew_keeps_what_was_cut_off(tmp_path, spoil):
     """The advice where --restart is refused."""
-    case = cases.dof5(tmp_path, **ENDLESS, **SMALL)
+    case = cases.dof5(tmp_path, **cases.ENDLESS, **SMALL)
     folder, count = cut_off(case, 50)
     spoil(folder)
     case.edit("max_points = 1000000", "max_points = 5")
@@ -192,7 +193,7 @@ def test_beginning_anew_keeps_what_was_cut_off(tmp_path, spoil):
 
 
 def test_cut_off_runs_of_other_problems_are_all_kept(tmp_path):
-    case, counts = cases.dof5(tmp_path, **ENDLESS, **SMALL), []
+    case, counts = cases.dof5(tmp_path, **cases.ENDLESS, **SMALL), []
     for harmonics in (3, 4, 5):
         case.edit(f"harmonics = {max(3, harmonics - 1)}", f"harmonics = {harmonics}")
         folder, count = cut_off(case, 60 - 10 * harmonics)
@@ -288,15 +289,16 @@ def test_fields_come_from_the_reduced_file_of_the_results(copy):
 @pytest.mark.parametrize("replaced, ranks", [(True, None), *(pytest.param(*other, marks=pytest.mark.slow) for other in
                                                             [(False, 2), (False, None), (True, 2)])])
 def test_results_that_vanish_are_noticed_at_the_end(tmp_path, ranks, replaced):
-    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=1000 if ranks else 2000, **SMALL)  # for half a second
-    command, folder = line(case, out="out", ranks=ranks)
-    process = subprocess.Popen(command, env=SURROUNDINGS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    wait_for((folder / "results.h5").exists, "the first point")
-    (folder / "results.h5").unlink()
-    if replaced:
-        (folder / "results.h5").write_text("mine")
-    _, err = process.communicate(timeout=SECONDS)
-    assert process.returncode == 3 and err.count("dovetail:") == 1 and "results.h5: is not the file of this run any more" in err
+    """Which the test brings about: a curve that ends by itself may have done so before the file is gone."""
+    command, folder = line(cases.dof5(tmp_path, **cases.ENDLESS, **SMALL), out="out", ranks=ranks)
+    with Watched(command) as watched:
+        wait_for((folder / "results.h5").exists, "the first point")
+        (folder / "results.h5").unlink()
+        if replaced:
+            (folder / "results.h5").write_text("mine")
+        watched.process.send_signal(signal.SIGUSR1)  # mpirun passes it on
+        assert watched.process.wait(SECONDS) == 3
+    assert watched.said.count("results.h5: is not the file of this run any more") == 1
     assert json.loads((folder / "summary.json").read_text())["end"] == "failed"
     assert not replaced or (folder / "results.h5").read_text() == "mine"
 

@@ -48,11 +48,12 @@ def shim(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def ended(shim, tmp_path_factory):
-    """By call: how the run ended. All at once: the roll call takes ten seconds, in which nothing is done."""
+    """By call: how the run ended. All at once: the roll call takes ten seconds, in which nothing is done. Each with a folder of its own for
+    Open MPI, which makes and removes one that is shared in the way of others."""
     def fails(call):
         case = cases.several_points(tmp_path_factory.mktemp(call), solver=CALLS[call])
-        return subprocess.run(line(case, ranks=2)[0], env=SURROUNDINGS | {"LD_PRELOAD": str(shim), "FAILS": call}, capture_output=True,
-                              text=True, timeout=SECONDS)
+        own = {"LD_PRELOAD": str(shim), "FAILS": call, "OMPI_MCA_orte_tmpdir_base": str(case.path.parent)}
+        return subprocess.run(line(case, ranks=2)[0], env=SURROUNDINGS | own, capture_output=True, text=True, timeout=SECONDS)
     with ThreadPoolExecutor(len(CALLS)) as threads:
         runs = {call: threads.submit(fails, call) for call in CALLS}
     return runs

@@ -15,12 +15,15 @@ import pytest
 
 import cases
 import chain
-from launch import BINARY, SECONDS, SURROUNDINGS, children, gone, kill, line, read_points, run, wait_for, words_of
+from launch import BINARY, SECONDS, SURROUNDINGS, children, gone, held, kill, line, read_points, run, wait_for, words_of
 from on_terminal import Watched
 
 cases.SECTION_OF |= {"watch": "continuation", "stop_after_peaks": "continuation", "stop_at_amplitude": "continuation",
                      "start": "continuation", "enabled": "stability"}
 SMALL = {"harmonics": 3, "samples": 32}
+MANY = {"omega": [0.8, 1.1], "samples": "exact", "between": 1e-7}  # more than 500 points
+# For minutes: under mpirun a run cannot be halted at a point. So small steps leave nothing of an error between points but round-off.
+SLOWLY = {"omega": [0.8, 1.1], "samples": 2**14, "adaptive": False, "step": 1e-3}
 
 
 def same(found, wanted, rows=slice(None), but=()):
@@ -33,7 +36,7 @@ def same(found, wanted, rows=slice(None), but=()):
 
 
 def stopped(case, points, out="out", ranks=None, number=signal.SIGTERM, whom=None):
-    """Runs a case until it has shown so many points, and ends it by a signal; returns what it said.
+    """Runs a case until it has shown so many points, and ends it by a signal; returns what it said. With `ranks` it must have many more.
 
     `whom`: picks from the process and those of its ranks the ones that get the signal; default: the process."""
     command, folder = line(case, out=out, ranks=ranks)
@@ -62,7 +65,7 @@ def at_start(number, action):
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1, signal.SIGINT, signal.SIGHUP])
 @pytest.mark.slow
 def test_signal_finishes_the_point_and_restart_goes_on(tmp_path, number):
-    case = cases.several_points(tmp_path, omega=[0.8, 1.1])
+    case = cases.several_points(tmp_path, **MANY)
     whole = run(case, out="whole")
     with at_start(number, signal.SIG_DFL):
         said, folder = stopped(case, 10, number=number)
@@ -87,10 +90,11 @@ def test_signal_that_was_ignored_stays_so(tmp_path, number):
     case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=1000, **SMALL)
     command, _ = line(case, out="out")
     with at_start(number, signal.SIG_IGN):
-        watched = Watched(command)
+        watched = Watched(command, halt=10)
     with watched:
         watched.wait_for_point(10)
         watched.process.send_signal(number)
+        watched.go_on()
         assert watched.process.wait(SECONDS) == 0 and "noted" not in watched.said
 
 
@@ -103,31 +107,27 @@ def of_rank(which):
 @pytest.mark.slow
 def test_signal_to_any_rank_stops_all(tmp_path, whom, number):
     """mpirun passes SIGUSR1 on; a batch system may reach one rank alone. Afterwards on another number of ranks."""
-    case = cases.several_points(tmp_path, omega=[0.8, 1.1], samples="exact", between=1e-7)  # many points
-    whole = run(case, out="whole", ranks=2)
-    said, folder = stopped(case, 10, ranks=2, number=number, whom=whom)
+    said, folder = stopped(cases.several_points(tmp_path, **SLOWLY), 10, ranks=2, number=number, whom=whom)
     assert said.count("dovetail: stopped by") == 1
-    count = len(read_points(folder)["omega"])
+    case = cases.several_points(tmp_path, **SLOWLY, max_points=len(read_points(folder)["omega"]) + 10)
     done = run(case, "--restart", out="out", ranks=3 if whom is None else None)
-    assert count < len(done.points["omega"]) and done.summary["parts"] == 2
-    same(done.points, whole.points, but=["linear_iterations"])  # round-off may ask for one more
+    assert len(done.points["omega"]) == case.settings["max_points"] and done.summary["parts"] == 2
+    same(done.points, run(case, out="whole", ranks=2).points, but=["error_between", "linear_iterations"])  # one more after round-off
 
 
 @pytest.mark.slow
 def test_second_signal_ends_the_run_at_once(tmp_path):
-    """The first one is noted, but the point never ends: the process is stopped meanwhile by the test."""
-    case = cases.dof5(tmp_path, harmonics=40, samples=2**18)  # a point takes long
+    """The first one is noted, but the point does not end before the second one comes: meanwhile the process stands still."""
+    case = cases.dof5(tmp_path, harmonics=40, samples=2**19)  # a point takes seconds
     command, folder = line(case, out="out")
     with Watched(command) as watched:
         watched.wait_for_point(1)
         watched.process.send_signal(signal.SIGTERM)
         wait_for(lambda: "noted SIGTERM" in watched.said or watched.process.poll() is not None, "the first signal")
-        if watched.process.poll() is None:
-            time.sleep(2.5)
+        with held(watched.process):
+            time.sleep(2.5)  # a launcher may pass one signal on twice
             watched.process.send_signal(signal.SIGTERM)
-        watched.process.wait(SECONDS)
-        assert watched.process.returncode == 3
-        assert "the second signal" in watched.said or "stopped by SIGTERM" in watched.said
+        assert watched.process.wait(SECONDS) == 3 and "the second signal" in watched.said
     assert len(read_points(folder)["omega"]) >= 1
 
 
@@ -343,11 +343,11 @@ def test_restart_is_for_run_only(halted):
 @pytest.mark.slow
 def test_forgotten_flag_costs_nothing(tmp_path):
     """Results of a run that was cut off step aside, and the longer ones stay."""
-    case = cases.dof5(tmp_path, adaptive=False, step=0.001, max_points=10**6, **SMALL)
+    case = cases.dof5(tmp_path, **cases.ENDLESS, **SMALL)
     command, folder = line(case, out="out")
     counts = []
     for points in (2000, 10):
-        with Watched(command) as watched:
+        with Watched(command, halt=points) as watched:
             watched.wait_for_point(points)
             kill(watched.process)
         counts.append(len(read_points(folder)["omega"]))
@@ -410,9 +410,7 @@ def test_watched_unknown_must_exist(tmp_path, name, words):
 @pytest.mark.slow
 def test_lost_rank_ends_the_run(tmp_path, which):
     """Its process is gone without a word: the others end soon, what was computed is there, and --restart goes on from it."""
-    case = cases.several_points(tmp_path, omega=[0.8, 1.1], samples="exact", between=1e-7)  # many points
-    whole = run(case, out="whole", ranks=2)
-    command, folder = line(case, out="out", ranks=2)
+    command, folder = line(cases.several_points(tmp_path, **SLOWLY), out="out", ranks=2)
     with Watched(command) as watched:
         watched.wait_for_point(10)
         ranks = sorted(children(watched.process.pid))
@@ -422,23 +420,25 @@ def test_lost_rank_ends_the_run(tmp_path, which):
         assert watched.process.returncode not in (None, 0)
     before = read_points(folder)
     assert len(before["omega"]) >= max(10, watched.last_point())
+    case = cases.several_points(tmp_path, **SLOWLY, max_points=len(before["omega"]) + 10)
     done = run(case, "--restart", out="out", ranks=2)
-    same(done.points, whole.points)
+    same(done.points, run(case, out="whole", ranks=2).points)
     assert done.summary["parts"] == 2
 
 
 @pytest.mark.slow
 def test_out_of_memory(tmp_path):
-    """Where the libraries start at all, the program says what it lacks."""
+    """Where the libraries start at all, the program says what it lacks, until it lacks nothing."""
     case = cases.several_points(tmp_path, harmonics=60, samples=256, omega=[0.8, 0.85])
     command, _ = line(case)
     statuses = []
-    for mebibytes in (200, 300, 375):
+    for mebibytes in range(150, 2000, 50):
         limit = (f"import os, resource, sys; resource.setrlimit(resource.RLIMIT_AS, 2 * ({mebibytes << 20},)); "
                  "os.execv(sys.argv[1], sys.argv[1:])")
         done = subprocess.run([sys.executable, "-c", limit, *command], env=SURROUNDINGS, capture_output=True, text=True, timeout=SECONDS)
-        assert done.returncode != 0
         if done.returncode == 3:
             assert done.stderr.count("dovetail:") == 1 and "out of memory" in done.stderr and "fewer harmonics" in done.stderr
         statuses.append(done.returncode)
-    assert 3 in statuses
+        if done.returncode == 0:
+            break
+    assert 3 in statuses and statuses[-1] == 0

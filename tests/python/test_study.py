@@ -69,7 +69,7 @@ def test_leaves_table_numbers_and_chart(done):
     assert f"half its harmonics are {study_errors.largest(found['runs'][3]['errors']):.1e} from it" in table
     assert all(str(label) in table for label in ("H 1, N 32, 2 modes, modal", "H 5, exact, 2 modes, modal", "reference: H 10, exact"))
     assert [run["folder"] for run in found["runs"]] == FOLDERS
-    assert all(run["points"] > 40 and 0 < run["seconds_per_point"] < 1 and not run["reason"] for run in found["runs"])
+    assert all(run["points"] > 40 and run["seconds_per_point"] > 0 and not run["reason"] for run in found["runs"])
     assert len(found["frequencies"]) == 41 and 1.0123 in found["frequencies"]
 
 

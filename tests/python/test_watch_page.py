@@ -18,7 +18,7 @@ import cases
 import synthetic_results
 from dovetail import watch_page
 from dovetail.__main__ import main
-from launch import SURROUNDINGS, going, wait_for
+from launch import SECONDS, SURROUNDINGS, going, wait_for
 
 CONTACT = {"normal_stiffness": np.ones(1), "tangential_stiffness": np.ones((1, 2)), "friction": np.ones((1, 2)), "gap": np.zeros(1)}
 SCRIPT = """
@@ -41,7 +41,7 @@ def served(path, **options):
 
 
 def asked(port, target, host="127.0.0.1"):
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=SECONDS)
     connection.request("GET", target, headers={"Host": f"{host}:{port}"})
     answer = connection.getresponse()
     return answer.status, answer.read(), answer.headers
@@ -107,7 +107,8 @@ def test_the_script_fills_the_page(path, tmp_path):
     with served(path) as port:
         script = re.search(r"<script>(.*)</script>", watch_page.PAGE, re.DOTALL)[1]
         (tmp_path / "page.js").write_text(SCRIPT.replace("ADDRESS", f"http://127.0.0.1:{port}/").replace("BODY", script))
-        shown = json.loads(subprocess.run(["node", tmp_path / "page.js"], capture_output=True, text=True, timeout=60, check=True).stdout)
+        said = subprocess.run(["node", tmp_path / "page.js"], capture_output=True, text=True, timeout=SECONDS, check=True).stdout
+    shown = json.loads(said)
     assert shown["title"]["textContent"] == shown["page"] == "<b>Füße & $x$</b>"
     assert shown["state"]["textContent"].startswith("ended") and shown["done"]["hidden"] is True
     assert shown["curve"]["src"].startswith("curve.svg?21")

@@ -11,8 +11,7 @@ from dovetail.__main__ import main
 from dovetail.text_plot import text_plot
 from launch import BINARY, going, held, line, run, wait_for
 from on_terminal import Watched
-
-ENDLESS = {"adaptive": False, "step": 0.001, "max_points": 10**6, "harmonics": 3, "samples": 32}
+from test_runs import walking
 
 
 def once(folder, capsys, *options, status=0):
@@ -22,7 +21,7 @@ def once(folder, capsys, *options, status=0):
 
 @pytest.mark.parametrize("ranks", [None, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_run_says_how_far_it_is(tmp_path, capsys, ranks):
-    with going(cases.dof5(tmp_path, **ENDLESS), out="out", ranks=ranks) as (_, folder):
+    with going(cases.dof5(tmp_path, harmonics=3, samples=32, **cases.ENDLESS), out="out", ranks=ranks) as (_, folder):
         status = folder / "status.json"
         wait_for(lambda: status.exists() and "points" in json.loads(status.read_text()), "a point")
         found = json.loads(status.read_text())
@@ -39,7 +38,7 @@ def test_a_run_says_how_far_it_is(tmp_path, capsys, ranks):
 
 
 def test_states_before_the_first_point(tmp_path, capsys):
-    case = cases.dof5(tmp_path, harmonics=40, samples=2**17)  # a point takes seconds
+    case, _ = walking(tmp_path, omega=[15, 16], harmonics=20, samples=2**17)  # there is none, as half a minute's search finds
     with going(case, out="out") as (process, folder):
         wait_for((folder / "status.json").exists, "a state")
         wait_for(lambda: json.loads((folder / "status.json").read_text())["state"] == "following", "the last of them")

@@ -4,8 +4,10 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "support/error.hpp"
 #include "support/folder_lock.hpp"
@@ -58,6 +60,16 @@ TEST_F(Folder, is_looked_at_by_several_ranks_at_once) {
   const int other = locked(LOCK_SH);
   EXPECT_NO_THROW(FolderLock::refuse_held(path_, "wait"));
   close(other);
+}
+
+TEST_F(Folder, that_another_only_looks_at_is_taken_when_he_has_looked) {
+  const int other = locked(LOCK_SH);
+  std::thread looks([other] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    close(other);
+  });
+  EXPECT_NO_THROW(FolderLock(path_, "wait"));
+  looks.join();
 }
 
 TEST_F(Folder, that_another_holds_is_refused_with_his_name) {

@@ -30,6 +30,7 @@ SECTION_OF = {
 }
 NAME_OF = {"damped_springs": "contact"}  # where a key has that name in two sections
 TIGHT = {"step_tolerance": 1e-10, "residual_tolerance": 1e-10}
+ENDLESS = {"adaptive": False, "step": 1e-5, "max_points": 10**6}  # minutes of points: more than any test waits for, however late it wakes
 
 
 @dataclass
