@@ -1,8 +1,6 @@
 // Parts of the reduction by themselves: tall matrices, the plan of memory, fingerprints, rows that give a motion back.
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <functional>
 #include <set>
 
@@ -12,8 +10,11 @@
 #include "support/error.hpp"
 #include "support/hdf5.hpp"
 #include "support/memory.hpp"
+#include "temporary_file.hpp"
 
 using namespace dovetail;
+using dovetail::testing::rank_here;
+using dovetail::testing::TemporaryFile;
 
 namespace {
 
@@ -28,31 +29,11 @@ Tall waves(PetscInt rows, PetscInt columns) {
   return made;
 }
 
-int rank_here() {
-  int rank;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  return rank;
-}
-
 int ranks() {
   int size;
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   return size;
 }
-
-// A file that is there while this lives, of one name on all ranks.
-struct Temporary {
-  std::filesystem::path path;
-  explicit Temporary(const std::string &name) {
-    long number = getpid();
-    MPI_Bcast(&number, 1, MPI_LONG, 0, PETSC_COMM_WORLD);
-    path = std::filesystem::temp_directory_path() / (name + "_" + std::to_string(number) + ".h5");
-  }
-  ~Temporary() {
-    MPI_Barrier(PETSC_COMM_WORLD);
-    if (rank_here() == 0) std::filesystem::remove(path);
-  }
-};
 
 } // namespace
 
@@ -288,7 +269,7 @@ TEST(Fingerprint, is_of_every_number_and_of_its_place) {
 }
 
 TEST(RecoveredRow, is_the_sum_of_rows_and_of_contact_motions) {
-  const Temporary file("recovered");
+  const TemporaryFile file("recovered");
   const std::vector<double> kaa = {1, 2}, phi = {1, 2, 3, 4, 5, 6}, psi = {10, 20, 30, 40, 50, 60, 70, 80, 90},
                             complex_phi = {1, 1, 2, 2, 3, 3, 4, 4, 5, -5, 6, 6},
                             complex_psi = {1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9};
@@ -321,7 +302,7 @@ TEST(RecoveredRow, is_the_sum_of_rows_and_of_contact_motions) {
 }
 
 TEST(RecoveredRow, without_modes_it_is_of_contact_motions_alone) {
-  const Temporary file("without_modes");
+  const TemporaryFile file("without_modes");
   const std::vector<double> none, psi = {10, 20, 30}, complex_psi = {1, 2, 3, 4, 5, 6};
   const std::vector<long> contact = {7, 2, 4}, elastic = {9};
   if (rank_here() == 0) {
