@@ -142,7 +142,8 @@ struct Searched {
       if (pair > 0) EXPECT_LE(std::abs(found.value[pair]), std::abs(found.value[pair - 1]));
       std::vector<double> y = times(inverse, &x[pair * n]);
       for (PetscInt other = 0; other < k; ++other)
-        EXPECT_NEAR(product(&x[other * n], y.data()), other == pair ? found.value[pair] : 0, 1e-12) << pair << " of " << k;
+        EXPECT_NEAR(product(&x[other * n], y.data()), other == pair ? found.value[pair] : 0, 1e-12)
+            << pair << " of " << k;
       for (int i = 0; i < n; ++i) y[i] -= found.value[pair] * x[pair * n + i];
       EXPECT_NEAR(search.residual(found, pair), std::sqrt(std::max(0.0, product(y.data(), y.data()))), 1e-9)
           << pair << " of " << k;
@@ -213,7 +214,8 @@ TEST(BlockSearch, other_noise_is_orthogonal_to_what_it_has) {
 TEST(BlockSearch, dependent_noise_makes_a_narrower_block) {
   for (const double apart : {0.0, 1e-7, 1e-3}) { // equal, nearly, and for Cholesky's way far enough
     Searched all;
-    all.fill([&](int i, int j) { return scattered(i, j == 2 ? 700 : 700 + j) + (j == 2 ? apart * scattered(i, 709) : 0); });
+    all.fill(
+        [&](int i, int j) { return scattered(i, j == 2 ? 700 : 700 + j) + (j == 2 ? apart * scattered(i, 709) : 0); });
     check(all.search.begin(), "test");
     EXPECT_EQ(all.search.block, apart > 0 ? 3 : 2) << apart;
     all.expect_orthonormal();
@@ -243,9 +245,8 @@ TEST(BlockSearch, ends_with_what_has_mass) {
 
 TEST(BlockSearch, no_mass_or_a_negative_one_has_no_inner_product) {
   const std::string words = "inner product is not well defined";
-  for (const Change &change :
-       {Change([](FullModel &model) { check(MatZeroEntries(model.M), "test"); }),
-        Change([](FullModel &model) { check(MatScale(model.M, -1), "test"); })}) {
+  for (const Change &change : {Change([](FullModel &model) { check(MatZeroEntries(model.M), "test"); }),
+                               Change([](FullModel &model) { check(MatScale(model.M, -1), "test"); })}) {
     Searched all(change);
     EXPECT_NE(said<ComputeError>([&] { check(all.search.begin(), "test"); }).find(words), std::string::npos);
   }
@@ -269,7 +270,8 @@ struct Solver {
       noise.emplace_back();
       check(MatCreateVecs(model.K, noise[j].out(), nullptr), "test");
       const Range own = own_share(PETSC_COMM_WORLD, 60);
-      for (PetscInt i = own.begin; i < own.end; ++i) check(VecSetValue(noise[j], i, scattered(i, j), INSERT_VALUES), "test");
+      for (PetscInt i = own.begin; i < own.end; ++i)
+        check(VecSetValue(noise[j], i, scattered(i, j), INSERT_VALUES), "test");
       check(VecAssemblyBegin(noise[j]), "test"), check(VecAssemblyEnd(noise[j]), "test");
       raw.push_back(noise[j]);
     }
@@ -291,7 +293,8 @@ TEST(BlockLanczos, of_slepc_it_wants_a_block_and_the_values_next_to_zero) {
   EXPECT_TRUE(has(refused([](EPS eps) { EPSSetWhichEigenpairs(eps, EPS_LARGEST_REAL); }), "that are next to 0"));
   EXPECT_TRUE(has(refused([](EPS eps) { EPSSetTarget(eps, 3); }), "that are next to 0"));
   EXPECT_TRUE(has(refused([](EPS) {}, 0), "wants an initial space: as many vectors as a block has"));
-  EXPECT_TRUE(has(refused([](EPS eps) { EPSSetDimensions(eps, 5, 8, PETSC_DEFAULT); }), "-eps_ncv 9 at least, and 8 is given"));
+  EXPECT_TRUE(
+      has(refused([](EPS eps) { EPSSetDimensions(eps, 5, 8, PETSC_DEFAULT); }), "-eps_ncv 9 at least, and 8 is given"));
   EXPECT_EQ(refused([](EPS eps) { EPSSetDimensions(eps, 5, 9, PETSC_DEFAULT); }), "nothing was thrown");
 }
 
