@@ -125,6 +125,15 @@ TEST(ClampedSolver, files_that_cannot_be_written_are_told) {
       << words;
 }
 
+TEST(ClampedSolver, errors_of_mumps_come_with_advice) {
+  EXPECT_EQ(mumps_failed("factoring", -5, 7), "while factoring K_ee: MUMPS error -5 (7)");
+  for (const int error : {-8, -9})
+    EXPECT_NE(mumps_failed("factoring", error, 0).find("try -kee_mat_mumps_icntl_14 400"), std::string::npos);
+  for (const int error : {-7, -13})
+    EXPECT_NE(mumps_failed("factoring", error, 0).find("out of memory: take more ranks or"), std::string::npos);
+  EXPECT_NE(mumps_failed("factoring", -90, 0).find("where MUMPS_OOC_TMPDIR points"), std::string::npos);
+}
+
 TEST(ElasticModes, signs_follow_the_largest_entry_and_among_equals_the_lowest_name) {
   const auto turned = [](std::vector<double> values, std::vector<long> names) { // the first rank has all entries
     if (rank_here() > 0) values.clear(), names.clear();
