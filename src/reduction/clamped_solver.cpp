@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "reduction/mumps_failed.hpp"
 #include "support/error.hpp"
 #include "support/gathered.hpp"
 #include "support/partition.hpp"
@@ -36,7 +37,7 @@ bool is_short_of_room(int error) { return error == -8 || error == -9; }
 
 std::string mumps_failed(const std::string &doing, int error, int detail) {
   return "while " + doing + " K_ee: MUMPS error " + std::to_string(error) + " (" + std::to_string(detail) + ")" +
-         (is_short_of_room(error) ? "; its workspace was too small twice: try -kee_mat_mumps_icntl_14 400"
+         (is_short_of_room(error)       ? "; its workspace was too small twice: try -kee_mat_mumps_icntl_14 400"
           : error == -7 || error == -13 ? "; out of memory: take more ranks or a machine with more of it"
           : error == -90 ? "; its files could not be written: out of core it needs room where MUMPS_OOC_TMPDIR points"
                          : "");
@@ -146,8 +147,7 @@ ClampedSolver::ClampedSolver(Mat K_ee, std::string model_name) : mumps_(std::mak
     m.id.irn = m.row.data(), m.id.jcn = m.column.data(), m.id.a = m.value.data();
   }
   m.run(analyse_job);
-  if (const int error = m.id.infog[0]; error < 0)
-    throw ComputeError(mumps_failed("analysing", error, m.id.infog[1]));
+  if (const int error = m.id.infog[0]; error < 0) throw ComputeError(mumps_failed("analysing", error, m.id.infog[1]));
 }
 
 ClampedSolver::~ClampedSolver() {

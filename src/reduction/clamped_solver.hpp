@@ -22,9 +22,6 @@ struct SparseColumns {
   std::vector<double> value;
 };
 
-/// What an error of MUMPS means, INFOG(1) and INFOG(2), and what to do.
-std::string mumps_failed(const std::string &doing, int error, int detail);
-
 class ClampedSolver {
 public:
   /// Analyses K_ee, which must live until factor(): ordering, and what the factorisation will take. ICNTL(i) of MUMPS

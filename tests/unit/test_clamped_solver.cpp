@@ -5,6 +5,7 @@
 #include "reduction/clamped_structure.hpp"
 #include "reduction/elastic_modes.hpp"
 #include "reduction/elastic_partition.hpp"
+#include "reduction/mumps_failed.hpp"
 #include "small_system.hpp"
 #include "some_sector.hpp"
 #include "support/gathered.hpp"

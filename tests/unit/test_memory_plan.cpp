@@ -134,7 +134,6 @@ TEST(MemoryPlan, is_said_in_words) {
   }
 }
 
-
 namespace {
 
 UniqueMat any_matrix() {
@@ -172,9 +171,10 @@ TEST(MemoryPlan, of_ranks_with_a_factor_each_advises_to_share_one) {
   const ClampedStructure parts = clamp(lattice_model(PETSC_COMM_WORLD, 12, 5, 4));
   const MemoryPlan plan = plan_memory(parts, 3, 0, 1);
   const std::string words = said<ComputeError>([&] { refuse_if_too_large(parts, plan); });
-  EXPECT_EQ(words.find("Let the ranks share one factor (-kee_whole false; last bits then differ from run to run), take ranks "
-                       "on more machines") != std::string::npos,
-            ranks() > 1);
+  EXPECT_EQ(
+      words.find("Let the ranks share one factor (-kee_whole false; last bits then differ from run to run), take ranks "
+                 "on more machines") != std::string::npos,
+      ranks() > 1);
   EXPECT_EQ(words.find("for the factors of K_ee). Take ranks on more machines") != std::string::npos, ranks() == 1);
 }
 
@@ -200,9 +200,12 @@ TEST(MemoryPlan, counts_dense_matrices_of_a_sector) {
     EXPECT_EQ(plan.bytes, 1e30);
     return now;
   };
-  for (const auto &[nodes, m, modes, own, kept, sectors] :
-       {std::tuple{2000, 10.0, 10, 10.0, 10.0, 6}, {2000, 6000.0, 10, 10.0, 10.0, 6}, {400, 10.0, 1000, 1e6, 10.0, 9},
-        {10, 20000.0, 10, 10.0, 10.0, 6}, {400, 500.0, 100, 10.0, 1e6, 9}, {400, 500.0, 10, 1e7, 1.0, 2}}) {
+  for (const auto &[nodes, m, modes, own, kept, sectors] : {std::tuple{2000, 10.0, 10, 10.0, 10.0, 6},
+                                                            {2000, 6000.0, 10, 10.0, 10.0, 6},
+                                                            {400, 10.0, 1000, 1e6, 10.0, 9},
+                                                            {10, 20000.0, 10, 10.0, 10.0, 6},
+                                                            {400, 500.0, 100, 10.0, 1e6, 9},
+                                                            {400, 500.0, 10, 1e7, 1.0, 2}}) {
     const double b = 3 * nodes, x = 3, y = b - 3 + x - x, n = m + (y - x) + 16, a = modes + 8, indices = sectors / 2;
     const double first_level = 8 * (b * b + b * b + b * m), transformed = 16 * (3 * y * y + b * y + 2 * y * m),
                  search = 16 * (5 * n * n + 2 * n * a), index = 16 * (2 * x * x + x * a + b * a + b * x + m * a),

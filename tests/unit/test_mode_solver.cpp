@@ -116,15 +116,17 @@ TEST(ModeSolver, TellsUpToWhichFrequencyTheyHaveConverged) {
   const ClampedStructure parts = lattice();
   const std::vector<double> squares = modes_of(parts, 60).squares;
   int some = 0;
-  for (const char *tolerance : {"1e-15", "1e-4"}) { // none and some
-    const Option kind("-modes_eps_type", "krylovschur"), most("-modes_eps_max_it", "1"), loose("-modes_eps_tol", tolerance);
+  for (const char *tolerance : {"1e-40", "1e-4"}) { // none and some
+    const Option kind("-modes_eps_type", "krylovschur"), most("-modes_eps_max_it", "1"),
+        loose("-modes_eps_tol", tolerance);
     const std::string text = said<ComputeError>([&] { modes_of(parts, 60); });
     std::smatch found;
-    ASSERT_TRUE(std::regex_match(text, found,
-                                 std::regex("while computing modes: (\\d+) of 60 fixed-interface modes converged(, those up to "
-                                            "(.*) Hz)? \\(SLEPc's krylovschur, DIVERGED_ITS after 1 of at most 1 iterations\\). "
-                                            "Raise -modes_eps_max_it, or -modes_eps_ncv above (\\d+); take another "
-                                            "-modes_eps_type; or ask for fewer in reduction.modes")))
+    ASSERT_TRUE(std::regex_match(
+        text, found,
+        std::regex("while computing modes: (\\d+) of 60 fixed-interface modes converged(, those up to "
+                   "(.*) Hz)? \\(SLEPc's krylovschur, DIVERGED_ITS after 1 of at most 1 iterations\\). "
+                   "Raise -modes_eps_max_it, or -modes_eps_ncv above (\\d+); take another "
+                   "-modes_eps_type; or ask for fewer in reduction.modes")))
         << text;
     const int count = std::stoi(found[1]);
     EXPECT_EQ(found[2].matched, count > 0);
@@ -139,15 +141,17 @@ TEST(ModeSolver, TellsUpToWhichFrequencyTheyHaveConverged) {
 TEST(ModeSolver, TellsThatTheRegionIsTooSmall) {
   const ClampedStructure parts = lattice();
   const Chosen options({"ciss", 0, 0, {"-modes_rg_type", "interval", "-modes_rg_interval_endpoints", "0,1e5,0,0"}});
-  expect_words(said<ComputeError>([&] { modes_of(parts); }), {"while computing modes: only 5 of 12 modes lie in the region that -modes_rg_interval_endpoints gives "
-                "[rad^2/s^2], as far as SLEPc's ciss has converged (CONVERGED_TOL). Make it wider, or raise "
+  expect_words(said<ComputeError>([&] { modes_of(parts); }),
+               {"while computing modes: only 5 of 12 modes lie in the region that -modes_rg_interval_endpoints gives "
+                "[rad^2/s^2], as far as SLEPc's ciss has converged (DIVERGED_ITS). Make it wider, or raise "
                 "-modes_eps_max_it above "});
 }
 
 TEST(ModeSolver, RefusesOptionsThatContradictWhatIsSought) {
   const ClampedStructure parts = lattice();
-  const std::string end = "; the modes sought are the lowest of K_ee v = w^2 M_ee v, as many as reduction.modes says, with "
-                          "the factors of K_ee";
+  const std::string end =
+      "; the modes sought are the lowest of K_ee v = w^2 M_ee v, as many as reduction.modes says, with "
+      "the factors of K_ee";
   const std::tuple<const char *, const char *, const char *> wrong[] = {
       {"-modes_eps_target", "3", "(eps_target, st_shift) shift K_ee"},
       {"-modes_st_shift", "3", "(eps_target, st_shift) shift K_ee"},
@@ -160,7 +164,9 @@ TEST(ModeSolver, RefusesOptionsThatContradictWhatIsSought) {
     EXPECT_EQ(said<InputError>([&] { modes_of(parts); }), std::string("the options -modes_ ") + words + end);
   }
   const Option option("-modes_eps_type", "lancsos");
-  expect_words(said<InputError>([&] { modes_of(parts); }), {"-modes_eps_type lancsos is no eigensolver of SLEPc; it has krylovschur, ", ", blocklanczos"});
+  EXPECT_TRUE(std::regex_match(said<InputError>([&] { modes_of(parts); }),
+                               std::regex("-modes_eps_type lancsos is no eigensolver of SLEPc; it has \\w+(, \\w+)*, "
+                                          "krylovschur(, \\w+)*, blocklanczos")));
 }
 
 TEST(ModeSolver, TooFewColumnsAreRefused) {
@@ -200,7 +206,8 @@ struct Chain {
 TEST(ModeSolver, MasslessDofsHaveNoModes) {
   const Chain chain([](PetscInt i) { return i % 6 == 0 ? 1.0 : 0.0; }); // ten masses
   EXPECT_EQ(chain.modes(10).squares.size(), 10u);
-  expect_words(said<InputError>([&] { chain.modes(11); }), {"chain: only 10 of the 11 modes of reduction.modes have mass"});
+  expect_words(said<InputError>([&] { chain.modes(11); }),
+               {"chain: only 10 of the 11 modes of reduction.modes have mass"});
 }
 
 TEST(ModeSolver, NegativeMassIsRefused) {
