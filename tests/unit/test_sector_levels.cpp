@@ -6,10 +6,13 @@
 #include <functional>
 
 #include "reduction/craig_bampton.hpp"
+#include "reduction/exact_modes.hpp"
 #include "reduction/sector_change.hpp"
 #include "reduction/sector_coordinates.hpp"
+#include "reduction/sector_elastic.hpp"
 #include "reduction/sector_levels.hpp"
 #include "some_sector.hpp"
+#include "temporary_file.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -132,13 +135,17 @@ struct Wish {
   std::vector<PetscInt> motion = {}; // or all
 };
 
-SectorModel reduced(const Wish &wish, const std::function<void(FullModel &)> &change = {}) {
+ClampedStructure clamped(const Wish &wish, const std::function<void(FullModel &)> &change = {}) {
   FullModel full = scattered_model(PETSC_COMM_WORLD, dofs, loads);
   full.cyclic = five_points();
   if (change) change(full);
   change_within_sector(full, wish.motion.empty(), wish.motion);
   full.contact_dofs = held_dofs(full.cyclic, dofs);
-  ClampedStructure parts = clamp(std::move(full));
+  return clamp(std::move(full));
+}
+
+SectorModel reduced(const Wish &wish, const std::function<void(FullModel &)> &change = {}) {
+  ClampedStructure parts = clamped(wish, change);
   const ReductionSettings settings{ModeKind::eigen, wish.interior < 0 ? parts.elastic : wish.interior, false,
                                    std::vector<char>(parts.elastic_dofs.size(), 0)};
   Stages stages;
@@ -279,15 +286,6 @@ void expect_answers(const SectorModel &made, const CyclicSector &sector, double 
   }
 }
 
-std::string refusal(const std::function<void()> &work) {
-  try {
-    work();
-  } catch (const InputError &error) {
-    return error.what();
-  }
-  return "not refused";
-}
-
 } // namespace
 
 TEST(SectorLevels, with_all_interior_modes_every_index_is_that_of_the_whole) {
@@ -399,12 +397,53 @@ TEST(SectorLevels, what_moves_without_strain_or_has_no_mass_is_refused_with_its_
     };
   };
   const std::string where = "wheel.h5: in motions of nodal diameter 0 the sector, its contact points held, ";
-  EXPECT_EQ(refusal([&] {
+  EXPECT_EQ(said<InputError>([&] {
               reduced({-1, 4}, with(&FullModel::K, -500));
             }),
             where + "can move without strain; hold it, or check the faces and /K");
-  EXPECT_EQ(refusal([&] {
+  EXPECT_EQ(said<InputError>([&] {
               reduced({-1, 29}, with(&FullModel::M, -30));
             }),
             where + "has a mass that is not positive definite; every dof needs mass, or reduction.modes must be less");
+}
+
+TEST(ExactModes, go_on_until_they_are_steady_or_say_that_they_are_not) {
+  ClampedStructure parts = clamped({4, 6});
+  const ReductionSettings settings{ModeKind::eigen, 4, false, std::vector<char>(parts.elastic_dofs.size(), 0)};
+  Stages stages;
+  Tall interior;
+  const FirstLevel first = first_level(craig_bampton(parts, settings, {}, stages, interior).model);
+  const SectorCoordinates E(parts.full.cyclic, first.held, 2);
+  const ComplexDense S = E.congruent(first.stiffness).block(0, 0, E.own(), E.own());
+  constexpr int p = 8, count = 3;
+  ComplexDense by_modes(4, p), s(E.own(), p); // noise
+  for (int j = 0; j < p; ++j) {
+    for (int i = 0; i < 4; ++i) by_modes(i, j) = {scattered(i, 100 + j), scattered(i, 200 + j)};
+    for (int i = 0; i < s.rows; ++i) s(i, j) = {scattered(i, 300 + j), scattered(i, 400 + j)};
+  }
+  const ComplexDense held = E.to_held(s);
+  const FirstGuess guess{interior, std::vector<double>(p, 2.0), by_modes, held};
+  const auto modes = [&](int steps, double tolerance) {
+    return exact_modes(parts, E, S, guess, count, steps, tolerance);
+  };
+  const HermitianModes wanted = lowest_modes(Whole(five_points(), 2).Kee, Whole(five_points(), 2).Mee, count);
+  const ExactModes rough = modes(60, 5e-9), fine = modes(60, 1e-11), one = modes(1, 0);
+  EXPECT_LT(rough.steps, fine.steps);
+  EXPECT_GT(rough.steps, 1);
+  EXPECT_LE(rough.change, 5e-9);
+  EXPECT_LE(fine.change, 1e-11);
+  ASSERT_EQ(fine.squares.size(), std::size_t(count));
+  for (int j = 0; j < count; ++j) EXPECT_NEAR(fine.squares[j] / wanted.squares[j], 1, 1e-10);
+  EXPECT_EQ(one.steps, 1);
+  EXPECT_EQ(one.change, one.first_change);
+  double most = 0; // of the squares that were guessed
+  for (int j = 0; j < count; ++j) most = std::max(most, std::abs(one.squares[j] / 2 - 1));
+  EXPECT_NEAR(one.first_change / most, 1, 1e-12);
+  EXPECT_NEAR(fine.first_change / most, 1, 1e-12);
+  EXPECT_EQ(said<ComputeError>([&] { modes(2, 0); }),
+            "scattered: the exact modes of a sector did not converge in 2 steps; ask for fewer modes, or do without "
+            "reduction.exact_modes");
+  EXPECT_EQ(fine.fa.size(), std::size_t(loads));
+  EXPECT_EQ(fine.moved.columns, 2 * count);
+  EXPECT_EQ(fine.carried.columns, count);
 }
