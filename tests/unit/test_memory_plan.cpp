@@ -38,9 +38,9 @@ ClampedStructure parts_of(int points) {
 
 double solving(double columns) { return columns * (ranks() == 1 ? 8 : 16); } // bytes for each row
 
-// Bytes of each row of 1000 points while Psi is solved for, in blocks of n: what is kept of Psi, right-hand sides with
-// a block of probes, and what MUMPS works on.
-double psi_bytes(double kept, double n) { return 8 * kept + 8 * (n + lanczos_block) + solving(n); }
+// Bytes of each row of 1000 points while Psi is solved for, in blocks of n: what is kept of Psi and a mode, right-hand
+// sides with a block of probes, and what MUMPS works on.
+double psi_bytes(double kept, double n) { return 8 * (kept + 1) + 8 * (n + lanczos_block) + solving(n); }
 
 // While modes are sought.
 double search_bytes(PetscInt modes) {
@@ -61,9 +61,9 @@ TEST(MemoryPlan, takes_the_fastest_way_that_has_room) {
     const MemoryPlan plan = plan_memory(parts, 1, 0, 1.01 * machine);
     EXPECT_EQ(plan.keep_psi, keep);
     EXPECT_EQ(plan.block, block);
-    EXPECT_NEAR(plan.bytes / (bytes * rows), 1, 2e-3);
-    EXPECT_NEAR(plan.machine_bytes / machine, 1, 2e-3);
-    EXPECT_NEAR(plan.total_bytes / machine, 1, 2e-3);
+    EXPECT_NEAR(plan.bytes / (bytes * rows), 1, 5e-4);
+    EXPECT_NEAR(plan.machine_bytes / machine, 1, 5e-4);
+    EXPECT_NEAR(plan.total_bytes / machine, 1, 5e-4);
     EXPECT_EQ(plan.room_bytes, 1.01 * machine);
     refuse_if_too_large(parts, plan);
     if (block != 32) {
