@@ -122,6 +122,7 @@ ReducedModel reduced(ModeKind kind, PetscInt modes, bool damped, const MemoryPla
   Stages stages;
   Reduction made = craig_bampton(std::move(parts), settings, plan, stages);
   EXPECT_LT(made.backward_error, 1e-14);
+  EXPECT_GE(made.backward_error, 0);
   if (recovery) *recovery = made.recovery;
   return made.model;
 }

@@ -261,13 +261,13 @@ TEST_F(SectorFile, ShapesAndNumbersThatDoNotFitAreRefused) {
 }
 
 TEST_F(SectorFile, HermitianButForRoundingErrors) {
-  const auto off = [&](Complex by) {
+  const auto off = [&](Complex by, int place = 1) {
     Reduction made = small_sector(6);
     double most = 0;
     SectorIndex &index = made.model.indices[1];
     for (const Complex value : index.kxx) most = std::max(most, std::abs(value)); // first rank: of its own rows
     MPI_Bcast(&most, 1, MPI_DOUBLE, 0, PETSC_COMM_WORLD);
-    if (testing::rank_here() == 0) index.kxx[1] += by * most;
+    if (testing::rank_here() == 0) index.kxx[place] += by * most;
     write_reduced(file, of_three_points(), made);
     const std::string words = said<InputError>([&] { read_reduced(PETSC_COMM_WORLD, file); });
     MPI_Barrier(PETSC_COMM_WORLD); // before it is written again
@@ -277,6 +277,7 @@ TEST_F(SectorFile, HermitianButForRoundingErrors) {
     EXPECT_EQ(off(by), "nothing was thrown");
   for (const Complex by : {Complex(1.5e-8), Complex(-1.5e-8), Complex(0, 1.5e-8), Complex(0, -1.5e-8)})
     EXPECT_EQ(off(by), file.string() + ": /cyclic/2/Kxx: not Hermitian, row 0, column 1 (of 0..)");
+  EXPECT_EQ(off(Complex(0, 1), 10), file.string() + ": /cyclic/2/Kxx: not Hermitian, row 1, column 1 (of 0..)");
 }
 
 TEST_F(SectorFile, AMissingIndexIsNamed) {
