@@ -10,6 +10,14 @@ coarse space  2 c^2 w^2 rows for its matrix and 2/3 c^3 w^3 for its factors, onc
 contact       by point of the joint, evaluation and harmonic
 
 Where vectors are whole on every rank (src/harmonic/modal_share.cpp), an iteration waits once, else five times.
+
+A reduction of N dofs to n contact dofs and m modes is counted in operations in double precision, of the blade root with 20 000 to 150 000
+dofs (docs/notes/2026-11-30-large-joints.md), shared as if nothing waited: no run takes less.
+
+factors       4.35e5 N (N / 152526)^0.83
+modes         6.7e4 N m (N / 152526)^0.1
+Psi           2050 N n (N / 152526)^0.24
+projections   2 N n^2
 """
 
 import argparse
@@ -17,6 +25,7 @@ import math
 
 OTHER_CALLS = 33  # a point, besides those of iterations (docs/notes/2026-11-28-collectives.md)
 ITERATIONS_TO_FACTOR, LEAST, BRIEF = 8, 250, 20000  # as in src/harmonic/modal_share.cpp
+MANY = 12000  # as in src/harmonic/near_basis.hpp
 
 
 def coarse_motions(n, w, rows):
@@ -56,8 +65,26 @@ def point(n, harmonics, ranks, machine):
 
 
 def bytes_a_rank(n, ranks):
-    """Of K and M and of exact Phi_c, and of its copy in single precision."""
-    return 28 * n * n / ranks
+    """Of K and M, of exact Phi_c where all modes are found, and of its copy in single precision."""
+    return (28 if n < MANY else 20) * n * n / ranks
+
+
+def reduction(dofs, n, modes, ranks, machine):
+    """Seconds of each part of a reduction, at least: a dict."""
+    size = dofs / 152526
+    operations = {"factors": 4.35e5 * dofs * size**0.83, "modes": 6.7e4 * dofs * modes * size**0.1, "Psi": 2050 * dofs * n * size**0.24,
+                  "projections": 2.0 * dofs * n**2}
+    return {name: count / (0.5e9 * machine.flops * ranks) for name, count in operations.items()}
+
+
+def table_of_reductions(models, n, modes, ranks, machine):
+    lines = [f"{'model':>9}{'dofs':>6}{'modes':>6}{'ranks':>7}{'s':>9}   s: factors, modes, Psi, projections"]
+    for dofs in models:
+        for p in ranks:
+            parts = reduction(dofs, n, modes, p, machine)
+            lines.append(f"{dofs:9}{n:6}{modes:6}{p:7}{sum(parts.values()):9.0f}   "
+                         + "".join(f"{seconds:9.1f}" for seconds in parts.values()))
+    return lines
 
 
 def table(dofs, harmonics, ranks, machine):
@@ -75,6 +102,8 @@ def table(dofs, harmonics, ranks, machine):
 def main():
     parser = argparse.ArgumentParser(prog="scripts/bench/scale_model", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--dofs", type=int, nargs="+", default=[3000, 30000], metavar="N", help="contact dofs; default %(default)s")
+    parser.add_argument("--models", type=int, nargs="+", default=[10**6, 10**7], metavar="N", help="dofs to reduce; default %(default)s")
+    parser.add_argument("--modes", type=int, default=50, metavar="M", help="fixed-interface modes; default %(default)s")
     parser.add_argument("--harmonics", type=int, default=5, metavar="H")
     parser.add_argument("--ranks", type=int, nargs="+", default=[1, 4, 16, 64, 256], metavar="R")
     numbers = {"cores": (64, "cores of a node"), "memory": (400, "of a node [GB/s]"), "core_memory": (12, "of a core at most [GB/s]"),
@@ -85,7 +114,8 @@ def main():
     for name, (value, words) in numbers.items():
         parser.add_argument(f"--{name.replace('_', '-')}", type=float, default=value, metavar="X", help=f"{words}; default %(default)s")
     machine = parser.parse_args()
-    print("\n".join(table(machine.dofs, machine.harmonics, machine.ranks, machine)))
+    print("\n".join(table(machine.dofs, machine.harmonics, machine.ranks, machine)), end="\n\n")
+    print("\n".join(table_of_reductions(machine.models, min(machine.dofs), machine.modes, machine.ranks, machine)))
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@
 #include "support/error.hpp"
 #include "support/json.hpp"
 #include "support/log.hpp"
+#include "support/memory.hpp"
 #include "support/mumps.hpp"
 #include "support/petsc_begin.hpp"
 #include "support/signals.hpp"
@@ -174,6 +175,7 @@ int main(int argc, char **argv) {
     setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
   }
   dovetail::begin_petsc(&petsc_argc, &petsc_argv);
+  dovetail::give_back_large_blocks();
   if (dovetail::logs_json()) PETSC_STDOUT = stderr; // for what PETSc's options print
   dovetail::install_error_handler();
   dovetail::expect_no_exit();

@@ -64,9 +64,9 @@ void CoarseSpace::choose(PetscInt lowest, PetscInt shapes, std::size_t number) {
   const auto move = [&](double sign, const std::vector<double> &motions, std::size_t offset, double beta) {
     std::vector<double> signed_motions(motions);
     for (double &value : signed_motions) value *= sign;
-    if (rows > 0)
-      gemm("T", "N", c, rows, n, signed_motions.data(), n, basis.exact.row(own_modes) + offset, basis.exact.stride(),
-           beta, moved.data(), c);
+    basis.each_part(own_modes, [&](const double *of, std::size_t stride, std::size_t first, std::size_t many) {
+      gemm("T", "N", c, many, n, signed_motions.data(), n, of + offset, stride, beta, &moved[first * c], c);
+    });
   };
   move(1, part.motions, 0, 0);
   if (complex) move(-1, part.imaginary, n, 1);

@@ -40,12 +40,13 @@ std::vector<SectorIndex> taken_matrices(ReducedModel &model) {
 }
 
 std::unique_ptr<LinearPart> linear_part(PreloadedModel &preloaded, const TravellingWave &wave, const Damping &damping,
-                                        const Layout &layout, LinearForm form) {
+                                        const Layout &layout, LinearForm form, double reach) {
   ReducedModel &model = preloaded.reduced;
   const std::vector<ContactPoint> &contact = preloaded.contact;
   std::unique_ptr<LinearPart> part;
   if (form == LinearForm::modal)
-    part = std::make_unique<Modal>(model, taken_matrices(model), wave, contact, preloaded.standstill, damping, layout);
+    part = std::make_unique<Modal>(model, taken_matrices(model), wave, contact, preloaded.standstill, damping, layout,
+                                   reach);
   else {
     auto assembled = assembled_part(model, wave, layout, DynamicStiffness(damping).damps_mass());
     if (damping.has_dampers()) {
@@ -68,7 +69,7 @@ HarmonicSystem::HarmonicSystem(ScaledModel model, int harmonics, int samples, co
     : scaled_(std::move(model)), layout_(scaled_.model.reduced, harmonics), harmonics_(harmonics), samples_(samples),
       form_(form), loose_(scaled_.model.reduced, layout_),
       forces_(scaled_.model.contact, scaled_.model.standstill, harmonics, samples),
-      linear_(linear_part(scaled_.model, wave(), scaled_.damping, layout_, form)) {
+      linear_(linear_part(scaled_.model, wave(), scaled_.damping, layout_, form, scaled_.highest * harmonics)) {
   ReducedModel &reduced = scaled_.model.reduced;
   for (const LoadCourse &load : loads) {
     const std::size_t number = reduced.load(load.pattern);
@@ -113,9 +114,9 @@ std::unique_ptr<HarmonicSystem> HarmonicSystem::modal(const HarmonicSystem &like
     rows.mxx.insert(rows.mxx.end(), m + modes, m + n);
     rows.kxx.insert(rows.kxx.end(), k + modes, k + n);
   }
-  system->linear_ =
-      std::make_unique<Modal>(rows, std::vector<SectorIndex>(), TravellingWave(), like.scaled_.model.contact,
-                              like.scaled_.model.standstill, like.scaled_.damping, system->layout_);
+  system->linear_ = std::make_unique<Modal>(rows, std::vector<SectorIndex>(), TravellingWave(),
+                                            like.scaled_.model.contact, like.scaled_.model.standstill,
+                                            like.scaled_.damping, system->layout_, like.scaled_.highest * harmonics);
   system->form_ = LinearForm::modal;
   return system;
 }

@@ -31,13 +31,10 @@ ComplexDense identity(int n) {
 
 std::vector<double> real_joint_shapes(const StuckBasis &basis, const Layout &layout) {
   const std::size_t own_modes = layout.own_modes.size();
-  PetscBLASInt n = static_cast<PetscBLASInt>(layout.dofs()), count = std::min(most, n),
-               rows = static_cast<PetscBLASInt>(basis.springs.size()),
-               stride = static_cast<PetscBLASInt>(basis.exact.stride()), room = 64 * count, info;
+  PetscBLASInt n = static_cast<PetscBLASInt>(layout.dofs()), count = std::min(most, n), room = 64 * count, info;
   const double one = 1, zero = 0;
-  std::vector<double> X(static_cast<std::size_t>(n) * count), Y(X.size()),
-      motion(static_cast<std::size_t>(rows) * count), scale(n), among(static_cast<std::size_t>(count) * count),
-      energy(count), work(room);
+  std::vector<double> X(static_cast<std::size_t>(n) * count), Y(X.size()), motion(basis.springs.size() * count),
+      scale(n), among(static_cast<std::size_t>(count) * count), energy(count), work(room);
   for (PetscBLASInt j = 0; j < n; ++j) scale[j] = 1 / std::sqrt(std::max(basis.lambda[j], 1e-12 * basis.lambda[n - 1]));
   std::mt19937 chance; // the same on every rank
   for (double &x : X) x = chance() / 4294967296.0 - 0.5;
@@ -47,15 +44,14 @@ std::vector<double> real_joint_shapes(const StuckBasis &basis, const Layout &lay
   for (int turn = 0; turn <= iterations; ++turn) { // Y = Lambda^-1/2 Phi_c^T K_t Phi_c Lambda^-1/2 X
     orthonormalise(X, n, count);
     Y = X, scaled(Y);
-    if (rows > 0)
-      BLASgemm_("T", "N", &rows, &count, &n, &one, basis.exact.row(own_modes), &stride, Y.data(), &n, &zero,
-                motion.data(), &rows);
-    for (std::size_t i = 0; i < motion.size(); ++i) motion[i] *= basis.springs[i % rows];
-    if (rows > 0)
-      BLASgemm_("N", "N", &n, &count, &rows, &one, basis.exact.row(own_modes), &stride, motion.data(), &rows, &zero,
-                Y.data(), &n);
-    else
-      std::fill(Y.begin(), Y.end(), 0.0);
+    const std::vector<double> scaled_X = Y;
+    std::fill(Y.begin(), Y.end(), 0.0);
+    basis.each_part(own_modes, [&](const double *of, std::size_t stride, std::size_t first, std::size_t many) {
+      const PetscBLASInt rows = static_cast<PetscBLASInt>(many), lead = static_cast<PetscBLASInt>(stride);
+      BLASgemm_("T", "N", &rows, &count, &n, &one, of, &lead, scaled_X.data(), &n, &zero, motion.data(), &rows);
+      for (std::size_t i = 0; i < many * count; ++i) motion[i] *= basis.springs[first + i % many];
+      BLASgemm_("N", "N", &n, &count, &rows, &one, of, &lead, motion.data(), &rows, &one, Y.data(), &n);
+    });
     MPI_Allreduce(MPI_IN_PLACE, Y.data(), static_cast<int>(Y.size()), MPI_DOUBLE, MPI_SUM, layout.comm);
     scaled(Y);
     if (turn < iterations) X.swap(Y);
@@ -106,7 +102,7 @@ std::vector<double> complex_joint_shapes(const StuckBasis &basis, const Layout &
 } // namespace
 
 std::vector<double> joint_shapes(const StuckBasis &basis, const Layout &layout) {
-  const bool complex = basis.exact.columns() > static_cast<std::size_t>(layout.dofs());
+  const bool complex = basis.phi.columns() > static_cast<std::size_t>(layout.dofs());
   return complex ? complex_joint_shapes(basis, layout) : real_joint_shapes(basis, layout);
 }
 

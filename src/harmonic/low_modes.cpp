@@ -7,9 +7,9 @@
 #include <numeric>
 
 #include "harmonic/dense_modes.hpp"
+#include "harmonic/pencil_matrices.hpp"
 #include "harmonic/stuck_basis.hpp"
 #include "reduction/block_lanczos.hpp"
-#include "support/dense_inverse.hpp"
 #include "support/error.hpp"
 #include "support/hash.hpp"
 
@@ -28,10 +28,10 @@ double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
 }
 
 // Stiffness of each own dof by itself, springs included.
-std::vector<double> diagonal_of(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout) {
-  std::vector<double> diagonal(model.kaa.begin() + layout.own_modes.begin, model.kaa.begin() + layout.own_modes.end);
+std::vector<double> diagonal_of(const PencilRows &rows, const std::vector<double> &springs, const Layout &layout) {
+  std::vector<double> diagonal(rows.kaa.begin() + layout.own_modes.begin, rows.kaa.begin() + layout.own_modes.end);
   for (std::size_t i = 0; i < springs.size(); ++i)
-    diagonal.push_back(model.kxx[i * model.contact_dofs() + 3 * layout.own_points.begin + i] + springs[i]);
+    diagonal.push_back(rows.kxx.row(i)[3 * layout.own_points.begin + i] + springs[i]);
   return diagonal;
 }
 
@@ -47,53 +47,16 @@ void set_rigid_to_zero(const std::vector<double> &diagonal, const Layout &layout
 }
 
 // A square of about the first frequency, never below it while there is any stiffness: the least of all dofs' own.
-double shift_of(const ReducedModel &model, const std::vector<double> &diagonal, const Layout &layout) {
-  const std::size_t own_modes = layout.own_modes.size(), nc = model.contact_dofs();
+double shift_of(const PencilRows &rows, const std::vector<double> &diagonal, const Layout &layout) {
+  const std::size_t own_modes = layout.own_modes.size();
   double least = INFINITY;
   for (std::size_t d = 0; d < diagonal.size(); ++d) {
     const std::size_t i = d - own_modes;
-    const double mass = d < own_modes ? 1 : model.mxx[i * nc + 3 * layout.own_points.begin + i];
+    const double mass = d < own_modes ? 1 : rows.mxx.row(i)[3 * layout.own_points.begin + i];
     if (diagonal[d] > 0 && mass > 0) least = std::min(least, diagonal[d] / mass);
   }
   MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_DOUBLE, MPI_MIN, layout.comm);
   return std::isfinite(least) ? least : 1;
-}
-
-// K + shift M and M, whole, by the rows of the harmonic system.
-struct Operators {
-  UniqueMat A, M;
-};
-
-Operators operators(const ReducedModel &model, const std::vector<double> &springs, double shift, const Layout &layout) {
-  const PetscInt own = layout.own_dofs(), n = layout.dofs(), na = layout.modes, nc = 3 * layout.points;
-  std::vector<PetscInt> columns(nc);
-  for (PetscInt j = 0; j < nc; ++j) columns[j] = layout.contact_row(j);
-  Operators made;
-  for (UniqueMat *matrix : {&made.A, &made.M}) {
-    const bool mass = matrix == &made.M;
-    check(MatCreateDense(layout.comm, own, own, n, n, nullptr, matrix->out()), doing);
-    const auto put = [&](PetscInt row, PetscInt column, double value) {
-      check(MatSetValue(*matrix, row, column, value, INSERT_VALUES), doing);
-    };
-    for (PetscInt j = layout.own_modes.begin; j < layout.own_modes.end; ++j)
-      put(layout.mode_row(j), layout.mode_row(j), mass ? 1 : model.kaa[j] + shift);
-    std::vector<double> line(nc);
-    for (PetscInt i = 0; i < 3 * layout.own_points.size(); ++i) {
-      const PetscInt dof = 3 * layout.own_points.begin + i, row = layout.contact_row(dof);
-      const double *m = &model.mxx[std::size_t(i) * nc], *k = &model.kxx[std::size_t(i) * nc];
-      for (PetscInt j = 0; j < nc; ++j) line[j] = mass ? m[j] : k[j] + shift * m[j];
-      if (!mass) line[dof] += springs[i];
-      check(MatSetValues(*matrix, 1, &row, nc, columns.data(), line.data(), INSERT_VALUES), doing);
-      for (PetscInt j = 0; j < na; ++j) {
-        const double value = (mass ? 1 : shift) * model.mxa[std::size_t(i) * na + j];
-        put(row, layout.mode_row(j), value), put(layout.mode_row(j), row, value);
-      }
-    }
-    check(MatAssemblyBegin(*matrix, MAT_FINAL_ASSEMBLY), doing);
-    check(MatAssemblyEnd(*matrix, MAT_FINAL_ASSEMBLY), doing);
-    check(MatSetOption(*matrix, MAT_SPD, PETSC_TRUE), doing);
-  }
-  return made;
 }
 
 // Noise that is the same on any number of ranks.
@@ -112,20 +75,14 @@ void set_start(EPS eps, Mat A, const Layout &layout) {
   check(EPSSetInitialSpace(eps, width, vectors.data()), doing);
 }
 
-// Shift-and-invert about 0 with factors of A: LAPACK's, or `spread` of several ranks.
-void set_inverse(EPS eps, Mat A, std::optional<DenseInverse> &spread) {
+// Shift-and-invert about 0. False: K + shift M is not positive definite.
+bool set_inverse(EPS eps, PencilMatrices &pencil) {
   ST st;
   KSP ksp;
-  PC pc;
-  int size;
-  MPI_Comm_size(PetscObjectComm(reinterpret_cast<PetscObject>(eps)), &size);
   check(EPSGetST(eps, &st), doing);
   check(STSetType(st, STSINVERT), doing);
   check(STGetKSP(st, &ksp), doing);
-  if (size > 1) return spread.emplace(A).set_up(ksp, A);
-  check(KSPSetType(ksp, KSPPREONLY), doing);
-  check(KSPGetPC(ksp, &pc), doing);
-  check(PCSetType(pc, PCCHOLESKY), doing);
+  return pencil.set_inverse(ksp);
 }
 
 // Lanczos tells values apart that differ by more than a small part of the shift.
@@ -146,10 +103,10 @@ PetscErrorCode stop_if_far(EPS eps, PetscInt steps, PetscInt most, PetscInt good
   PetscFunctionReturn(0);
 }
 
-bool solved(EPS eps, std::optional<DenseInverse> &spread) { // false if M is not positive definite
+bool solved(EPS eps, PencilMatrices &pencil) { // false if M is not positive definite
   try {
     const PetscErrorCode code = EPSSolve(eps);
-    if (spread) spread->rethrow();
+    pencil.rethrow();
     check(code, doing);
   } catch (const ComputeError &error) {
     if (std::string(error.what()).find("inner product is not well defined") == std::string::npos) throw;
@@ -160,43 +117,43 @@ bool solved(EPS eps, std::optional<DenseInverse> &spread) { // false if M is not
 
 } // namespace
 
-std::optional<LowModes> low_modes_by_lapack(const ReducedModel &model, const std::vector<double> &springs,
+std::optional<LowModes> low_modes_by_lapack(const PencilRows &rows, const std::vector<double> &springs,
                                             const Layout &layout, PetscInt count) {
   const std::size_t n = layout.dofs(), own = layout.own_dofs(), found = std::min<std::size_t>(count, n);
-  auto [phi, M] = own_pencil(model, springs, layout);
+  auto [phi, M] = own_pencil(rows, springs, layout);
   LowModes modes{dense_modes_on_one_rank(layout, phi, M), std::vector<double>(found * own)};
   if (modes.squares.empty()) return {};
   modes.squares.resize(found);
   for (std::size_t j = 0; j < found; ++j)
     for (std::size_t d = 0; d < own; ++d) modes.shapes[j * own + d] = phi[d * n + j];
-  set_rigid_to_zero(diagonal_of(model, springs, layout), layout, modes);
+  set_rigid_to_zero(diagonal_of(rows, springs, layout), layout, modes);
   return modes;
 }
 
-std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const std::vector<double> &springs,
+std::optional<LowModes> low_modes_by_lanczos(const PencilRows &rows, const std::vector<double> &springs,
                                              const Layout &layout, PetscInt count) {
-  const std::vector<double> diagonal = diagonal_of(model, springs, layout);
-  const double first = shift_of(model, diagonal, layout);
+  const std::vector<double> diagonal = diagonal_of(rows, springs, layout);
+  const double first = shift_of(rows, diagonal, layout);
   const PetscInt wanted = std::min(count, layout.dofs());
   Shift shift{first, nearest * first};
-  Operators pencil;
-  std::optional<DenseInverse> spread;
+  std::optional<PencilMatrices> pencil;
   UniqueEPS eps;
   register_block_lanczos();
   do {
     shift.lower = false;
-    pencil = operators(model, springs, shift.square, layout);
+    pencil.reset(); // first, for its memory
+    pencil.emplace(rows, springs, shift.square, layout);
     check(EPSCreate(layout.comm, eps.out()), doing);
-    check(EPSSetOperators(eps, pencil.A, pencil.M), doing);
+    check(EPSSetOperators(eps, pencil->stiffness(), pencil->mass()), doing);
     check(EPSSetProblemType(eps, EPS_GHEP), doing);
     check(EPSSetType(eps, block_lanczos), doing);
     check(EPSSetDimensions(eps, wanted, PETSC_DEFAULT, PETSC_DEFAULT), doing);
     check(EPSSetTolerances(eps, lanczos_tolerance, PETSC_DEFAULT), doing);
     check(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE), doing);
     check(EPSSetStoppingTestFunction(eps, stop_if_far, &shift, nullptr), doing);
-    set_inverse(eps, pencil.A, spread);
-    set_start(eps, pencil.A, layout);
-    if (!solved(eps, spread)) return {};
+    if (!set_inverse(eps, *pencil)) return {};
+    set_start(eps, pencil->stiffness(), layout);
+    if (!solved(eps, *pencil)) return {};
   } while (shift.lower);
   PetscInt converged;
   check(EPSGetConverged(eps, &converged), doing);
@@ -210,7 +167,7 @@ std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const st
   std::stable_sort(order.begin(), order.end(), [&](PetscInt a, PetscInt b) { return values[a] < values[b]; });
   LowModes modes;
   UniqueVec shape;
-  check(MatCreateVecs(pencil.A, shape.out(), nullptr), doing);
+  check(MatCreateVecs(pencil->stiffness(), shape.out(), nullptr), doing);
   for (PetscInt j = 0; j < wanted; ++j) {
     const double *v;
     modes.squares.push_back(values[order[j]] - shift.square);
@@ -223,10 +180,10 @@ std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const st
   return modes;
 }
 
-std::optional<LowModes> low_modes(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout,
+std::optional<LowModes> low_modes(const PencilRows &rows, const std::vector<double> &springs, const Layout &layout,
                                   PetscInt count) {
-  return layout.dofs() <= few ? low_modes_by_lapack(model, springs, layout, count)
-                              : low_modes_by_lanczos(model, springs, layout, count);
+  return layout.dofs() <= few ? low_modes_by_lapack(rows, springs, layout, count)
+                              : low_modes_by_lanczos(rows, springs, layout, count);
 }
 
 } // namespace dovetail

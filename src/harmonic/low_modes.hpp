@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "harmonic/layout.hpp"
-#include "reduction/reduced_model.hpp"
+#include "harmonic/pencil_rows.hpp"
 
 namespace dovetail {
 
@@ -16,13 +16,13 @@ struct LowModes {
 
 /// The `count` lowest, or all. `springs`: (own contact dofs). LAPACK on one rank where there are few dofs, else block
 /// Lanczos (block_lanczos.hpp) with one factorisation. Nothing if M is not positive definite. Collective. ComputeError.
-std::optional<LowModes> low_modes(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout,
+std::optional<LowModes> low_modes(const PencilRows &rows, const std::vector<double> &springs, const Layout &layout,
                                   PetscInt count);
 
 /// Those two ways, for tests.
-std::optional<LowModes> low_modes_by_lapack(const ReducedModel &model, const std::vector<double> &springs,
+std::optional<LowModes> low_modes_by_lapack(const PencilRows &rows, const std::vector<double> &springs,
                                             const Layout &layout, PetscInt count);
-std::optional<LowModes> low_modes_by_lanczos(const ReducedModel &model, const std::vector<double> &springs,
+std::optional<LowModes> low_modes_by_lanczos(const PencilRows &rows, const std::vector<double> &springs,
                                              const Layout &layout, PetscInt count);
 
 } // namespace dovetail

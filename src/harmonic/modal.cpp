@@ -24,14 +24,18 @@ ModalSolver &solver_of(Mat J) {
 
 } // namespace
 
-Modal::Matrices Modal::matrices_of(const ReducedModel &model, const Layout &layout) {
+// One after the other, so that no two are there twice at a time.
+Modal::Matrices Modal::taken_from(ReducedModel &model, const Layout &layout) {
   const std::size_t na = model.modes, nc = model.contact_dofs(), own = model.own_contact_dofs();
-  Matrices made{model.kaa, rows_of_modes(model.mxa, layout), Slab<double>(own, na + nc), Slab<double>(own, nc)};
+  Matrices made{model.kaa, rows_of_modes(model.mxa, layout), {}, Slab<double>(own, nc)};
+  for (std::size_t i = 0; i < own; ++i) std::copy_n(&model.kxx[i * nc], nc, made.stiffness.row(i));
+  std::vector<double>().swap(model.kxx);
+  made.mass = Slab<double>(own, na + nc);
   for (std::size_t i = 0; i < own; ++i) {
-    std::copy_n(&model.mxa[i * na], na, made.mass.row(i));
+    std::copy_n(model.mxa.data() + i * na, na, made.mass.row(i));
     std::copy_n(&model.mxx[i * nc], nc, made.mass.row(i) + na);
-    std::copy_n(&model.kxx[i * nc], nc, made.stiffness.row(i));
   }
+  std::vector<double>().swap(model.mxx), std::vector<double>().swap(model.mxa);
   return made;
 }
 
@@ -54,9 +58,9 @@ Modal::Matrices Modal::matrices_of(const SectorIndex &index, const Layout &layou
   return made;
 }
 
-Modal::Modal(const ReducedModel &model, std::vector<SectorIndex> indices, const TravellingWave &wave,
+Modal::Modal(ReducedModel &model, std::vector<SectorIndex> indices, const TravellingWave &wave,
              const std::vector<ContactPoint> &contact, const std::vector<Standstill> &standstill,
-             const Damping &damping, const Layout &layout)
+             const Damping &damping, const Layout &layout, double reach)
     : Modal(
           [&] {
             auto made = std::make_shared<Model>();
@@ -65,13 +69,18 @@ Modal::Modal(const ReducedModel &model, std::vector<SectorIndex> indices, const 
             made->whole.modes = model.modes, made->whole.points = model.points;
             made->whole.own_modes = model.own_modes, made->whole.own_points = model.own_points;
             made->matrices.resize(made->indices.size() + 1), made->bases.of_index.resize(made->matrices.size());
-            made->matrices[0] = matrices_of(model, layout);
+            const Matrices &taken = made->matrices[0] = taken_from(model, layout);
+            const auto from = [](const Slab<double> &slab, std::size_t column) {
+              return PencilRows::Rows{slab.rows() > 0 ? slab.row(0) + column : nullptr, slab.stride()};
+            };
+            const PencilRows rows(model, from(taken.stiffness, 0), from(taken.mass, layout.modes), from(taken.mass, 0));
             std::vector<double> springs = stuck_springs(contact);
             // in the modes of `open` dampers and sectors are not diagonal
             if (layout.dofs() <= most_open && !damping.has_dampers() && wave.sectors == 0)
               made->open.of_index = {
-                  std::make_shared<StuckBasis>(stuck_basis(model, std::vector<double>(springs.size()), layout))};
-            auto basis = std::make_shared<StuckBasis>(stuck_basis(model, std::move(springs), layout));
+                  std::make_shared<StuckBasis>(stuck_basis(rows, std::vector<double>(springs.size()), layout))};
+            auto basis = std::make_shared<StuckBasis>(modal_basis(
+                rows, std::move(springs), layout, damping.has_dampers() || damping.has_stuck_ratios(), reach));
             for (const ModeRatio &ratio : damping.has_stuck_ratios() ? damping.ratios : std::vector<ModeRatio>())
               basis->rates[ratio.mode - 1] = rate_of(*basis, ratio);
             if (damping.has_dampers()) {

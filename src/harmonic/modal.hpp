@@ -12,10 +12,11 @@ namespace dovetail {
 
 class Modal : public LinearPart {
 public:
-  /// `indices`: of a sector's model, for the wave. Collective.
-  Modal(const ReducedModel &model, std::vector<SectorIndex> indices, const TravellingWave &wave,
+  /// `indices`: of a sector's model, for the wave; `reach`: see near_basis.hpp. K and M are taken out of `model`.
+  /// Collective.
+  Modal(ReducedModel &model, std::vector<SectorIndex> indices, const TravellingWave &wave,
         const std::vector<ContactPoint> &contact, const std::vector<Standstill> &standstill, const Damping &damping,
-        const Layout &layout);
+        const Layout &layout, double reach);
 
   std::unique_ptr<LinearPart> like(const Layout &layout) const override;
   void multiply(const double *q, double *stiffness_force, double *inertia_force) override;
@@ -41,7 +42,7 @@ private:
     Slab<double> mass;      // (own contact dofs, N_a + 3 N_x): M_xa, M_xx
     Slab<double> stiffness; // (own contact dofs, 3 N_x): K_xx
   };
-  static Matrices matrices_of(const ReducedModel &model, const Layout &layout);
+  static Matrices taken_from(ReducedModel &model, const Layout &layout);
   static Matrices matrices_of(const SectorIndex &index, const Layout &layout);
   struct Model { // for any harmonics
     TravellingWave wave;

@@ -113,7 +113,13 @@ JacobianParts ModalSolver::parts() const {
   return {structure_, *contact_, held_.empty() ? nullptr : held_.data(), column_.data(), border_.data()};
 }
 
-bool ModalSolver::may_factor() const { return chosen_->size() < most_factored_; }
+bool ModalSolver::may_factor() const { return !bases_->mean().near && chosen_->size() < most_factored_; }
+
+// In a basis that is nearly of modes: no more than a round can gain, by the mass beside its diagonal.
+double ModalSolver::worth_asking() const {
+  const StuckBasis &basis = bases_->mean();
+  return basis.near ? std::clamp(structure_.inertia(layout_.width / 2) / basis.lambda.back(), 1e-4, 0.1) : 0;
+}
 
 double ModalSolver::work_in_modes() const {
   const double entries = static_cast<double>(factors_.size()) * padded<float>(layout_.width);
@@ -269,11 +275,11 @@ bool ModalSolver::solve_in_modes(Vec r, Vec x, double asked) {
   const int most = static_cast<int>(may_factor() ? std::max(least_tried, most_tried * chosen_->work() / work_in_modes())
                                                  : ModalKrylov::most_iterations);
   const auto round = [&](Vec from, Vec to, double accuracy) {
-    const bool good = in_modes_.solve(from, to, accuracy, most);
+    const bool good = in_modes_.solve(from, to, std::max(accuracy, worth_asking()), most);
     effort_.iterations += in_modes_.iterations(), taken_ += in_modes_.iterations();
     work_ += in_modes_.iterations() * work_in_modes();
     if (!good) return Solved::never;
-    return in_modes_.left() <= 2 * accuracy ? Solved::surely : Solved::roughly;
+    return in_modes_.left() <= 2 * accuracy && !bases_->mean().near ? Solved::surely : Solved::roughly;
   };
   return refine(r, x, asked, round, [&] { return in_modes_.sign(); });
 }

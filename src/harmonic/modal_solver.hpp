@@ -50,6 +50,7 @@ private:
   bool factor(bool precisely = false);
   bool factor_all();
   bool may_factor() const;
+  double worth_asking() const;
   double work_in_modes() const; // of an iteration, as ContactFactors::work
   double work_to_solve() const; // of an iteration with factors, likewise
   void apply_factors(Vec r, Vec x);

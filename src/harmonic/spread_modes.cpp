@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "harmonic/dense_modes.hpp"
-#include "support/block_cyclic.hpp"
+#include "harmonic/pencil_matrices.hpp"
 #include "support/error.hpp"
 #include "support/int_count.hpp"
 
@@ -21,15 +21,6 @@ namespace dovetail {
 namespace {
 
 constexpr int one = 1;
-
-BlockCyclic grid_of(const Layout &layout) {
-  std::vector<std::vector<int>> rows;
-  for (int r = 0; r < layout.size; ++r) {
-    const std::vector<PetscInt> numbers = numbers_of(layout, r);
-    rows.emplace_back(numbers.begin(), numbers.end());
-  }
-  return {layout.comm, static_cast<int>(layout.dofs()), std::move(rows)};
-}
 
 void succeed(int info, const char *routine) {
   if (info != 0)

@@ -5,6 +5,7 @@
 #include "harmonic/dense_modes.hpp"
 #include "harmonic/joint_shapes.hpp"
 #include "harmonic/kept_modes.hpp"
+#include "harmonic/near_basis.hpp"
 #include "harmonic/own_rows.hpp"
 #include "harmonic/sector_pencil.hpp"
 #include "support/error.hpp"
@@ -14,20 +15,32 @@ namespace {
 
 constexpr PetscInt large = 1000; // dofs; the modes of fewer are found within a second
 
-// From lambda, springs and the own rows of the modes, (own dofs, n), or twice as many numbers if complex.
-void take_modes(const std::vector<double> &phi, std::size_t columns, const Layout &layout, StuckBasis &basis) {
-  const std::size_t n = layout.dofs(), own = layout.own_dofs(), own_modes = layout.own_modes.size();
-  basis.exact = Slab<double>(own, columns), basis.phi = Slab<float>(own, columns);
+// From lambda, springs and Phi what else there is.
+void complete(const Layout &layout, StuckBasis &basis) {
+  const std::size_t n = layout.dofs(), columns = basis.phi.columns();
   basis.damped.assign(n, 0.0);
-  for (std::size_t i = 0; i < own; ++i) {
-    const double *of_dof = &phi[i * columns], spring = i < own_modes ? 0 : basis.springs[i - own_modes];
-    std::copy_n(of_dof, columns, basis.exact.row(i)), std::copy_n(of_dof, columns, basis.phi.row(i));
-    for (std::size_t j = 0; j < columns; ++j) basis.damped[j % n] -= spring * of_dof[j] * of_dof[j];
-  }
+  basis.each_part(layout.own_modes.size(),
+                  [&](const double *rows, std::size_t stride, std::size_t first, std::size_t count) {
+                    for (std::size_t i = 0; i < count; ++i) {
+                      const double *of_dof = rows + i * stride, spring = basis.springs[first + i];
+                      for (std::size_t j = 0; j < columns; ++j) basis.damped[j % n] -= spring * of_dof[j] * of_dof[j];
+                    }
+                  });
   MPI_Allreduce(MPI_IN_PLACE, basis.damped.data(), static_cast<int>(n), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (std::size_t j = 0; j < n; ++j) basis.damped[j] = std::max(0.0, basis.lambda[j] + basis.damped[j]);
   basis.rates.assign(n, 0.0), basis.losses.assign(n, 0.0);
   basis.shapes = joint_shapes(basis, layout);
+}
+
+// From lambda, springs and the own rows of the modes, (own dofs, n), or twice as many numbers if complex.
+void take_modes(const std::vector<double> &phi, std::size_t columns, const Layout &layout, StuckBasis &basis) {
+  const std::size_t own = layout.own_dofs();
+  basis.exact = Slab<double>(own, columns), basis.phi = Slab<float>(own, columns);
+  for (std::size_t i = 0; i < own; ++i) {
+    const double *of_dof = &phi[i * columns];
+    std::copy_n(of_dof, columns, basis.exact.row(i)), std::copy_n(of_dof, columns, basis.phi.row(i));
+  }
+  complete(layout, basis);
 }
 
 // The own rows of modes that rank `root` holds, real parts and then imaginary ones.
@@ -56,39 +69,51 @@ std::vector<double> dealt_out(const ComplexDense &modes, int root, const Layout 
 
 } // namespace
 
-Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout) {
+Pencil own_pencil(const PencilRows &rows, const std::vector<double> &springs, const Layout &layout) {
   const std::size_t na = layout.modes, nc = 3 * layout.points, n = na + nc, own = layout.own_dofs(),
                     own_modes = layout.own_modes.size();
   Pencil pencil{std::vector<double>(own * n), std::vector<double>(own * n)};
   auto &[K, M] = pencil;
   for (std::size_t d = 0; d < own_modes; ++d) {
     const std::size_t number = layout.number(d);
-    K[d * n + number] = model.kaa[number], M[d * n + number] = 1;
+    K[d * n + number] = rows.kaa[number], M[d * n + number] = 1;
   }
   for (std::size_t i = 0; i < own - own_modes; ++i) {
     const std::size_t row = (own_modes + i) * n, number = layout.number(own_modes + i);
-    std::copy_n(&model.kxx[i * nc], nc, &K[row + na]);
-    std::copy_n(model.mxa.data() + i * na, na, &M[row]);
-    std::copy_n(&model.mxx[i * nc], nc, &M[row + na]);
+    std::copy_n(rows.kxx.row(i), nc, &K[row + na]);
+    std::copy_n(rows.mxa.row(i), na, &M[row]);
+    std::copy_n(rows.mxx.row(i), nc, &M[row + na]);
     K[row + number] += springs[i];
   }
   return pencil;
 }
 
-StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout) {
+StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout) {
   StuckBasis basis;
   basis.springs = std::move(springs);
-  auto [phi, M] = own_pencil(model, basis.springs, layout); // K_s, until its modes take the place
-  const bool kept = layout.dofs() >= large && !model.stuck_file.empty();
+  auto [phi, M] = own_pencil(rows, basis.springs, layout); // K_s, until its modes take the place
+  const bool kept = layout.dofs() >= large && !rows.stuck_file.empty();
   const std::uint64_t of = kept ? fingerprint(layout, phi, M) : 0;
-  if (!kept || !read_modes(layout, model.stuck_file, of, basis.lambda, phi)) {
+  if (!kept || !read_modes(layout, rows.stuck_file, of, basis.lambda, phi)) {
     basis.lambda = layout.dofs() >= large && layout.size > 1 ? dense_modes_on_all_ranks(layout, phi, M)
                                                              : dense_modes_on_one_rank(layout, phi, M);
-    if (basis.lambda.empty()) throw InputError(mass_not_positive(model.file));
-    if (kept) keep_modes(layout, model.stuck_file, of, basis.lambda, phi);
+    if (basis.lambda.empty()) throw InputError(mass_not_positive(rows.file));
+    if (kept) keep_modes(layout, rows.stuck_file, of, basis.lambda, phi);
   }
   take_modes(phi, layout.dofs(), layout, basis);
   return basis;
+}
+
+StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers,
+                       double reach) {
+  PetscInt least = many_dofs;
+  check(PetscOptionsGetInt(nullptr, "hb_modal_", "-many", &least, nullptr), "reading options");
+  if (layout.dofs() >= least && !dampers)
+    if (std::optional<StuckBasis> near = near_basis(rows, springs, layout, reach)) {
+      complete(layout, *near);
+      return std::move(*near);
+    }
+  return stuck_basis(rows, std::move(springs), layout);
 }
 
 std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector<const SectorIndex *> &indices,

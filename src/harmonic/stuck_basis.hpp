@@ -10,8 +10,8 @@
 #include "case/travelling_wave.hpp"
 #include "contact/contact_point.hpp"
 #include "harmonic/layout.hpp"
+#include "harmonic/pencil_rows.hpp"
 #include "harmonic/slab.hpp"
-#include "reduction/reduced_model.hpp"
 #include "scaling/dynamic_stiffness.hpp"
 
 namespace dovetail {
@@ -25,9 +25,13 @@ struct StuckBasis {
   std::vector<double> shapes;  ///< (n, shapes) by columns, see joint_shapes.hpp; on every rank
   Slab<double> exact;          ///< (own dofs, n) Phi: rows of the own modes, then of the own contact dofs; complex
                                ///< (own dofs, 2n): real parts, then imaginary ones
+  bool near = false;           ///< see near_basis.hpp: M is diagonal nearly, and there is no `exact`
   Slab<float> phi;             ///< the same
   Slab<float> viscous;         ///< (own modal unknowns, n) Phi^T C Phi without its diagonal; none if there is but that
   Slab<float> hysteretic;      ///< Phi^T S Phi likewise
+
+  /// f(rows, stride, first, count) of the own dofs from `begin` on: Phi in double precision, if need be piece by piece.
+  template <class F> void each_part(std::size_t begin, F f) const;
 
   bool dampers_are_diagonal() const { return viscous.columns() + hysteretic.columns() == 0; }
   /// What the dampers' diagonal adds to Q of mode j in harmonic k.
@@ -35,6 +39,21 @@ struct StuckBasis {
     return structure.turn(k) * rates[j] + structure.hysteresis(k) * losses[j];
   }
 };
+
+template <class F> void StuckBasis::each_part(std::size_t begin, F f) const {
+  constexpr std::size_t at_once = 256;
+  const std::size_t rows = phi.rows(), n = phi.columns();
+  if (!near) {
+    if (rows > begin) f(exact.row(begin), exact.stride(), std::size_t(0), rows - begin);
+    return;
+  }
+  std::vector<double> part(std::min(at_once, rows) * n);
+  for (std::size_t first = begin; first < rows; first += at_once) {
+    const std::size_t count = std::min(at_once, rows - first);
+    for (std::size_t i = 0; i < count; ++i) std::copy_n(phi.row(first + i), n, &part[i * n]);
+    f(static_cast<const double *>(part.data()), n, first - begin, count);
+  }
+}
 
 /// The bases of all harmonics.
 struct StuckBases {
@@ -50,12 +69,16 @@ struct StuckBases {
 struct Pencil {
   std::vector<double> K, M;
 };
-Pencil own_pencil(const ReducedModel &model, const std::vector<double> &springs, const Layout &layout);
+Pencil own_pencil(const PencilRows &rows, const std::vector<double> &springs, const Layout &layout);
 
 /// With those springs, (own contact dofs). A dense eigenproblem of all n dofs, a large one on all ranks; solved already
-/// if `model` names a file that holds it. Collective.
+/// if `rows` names a file that holds it. Collective.
 /// InputError: M is not positive definite.
-StuckBasis stuck_basis(const ReducedModel &model, std::vector<double> springs, const Layout &layout);
+StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout);
+/// For the modal form: that, or of many dofs without dampers its substitute, near_basis.hpp. Collective. InputError
+/// likewise.
+StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers,
+                       double reach);
 /// Of some of a sector's indices h > 0, with their matrices, an index to a rank; the same list on all ranks.
 /// Collective. InputError likewise.
 std::vector<StuckBasis> stuck_bases(const ReducedModel &model, const std::vector<const SectorIndex *> &indices,

@@ -18,7 +18,8 @@ namespace {
 
 using h5::Extent;
 
-constexpr int method = 5; // to be raised whenever the reduction computes something else from the same model
+constexpr hsize_t compared = 2048; // rows at a time, with their columns
+constexpr int method = 5;          // to be raised whenever the reduction computes something else from the same model
 
 std::string text_of(const Source &source) {
   char text[96];
@@ -260,15 +261,18 @@ ReducedModel read_reduced(MPI_Comm comm, const std::filesystem::path &path) {
                          "; squared frequencies above 0 are wanted");
     model.r = finite("/R", file.doubles("/R", {first}, {rows}));
     const auto contact_rows = [&](const std::string &name) {
-      const std::vector<double> own = finite(name, file.doubles(name, {first, 0}, {rows, nc}));
-      const auto columns = file.doubles(name, {0, first}, {nc, rows});
+      std::vector<double> own = finite(name, file.doubles(name, {first, 0}, {rows, nc}));
       double largest = 0;
       for (const double value : own) largest = std::max(largest, std::abs(value));
-      for (hsize_t i = 0; i < rows; ++i)
-        for (hsize_t j = 0; j < nc; ++j)
-          if (std::abs(own[i * nc + j] - columns[j * rows + i]) > 1e-8 * largest)
-            throw InputError(file.place(name) + ": not symmetric, row " + std::to_string(first + i) + ", column " +
-                             std::to_string(j) + " (of 0..)");
+      for (hsize_t begin = 0; begin < nc; begin += compared) { // some of the columns at a time, for their memory
+        const hsize_t count = std::min(compared, nc - begin);
+        const auto columns = file.doubles(name, {begin, first}, {count, rows});
+        for (hsize_t i = 0; i < rows; ++i)
+          for (hsize_t j = 0; j < count; ++j)
+            if (std::abs(own[i * nc + begin + j] - columns[j * rows + i]) > 1e-8 * largest)
+              throw InputError(file.place(name) + ": not symmetric, row " + std::to_string(first + i) + ", column " +
+                               std::to_string(begin + j) + " (of 0..)");
+      }
       return own;
     };
     const auto modal_columns = [&](const std::string &name) {

@@ -145,6 +145,7 @@ ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &s
 
 ScaledModel scaled(PreloadedModel model, const Case &study, const Scales &scales) {
   ScaledModel out = scaled(std::move(model), study.damping, scales);
+  out.highest = std::max(study.omega_from, study.omega_to) / scales.frequency;
   out.engine_order = study.wave(out.model.reduced.sectors).engine_order;
   return out;
 }

@@ -21,6 +21,7 @@ struct ScaledModel {
   Damping damping; ///< b w0, a / w0, eta [-]; of_parts if the model has a structural matrix
   Scales scales;
   int engine_order = 0; ///< of a cyclic sector
+  double highest = 0;   ///< frequency of the sweep [-]; 0: not known
 };
 
 /// The scales in force: given by hand, all 1, or taken from the model (first mode, its static answer, friction limit).

@@ -1,6 +1,7 @@
 #include "support/block_cyclic.hpp"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include "support/int_count.hpp"
@@ -18,6 +19,9 @@ void pdgetrs_(const char *, const int *, const int *, const double *, const int 
               const int *, double *, const int *, const int *, const int *, int *);
 void pdlapiv_(const char *, const char *, const char *, const int *, const int *, double *, const int *, const int *,
               const int *, const int *, const int *, const int *, const int *, int *);
+void pdpotrf_(const char *, const int *, double *, const int *, const int *, const int *, int *);
+void pdpotrs_(const char *, const int *, const int *, const double *, const int *, const int *, const int *, double *,
+              const int *, const int *, const int *, int *);
 void pdtrsv_(const char *, const char *, const char *, const int *, const double *, const int *, const int *,
              const int *, double *, const int *, const int *, const int *, const int *);
 }
@@ -52,9 +56,7 @@ BlockCyclic::~BlockCyclic() {
   Cfree_blacs_system_handle(handle_);
 }
 
-std::vector<double> BlockCyclic::matrix() const {
-  return std::vector<double>(std::size_t(own_rows_) * std::max(1, own_columns_));
-}
+std::vector<double> BlockCyclic::matrix() const { return std::vector<double>(own_size()); }
 
 std::size_t BlockCyclic::more_room() const {
   return 4 * n_ + 2 * block * (std::size_t(own_rows_) + own_columns_ + 2 * block);
@@ -103,7 +105,13 @@ std::pair<BlockCyclic::Counts, BlockCyclic::Counts> BlockCyclic::plan(std::size_
 }
 
 std::vector<double> BlockCyclic::take(Part part, const Row &row) const {
-  std::vector<double> local = matrix(), sent, got;
+  std::vector<double> local = matrix();
+  take(part, row, local.data());
+  return local;
+}
+
+void BlockCyclic::take(Part part, const Row &row, double *local) const {
+  std::vector<double> sent, got;
   for (std::size_t round = 0; round < rounds(); ++round) {
     const auto [here, there] = plan(round, part);
     sent.resize(here.total()), got.resize(there.total());
@@ -122,11 +130,20 @@ std::vector<double> BlockCyclic::take(Part part, const Row &row) const {
         for (int j = first; j < first + count; ++j) local[place(number, j)] = *value++;
       });
   }
-  return local;
 }
 
 std::vector<double> BlockCyclic::give(const std::vector<double> &local) const {
-  std::vector<double> sent, got, rows(rows_of_[rank_].size() * n_);
+  std::vector<double> rows(rows_of_[rank_].size() * n_);
+  give<double>(local.data(), [&](std::size_t i, int first, int count, const double *values) {
+    std::copy_n(values, count, &rows[i * n_ + first]);
+  });
+  return rows;
+}
+
+template <class Real>
+void BlockCyclic::give(const Real *local, const std::function<void(std::size_t, int, int, const Real *)> &f) const {
+  const MPI_Datatype type = std::is_same_v<Real, float> ? MPI_FLOAT : MPI_DOUBLE;
+  std::vector<Real> sent, got;
   for (std::size_t round = 0; round < rounds(); ++round) {
     const auto [here, there] = plan(round, Part::whole);
     sent.clear(), got.resize(here.total());
@@ -135,15 +152,16 @@ std::vector<double> BlockCyclic::give(const std::vector<double> &local) const {
         if (owner != rank_) return;
         for (int j = first; j < first + count; ++j) sent.push_back(local[place(number, j)]);
       });
-    MPI_Alltoallv(sent.data(), there.counts.data(), there.starts.data(), MPI_DOUBLE, got.data(), here.counts.data(),
-                  here.starts.data(), MPI_DOUBLE, comm_);
+    MPI_Alltoallv(sent.data(), there.counts.data(), there.starts.data(), type, got.data(), here.counts.data(),
+                  here.starts.data(), type, comm_);
     std::vector<int> next = here.starts;
     each_piece(rank_, round, Part::whole, [&](std::size_t i, int, int first, int count, int owner) {
-      std::copy_n(&got[next[owner]], count, &rows[i * n_ + first]), next[owner] += count;
+      f(i, first, count, &got[next[owner]]), next[owner] += count;
     });
   }
-  return rows;
 }
+
+template void BlockCyclic::give(const float *, const std::function<void(std::size_t, int, int, const float *)> &) const;
 
 // f(number of a row, its place): of the rows of a column that are here.
 template <class F> void BlockCyclic::each_own(F f) const {
@@ -209,6 +227,31 @@ void SpreadFactors::solve(double *b, int columns) const {
       pdtrsv_(lower ? "L" : "U", "N", lower ? "U" : "N", &n, lu_.data(), &one, &one, of_matrix, local.data(), &one,
               &one, of_columns.data(), &one);
   }
+  grid_.give_columns(local, columns, b);
+}
+
+bool SpreadCholesky::factor(const BlockCyclic::Row &row) {
+  const int n = grid_.order();
+  int info = 0;
+  lower_ = grid_.take(BlockCyclic::Part::lower, row);
+  pdpotrf_("L", &n, lower_.data(), &one, &one, grid_.descriptor(), &info);
+  MPI_Allreduce(MPI_IN_PLACE, &info, 1, MPI_INT, MPI_MAX, grid_.comm());
+  return info == 0;
+}
+
+void SpreadCholesky::solve(double *b, int columns) const {
+  const int n = grid_.order();
+  int info = 0;
+  std::vector<double> local = grid_.take_columns(b, columns);
+  const auto of_columns = grid_.columns_descriptor(columns);
+  const int *of_matrix = grid_.descriptor();
+  if (columns > 1)
+    pdpotrs_("L", &n, &columns, lower_.data(), &one, &one, of_matrix, local.data(), &one, &one, of_columns.data(),
+             &info);
+  for (const char *form : {"N", "T"})
+    if (columns == 1)
+      pdtrsv_("L", form, "N", &n, lower_.data(), &one, &one, of_matrix, local.data(), &one, &one, of_columns.data(),
+              &one);
   grid_.give_columns(local, columns, b);
 }
 

@@ -1,8 +1,9 @@
 #pragma once
 // Square matrices dealt out over a grid of ranks in square blocks, as ScaLAPACK wants them. They are given, and
-// returned, by the rows that each rank owns. And LU of them.
+// returned, by the rows that each rank owns. And factors of them.
 #include <mpi.h>
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <utility>
@@ -32,8 +33,13 @@ public:
   using Row = std::function<const double *(std::size_t)>; ///< n numbers of own row i, good until it is asked again
   /// This rank's part of a matrix of those rows. A few rows travel at a time. Collective.
   std::vector<double> take(Part part, const Row &row) const;
+  void take(Part part, const Row &row, double *local) const; ///< own_size() numbers, which were zero
+  std::size_t own_size() const { return std::size_t(own_rows_) * std::max(1, own_columns_); }
   /// The own rows of a whole matrix, likewise. Collective.
   std::vector<double> give(const std::vector<double> &local) const;
+  /// The same piece by piece: f(own row, first column, columns, their numbers).
+  template <class Real>
+  void give(const Real *local, const std::function<void(std::size_t, int, int, const Real *)> &f) const;
 
   /// This rank's part of some columns, (n, count) on every rank, and back. Collective.
   std::vector<double> take_columns(const double *all, int count) const;
@@ -72,6 +78,20 @@ private:
   std::vector<double> lu_;
   std::vector<int> pivots_;
   bool good_ = false;
+};
+
+/// Cholesky factors of one that is symmetric: half the work.
+class SpreadCholesky {
+public:
+  explicit SpreadCholesky(const BlockCyclic &grid) : grid_(grid) {}
+  /// False where it is not positive definite. Collective.
+  bool factor(const BlockCyclic::Row &row);
+  /// As SpreadFactors::solve.
+  void solve(double *b, int columns = 1) const;
+
+private:
+  const BlockCyclic &grid_;
+  std::vector<double> lower_;
 };
 
 } // namespace dovetail

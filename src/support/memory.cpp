@@ -1,5 +1,6 @@
 #include "support/memory.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -39,6 +40,11 @@ void apply_limit(double &available, const std::string &folder, const char *limit
 }
 
 } // namespace
+
+void give_back_large_blocks() {
+  constexpr int large = 64 << 20, most = 1 << 16;
+  mallopt(M_MMAP_THRESHOLD, large), mallopt(M_MMAP_MAX, most);
+}
 
 double resident_bytes() {
   std::ifstream file("/proc/self/statm");

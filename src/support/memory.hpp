@@ -4,6 +4,10 @@
 
 namespace dovetail {
 
+/// From now on blocks of 64 MiB and more come from the system, and go back to it when they are freed: MPI may have
+/// turned that off (Open MPI does), and then no other block fits what was freed.
+void give_back_large_blocks();
+
 /// Resident memory of this process now [bytes].
 double resident_bytes();
 

@@ -173,7 +173,19 @@ def test_a_point_on_many_ranks(cluster):
     assert not whole and far["messages"] == pytest.approx((5 * 20 + 4 + scale_model.OTHER_CALLS) * 3 * 10e-6, rel=1e-3)
 
 
+def test_a_reduction_on_many_ranks(cluster):
+    alone = scale_model.reduction(152526, 1518, 50, 1, cluster)  # operations over 50 GFLOP/s
+    assert alone["factors"] == pytest.approx(6.63e10 / 50e9, rel=1e-2)  # as MUMPS counts them
+    assert alone["projections"] == pytest.approx(2 * 152526 * 1518**2 / 50e9, rel=1e-12)
+    for name, seconds in scale_model.reduction(152526, 1518, 50, 8, cluster).items():
+        assert seconds == pytest.approx(alone[name] / 8, rel=1e-12)
+    smaller = scale_model.reduction(62919, 1518, 50, 1, cluster)
+    assert smaller["factors"] == pytest.approx(1.535e10 / 50e9, rel=0.15) and smaller["Psi"] < alone["Psi"] * 62919 / 152526
+
+
 def test_the_model_has_the_numbers_of_the_program():
+    assert f"many_dofs = {scale_model.MANY};" in (ROOT / "src/harmonic/near_basis.hpp").read_text()
+    assert scale_model.bytes_a_rank(scale_model.MANY, 1) < scale_model.bytes_a_rank(scale_model.MANY - 1, 1)
     source = (ROOT / "src/harmonic/modal_share.cpp").read_text()
     found = {name: float(value) for name, value in re.findall(r"constexpr \w+ (\w+) = (\d+);", source)}
     assert found == {"least": scale_model.LEAST, "iterations": scale_model.ITERATIONS_TO_FACTOR, "brief": scale_model.BRIEF}

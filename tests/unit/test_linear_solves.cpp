@@ -51,7 +51,7 @@ struct Solve {
 
 // One solve at a motion of that size with contacts `stiffness` times as stiff as the small model's; of a right side as
 // Newton's method has it, the residual there.
-Solve solved(double size, double stiffness, bool by_energy, double asked = 0.5) {
+Solve solved(double size, double stiffness, bool by_energy, double asked = 0.5, int harmonics = 20) {
   PreloadedModel preloaded = small_preloaded(PETSC_COMM_WORLD);
   for (ContactPoint &point : preloaded.contact) {
     point.kn *= stiffness;
@@ -59,7 +59,7 @@ Solve solved(double size, double stiffness, bool by_energy, double asked = 0.5) 
   }
   const HarmonicSystem few(scaled(std::move(preloaded), 0.05, {}), 3, exactly, course({0.2, 1.0, 0.3}),
                            LinearForm::modal);
-  HarmonicSystem system(few, 20, exactly);
+  HarmonicSystem system(few, harmonics, exactly);
   const DenseModel model = dense_model(system);
   const UniqueVec y = vector_of(system, size, 3, omega), border = vector_of(system, 1, 7, 0.2);
   UniqueVec r = system.unknowns(), x = system.unknowns(), left = system.unknowns();
@@ -107,6 +107,16 @@ TEST(LinearSolves, what_single_precision_leaves_is_solved_for_again) {
     EXPECT_LE(one.left, 1e-10) << size;
     EXPECT_EQ(one.inexact, 0) << size;
   }
+}
+
+TEST(LinearSolves, in_a_basis_that_is_nearly_of_modes_leave_what_was_asked) {
+  const Option near("-hb_modal_many", "0");
+  for (const double asked : {1e-4, 1e-10})
+    for (const double size : {0.05, 1.0, 4.0}) {
+      const Solve one = solved(size, 1, false, asked, 1);
+      EXPECT_LE(one.left, asked) << size;
+      EXPECT_EQ(one.inexact, 0) << size;
+    }
 }
 
 TEST(LinearSolves, that_leave_more_are_counted) {

@@ -57,7 +57,7 @@ double product(const LowModes &low, const ReducedModel &model, const Layout &lay
   return sum;
 }
 
-using Way = std::optional<LowModes> (*)(const ReducedModel &, const std::vector<double> &, const Layout &, PetscInt);
+using Way = std::optional<LowModes> (*)(const PencilRows &, const std::vector<double> &, const Layout &, PetscInt);
 
 } // namespace
 
