@@ -88,7 +88,6 @@ PetscErrorCode solve(EPS eps) {
   Search search;
   PetscCall(search.create(eps->st, eps->V, data_of(eps).start));
   PetscCall(iterate(eps, search));
-  PetscCall(search.destroy());
   PetscFunctionReturn(0);
 }
 

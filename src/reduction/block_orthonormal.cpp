@@ -89,7 +89,7 @@ PetscErrorCode Search::by_gram_schmidt(PetscInt &n, double least, std::vector<do
     const double square = c[0];
     if (!(square > least * least)) continue;
     r[kept] = std::sqrt(square);
-    for (const BV S : {W_, MW_}) {
+    for (const BV S : {BV(W_), BV(MW_)}) {
       PetscCall(BVCopyColumn(S, j, kept));
       PetscCall(BVScaleColumn(S, kept, 1 / r[kept]));
     }

@@ -10,11 +10,10 @@ namespace dovetail {
 // S(:, 0:n) becomes S(:, 0:m) C with C (m, n) column-major.
 PetscErrorCode Search::rotate(BV S, PetscInt m, PetscInt n, const double *C) {
   PetscFunctionBegin;
-  Mat Q;
-  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, m, n, const_cast<double *>(C), &Q));
+  UniqueMat Q;
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, m, n, const_cast<double *>(C), Q.out()));
   PetscCall(BVSetActiveColumns(S, 0, m));
   PetscCall(BVMultInPlace(S, Q, 0, n));
-  PetscCall(MatDestroy(&Q));
   PetscFunctionReturn(0);
 }
 
@@ -26,18 +25,10 @@ PetscErrorCode Search::create(ST st, BV V, BV start) {
   PetscCall(STGetMatrix(st, 1, &M_));
   PetscCall(BVGetSizes(V, nullptr, nullptr, &most));
   PetscCall(BVGetSizes(start, nullptr, nullptr, &width));
-  PetscCall(BVDuplicateResize(V, width, &W_));
-  PetscCall(BVDuplicateResize(V, width, &MW_));
-  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, most, width, nullptr, &C_));
+  PetscCall(BVDuplicateResize(V, width, W_.out()));
+  PetscCall(BVDuplicateResize(V, width, MW_.out()));
+  PetscCall(MatCreateSeqDense(PETSC_COMM_SELF, most, width, nullptr, C_.out()));
   H_.assign(static_cast<std::size_t>(most) * most, 0.0);
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode Search::destroy() {
-  PetscFunctionBegin;
-  PetscCall(MatDestroy(&C_));
-  PetscCall(BVDestroy(&W_));
-  PetscCall(BVDestroy(&MW_));
   PetscFunctionReturn(0);
 }
 
@@ -58,21 +49,20 @@ PetscErrorCode Search::multiply() { // MW = M W
 // there do not heed them: they get copies without.
 PetscErrorCode Search::solve() {
   PetscFunctionBegin;
-  Mat from, to, sides, solutions;
+  Mat from, to;
+  UniqueMat sides, solutions;
   PetscInt rows, n;
   PetscCall(BVGetMat(MW_, &from));
   PetscCall(MatGetLocalSize(from, &rows, nullptr));
   PetscCall(MatGetSize(from, nullptr, &n));
-  PetscCall(MatCreateDense(comm_, rows, PETSC_DECIDE, PETSC_DETERMINE, n, nullptr, &sides));
-  PetscCall(MatCreateDense(comm_, rows, PETSC_DECIDE, PETSC_DETERMINE, n, nullptr, &solutions));
+  PetscCall(MatCreateDense(comm_, rows, PETSC_DECIDE, PETSC_DETERMINE, n, nullptr, sides.out()));
+  PetscCall(MatCreateDense(comm_, rows, PETSC_DECIDE, PETSC_DETERMINE, n, nullptr, solutions.out()));
   PetscCall(MatCopy(from, sides, SAME_NONZERO_PATTERN));
   PetscCall(BVRestoreMat(MW_, &from));
   PetscCall(STMatMatSolve(st_, sides, solutions));
   PetscCall(BVGetMat(W_, &to));
   PetscCall(MatCopy(solutions, to, SAME_NONZERO_PATTERN));
   PetscCall(BVRestoreMat(W_, &to));
-  PetscCall(MatDestroy(&solutions));
-  PetscCall(MatDestroy(&sides));
   PetscFunctionReturn(0);
 }
 

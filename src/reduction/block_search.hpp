@@ -4,7 +4,11 @@
 
 #include <vector>
 
+#include "support/handle.hpp"
+
 namespace dovetail {
+
+using UniqueBV = Handle<BV, BVDestroy>;
 
 struct Ritz {
   std::vector<double> value, vector; ///< (k), (k, k) column-major; largest magnitude first
@@ -19,7 +23,6 @@ public:
 
   /// V becomes the basis; `start` is noise in [-1, 1] and gets other values.
   PetscErrorCode create(ST st, BV V, BV start);
-  PetscErrorCode destroy();
 
   /// A next block, orthogonal to all before; empty if nothing is left that has mass.
   PetscErrorCode begin();
@@ -36,9 +39,10 @@ public:
 private:
   MPI_Comm comm_ = MPI_COMM_NULL;
   ST st_ = nullptr;
-  Mat M_ = nullptr, C_ = nullptr;    // C: (most, width) products with the basis
+  Mat M_ = nullptr;
+  UniqueMat C_;                      // (most, width) products with the basis
   BV V_ = nullptr, start_ = nullptr; // of the caller
-  BV W_ = nullptr, MW_ = nullptr;    // a block and M times it; after a step MW belongs to the next block
+  UniqueBV W_, MW_;                  // a block and M times it; after a step MW belongs to the next block
   PetscInt old_ = 0;                 // columns of the block before
   std::vector<double> H_;            // (most, most) column-major: V^T M K^-1 M V
   std::vector<double> coupling_;     // R of K^-1 M V_old = V C + V_block R, (block, old_) column-major

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "reduction/mumps_failed.hpp"
 #include "support/error.hpp"
 #include "support/gathered.hpp"
 #include "support/partition.hpp"
@@ -30,7 +31,17 @@ SparseColumns columns_of(const SparseColumns &B, Range wanted) {
   return part;
 }
 
+bool is_short_of_room(int error) { return error == -8 || error == -9; }
+
 } // namespace
+
+std::string mumps_failed(const std::string &doing, int error, int detail) {
+  return "while " + doing + " K_ee: MUMPS error " + std::to_string(error) + " (" + std::to_string(detail) + ")" +
+         (is_short_of_room(error)       ? "; its workspace was too small twice: try -kee_mat_mumps_icntl_14 400"
+          : error == -7 || error == -13 ? "; out of memory: take more ranks or a machine with more of it"
+          : error == -90 ? "; its files could not be written: out of core it needs room where MUMPS_OOC_TMPDIR points"
+                         : "");
+}
 
 struct ClampedSolver::Mumps {
   mutable DMUMPS_STRUC_C id{};
@@ -69,7 +80,7 @@ void ClampedSolver::Mumps::agree() const {
   if (shared || ranks == 1) return;
   struct {
     int error, rank;
-  } worst{std::min(id.infog[0], 0), rank};
+  } worst{id.infog[0], rank};
   MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_2INT, MPI_MINLOC, comm);
   if (worst.error < 0) MPI_Bcast(id.infog, 2, MPI_INT, worst.rank, comm);
 }
@@ -136,10 +147,7 @@ ClampedSolver::ClampedSolver(Mat K_ee, std::string model_name) : mumps_(std::mak
     m.id.irn = m.row.data(), m.id.jcn = m.column.data(), m.id.a = m.value.data();
   }
   m.run(analyse_job);
-  if (const int error = m.id.infog[0]; error < 0)
-    throw ComputeError("while analysing K_ee: MUMPS error " + std::to_string(error) + " (" +
-                       std::to_string(m.id.infog[1]) + ")" +
-                       (error == -7 || error == -13 ? "; out of memory: take a machine with more of it" : ""));
+  if (const int error = m.id.infog[0]; error < 0) throw ComputeError(mumps_failed("analysing", error, m.id.infog[1]));
 }
 
 ClampedSolver::~ClampedSolver() {
@@ -161,14 +169,7 @@ void ClampedSolver::factor() {
                        "stiffness of a stable structure. Remove the clamped dofs from K and M, and check which dofs or "
                        "nodes are named in /contact.");
     if (info >= 0) break;
-    const bool short_of_room = info == -8 || info == -9;
-    if (!short_of_room || m.attempts == most)
-      throw ComputeError(
-          "while factoring K_ee: MUMPS error " + std::to_string(info) + " (" + std::to_string(detail) + ")" +
-          (short_of_room ? "; its workspace was too small twice: try -kee_mat_mumps_icntl_14 400"
-           : info == -13 ? "; out of memory: take more ranks or a machine with more of it"
-           : info == -90 ? "; its files could not be written: out of core it needs room where MUMPS_OOC_TMPDIR points"
-                         : ""));
+    if (!is_short_of_room(info) || m.attempts == most) throw ComputeError(mumps_failed("factoring", info, detail));
     m.icntl(14) = std::max(100, 2 * m.icntl(14));
   }
   for (auto *indices : {&m.row, &m.column}) indices->clear(), indices->shrink_to_fit();
@@ -177,9 +178,7 @@ void ClampedSolver::factor() {
 }
 
 void ClampedSolver::Mumps::must_have_solved() const {
-  if (id.infog[0] < 0)
-    throw ComputeError("while solving with K_ee: MUMPS error " + std::to_string(id.infog[0]) + " (" +
-                       std::to_string(id.infog[1]) + ")");
+  if (id.infog[0] < 0) throw ComputeError(mumps_failed("solving with", id.infog[0], id.infog[1]));
 }
 
 // For the right-hand sides that are set, or stand in `columns`; there the solutions go, all rows of them.

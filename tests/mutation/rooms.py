@@ -49,6 +49,7 @@ class Mutant:
 
 def fails(command, seconds, folder, surroundings):
     """Whether a command fails or takes longer; nothing of it is left running. No new session, which would have a priority of its own."""
+    surroundings = surroundings | {"OMPI_MCA_opal_signal": "10"}  # Open MPI's handler of crashes may wait for ever in a broken heap
     process = subprocess.Popen(command, cwd=folder, env=os.environ | surroundings, process_group=0, stdin=subprocess.DEVNULL,
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds)))

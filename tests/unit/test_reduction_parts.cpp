@@ -1,19 +1,18 @@
-// Parts of the reduction by themselves: tall matrices, the plan of memory, fingerprints, rows that give a motion back.
+// Parts of the reduction by themselves: tall matrices, fingerprints, rows that give a motion back.
 #include <gtest/gtest.h>
-
-#include <unistd.h>
 
 #include <functional>
 #include <set>
 
 #include "reduction/elastic_modes.hpp"
-#include "reduction/sector_levels.hpp"
 #include "small_model.hpp"
 #include "support/error.hpp"
 #include "support/hdf5.hpp"
-#include "support/memory.hpp"
+#include "temporary_file.hpp"
 
 using namespace dovetail;
+using dovetail::testing::rank_here;
+using dovetail::testing::TemporaryFile;
 
 namespace {
 
@@ -28,31 +27,11 @@ Tall waves(PetscInt rows, PetscInt columns) {
   return made;
 }
 
-int rank_here() {
-  int rank;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  return rank;
-}
-
 int ranks() {
   int size;
   MPI_Comm_size(PETSC_COMM_WORLD, &size);
   return size;
 }
-
-// A file that is there while this lives, of one name on all ranks.
-struct Temporary {
-  std::filesystem::path path;
-  explicit Temporary(const std::string &name) {
-    long number = getpid();
-    MPI_Bcast(&number, 1, MPI_LONG, 0, PETSC_COMM_WORLD);
-    path = std::filesystem::temp_directory_path() / (name + "_" + std::to_string(number) + ".h5");
-  }
-  ~Temporary() {
-    MPI_Barrier(PETSC_COMM_WORLD);
-    if (rank_here() == 0) std::filesystem::remove(path);
-  }
-};
 
 } // namespace
 
@@ -131,117 +110,6 @@ TEST(Tall, takes_columns_of_a_sparse_matrix_on_top) {
   }
 }
 
-namespace {
-
-constexpr double rows = 1e9; // so many that nothing else in memory counts
-
-ClampedStructure parts_of(int points) {
-  ClampedStructure parts;
-  parts.full.comm = PETSC_COMM_WORLD, parts.full.file = "m.h5";
-  parts.full.contact_dofs.resize(points);
-  parts.own_points = own_share(PETSC_COMM_WORLD, points);
-  parts.own = {0, static_cast<PetscInt>(rows)}, parts.elastic = static_cast<PetscInt>(rows);
-  return parts;
-}
-
-double solving(double columns) { return columns * (ranks() == 1 ? 8 : 16); } // bytes for each row
-
-// Bytes of each row of 1000 points while Psi is solved for, in blocks of n: what is kept of Psi, right-hand sides with
-// a block of probes, and what MUMPS works on.
-double psi_bytes(double kept, double n) { return 8 * kept + 8 * (n + lanczos_block) + solving(n); }
-
-// While modes are sought.
-double search_bytes(PetscInt modes) {
-  const PetscInt basis = lanczos_columns(modes, static_cast<PetscInt>(rows)) + 3 * lanczos_block;
-  return 8.0 * (basis + modes + 8 * lanczos_block) + solving(lanczos_block);
-}
-
-} // namespace
-
-TEST(MemoryPlan, takes_the_fastest_way_that_has_room) {
-  const ClampedStructure parts = parts_of(1000);
-  const std::vector<std::tuple<bool, PetscInt, double>> ways = {{true, 256, psi_bytes(3000, 256)},
-                                                                {true, 64, psi_bytes(3000, 64)},
-                                                                {false, 128, psi_bytes(256, 128)},
-                                                                {false, 32, search_bytes(1)}};
-  for (const auto &[keep, block, bytes] : ways) {
-    const double machine = bytes * rows * ranks();
-    const MemoryPlan plan = plan_memory(parts, 1, 0, 1.01 * machine);
-    EXPECT_EQ(plan.keep_psi, keep);
-    EXPECT_EQ(plan.block, block);
-    EXPECT_NEAR(plan.bytes / (bytes * rows), 1, 2e-3);
-    EXPECT_NEAR(plan.machine_bytes / machine, 1, 2e-3);
-    EXPECT_NEAR(plan.total_bytes / machine, 1, 2e-3);
-    EXPECT_EQ(plan.room_bytes, 1.01 * machine);
-    refuse_if_too_large(parts, plan);
-    if (block != 32) {
-      EXPECT_NE(plan_memory(parts, 1, 0, 0.98 * machine).block, block);
-    }
-  }
-  const MemoryPlan least = plan_memory(parts, 1, 0, 1);
-  EXPECT_EQ(least.block, 32);
-  EXPECT_FALSE(least.keep_psi);
-  EXPECT_THROW(refuse_if_too_large(parts, least), ComputeError);
-  EXPECT_GT(plan_memory(parts, 1, 0, 0).room_bytes, resident_bytes()); // all that is free
-}
-
-TEST(MemoryPlan, counts_modes_and_rows_that_are_kept) {
-  constexpr double all = 1e18;
-  EXPECT_NEAR(plan_memory(parts_of(1), 100, 0, all).bytes / (search_bytes(100) * rows), 1, 2e-3); // the search for them
-  const ClampedStructure parts = parts_of(1000);
-  const double none = plan_memory(parts, 1, 0, all).bytes, more = plan_memory(parts, 101, 0, all).bytes,
-               kept = plan_memory(parts, 1, static_cast<PetscInt>(rows), all).bytes;
-  EXPECT_NEAR((more - none) / (800 * rows), 1, 2e-3);
-  EXPECT_NEAR((kept - none) / (8 * 3001 * rows), 1, 2e-3);
-}
-
-// One pair of nodes in each of nine sectors: five indices, each with its own complex motion.
-TEST(MemoryPlan, counts_what_a_sector_keeps_of_its_motion) {
-  ClampedStructure parts;
-  parts.full.comm = PETSC_COMM_WORLD;
-  parts.full.contact_dofs.resize(2);
-  parts.full.cyclic.sectors = 9;
-  parts.full.cyclic.contacts.resize(1);
-  parts.full.cyclic.contacts[0].a = {0, 1, 2}, parts.full.cyclic.contacts[0].b = {3, 4, 5};
-  constexpr double many = 1e6;
-  const auto planned = [&](double wanted, double own) {
-    parts.moved.dofs.resize(static_cast<std::size_t>(wanted)), parts.own = {0, static_cast<PetscInt>(own)};
-    SecondLevel settings;
-    MemoryPlan plan;
-    settings.modes = 100;
-    plan_sector(parts, 50, settings, plan);
-    return plan.bytes;
-  };
-  const double least = planned(0, 0), of_each = 5 * 16 * (3 + 100) + 8 * (6 + 50);
-  EXPECT_GT(planned(many, 0) - least, many * of_each);
-  EXPECT_LT(planned(many, 0) - least, 1.2 * many * of_each); // with a few vectors to spare
-  EXPECT_GT(planned(0, many) - least, many * 8 * (50 + 2 * 100));
-}
-
-TEST(MemoryPlan, is_said_in_words) {
-  constexpr double gib = 1024.0 * 1024 * 1024;
-  MemoryPlan plan;
-  plan.total_bytes = 3 * gib, plan.machine_bytes = 1.5 * gib, plan.room_bytes = 2 * gib;
-  const std::string words = "3 GiB over all ranks, 1.5 GiB of 2 GiB on the fullest machine";
-  EXPECT_EQ(in_words(plan), words);
-  plan.keep_psi = false;
-  EXPECT_EQ(in_words(plan),
-            words + "; too little to keep Psi, which is computed a block at a time with twice the solves");
-  ClampedStructure parts = parts_of(1);
-  plan.machine_bytes = plan.room_bytes;
-  refuse_if_too_large(parts, plan);
-  plan.machine_bytes = 4 * gib;
-  try {
-    refuse_if_too_large(parts, plan);
-    ADD_FAILURE() << "not refused";
-  } catch (const ComputeError &error) {
-    const std::string said = error.what();
-    EXPECT_EQ(said.find("m.h5: the reduction would take 4 GiB on a machine that has 2 GiB for it (0 GiB of it for"),
-              0u);
-    EXPECT_NE(said.find("K_ee). Take ranks on more machines"), std::string::npos);
-  }
-}
-
 TEST(Fingerprint, is_of_every_number_and_of_its_place) {
   using Change = std::function<void(ReducedModel &)>;
   const auto add = [](std::vector<double> &numbers) { // a fourth rank has no point
@@ -288,7 +156,7 @@ TEST(Fingerprint, is_of_every_number_and_of_its_place) {
 }
 
 TEST(RecoveredRow, is_the_sum_of_rows_and_of_contact_motions) {
-  const Temporary file("recovered");
+  const TemporaryFile file("recovered");
   const std::vector<double> kaa = {1, 2}, phi = {1, 2, 3, 4, 5, 6}, psi = {10, 20, 30, 40, 50, 60, 70, 80, 90},
                             complex_phi = {1, 1, 2, 2, 3, 3, 4, 4, 5, -5, 6, 6},
                             complex_psi = {1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9};
@@ -321,7 +189,7 @@ TEST(RecoveredRow, is_the_sum_of_rows_and_of_contact_motions) {
 }
 
 TEST(RecoveredRow, without_modes_it_is_of_contact_motions_alone) {
-  const Temporary file("without_modes");
+  const TemporaryFile file("without_modes");
   const std::vector<double> none, psi = {10, 20, 30}, complex_psi = {1, 2, 3, 4, 5, 6};
   const std::vector<long> contact = {7, 2, 4}, elastic = {9};
   if (rank_here() == 0) {

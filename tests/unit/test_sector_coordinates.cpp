@@ -7,6 +7,7 @@
 
 #include "reduction/sector_coordinates.hpp"
 #include "small_model.hpp"
+#include "some_sector.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -15,31 +16,6 @@ using Complex = std::complex<double>;
 namespace {
 
 constexpr PetscInt dofs = 46;
-
-CyclicSector::Matrix about(int axis, double angle) {
-  CyclicSector::Matrix R{};
-  const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-  R[4 * axis] = 1, R[4 * a] = R[4 * b] = std::cos(angle), R[3 * a + b] = -std::sin(angle), R[3 * b + a] = -R[3 * a + b];
-  return R;
-}
-
-// Pairs within the sector and with the next one, nodes on a face, on the ground, and faces of six and of two dofs.
-CyclicSector sector_of(int sectors) {
-  CyclicSector sector;
-  sector.sectors = sectors, sector.turn = about(2, 2 * M_PI / sectors);
-  std::vector<CyclicSector::Contact> &points = sector.contacts;
-  points.resize(6);
-  for (CyclicSector::Contact &point : points) point.axes = about(0, 0.4);
-  points[0].a = {0, 1, 2}, points[0].b = {3, 4, 5};
-  points[1].a = {6, 7, 8}, points[1].b = {9, 10, 11}, points[1].next = true;
-  points[2].a = {12, 13, 14}, points[2].face = {{{15, 16, 17}, 0.25}, {{18, -1, -1}, 0.75}}, points[2].next = true;
-  points[3].a = {21, 22, 23};
-  points[4].b = {24, 25, 26}, points[4].axes = about(1, 0.7);
-  points[5].a = {41, 42, 43}, points[5].axes = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  sector.faces = {{{27, 28, 29, 30, 31, 32}, {33, 34, 35, 36, 37, 38}, {0, 1, 2, 3, 4, 5}},
-                  {{39, 40}, {19, 20}, {0, 1}}};
-  return sector;
-}
 
 Complex number_of(int i) { return {wave(i, 1), wave(i, 2)}; }
 
