@@ -41,7 +41,6 @@ Solved by_hand(double (*f)(double), double (*slope)(double), double x, const New
     x -= f(x) / slope(x);
     const double residual = std::abs(f(x));
     const auto outcome = [&](const char *why) { return Solved{newton, x, residual, why}; };
-    if (!std::isfinite(residual)) return outcome("the residual became NaN or infinite");
     if (step < settings.step_tolerance * std::hypot(x, at) && residual < settings.residual_tolerance) return outcome("");
     if (newton == effort.most) return outcome("too many Newton iterations");
     const std::size_t n = met.size();
@@ -66,9 +65,7 @@ void expect_as_by_hand(double (*f)(double), double (*slope)(double), double x, c
   EXPECT_EQ(found.converged, wanted.why.empty()) << x;
   EXPECT_EQ(found.why, wanted.why) << x;
   EXPECT_EQ(found.newton, wanted.newton) << x;
-  if (std::isfinite(wanted.residual)) {
-    EXPECT_NEAR(found.residual, wanted.residual, 1e-6 * (1e-8 + wanted.residual)) << x;
-  }
+  EXPECT_NEAR(found.residual, wanted.residual, 1e-6 * (1e-8 + wanted.residual)) << x;
   EXPECT_NEAR(values(y)[0], found.converged ? wanted.x : x, 1e-9) << x;
   met.push_back(wanted.why);
 }
@@ -100,16 +97,14 @@ TEST(Newton, slow_progress_is_no_circle) {
 }
 
 TEST(Newton, a_residual_that_is_no_number_ends_it) {
-  std::vector<std::string> met;
-  const auto f = [](double x) { return std::sqrt(x) + 1; };
-  const auto slope = [](double x) { return 0.5 / std::sqrt(x); };
-  expect_as_by_hand(f, slope, 1, {1e-8, 1e-8, 20}, {}, met); // it becomes negative
-  EXPECT_EQ(met[0], "the residual became NaN or infinite");
-  ToldProblem problem(equation(f, slope));
-  const UniqueVec y = problem.vector({-1, at}), e = problem.vector({0, 1});
-  const auto outcome = Corrector(problem, {1e-8, 1e-8, 20}).solve(y, e, at);
-  EXPECT_FALSE(outcome.converged);
-  EXPECT_EQ(outcome.why, "the residual became NaN or infinite");
+  ToldProblem problem(equation([](double x) { return std::sqrt(x) + 1; }, [](double x) { return 0.5 / std::sqrt(x); }));
+  for (const double x : {1, -1}) { // the first becomes negative
+    const UniqueVec y = problem.vector({x, at}), e = problem.vector({0, 1});
+    const auto outcome = Corrector(problem, {1e-8, 1e-8, 20}).solve(y, e, at);
+    EXPECT_FALSE(outcome.converged);
+    EXPECT_EQ(outcome.why, "the residual became NaN or infinite");
+    EXPECT_EQ(values(y)[0], x);
+  }
 }
 
 TEST(Newton, a_line_search_leads_out_of_a_circle_and_is_no_habit) {
@@ -126,10 +121,6 @@ TEST(Newton, a_line_search_leads_out_of_a_circle_and_is_no_habit) {
   Corrector searching(other, {1e-8, 1e-8, 60});
   EXPECT_FALSE(searching.solve(far, e, at).converged);
   EXPECT_TRUE(searching.solve(far, e, at, {.line_search = true}).converged);
-  ToldProblem none(equation([](double x) { return x * x + 1; }, square_slope));
-  const UniqueVec y = none.vector({0.5, at});
-  EXPECT_EQ(Corrector(none, {1e-8, 1e-8, 60}).solve(y, e, at, {.line_search = true}).why,
-            "the line search found no descent");
 }
 
 TEST(Newton, hears_options_of_its_prefix) {
