@@ -186,7 +186,7 @@ public:
   std::vector<double> kinks; ///< angles [rad]
   bool may_resonate = true;
 
-private:
+protected:
   bool resonates() const override { return may_resonate; }
   Outcome pass(Vec normal, double step, double, bool at_kink) override {
     const double rate = parameter_of(here_.t), next = parameter_of(trial_.t);

@@ -137,9 +137,7 @@ double described(const std::vector<Place> &all, double largest, bool &smooth) {
     return Missed{value, all[i].at.slope - on.slope,
                   value / std::pow((all[i].s - all[i - 1].s) * (all[i + 1].s - all[i].s), 2)};
   };
-  const auto bend = [&](std::size_t i) {
-    return (all[i + 1].at.slope - all[i].at.slope) / (all[i + 1].s - all[i].s);
-  };
+  const auto bend = [&](std::size_t i) { return (all[i + 1].at.slope - all[i].at.slope) / (all[i + 1].s - all[i].s); };
   const Missed now = missed(n - 2);
   const double h1 = all[n - 2].s - all[n - 3].s, h2 = all[n - 1].s - all[n - 2].s;
   const double askew = h2 * std::abs(now.slope - 2 * now.value / h1 + 2 * now.value / h2);
@@ -167,7 +165,8 @@ TEST(BetweenPoints, estimates_are_what_their_comment_says) {
     const double askew = std::pow(10, -4 * part(random));
     const auto here = [&] {
       const double d = std::max(0.0, s - at_kink), slope = 0.2 * part(random) * askew * fourth * s * s * s;
-      return Amplitude{0.3 + fourth * std::pow(s, 4) + kinks * d, 4 * fourth * std::pow(s, 3) + (d > 0) * kinks + slope};
+      return Amplitude{0.3 + fourth * std::pow(s, 4) + kinks * d,
+                       4 * fourth * std::pow(s, 3) + (d > 0) * kinks + slope};
     };
     for (int piece = 0; piece < 2; ++piece) {
       std::vector<Place> all{{s, here()}};

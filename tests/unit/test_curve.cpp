@@ -57,7 +57,8 @@ constexpr double unit = 0.5;
 
 // A curve of a problem whose solver tells what it did.
 struct ToldCurve {
-  explicit ToldCurve(Equations equations, bool weighted = false) : problem(std::move(equations)), is_weighted(weighted) {}
+  explicit ToldCurve(Equations equations, bool weighted = false)
+      : problem(std::move(equations)), is_weighted(weighted) {}
   ToldProblem problem;
   bool is_weighted;
   SolveCounts counts;

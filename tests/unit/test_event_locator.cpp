@@ -113,7 +113,7 @@ TEST(Meeting, is_where_lines_along_tangents_are_closest) {
       EXPECT_NEAR(at.back, back, 1e-12);
       EXPECT_NEAR(at.miss, 0, 1e-12);
     }
-  EXPECT_NEAR(met(0.033, 0.5, 2).ahead, 0.5, 1e-9); // the square of its sine is 1.09e-3
+  EXPECT_NEAR(met(0.033, 0.5, 2).ahead, 0.5, 1e-9);                          // the square of its sine is 1.09e-3
   for (const auto &[turned, ahead] : {std::pair{1.1, -0.5}, {0.031, 0.5}}) { // behind here, or too slim an angle
     const Meeting at = met(turned, ahead, 2);
     EXPECT_EQ(at.ahead, 0);
@@ -159,14 +159,10 @@ std::vector<double> looked_at(const std::function<double(double)> &f, double a, 
 
 TEST(EventLocator, looks_where_regula_falsi_and_halving_tell) {
   const std::function<double(double)> functions[] = {
-      [](double p) { return 3 * (p - 0.3); },
-      [](double p) { return std::exp(9 * p) - 5; },
-      [](double p) { return 5 - std::exp(9 * p); },
-      [](double p) { return p < 0.7 ? -1.0 : 1e3; },
-      [](double p) { return p < 0.123 ? -1e3 : 1.0; },
-      [](double p) { return p < 0.3 ? -1.0 : 1.0; },
-      [](double p) { return std::pow(p - 0.4, 3); },
-      [](double) { return 1.0; }, // never
+      [](double p) { return 3 * (p - 0.3); },          [](double p) { return std::exp(9 * p) - 5; },
+      [](double p) { return 5 - std::exp(9 * p); },    [](double p) { return p < 0.7 ? -1.0 : 1e3; },
+      [](double p) { return p < 0.123 ? -1e3 : 1.0; }, [](double p) { return p < 0.3 ? -1.0 : 1.0; },
+      [](double p) { return std::pow(p - 0.4, 3); },   [](double) { return 1.0; }, // never
   };
   std::size_t most = 0;
   for (const auto &f : functions)
@@ -189,7 +185,8 @@ TEST(EventLocator, looks_where_regula_falsi_and_halving_tell) {
         for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], wanted[i], 1e-9) << i;
         EXPECT_NEAR(place->along, found.back(), 1e-9);
         EXPECT_EQ(place->at.parameter, found.back());
-        EXPECT_EQ(std::count(problem.told.asked.begin(), problem.told.asked.end(), 1e-10), counts.inexact - counts.newton);
+        EXPECT_EQ(std::count(problem.told.asked.begin(), problem.told.asked.end(), 1e-10),
+                  counts.inexact - counts.newton);
         problem.told.asked.clear();
         across(curve, here, 0.1);
         EXPECT_EQ(problem.told.asked.back(), 1e-6); // as usual again
@@ -237,13 +234,15 @@ TEST(EventLocator, finds_nothing_far_from_a_kink) {
   for (const auto &[zero, finds] : {std::pair{0.0198, true}, {0.0202, false}}) {
     const double x0 = zero;
     const auto f = [x0](CurvePoint &s) { return values(s.y)[0] - x0; };
-    EXPECT_EQ(EventLocator(scene.curve, here, there, tolerance).in_kink(1, {-0.01 - x0, 0.5 - x0}, f).has_value(), finds);
+    EXPECT_EQ(EventLocator(scene.curve, here, there, tolerance).in_kink(1, {-0.01 - x0, 0.5 - x0}, f).has_value(),
+              finds);
   }
   CurvePoint behind = scene.curve.point();
   put(behind.y, -0.05, 0), put(behind.t, 1, 0); // its line meets here's at (0, 0) only
   CurvePoint from = scene.at(0.01, -0.03);
   turn(from);
-  EXPECT_FALSE(EventLocator(scene.curve, from, behind, tolerance).in_kink(1, {-1, 1}, [](CurvePoint &) { return 1.0; }));
+  EXPECT_FALSE(
+      EventLocator(scene.curve, from, behind, tolerance).in_kink(1, {-1, 1}, [](CurvePoint &) { return 1.0; }));
 }
 
 // A point 2 % of the way ahead of where the way back ends, and beside it.
@@ -251,8 +250,11 @@ TEST(EventLocator, a_way_leads_back_if_it_misses_a_tenth_of_a_correction_at_most
   SmallCurve scene(upright(), 1);
   const CurvePoint here = scene.curve.point(), there = scene.curve.point();
   put(here.t, 0, 1), put(there.y, 2, 0.1), put(there.t, 0, 1);
-  for (const auto &[beside, missed, leads] : {std::tuple{0.9e-3, 1e-2, true}, {1.1e-3, 1e-2, false}, {0.9e-5, 0.0, true},
-                                              {1.1e-5, 0.0, false}, {0.0, 0.0, true}}) {
+  for (const auto &[beside, missed, leads] : {std::tuple{0.9e-3, 1e-2, true},
+                                              {1.1e-3, 1e-2, false},
+                                              {0.9e-5, 0.0, true},
+                                              {1.1e-5, 0.0, false},
+                                              {0.0, 0.0, true}}) {
     put(here.y, 2 + beside, 0.002);
     EXPECT_EQ(EventLocator(scene.curve, here, there, tolerance).leads_back(0.1, missed), leads) << beside;
   }
@@ -262,8 +264,8 @@ TEST(EventLocator, a_way_leads_back_if_it_misses_a_tenth_of_a_correction_at_most
 TEST(EventLocator, branches_beside_each_other_do_not_cross_unless_they_all_but_touch) {
   for (const auto &[d, finds] : {std::pair{0.45e-4, true}, {0.55e-4, false}}) {
     const double half = d;
-    SmallCurve scene(one([half](double x, double) { return x * x - half * half; }, [](double x, double) { return 2 * x; },
-                         [](double, double) { return 0.0; }),
+    SmallCurve scene(one([half](double x, double) { return x * x - half * half; },
+                         [](double x, double) { return 2 * x; }, [](double, double) { return 0.0; }),
                      1);
     const CurvePoint here = scene.at(half, 0), there = scene.at(-half, 0.1);
     const auto found = EventLocator(scene.curve, here, there, tolerance).branch_point(0.1);

@@ -63,10 +63,11 @@ namespace {
 // Legs in closed form: x = b(p), or anything else, with all places where tangents and other legs are looked for.
 struct Legs : ToldProblem {
   explicit Legs(Equations equations)
-      : ToldProblem({equations.unknowns, equations.f, [this, slopes = equations.derivative](const double *y, double *J) {
-                       slopes(y, J);
-                       looked.push_back({y[0], y[equations_.unknowns]});
-                     }}) {}
+      : ToldProblem(
+            {equations.unknowns, equations.f, [this, slopes = equations.derivative](const double *y, double *J) {
+               slopes(y, J);
+               looked.push_back({y[0], y[equations_.unknowns]});
+             }}) {}
   bool is_admissible(double p) const override {
     guessed.push_back(p);
     return admits;
@@ -109,8 +110,7 @@ Equations over_p(const std::function<double(double)> &b, const std::function<dou
 }
 
 /// p = -g(x) from (0, 0) on, and before it p = first x.
-Equations over_x(const std::function<double(double)> &g, const std::function<double(double)> &slope,
-                 double first = 3) {
+Equations over_x(const std::function<double(double)> &g, const std::function<double(double)> &slope, double first = 3) {
   return one([=](double x, double p) { return p + (x < 0 ? -first * x : g(x)); },
              [=](double x, double) { return x < 0 ? -first : slope(x); }, [](double, double) { return 1.0; });
 }
@@ -146,7 +146,9 @@ TEST(KinkTurn, tries_each_leg_with_steps_of_three_lengths) {
   const auto guesses = [&](double turn, double more, bool expensive, int sign) {
     const double first = std::tan(turn), second = std::tan(turn + more);
     Legs legs(over_p([=](double p) { return p < 0 ? 0 : first * p; },
-                     [=](double p) { return p < 0 ? 0 : p < 2.5 * step ? first : second; }));
+                     [=](double p) { return p < 0            ? 0
+                                            : p < 2.5 * step ? first
+                                                             : second; }));
     legs.admits = false;
     legs.sign = sign;
     EXPECT_FALSE(legs.leg({0, 0, 0, 1}, step, 0, expensive));
@@ -188,7 +190,7 @@ TEST(KinkTurn, a_leg_is_met_close_to_where_it_begins) {
 
 TEST(KinkTurn, a_leg_is_refused_that_is_far_from_the_guess) {
   const double step = 1e-3, turn = std::atan(10) + std::atan(1); // from p = 10 x to p = -x
-  for (const double steps : {1.98, 2.02}) { // from the guess, across the leg
+  for (const double steps : {1.98, 2.02}) {                      // from the guess, across the leg
     Legs legs(over_x([](double x) { return x; }, [](double) { return 1.0; }, 10));
     ASSERT_TRUE(legs.leg(before(steps * step / std::sin(turn), 10), step));
     EXPECT_EQ(legs.guessed.size() == 1, steps < 2);
@@ -217,7 +219,10 @@ TEST(KinkTurn, goes_back_as_far_as_the_leg_is_straight) {
     const auto found = legs.leg(before(1e-4), step);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->step, step, 1e-15);
-    EXPECT_EQ(values(legs.trial.y)[0] < at, part < 0.3) << values(legs.trial.y)[0];
+    const auto y = values(legs.trial.y);
+    EXPECT_EQ(y[0] < at, part < 0.3);
+    const double met = 4 * shift / root10, far = 0.8e-4 + step; // along the leg's tangent
+    EXPECT_NEAR((y[0] - 3 * y[1]) / root10, met + part * (far - met), 1e-12);
   }
 }
 
@@ -247,14 +252,12 @@ TEST(KinkTurn, a_leg_is_refused_that_begins_elsewhere) {
   const double step = 1e-3, distance = 1e-4, back = 0.2 * (0.8 * distance + step);
   for (const auto &[part, taken] : {std::pair{0.049, true}, {0.051, false}}) {
     const double aside = part * (distance + back);
-    Legs legs({2,
-               [=](const double *y, double *f) {
-                 f[0] = y[2] + 3 * std::abs(y[0]), f[1] = y[1] - (y[0] > 0 ? aside : 0);
-               },
-               [](const double *y, double *J) {
-                 std::fill_n(J, 6, 0.0);
-                 J[0] = y[0] < 0 ? -3 : 3, J[2] = 1, J[4] = 1;
-               }});
+    Legs legs(
+        {2, [=](const double *y, double *f) { f[0] = y[2] + 3 * std::abs(y[0]), f[1] = y[1] - (y[0] > 0 ? aside : 0); },
+         [](const double *y, double *J) {
+           std::fill_n(J, 6, 0.0);
+           J[0] = y[0] < 0 ? -3 : 3, J[2] = 1, J[4] = 1;
+         }});
     const auto found = legs.leg(before(distance), step);
     EXPECT_EQ(found && found->step == step, taken) << part;
   }

@@ -41,7 +41,8 @@ Solved by_hand(double (*f)(double), double (*slope)(double), double x, const New
     x -= f(x) / slope(x);
     const double residual = std::abs(f(x));
     const auto outcome = [&](const char *why) { return Solved{newton, x, residual, why}; };
-    if (step < settings.step_tolerance * std::hypot(x, at) && residual < settings.residual_tolerance) return outcome("");
+    if (step < settings.step_tolerance * std::hypot(x, at) && residual < settings.residual_tolerance)
+      return outcome("");
     if (newton == effort.most) return outcome("too many Newton iterations");
     const std::size_t n = met.size();
     if (effort.steady && n > 2 && residual > met[n - 1].first && met[n - 1].first > met[n - 2].first)

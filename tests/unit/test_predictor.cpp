@@ -93,7 +93,8 @@ TEST(Predictor, the_cubic_is_hermites) {
     check(VecGetArray(off, &at), "");
     for (int i = 0; i < n; ++i) {
       EXPECT_NEAR(plain[i], b[i] + step * tb[i], 1e-13);
-      const double s = 1 + step / last, m0 = last * ta[i] / of_before, m1 = last * tb[i]; // from 0 to 1 between the points
+      const double s = 1 + step / last, m0 = last * ta[i] / of_before,
+                   m1 = last * tb[i]; // from 0 to 1 between the points
       at[i] = a[i] * (1 + 2 * s) * (1 - s) * (1 - s) + m0 * s * (1 - s) * (1 - s) + b[i] * s * s * (3 - 2 * s) +
               m1 * s * s * (s - 1) - plain[i];
     }

@@ -87,7 +87,8 @@ struct Plain {
       // Hermite's cubic, with tangents that go as far along the chord as it is long
       for (std::size_t k = 0; k < away.size(); ++k)
         away[k] = to[k] - (3 * s * s - 2 * s * s * s) * chord[k] -
-                  (s - 2 * s * s + s * s * s) * along[i][k] * square / a - (s * s * s - s * s) * along[i + 1][k] * square / b;
+                  (s - 2 * s * s + s * s * s) * along[i][k] * square / a -
+                  (s * s * s - s * s) * along[i + 1][k] * square / b;
       if (std::sqrt(product(away, away, motion) / square) > 1e-3) continue;
       met = i;
       return product(along[last], chord, motion) > 0 ? 1 : -1;
@@ -108,7 +109,8 @@ std::vector<Mark> lissajous(double phase) {
   Mark y, t;
   for (std::size_t k = 0; k < y.size(); ++k) {
     const double n = 1 + static_cast<double>(k % 3), size = k == 0 ? 3 : 1.0 / (1 + static_cast<double>(k));
-    y[k] = size * std::sin(n * phase + static_cast<double>(k)), t[k] = size * n * std::cos(n * phase + static_cast<double>(k));
+    y[k] = size * std::sin(n * phase + static_cast<double>(k)),
+    t[k] = size * n * std::cos(n * phase + static_cast<double>(k));
   }
   return {y, t};
 }

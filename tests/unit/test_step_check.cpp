@@ -112,8 +112,8 @@ TEST(StepChecks, the_first_that_refuses_says_why) {
 TEST(MiddleCheck, refuses_what_the_curve_misses_by_more_than_a_twentieth_of_the_step) {
   for (const auto &[d, refuses] : {std::pair{0.0099, false}, {0.0101, true}}) {
     const double half = d;
-    SmallCurve scene(one([half](double x, double) { return x * x - half * half; }, [](double x, double) { return 2 * x; },
-                         [](double, double) { return 0.0; }),
+    SmallCurve scene(one([half](double x, double) { return x * x - half * half; },
+                         [](double x, double) { return 2 * x; }, [](double, double) { return 0.0; }),
                      1);
     const CurvePoint here = scene.at(half, 0), there = scene.at(-half, 0.1);
     for (const bool kink : {false, true}) {
