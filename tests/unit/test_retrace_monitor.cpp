@@ -164,3 +164,16 @@ TEST(RetraceMonitor, knows_pieces_that_are_far_from_straight) {
   for (int i = 0; i < 5; ++i) EXPECT_EQ(monitor.add(arc(i + 0.5), 1), RetraceMonitor::Sense::fresh);
   EXPECT_EQ(monitor.add(arc(5.5), 1), RetraceMonitor::Sense::same);
 }
+
+// Each mark is its tangent as well: what is measured is the way between marks.
+TEST(RetraceMonitor, a_curve_that_grows_as_fast_as_it_is_long_is_known_again) {
+  RetraceMonitor monitor(1);
+  const auto at = [](double s) {
+    Mark y;
+    for (std::size_t k = 0; k < y.size(); ++k) y[k] = std::exp(s) * (1 + static_cast<double>(k));
+    return std::vector<Mark>{y, y};
+  };
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(monitor.add(at(0.05 * i), 1), RetraceMonitor::Sense::fresh);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(monitor.add(at(0.325 + 0.05 * i), 1), RetraceMonitor::Sense::fresh);
+  EXPECT_EQ(monitor.add(at(0.575), 1), RetraceMonitor::Sense::same);
+}

@@ -33,6 +33,7 @@ struct Watched : Walk {
   Outcome pass(Vec normal, double step, double plain, bool at_kink) override {
     guesses.push_back(guess);
     if (answer != Outcome::on) return answer;
+    if (at_kink && at_kinks != Outcome::on) return at_kinks;
     steps.push_back({step, plain, trial_.newton.newton, at_kink});
     return Walk::pass(normal, step, plain, at_kink);
   }
@@ -81,7 +82,7 @@ struct Watched : Walk {
   std::vector<double> aparts;
   mutable std::vector<int> kinks_sought; // behind so many halvings
   bool tried = false, jumps = false, smooth = true;
-  Outcome answer = Outcome::on;
+  Outcome answer = Outcome::on, at_kinks = Outcome::on;
   int refinements = 0, refines = 0, told = 0, jumps_told = 0, no_steps = 0;
   double least = -100, kink_at = -1;
 };
@@ -323,6 +324,20 @@ TEST(Steps, round_a_kink_begin_anew_with_the_length_along_the_other_leg) {
   EXPECT_GT(walk.next(), 0.9e-3);
   const double largest = walk.curve().norm.largest_motion(), c = 1 / (largest * largest), cosine = (c - 1) / (c + 1);
   EXPECT_NEAR(walk.kinks[0], std::acos(cosine), 1e-9);
+}
+
+TEST(Steps, a_leg_may_be_refused_or_end_the_curve) {
+  for (const Outcome answer : {Outcome::refused, Outcome::ended}) {
+    Watched walk(hairpin(3), 3);
+    walk.begin({-1}, -3, 1);
+    walk.at_kinks = answer;
+    Outcome last = Outcome::on;
+    while (last == Outcome::on) last = walk.step();
+    EXPECT_EQ(last, Outcome::ended);
+    EXPECT_EQ(walk.no_steps, answer == Outcome::refused);
+    EXPECT_EQ(walk.kinks.size(), answer == Outcome::ended ? 1u : 0u);
+    EXPECT_LT(walk.points.back()[0], 0);
+  }
 }
 
 // Ends of steps that are kept are taken as they are, unless they lie behind, or on nothing that hangs together.
