@@ -241,7 +241,8 @@ TEST(CoarseSpace, corrects_as_inverses_among_its_motions_do) {
               if (m < low)
                 EXPECT_EQ(B[first][i], mode == m && same);
               else if (same)
-                EXPECT_NEAR(B[first][i], mode < low ? 0 : basis.shapes[(m - low) * (group.complex ? 22 : 11) + mode], 1e-12);
+                EXPECT_NEAR(B[first][i], mode < low ? 0 : basis.shapes[(m - low) * (group.complex ? 22 : 11) + mode],
+                            1e-12);
               else if (!group.complex)
                 EXPECT_EQ(B[first][i], 0);
             }
@@ -258,7 +259,8 @@ TEST(CoarseSpace, corrects_as_inverses_among_its_motions_do) {
           const Reals Ab = of_all ? dense.jacobian(B[j]) : dense.diagonal(B[j], true);
           for (std::size_t i = 0; i < size; ++i) {
             const double value = std::inner_product(B[i].begin(), B[i].end(), Ab.begin(), 0.0);
-            (transposed ? A(static_cast<int>(j), static_cast<int>(i)) : A(static_cast<int>(i), static_cast<int>(j))) = value;
+            (transposed ? A(static_cast<int>(j), static_cast<int>(i)) : A(static_cast<int>(i), static_cast<int>(j))) =
+                value;
           }
         }
         Factors factors;
