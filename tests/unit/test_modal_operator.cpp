@@ -1,5 +1,5 @@
 // What GMRES works with in the modes of the stuck structure, against dense products on one rank: the contacts' part of
-// the Jacobian, the correction among few motions, and the solves themselves.
+// the Jacobian, and the correction among few motions.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -273,80 +273,10 @@ TEST(CoarseSpace, corrects_as_inverses_among_its_motions_do) {
         space.solve(g.data(), transposed);
         J.solve(by_J.data()), D.solve(by_D.data());
         for (std::size_t i = 0; i < size; ++i) by_J[i] -= by_D[i];
-        EXPECT_LT(difference(g, by_J), 2e-2) << cyclic << lowest << transposed;
+        EXPECT_LT(difference(g, by_J), 2e-3) << cyclic << lowest << transposed;
         EXPECT_EQ(space.sign(), J.sign());
       }
       space.forget();
       EXPECT_EQ(space.size(), 0);
     }
-}
-
-namespace {
-
-struct Krylov {
-  double missed; // |J x - r| / |r|
-  int iterations, sign;
-  double left;
-  bool converged;
-};
-
-Krylov solved(Scene &scene, double accuracy, int seed = 9) {
-  ModalKrylov in_modes(scene.stuck, scene.layout);
-  in_modes.begin(false);
-  const UniqueVec r = vector_of(scene.system, 1, seed, 0.4);
-  UniqueVec x = scene.system.unknowns(), product = scene.system.unknowns();
-  in_modes.take(scene.parts(), r);
-  const bool converged = in_modes.solve(r, x, accuracy, 300);
-  check(MatMult(scene.J, x, product), "");
-  return {relative_difference(product, r), in_modes.iterations(), in_modes.sign(), in_modes.left(), converged};
-}
-
-} // namespace
-
-// Where nothing slips and nothing damps the springs the diagonal is all there is; with every mode among the motions of
-// the coarse space, too.
-TEST(ModalKrylov, takes_few_iterations_where_its_preconditioner_is_the_inverse) {
-  for (const bool cyclic : {false, true})
-    for (const bool corrected : {false, true}) {
-      const Option lowest("-hb_modal_lowest", corrected ? "1000" : "0");
-      Scene scene(corrected ? damped : Damping(0, 0.3), 4, {Law::coulomb, Law::coulomb, Law::coulomb}, cyclic);
-      scene.move(corrected ? 2 : 1e-3);
-      for (const int seed : {9, 10, 11}) {
-        const Krylov found = solved(scene, 1e-5, seed);
-        EXPECT_TRUE(found.converged);
-        EXPECT_LE(found.iterations, corrected ? 3 : 2) << cyclic << corrected;
-        EXPECT_LT(found.missed, 1e-3) << cyclic << corrected;
-        EXPECT_LT(found.left, 5e-5);
-      }
-    }
-}
-
-TEST(ModalKrylov, tells_the_sign_of_the_determinant) {
-  const Option lowest("-hb_modal_lowest", "4");
-  int signs = 0;
-  for (int seed = 0; seed < 8; ++seed) {
-    Scene scene(damped, 3, {}, seed % 2 == 1);
-    scene.move(0.3 * (seed + 1), seed / 2 + 7);
-    const Krylov found = solved(scene, 1e-6);
-    EXPECT_TRUE(found.converged);
-    EXPECT_EQ(found.sign, scene.sign()) << seed;
-    signs += found.sign;
-  }
-  EXPECT_LT(std::abs(signs), 8);
-}
-
-TEST(ModalKrylov, leaves_what_it_was_asked_for_and_counts) {
-  const Option lowest("-hb_modal_lowest", "0");
-  Scene scene(damped, 4);
-  scene.move(4);
-  int before = 0;
-  for (const double accuracy : {1e-2, 1e-4, 1e-6}) {
-    const Krylov found = solved(scene, accuracy);
-    EXPECT_TRUE(found.converged);
-    EXPECT_LT(found.missed, 30 * accuracy);
-    EXPECT_GT(found.left, 0);
-    EXPECT_LT(found.left, 1.1 * accuracy + 1e-5);
-    EXPECT_GT(found.iterations, before);
-    before = found.iterations;
-  }
 }

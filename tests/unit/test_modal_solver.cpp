@@ -41,8 +41,8 @@ struct Scene {
     double work;
     int iterations, inexact;
   };
-  void move(double size) {
-    system.jacobian(vector_of(system, size, 3, 1.3), vector_of(system, 1, 7, 0.2), J);
+  void move(double size, double side = 1) {
+    system.jacobian(vector_of(system, size, 3, 1.3), vector_of(system, side, 7, side * 0.2), J);
     check(KSPSetOperators(ksp, J, J), "");
   }
   Found solve(double accuracy) {
@@ -154,4 +154,20 @@ TEST(ModalSolver, turns_to_factors_where_iterations_do_not_end) {
   EXPECT_NEAR(scene.system.solver_memory(scene.J), 1 << 20, 0);
   const Scene::Found next = scene.solve(0.5);
   EXPECT_NEAR(next.work, next.iterations * work.solve(), 1e-9 * next.work);
+}
+
+// By old factors and iterations; where that is new, by new factors, which then serve the solves.
+TEST(ModalSolver, a_sign_that_changes_is_confirmed_by_factors) {
+  for (const double side : {1.0, -1.0}) {
+    Scene scene(3);
+    scene.system.begin_solves(scene.J, 5);
+    scene.move(4);
+    scene.solve(0.5);
+    const int sign = scene.system.determinant_sign(scene.ksp);
+    EXPECT_NE(sign, 0);
+    scene.move(4.01, side);
+    EXPECT_GT(scene.solve(0.5).iterations, 1);
+    EXPECT_EQ(scene.system.determinant_sign(scene.ksp), side * sign);
+    EXPECT_EQ(scene.solve(1e-8).iterations == 1, side < 0);
+  }
 }
