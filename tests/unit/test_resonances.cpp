@@ -107,6 +107,9 @@ TEST(ResonanceSets, modes_are_driven_by_what_works_on_them) {
   PreloadedModel model = row_of(2, rising);
   ReducedModel &reduced = model.reduced;
   reduced.loads.push_back({"other", {}, {}});
+  reduced.modes = 3, reduced.own_modes = own_share(reduced.comm, 3), reduced.kaa = {1e3, 2e3, 3e3};
+  reduced.mxa.assign(reduced.own_contact_dofs() * 3, 0.0);
+  reduced.loads[0].fa = {0, 0, 3}, reduced.loads[1].fa = {2, 0, 0};
   for (LoadPattern &load : reduced.loads) load.fx.assign(reduced.own_contact_dofs(), 0.0);
   const auto push = [&](int pattern, int dof, double force) {
     const int own = dof - 3 * static_cast<int>(reduced.own_points.begin);
@@ -117,7 +120,10 @@ TEST(ResonanceSets, modes_are_driven_by_what_works_on_them) {
   study.loads = {{"force", {0, 1, 0, 0, 0}, ""},
                  {"other", {5, 0, 0, 0, 3, 2}, ""}}; // cos; sin of the second, cos of the third
   const Resonances found = resonances(model, study);
-  ASSERT_EQ(found.driven.size(), 6u);
+  ASSERT_EQ(found.driven.size(), 9u); // three of the reduction last
+  EXPECT_EQ(found.driven[6], (Ints{2, 3}));
+  EXPECT_EQ(found.driven[7], Ints());
+  EXPECT_EQ(found.driven[8], Ints{1});
   const Reals frequencies{1, 4, 9, 16, 25, 36}, springs{20, 30, 64, 20, 30, 64};
   Reals order;
   for (int i = 0; i < 6; ++i) order.push_back(frequencies[i] + springs[i]);
