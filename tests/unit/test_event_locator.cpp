@@ -132,7 +132,7 @@ Equations upright() {
 
 // A search by the rules of EventLocator::between, with all places that it looks at.
 std::vector<double> looked_at(const std::function<double(double)> &f, double a, double b, double newton_tolerance) {
-  const double tolerance = std::max(1e-8, newton_tolerance), width = b - a;
+  const double least = std::max(1e-8, newton_tolerance), width = b - a;
   double fa = f(a), fb = f(b), third = width;
   const double largest = std::max(std::abs(fa), std::abs(fb));
   std::vector<double> places;
@@ -146,7 +146,7 @@ std::vector<double> looked_at(const std::function<double(double)> &f, double a, 
     }
     places.push_back(x);
     const double value = f(x);
-    if (std::abs(value) <= tolerance * largest || b - a <= tolerance * width) break;
+    if (std::abs(value) <= least * largest || b - a <= least * width) break;
     const int side = value * fa > 0 ? -1 : 1;
     (side < 0 ? a : b) = x, (side < 0 ? fa : fb) = value;
     if (side == before) (side < 0 ? fb : fa) /= 2;

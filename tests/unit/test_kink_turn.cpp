@@ -104,15 +104,15 @@ struct Legs : ToldProblem {
 };
 
 /// x = b(p)
-Equations over_p(const std::function<double(double)> &b, const std::function<double(double)> &slope) {
+Equations over_p(const std::function<double(double)> &b, const std::function<double(double)> &rate) {
   return one([b](double x, double p) { return x - b(p); }, [](double, double) { return 1.0; },
-             [slope](double, double p) { return -slope(p); });
+             [rate](double, double p) { return -rate(p); });
 }
 
 /// p = -g(x) from (0, 0) on, and before it p = first x.
-Equations over_x(const std::function<double(double)> &g, const std::function<double(double)> &slope, double first = 3) {
+Equations over_x(const std::function<double(double)> &g, const std::function<double(double)> &rate, double first = 3) {
   return one([=](double x, double p) { return p + (x < 0 ? -first * x : g(x)); },
-             [=](double x, double) { return x < 0 ? -first : slope(x); }, [](double, double) { return 1.0; });
+             [=](double x, double) { return x < 0 ? -first : rate(x); }, [](double, double) { return 1.0; });
 }
 
 const double root10 = std::sqrt(10.0);

@@ -178,13 +178,13 @@ Onset by_hand(const PreloadedModel &model, const std::vector<std::complex<double
         note(first_zero([&](double a) { return point.gap - at.x[2] - a * moved(2); }), "closes");
         continue;
       }
-      const auto N = [&](double a) { return at.force[2] + a * point.kn * moved(2); };
+      const auto normal = [&](double a) { return at.force[2] + a * point.kn * moved(2); };
       const auto T = [&](int d, double a) { return at.force[d] + a * point.kt[d] * moved(d); };
-      note(first_zero(N), "lifts off");
+      note(first_zero(normal), "lifts off");
       if (point.law == Law::cone)
-        note(first_zero([&](double a) { return point.mu[0] * N(a) - std::hypot(T(0, a), T(1, a)); }), "slips");
+        note(first_zero([&](double a) { return point.mu[0] * normal(a) - std::hypot(T(0, a), T(1, a)); }), "slips");
       for (int d = 0; d < 2 && point.law == Law::coulomb; ++d)
-        note(first_zero([&](double a) { return point.mu[d] * N(a) - std::abs(T(d, a)); }), "slips");
+        note(first_zero([&](double a) { return point.mu[d] * normal(a) - std::abs(T(d, a)); }), "slips");
     }
   }
   return first;
