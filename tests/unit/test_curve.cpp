@@ -153,6 +153,16 @@ TEST(Curve, counts_all_that_solves_took) {
   EXPECT_EQ(scene.counts.linear, 3 * told.solves);
 }
 
+TEST(Curve, rounding_errors_are_those_behind_one_iteration) { // which leads from 0 to 1
+  ToldCurve scene(one([](double x, double) { return x * x * x + x - 1; },
+                      [](double x, double) { return 3 * x * x + 1; }, [](double, double) { return 0.0; }));
+  const double last_bit = PETSC_MACHINE_EPSILON; // of 1 to greater numbers, half of it to smaller ones
+  const double found = scene.curve.rounding(0.5);
+  EXPECT_EQ(scene.problem.told.solves, 1);
+  EXPECT_GE(found, 2 * last_bit - 1e-30);
+  EXPECT_LE(found, 4 * last_bit + 1e-30);
+}
+
 // On the unit circle with plain lengths J = 2 y: what is missing by r is made up for along y, by r / 2.
 TEST(Curve, corrects_by_factors_of_the_point_which_are_made_where_they_are_not_at_hand) {
   ToldCurve scene(circle());

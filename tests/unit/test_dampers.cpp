@@ -57,13 +57,7 @@ struct Scene {
     const std::vector<ContactPoint> points = small_contact(whole);
     const StuckBasis modes = stuck_basis(whole, stuck_springs(points), alone_);
     C.assign(n * n, 0), S.assign(n * n, 0);
-    Reals M(n * n);
-    for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t j = 0; j < n; ++j)
-        M[i * n + j] = i < 2 && j < 2 ? i == j
-                       : i < 2        ? whole.mxa[(j - 2) * 2 + i]
-                       : j < 2        ? whole.mxa[(i - 2) * 2 + j]
-                                      : whole.mxx[(i - 2) * 9 + j - 2];
+    const Reals M = SmallMatrices().M;
     for (const ModeRatio &ratio : kind.ratios) {
       const std::size_t mode = ratio.mode - 1;
       if (kind.of_fixed) {

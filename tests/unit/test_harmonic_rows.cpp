@@ -18,23 +18,6 @@ namespace {
 using Reals = std::vector<double>;
 constexpr std::size_t n = 11;
 
-// K and M of the small model, whole on every rank.
-struct Matrices {
-  Reals K = Reals(n * n), M = Reals(n * n);
-  Matrices() {
-    const ReducedModel whole = small_reduced(PETSC_COMM_SELF);
-    for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t j = 0; j < n; ++j) {
-        const bool mi = i < 2, mj = j < 2;
-        K[i * n + j] = mi && mj ? (i == j) * whole.kaa[i] : mi || mj ? 0 : whole.kxx[(i - 2) * 9 + j - 2];
-        M[i * n + j] = mi && mj ? i == j
-                       : mi     ? whole.mxa[(j - 2) * 2 + i]
-                       : mj     ? whole.mxa[(i - 2) * 2 + j]
-                                : whole.mxx[(i - 2) * 9 + j - 2];
-      }
-  }
-};
-
 UniqueVec numbered(const Layout &layout, double last) { // 100 dof + coefficient
   UniqueVec y;
   double *own;
@@ -99,7 +82,7 @@ TEST(StuckBasis, is_of_the_pencil_with_springs) {
   Reals all(9);
   std::copy(springs.begin(), springs.end(), all.begin() + 3 * model.own_points.begin);
   MPI_Allreduce(MPI_IN_PLACE, all.data(), 9, MPI_DOUBLE, MPI_SUM, layout.comm);
-  const auto [K, M] = Matrices();
+  const auto [K, M] = SmallMatrices();
   const Pencil own = own_pencil(model, springs, layout);
   for (PetscInt d = 0; d < layout.own_dofs(); ++d)
     for (std::size_t j = 0; j < n; ++j) {

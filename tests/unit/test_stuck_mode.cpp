@@ -323,3 +323,42 @@ TEST(StuckMode, as_many_are_found_as_it_takes) {
   EXPECT_EQ(refused(row_of(3, 2), {3}), "mode 3");
   EXPECT_EQ(refused(row_of(3, 2), {0, 0.5}), "mode 3");
 }
+
+// With modes of the reduction, which masses couple with the contacts.
+TEST(StuckMode, is_one_of_the_reduced_structure) {
+  const PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
+  const Layout layout(model.reduced, 0);
+  const auto [K, M] = SmallMatrices();
+  std::vector<double> springs(11);
+  for (std::size_t p = 0; p < model.contact.size(); ++p)
+    for (int d = 0; d < 3; ++d)
+      springs[layout.number(layout.own_modes.size() + 3 * static_cast<PetscInt>(p) + d)] =
+          stuck_springs(model.contact[p])[d];
+  MPI_Allreduce(MPI_IN_PLACE, springs.data(), 11, MPI_DOUBLE, MPI_SUM, layout.comm);
+  for (int number = 1; number <= 11; ++number) {
+    Case study;
+    study.mode = ModeWish{number};
+    study.given = {{"mode.number", "case.toml:3"}};
+    const StuckMode mode = stuck_mode(model, study);
+    ASSERT_EQ(mode.modal.size(), static_cast<std::size_t>(layout.own_modes.size()));
+    ASSERT_EQ(mode.contact.size(), 3 * model.contact.size());
+    std::vector<double> phi(11);
+    for (PetscInt d = 0; d < layout.own_dofs(); ++d) {
+      const PetscInt of_contact = d - layout.own_modes.size();
+      phi[layout.number(d)] = (of_contact < 0 ? mode.modal[d] : mode.contact[of_contact]).real();
+    }
+    MPI_Allreduce(MPI_IN_PLACE, phi.data(), 11, MPI_DOUBLE, MPI_SUM, layout.comm);
+    double mass = 0;
+    for (std::size_t i = 0; i < 11; ++i) {
+      double force = springs[i] * phi[i];
+      for (std::size_t j = 0; j < 11; ++j) {
+        force += (K[i * 11 + j] - mode.omega * mode.omega * M[i * 11 + j]) * phi[j];
+        mass += phi[i] * M[i * 11 + j] * phi[j];
+      }
+      EXPECT_NEAR(force, 0, 1e-11) << number;
+    }
+    EXPECT_NEAR(mass, 1, 1e-12);
+    const auto [least, most] = std::minmax_element(phi.begin(), phi.end());
+    EXPECT_GE(*most, -*least);
+  }
+}
