@@ -39,7 +39,6 @@ Corrector::Corrector(Problem &problem, const NewtonSettings &settings)
   check(SNESSetJacobian(snes_, J, J, &Corrector::jacobian, this), "setting up Newton");
   check(SNESSetTolerances(snes_, 0, 0, 0, settings.max_iterations, 100000000), "setting up Newton");
   check(SNESSetConvergenceTest(snes_, &Corrector::converged, this, nullptr), "setting up Newton");
-  check(SNESSetType(snes_, SNESNEWTONLS), "setting up Newton");
   KSP ksp;
   check(SNESGetKSP(snes_, &ksp), "setting up Newton");
   jacobian_->set_up(ksp);
@@ -72,9 +71,7 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
   const LinearEffort spent = self.jacobian_->take_effort(0);
   self.spent_.iterations += spent.iterations, self.spent_.inexact += spent.inexact;
   *reason = SNES_CONVERGED_ITERATING;
-  if (!std::isfinite(f))
-    *reason = SNES_DIVERGED_FNORM_NAN;
-  else if (it > 0 && dy < settings.step_tolerance * y && f < settings.residual_tolerance)
+  if (it > 0 && dy < settings.step_tolerance * y && f < settings.residual_tolerance)
     *reason = SNES_CONVERGED_SNORM_RELATIVE;
   else if ((self.given_up_ = self.why_give_up(it, {f, dy})))
     *reason = SNES_DIVERGED_MAX_IT;

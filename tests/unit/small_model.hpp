@@ -35,6 +35,24 @@ inline ReducedModel small_reduced(MPI_Comm comm) {
   return model;
 }
 
+/// K and M of the small model, whole (11, 11): modes first.
+struct SmallMatrices {
+  static constexpr std::size_t n = 11;
+  std::vector<double> K = std::vector<double>(n * n), M = K;
+  SmallMatrices() {
+    const ReducedModel whole = small_reduced(PETSC_COMM_SELF);
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < n; ++j) {
+        const bool mi = i < 2, mj = j < 2;
+        K[i * n + j] = mi && mj ? (i == j) * whole.kaa[i] : mi || mj ? 0 : whole.kxx[(i - 2) * 9 + j - 2];
+        M[i * n + j] = mi && mj ? i == j
+                       : mi     ? whole.mxa[(j - 2) * 2 + i]
+                       : mj     ? whole.mxa[(i - 2) * 2 + j]
+                                : whole.mxx[(i - 2) * 9 + j - 2];
+      }
+  }
+};
+
 /// The matrices that a kind of damping wants of a model, proportional to nothing.
 inline void add_damping_matrices(const Damping &damping, ReducedModel &model) {
   const auto fill = [&](DampingMatrix &matrix, double size) {

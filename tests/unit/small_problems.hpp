@@ -50,7 +50,7 @@ public:
   int determinant_sign(KSP) override { return factors_.sign(); }
   std::string recover(KSP ksp) override { return recover_lu(ksp, matrix_); }
 
-private:
+protected:
   const Equations &equations_;
   int size_;
   UniqueMat matrix_;
@@ -78,8 +78,10 @@ public:
   }
   std::unique_ptr<BorderedJacobian> jacobian() override { return std::make_unique<SmallJacobian>(equations_); }
 
-private:
+protected:
   Equations equations_;
+
+private:
   Parameter parameter_{"p", "-"};
 };
 
@@ -184,7 +186,7 @@ public:
   std::vector<double> kinks; ///< angles [rad]
   bool may_resonate = true;
 
-private:
+protected:
   bool resonates() const override { return may_resonate; }
   Outcome pass(Vec normal, double step, double, bool at_kink) override {
     const double rate = parameter_of(here_.t), next = parameter_of(trial_.t);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <random>
 #include <vector>
 
 #include "continuation/between.hpp"
@@ -104,4 +106,90 @@ TEST(BetweenPoints, forgets) {
   between.begin(kinked(0.5));
   EXPECT_TRUE(std::isnan(between.add(0.01, kinked(0.51))));
   EXPECT_FALSE(std::isnan(between.add(0.01, kinked(0.52))));
+}
+
+namespace {
+
+struct Place {
+  double s;
+  Amplitude at;
+};
+
+// The cubic through two places at a third, by divided differences.
+Amplitude drawn(const Place &a, const Place &b, double s) {
+  const double h = b.s - a.s, d = s - a.s, mean = (b.at.value - a.at.value) / h, second = (mean - a.at.slope) / h,
+               third = ((b.at.slope - mean) / h - second) / h;
+  return {a.at.value + d * (a.at.slope + d * (second + (d - h) * third)),
+          a.at.slope + 2 * d * second + d * (3 * d - 2 * h) * third};
+}
+
+// What add() says of the last of some places, as its comment describes it; `smooth` becomes what it took them for.
+double described(const std::vector<Place> &all, double largest, bool &smooth) {
+  const std::size_t n = all.size();
+  smooth = false;
+  if (n < 3) return std::numeric_limits<double>::quiet_NaN();
+  struct Missed {
+    double value, slope, fourth;
+  };
+  const auto missed = [&](std::size_t i) { // the cubic round place i
+    const Amplitude on = drawn(all[i - 1], all[i + 1], all[i].s);
+    const double value = all[i].at.value - on.value;
+    return Missed{value, all[i].at.slope - on.slope,
+                  value / std::pow((all[i].s - all[i - 1].s) * (all[i + 1].s - all[i].s), 2)};
+  };
+  const auto bend = [&](std::size_t i) { return (all[i + 1].at.slope - all[i].at.slope) / (all[i + 1].s - all[i].s); };
+  const Missed now = missed(n - 2);
+  const double h1 = all[n - 2].s - all[n - 3].s, h2 = all[n - 1].s - all[n - 2].s;
+  const double askew = h2 * std::abs(now.slope - 2 * now.value / h1 + 2 * now.value / h2);
+  const double regular = std::abs(now.value) * h2 * h2 / h1 / h1 / 16;
+  double jump = std::abs(bend(n - 2) - bend(n - 3));
+  if (n > 3) {
+    const double quotient = now.fourth / missed(n - 3).fourth;
+    smooth = quotient >= 0.125 && quotient <= 8 && askew < std::abs(now.value);
+    jump = std::min(jump, std::abs(bend(n - 2) - bend(n - 4)));
+  }
+  const double kink = std::min(jump * h2 * h2 / 8, std::max(std::abs(now.value), askew) / 2);
+  return (smooth ? regular : std::max(regular, kink)) / largest;
+}
+
+} // namespace
+
+// Fourth derivatives that change from step to step by up to 30, slopes askew, kinks.
+TEST(BetweenPoints, estimates_are_what_their_comment_says) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> part(0, 1);
+  int smooth_ones = 0, rough_ones = 0;
+  for (int curve = 0; curve < 300; ++curve) {
+    BetweenPoints between;
+    double largest = 0, fourth = 1, kinks = 0, at_kink = 0, s = part(random);
+    const double askew = std::pow(10, -4 * part(random));
+    const auto here = [&] {
+      const double d = std::max(0.0, s - at_kink), slope = 0.2 * part(random) * askew * fourth * s * s * s;
+      return Amplitude{0.3 + fourth * std::pow(s, 4) + kinks * d,
+                       4 * fourth * std::pow(s, 3) + (d > 0) * kinks + slope};
+    };
+    for (int piece = 0; piece < 2; ++piece) {
+      std::vector<Place> all{{s, here()}};
+      between.begin(all[0].at);
+      largest = std::max(largest, all[0].at.value);
+      for (int i = 0; i < 8; ++i) {
+        const double step = 0.05 + 0.2 * part(random);
+        fourth *= std::pow(30, curve % 3 == 0 ? 0 : 0.2 * part(random));
+        if (curve % 4 == 1 && i == 4) kinks = part(random), at_kink = s + 0.5 * step;
+        s += step;
+        all.push_back({s, here()});
+        largest = std::max(largest, all.back().at.value);
+        bool smooth;
+        const double wanted = described(all, largest, smooth), found = between.add(step, all.back().at);
+        if (all.size() < 3) {
+          EXPECT_TRUE(std::isnan(found));
+          continue;
+        }
+        EXPECT_NEAR(found, wanted, 1e-7 * wanted + 1e-14) << curve << " " << piece << " " << i;
+        if (all.size() > 3) ++(smooth ? smooth_ones : rough_ones);
+      }
+    }
+  }
+  EXPECT_GT(smooth_ones, 300);
+  EXPECT_GT(rough_ones, 300);
 }

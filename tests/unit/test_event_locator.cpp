@@ -1,8 +1,12 @@
 // Where within a step something happens, on curves in closed form.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
 #include "continuation/event_locator.hpp"
-#include "small_problems.hpp"
+#include "told_solves.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -109,10 +113,189 @@ TEST(Meeting, is_where_lines_along_tangents_are_closest) {
       EXPECT_NEAR(at.back, back, 1e-12);
       EXPECT_NEAR(at.miss, 0, 1e-12);
     }
-  for (const auto &[turned, ahead] : {std::pair{1.1, -0.5}, {0.02, 0.5}}) { // behind here, or too slim an angle
+  EXPECT_NEAR(met(0.033, 0.5, 2).ahead, 0.5, 1e-9);                          // the square of its sine is 1.09e-3
+  for (const auto &[turned, ahead] : {std::pair{1.1, -0.5}, {0.031, 0.5}}) { // behind here, or too slim an angle
     const Meeting at = met(turned, ahead, 2);
     EXPECT_EQ(at.ahead, 0);
     EXPECT_NEAR(at.back, 2 + ahead * std::cos(turned), 1e-12);
     EXPECT_NEAR(at.miss, std::abs(ahead * std::sin(turned)), 1e-12); // from here to the other line
   }
+}
+
+namespace {
+
+// The line x = 2, along which p is the arc length.
+Equations upright() {
+  return one([](double x, double) { return x - 2; }, [](double, double) { return 1.0; },
+             [](double, double) { return 0.0; });
+}
+
+// A search by the rules of EventLocator::between, with all places that it looks at.
+std::vector<double> looked_at(const std::function<double(double)> &f, double a, double b, double newton_tolerance) {
+  const double least = std::max(1e-8, newton_tolerance), width = b - a;
+  double fa = f(a), fb = f(b), third = width;
+  const double largest = std::max(std::abs(fa), std::abs(fb));
+  std::vector<double> places;
+  int before = 0;
+  while (places.size() < 80) {
+    double x = (a * fb - b * fa) / (fb - fa);
+    if (fa == fb) x = (a + b) / 2;
+    if (places.size() % 3 == 2) {
+      if (b - a > third / 2) x = (a + b) / 2;
+      third = b - a;
+    }
+    places.push_back(x);
+    const double value = f(x);
+    if (std::abs(value) <= least * largest || b - a <= least * width) break;
+    const int side = value * fa > 0 ? -1 : 1;
+    (side < 0 ? a : b) = x, (side < 0 ? fa : fb) = value;
+    if (side == before) (side < 0 ? fb : fa) /= 2;
+    before = side;
+  }
+  return places;
+}
+
+} // namespace
+
+TEST(EventLocator, looks_where_regula_falsi_and_halving_tell) {
+  const std::function<double(double)> functions[] = {
+      [](double p) { return 3 * (p - 0.3); },          [](double p) { return std::exp(9 * p) - 5; },
+      [](double p) { return 5 - std::exp(9 * p); },    [](double p) { return p < 0.7 ? -1.0 : 1e3; },
+      [](double p) { return p < 0.123 ? -1e3 : 1.0; }, [](double p) { return p < 0.3 ? -1.0 : 1.0; },
+      [](double p) { return std::pow(p - 0.4, 3); },   [](double) { return 1.0; }, // never
+  };
+  std::size_t most = 0;
+  for (const auto &f : functions)
+    for (const double from : {0.0, -0.5})
+      for (const double newton : {1e-11, 1e-4}) {
+        ToldProblem problem(upright());
+        SolveCounts counts;
+        Curve curve(problem, {1e-11, 1e-12, 30}, 1, false, counts);
+        const CurvePoint here = curve.point(), there = curve.point();
+        put(here.y, 2, from), put(here.t, 0, 1), put(there.y, 2, 1), put(there.t, 0, 1);
+        std::vector<double> found;
+        const auto place = EventLocator(curve, here, there, newton)
+                               .between(here.t, {from, here.y, f(from)}, {1, there.y, f(1)}, [&](CurvePoint &s) {
+                                 found.push_back(s.parameter);
+                                 return f(s.parameter);
+                               });
+        const std::vector<double> wanted = looked_at(f, from, 1, newton);
+        ASSERT_TRUE(place);
+        ASSERT_EQ(found.size(), wanted.size());
+        for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], wanted[i], 1e-9) << i;
+        EXPECT_NEAR(place->along, found.back(), 1e-9);
+        EXPECT_EQ(place->at.parameter, found.back());
+        EXPECT_EQ(std::count(problem.told.asked.begin(), problem.told.asked.end(), 1e-10),
+                  counts.inexact - counts.newton);
+        problem.told.asked.clear();
+        across(curve, here, 0.1);
+        EXPECT_EQ(problem.told.asked.back(), 1e-6); // as usual again
+        most = std::max(most, found.size());
+      }
+  EXPECT_EQ(most, 80u);
+}
+
+TEST(EventLocator, finds_nothing_where_newton_fails) {
+  ToldProblem problem(upright());
+  SolveCounts counts;
+  Curve curve(problem, {1e-11, 1e-12, 30}, 1, false, counts);
+  const CurvePoint here = curve.point(), there = curve.point();
+  put(here.y, 2, 0), put(here.t, 0, 1), put(there.y, 2, 1), put(there.t, 0, 1);
+  problem.told.fail_at = 0, problem.told.fail_until = 1000;
+  const EventLocator locator(curve, here, there, tolerance);
+  EXPECT_FALSE(locator.between(here.t, {0, here.y, -1}, {1, there.y, 1}, [](CurvePoint &s) { return s.parameter; }));
+  EXPECT_FALSE(locator.leads_back(1, 1));
+  EXPECT_FALSE(locator.branch_point(1));
+}
+
+// Legs that meet at (0, 0); planes across the sum of both tangents are those of equal x. Zero before, at or behind it.
+TEST(EventLocator, finds_what_passes_zero_on_either_leg_of_a_kink) {
+  SmallCurve scene(hairpin(3), 1);
+  const CurvePoint here = scene.at(-0.1, -0.3);
+  CurvePoint there = scene.at(0.05, -0.15);
+  turn(there);
+  for (const double sense : {1.0, -1.0})
+    for (const double zero : {-0.07, 0.02}) {
+      const auto f = [&](CurvePoint &s) { return sense * (values(s.y)[0] - zero); };
+      const auto found = EventLocator(scene.curve, here, there, tolerance)
+                             .in_kink(0.3, {sense * (-0.1 - zero), sense * (0.05 - zero)}, f);
+      ASSERT_TRUE(found) << zero;
+      EXPECT_NEAR(values(found->at.y)[0], zero, 1e-8);
+      EXPECT_NEAR(found->along, 0.3 * (zero + 0.1) / 0.15, 1e-7);
+    }
+}
+
+// Nor what is twice as far from the kink as here, where another branch may be; nor where the legs meet behind here.
+TEST(EventLocator, finds_nothing_far_from_a_kink) {
+  SmallCurve scene(hairpin(3), 1);
+  const CurvePoint here = scene.at(-0.01, -0.03);
+  CurvePoint there = scene.at(0.5, -1.5);
+  turn(there);
+  for (const auto &[zero, finds] : {std::pair{0.0198, true}, {0.0202, false}}) {
+    const double x0 = zero;
+    const auto f = [x0](CurvePoint &s) { return values(s.y)[0] - x0; };
+    EXPECT_EQ(EventLocator(scene.curve, here, there, tolerance).in_kink(1, {-0.01 - x0, 0.5 - x0}, f).has_value(),
+              finds);
+  }
+  CurvePoint behind = scene.curve.point();
+  put(behind.y, -0.05, 0), put(behind.t, 1, 0); // its line meets here's at (0, 0) only
+  CurvePoint from = scene.at(0.01, -0.03);
+  turn(from);
+  EXPECT_FALSE(
+      EventLocator(scene.curve, from, behind, tolerance).in_kink(1, {-1, 1}, [](CurvePoint &) { return 1.0; }));
+}
+
+// A point 2 % of the way ahead of where the way back ends, and beside it.
+TEST(EventLocator, a_way_leads_back_if_it_misses_a_tenth_of_a_correction_at_most) {
+  SmallCurve scene(upright(), 1);
+  const CurvePoint here = scene.curve.point(), there = scene.curve.point();
+  put(here.t, 0, 1), put(there.y, 2, 0.1), put(there.t, 0, 1);
+  for (const auto &[beside, missed, leads] : {std::tuple{0.9e-3, 1e-2, true},
+                                              {1.1e-3, 1e-2, false},
+                                              {0.9e-5, 0.0, true},
+                                              {1.1e-5, 0.0, false},
+                                              {0.0, 0.0, true}}) {
+    put(here.y, 2 + beside, 0.002);
+    EXPECT_EQ(EventLocator(scene.curve, here, there, tolerance).leads_back(0.1, missed), leads) << beside;
+  }
+}
+
+// x = d and x = -d, from one to the other: as close as a thousandth of the step it counts as one that is crossed.
+TEST(EventLocator, branches_beside_each_other_do_not_cross_unless_they_all_but_touch) {
+  for (const auto &[d, finds] : {std::pair{0.45e-4, true}, {0.55e-4, false}}) {
+    const double half = d;
+    SmallCurve scene(one([half](double x, double) { return x * x - half * half; },
+                         [](double x, double) { return 2 * x; }, [](double, double) { return 0.0; }),
+                     1);
+    const CurvePoint here = scene.at(half, 0), there = scene.at(-half, 0.1);
+    const auto found = EventLocator(scene.curve, here, there, tolerance).branch_point(0.1);
+    EXPECT_EQ(found.has_value(), finds);
+  }
+}
+
+TEST(EventLocator, a_crossing_is_located_to_a_hundred_millionth_of_the_step) {
+  SmallCurve scene(pitchfork(), 2);
+  const double step = 0.1, from = -0.03;
+  const CurvePoint here = scene.at(0, from), there = scene.on(here, step);
+  const auto found = EventLocator(scene.curve, here, there, tolerance).branch_point(step);
+  ASSERT_TRUE(found);
+  const double rate = values(here.t)[1];
+  EXPECT_NEAR(found->at.parameter, 0, 2e-9);
+  EXPECT_NEAR(rate * found->along, -from, 2e-9);
+  EXPECT_NEAR(found->at.parameter - from, rate * found->along, 1e-12);
+}
+
+TEST(Located, is_the_point_with_all_that_belongs_to_it) {
+  SmallCurve scene(circle(), 1);
+  CurvePoint s = scene.at(0.8, 0.6);
+  s.data = std::make_shared<PointData>();
+  const Located found = located_at(scene.curve, s, 0.25);
+  EXPECT_EQ(found.along, 0.25);
+  EXPECT_EQ(values(found.at.y), values(s.y));
+  EXPECT_EQ(values(found.at.t), values(s.t));
+  EXPECT_EQ(found.at.sign, 1);
+  EXPECT_EQ(found.at.parameter, 0.6);
+  EXPECT_EQ(found.at.newton.newton, s.newton.newton);
+  EXPECT_TRUE(found.at.newton.converged);
+  EXPECT_EQ(found.at.data, s.data);
 }

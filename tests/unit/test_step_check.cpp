@@ -1,6 +1,9 @@
 // Why steps are refused, each check by itself, on curves in closed form.
 #include <gtest/gtest.h>
 
+#include <tuple>
+#include <utility>
+
 #include "continuation/step_check.hpp"
 #include "small_problems.hpp"
 
@@ -102,4 +105,78 @@ TEST(StepChecks, the_first_that_refuses_says_why) {
         none = trial_between(scene, here, there, 0.1, smooth);
   EXPECT_EQ(refused(both), "the curve turns too far within one step");
   EXPECT_FALSE(refused(none));
+}
+
+// Two lines x = d and x = -d: between points of both the cubic's middle lies between them, and one correction leads
+// from there by the factors of x = d or -d to the line or beyond it: by d / 2.
+TEST(MiddleCheck, refuses_what_the_curve_misses_by_more_than_a_twentieth_of_the_step) {
+  for (const auto &[d, refuses] : {std::pair{0.0099, false}, {0.0101, true}}) {
+    const double half = d;
+    SmallCurve scene(one([half](double x, double) { return x * x - half * half; },
+                         [](double x, double) { return 2 * x; }, [](double, double) { return 0.0; }),
+                     1);
+    const CurvePoint here = scene.at(half, 0), there = scene.at(-half, 0.1);
+    for (const bool kink : {false, true}) {
+      Trial trial = trial_between(scene, here, there, 0.1, smooth, kink);
+      EXPECT_EQ(check_middle(trial).has_value(), refuses && !kink);
+      EXPECT_NEAR(trial.off, kink ? 0 : d / 2, 1e-9);
+      EXPECT_EQ(trial.middle != nullptr, !kink);
+    }
+  }
+}
+
+TEST(MiddleCheck, leaves_rough_problems_alone) {
+  struct Rough : SmallProblem {
+    using SmallProblem::SmallProblem;
+    bool is_smooth() const override { return false; }
+  } problem(one([](double x, double) { return x * x - 1; }, [](double x, double) { return 2 * x; },
+                [](double, double) { return 0.0; }));
+  SolveCounts counts;
+  Curve curve(problem, {1e-11, 1e-12, 30}, 1, true, counts);
+  CurvePoint here = curve.point(), there = curve.point();
+  for (const auto &[s, x] : {std::pair{&here, 1.0}, {&there, -1.0}}) {
+    check(VecSetValue(s->y, 0, x, INSERT_VALUES), "");
+    check(VecAssemblyBegin(s->y), ""), check(VecAssemblyEnd(s->y), "");
+    ASSERT_TRUE(curve.solve_at(x < 0 ? 0.1 : 0, *s));
+  }
+  Trial trial{curve, here, there, 0.1, smooth, false, EventLocator(curve, here, there, 1e-11)};
+  EXPECT_FALSE(check_middle(trial));
+}
+
+TEST(OrientationCheck, asks_whether_signs_are_known_to_differ) {
+  SmallCurve scene(hairpin(30), 30);
+  CurvePoint here = scene.at(-0.1, -3), there = scene.at(0.09, -2.7);
+  const auto refuses = [&](double step, bool kink) {
+    Trial trial = trial_between(scene, here, there, step, turned, kink);
+    return check_orientation(trial).has_value();
+  };
+  EXPECT_TRUE(refuses(1e-5, false));
+  EXPECT_TRUE(refuses(1.01e-4, true));
+  EXPECT_FALSE(refuses(1e-4, true)); // so near a kink
+  for (CurvePoint *unknown : {&here, &there}) {
+    const int sign = std::exchange(unknown->sign, 0);
+    EXPECT_FALSE(refuses(1e-2, false));
+    unknown->sign = sign;
+  }
+}
+
+// The way back misses by 1e-3: a tenth of a correction of 0.11 steps, but not of 0.09.
+TEST(OrientationCheck, looks_for_another_branch_where_the_way_leads_back_and_is_straight) {
+  SmallCurve scene(one([](double x, double) { return x - 2; }, [](double, double) { return 1.0; },
+                       [](double, double) { return 0.0; }),
+                   1);
+  CurvePoint here = scene.at(2, 0), there = scene.at(2, 0.1);
+  here.sign = -1;
+  check(VecSetValue(here.y, 0, 2.001, INSERT_VALUES), "");
+  check(VecAssemblyBegin(here.y), ""), check(VecAssemblyEnd(here.y), "");
+  for (const auto &[angle, correction, leads_back] :
+       {std::tuple{0.1, 0.11, true}, {0.1, 0.09, false}, {0.5, 0.11, false}, {0.1, 0.5, false}}) {
+    Trial trial = trial_between(scene, here, there, 0.1, {angle, correction});
+    const auto why = check_orientation(trial);
+    if (leads_back) {
+      EXPECT_TRUE(!why || *why == "the step leads to another branch") << *why;
+    } else {
+      EXPECT_EQ(why, "the curve turns round within one step");
+    }
+  }
 }
