@@ -7,6 +7,7 @@ import math
 import os
 import shutil
 import subprocess
+import tempfile
 import time
 import tomllib
 from dataclasses import dataclass
@@ -195,12 +196,15 @@ class Program:
                              "path; name it with --binary")
         self.path = Path(found).resolve()
         self.hash = hash_of(self.path)
+        self._sessions = tempfile.TemporaryDirectory(prefix="dovetail-mpi-") if ranks else None
 
     def start(self, case, log, *options):
         surroundings = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMPI_ALLOW_RUN_AS_ROOT": "1",
                         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_hwloc_base_binding_policy": "none",
                         "PRTE_MCA_hwloc_default_binding_policy": "none"} | os.environ
         mpirun = ["mpirun", "-n", str(self.ranks)] if self.ranks else []
+        if self.ranks:  # runs that start together do not share Open MPI's folder, which one may remove while another makes it
+            surroundings.setdefault("OMPI_MCA_orte_tmpdir_base", tempfile.mkdtemp(dir=self._sessions.name))
         return subprocess.Popen([*mpirun, str(self.path), "run", str(case), *options], env=surroundings, stdin=subprocess.DEVNULL,
                                 stdout=log, stderr=subprocess.STDOUT)
 

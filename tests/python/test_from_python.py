@@ -1,6 +1,7 @@
 """Runs and studies from a script: what they give, what they say where it goes wrong, and what is kept."""
 
 import pathlib
+import subprocess
 import sys
 import types
 
@@ -12,6 +13,7 @@ import cases
 import dovetail
 from dovetail import studies
 from dovetail.running import GivenCase
+from dovetail.study_runs import Program
 from launch import BINARY, SURROUNDINGS, words_of
 
 SMALL = {"harmonics": 2, "omega": [1.0, 1.05], "step": 0.1}
@@ -106,6 +108,19 @@ def test_a_script_under_mpirun_is_told(case, tmp_path):
 
 # ------------------------------------------------------------------------------------------------------------- studies
 GRID = {"contact.friction": [0.5, 1.0], "harmonic_balance.harmonics": [1, 2]}
+
+
+def test_runs_on_several_ranks_do_not_share_a_folder_of_mpi(case, tmp_path, monkeypatch):
+    monkeypatch.delenv("OMPI_MCA_orte_tmpdir_base")  # that of the tests
+    binary = tmp_path / "tell"
+    binary.write_text("#!/bin/sh\nls -d $OMPI_MCA_orte_tmpdir_base\n")
+    binary.chmod(0o755)
+    program = Program(binary, ranks=1)
+    started = [program.start(case, subprocess.PIPE) for _ in range(2)]
+    said = {process.communicate()[0].decode().strip() for process in started}
+    assert len(said) == 2 and all(pathlib.Path(folder).is_dir() for folder in said)
+    del program, started
+    assert not any(pathlib.Path(folder).exists() for folder in said)
 
 
 def test_a_study_has_a_row_per_setting_and_keeps_its_runs(case, monkeypatch, capsys):
