@@ -22,8 +22,8 @@ struct PencilRows {
   PencilRows(const ReducedModel &model)
       : kaa(model.kaa), kxx(rows(model.kxx, model.contact_dofs())), mxx(rows(model.mxx, model.contact_dofs())),
         mxa(rows(model.mxa, model.modes)), file(model.file), stuck_file(model.stuck_file) {}
-  PencilRows(const ReducedModel &model, Rows kxx, Rows mxx, Rows mxa)
-      : kaa(model.kaa), kxx(kxx), mxx(mxx), mxa(mxa), file(model.file), stuck_file(model.stuck_file) {}
+  PencilRows(const ReducedModel &model, Rows stiffness, Rows mass, Rows coupling)
+      : kaa(model.kaa), kxx(stiffness), mxx(mass), mxa(coupling), file(model.file), stuck_file(model.stuck_file) {}
 
 private:
   static Rows rows(const std::vector<double> &of, PetscInt length) {
