@@ -114,7 +114,7 @@ Sliding sliding_of(const PreloadedModel &model, const std::vector<LoadCourse> &l
   std::vector<std::vector<double>> works;
   std::vector<double> at_rest(rigid);
   for (std::size_t a = 0; a < rigid; ++a) {
-    const double *shape = &modes.shapes[a * own];
+    const double *shape = modes.shapes.data() + a * own;
     works.push_back(works_of(model, loads, layout, shape));
     for (std::size_t i = 0; i < contact; ++i) at_rest[a] -= model.reduced.r[i] * shape[own_modes + i];
   }
