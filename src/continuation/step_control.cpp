@@ -36,7 +36,7 @@ void StepControl::after(double step, double turned, int newton, double off, bool
 void StepControl::limit(const Rates &rates, bool smooth) {
   if (!adaptive_) return;
   step_ = std::min(step_, aims_of(smooth).longest);
-  step_ = std::min(step_, aims_of(smooth).parameter / rates.parameter); // or 1 / 0
+  if (rates.parameter > 0) step_ = std::min(step_, aims_of(smooth).parameter / rates.parameter);
   if (rates.motion > 0)
     step_ = std::min(step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion, step_limits.careful));
   step_ = std::max(step_, 10 * shortest_);

@@ -10,9 +10,7 @@
 #include <new>
 
 #include "harmonic/low_modes.hpp"
-#include "harmonic/own_rows.hpp"
 #include "harmonic/pencil_matrices.hpp"
-#include "support/gathered.hpp"
 
 extern "C" { // ScaLAPACK and LAPACK, without headers
 void pdpotrf_(const char *, const int *, double *, const int *, const int *, const int *, int *);
@@ -61,19 +59,6 @@ private:
   std::unique_ptr<double[], Free> values_;
 };
 
-// (n, columns) by number of what the ranks have by own dofs.
-std::vector<double> by_number(const std::vector<double> &own, std::size_t columns, const Layout &layout) {
-  const std::vector<double> parts = gathered(layout.comm, MPI_DOUBLE, own);
-  std::vector<double> all(layout.dofs() * columns);
-  const double *from = parts.data();
-  for (int r = 0; r < layout.size; ++r) {
-    const std::vector<PetscInt> numbers = numbers_of(layout, r);
-    for (std::size_t j = 0; j < columns; ++j)
-      for (const PetscInt number : numbers) all[j * layout.dofs() + number] = *from++;
-  }
-  return all;
-}
-
 // Q = I - V T V^T with the columns of U first, but for their signs: V (n, modes), T (modes, modes).
 struct Reflections {
   std::vector<float> V, T;
@@ -114,6 +99,7 @@ std::optional<StuckBasis> near_basis(const PencilRows &rows, const std::vector<d
   const int n = static_cast<int>(layout.dofs());
   const std::size_t own = layout.own_dofs();
   int count = std::min(first_guess, n / 4);
+  if (count == 0) return {};
   auto low = low_modes_by_lanczos(rows, springs, layout, count + 1);
   while (low && low->squares[count] < beyond * reach * reach && 2 * count <= n / 2)
     count *= 2, low = low_modes_by_lanczos(rows, springs, layout, count + 1);
@@ -130,7 +116,7 @@ std::optional<StuckBasis> near_basis(const PencilRows &rows, const std::vector<d
   std::vector<double> shapes(low->shapes.begin(), low->shapes.begin() + count * own);
   for (int j = 0; j < count; ++j)
     for (std::size_t d = 0; d < own; ++d) shapes[j * own + d] /= std::sqrt(low->squares[j]);
-  std::vector<double> U = by_number(shapes, count, layout), local = grid.take_columns(U.data(), count);
+  std::vector<double> U = by_number(layout, shapes.data(), own, count), local = grid.take_columns(U.data(), count);
   const double once = 1;
   const auto of_columns = grid.columns_descriptor(count);
   pdtrmm_("L", "U", "N", "N", &n, &count, &once, R.values(), &one, &one, grid.descriptor(), local.data(), &one, &one,
@@ -144,6 +130,8 @@ std::optional<StuckBasis> near_basis(const PencilRows &rows, const std::vector<d
     float *const inverse = R.rounded();
     basis.phi = Slab<float>(own, n); // not before, for its memory
     pstrtri_("U", "N", &n, inverse, &one, &one, grid.descriptor(), &info);
+    MPI_Allreduce(MPI_IN_PLACE, &info, 1, MPI_INT, MPI_MAX, layout.comm);
+    if (info != 0) return {}; // too small for single precision
     grid.give<float>(inverse, [&](std::size_t d, int first, int many, const float *values) {
       const int number = static_cast<int>(layout.number(static_cast<PetscInt>(d)));
       for (int j = std::max(first, number); j < first + many; ++j) basis.phi.row(d)[j] = values[j - first];

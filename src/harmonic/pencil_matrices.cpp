@@ -60,11 +60,24 @@ BlockCyclic grid_of(const Layout &layout) {
   return {layout.comm, static_cast<int>(layout.dofs()), std::move(rows)};
 }
 
+std::vector<double> by_number(const Layout &layout, const double *own, std::size_t stride, std::size_t columns) {
+  const std::size_t rows = layout.own_dofs(), n = layout.dofs();
+  std::vector<double> packed(rows * columns), all(n * columns);
+  for (std::size_t c = 0; c < columns; ++c) std::copy_n(own + c * stride, rows, &packed[c * rows]);
+  const std::vector<double> gotten = gathered(layout.comm, MPI_DOUBLE, packed);
+  const double *from = gotten.data();
+  for (int r = 0; r < layout.size; ++r) {
+    const std::vector<PetscInt> numbers = numbers_of(layout, r);
+    for (std::size_t c = 0; c < columns; ++c)
+      for (const PetscInt number : numbers) all[c * n + number] = *from++;
+  }
+  return all;
+}
+
 PencilMatrices::PencilMatrices(const PencilRows &rows, const std::vector<double> &springs, double shift,
                                const Layout &layout)
     : rows_(rows), springs_(springs), shift_(shift), layout_(layout), grid_(grid_of(layout)), line_(layout.dofs()) {
   const PetscInt own = layout.own_dofs(), n = layout.dofs();
-  for (int r = 0; r < layout.size; ++r) numbers_.push_back(numbers_of(layout, r));
   stiffness_ = shell_matrix<&PencilMatrices::multiply_stiffness>(layout.comm, own, n, this, doing);
   mass_ = shell_matrix<&PencilMatrices::multiply_mass>(layout.comm, own, n, this, doing);
   take_blocks(stiffness_), take_blocks(mass_);
@@ -102,28 +115,15 @@ bool PencilMatrices::set_inverse(KSP ksp) {
   return true;
 }
 
-// all_ = what the ranks have, (own dofs, columns) each.
-void PencilMatrices::gather(const double *own, std::size_t stride, int columns) {
-  const std::size_t rows = numbers_[layout_.rank].size(), n = layout_.dofs();
-  std::vector<double> packed(rows * columns);
-  for (int c = 0; c < columns; ++c) std::copy_n(own + c * stride, rows, &packed[c * rows]);
-  const std::vector<double> gotten = gathered(layout_.comm, MPI_DOUBLE, packed);
-  const double *from = gotten.data();
-  all_.resize(n * columns);
-  for (const std::vector<PetscInt> &numbers : numbers_)
-    for (int c = 0; c < columns; ++c)
-      for (const PetscInt number : numbers) all_[c * n + number] = *from++;
-}
-
 void PencilMatrices::take_own(double *own, std::size_t stride, int columns) const {
-  const std::vector<PetscInt> &numbers = numbers_[layout_.rank];
   for (int c = 0; c < columns; ++c)
-    for (std::size_t d = 0; d < numbers.size(); ++d) own[c * stride + d] = all_[c * layout_.dofs() + numbers[d]];
+    for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
+      own[c * stride + d] = all_[static_cast<std::size_t>(c) * layout_.dofs() + layout_.number(d)];
 }
 
 // y = K_s x or M x, both of the own dofs.
 void PencilMatrices::multiply(bool stiff, const double *x, std::size_t from, double *y, std::size_t to, int columns) {
-  gather(x, from, columns);
+  all_ = by_number(layout_, x, from, columns);
   const PetscBLASInt na = layout_.modes, nc = 3 * layout_.points, own = 3 * layout_.own_points.size(),
                      n = layout_.dofs(), many = columns, stride = static_cast<PetscBLASInt>(to), least = 1;
   const std::size_t own_modes = layout_.own_modes.size();
@@ -182,14 +182,14 @@ void PencilMatrices::multiply_block(Mat A, Mat X, Mat Y) {
 }
 
 void PencilMatrices::solve(Vec r, Vec x) {
-  gather(ReadValues(r), layout_.own_dofs(), 1);
+  all_ = by_number(layout_, ReadValues(r), layout_.own_dofs(), 1);
   factors_->solve(all_.data(), 1);
   take_own(Values(x), layout_.own_dofs(), 1);
 }
 
 void PencilMatrices::solve_block(Mat R, Mat X) {
   const Block from(R), to(X);
-  gather(from.values(), from.stride(), from.columns());
+  all_ = by_number(layout_, from.values(), from.stride(), from.columns());
   factors_->solve(all_.data(), from.columns());
   take_own(to.values(), to.stride(), to.columns());
 }

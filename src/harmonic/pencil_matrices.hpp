@@ -13,6 +13,9 @@ namespace dovetail {
 
 /// Rows by the numbers of the dofs (Layout::number).
 BlockCyclic grid_of(const Layout &layout);
+/// Columns (n, columns) by number, on all ranks, of what the ranks have of them by own dofs, `stride` apart.
+/// Collective.
+std::vector<double> by_number(const Layout &layout, const double *own, std::size_t stride, std::size_t columns);
 
 class PencilMatrices {
 public:
@@ -37,7 +40,6 @@ private:
   void multiply_stiffness(Vec x, Vec y);
   void multiply_mass(Vec x, Vec y);
   void solve(Vec r, Vec x);
-  void gather(const double *own, std::size_t stride, int columns);
   void take_own(double *own, std::size_t stride, int columns) const;
   void multiply(bool stiff, const double *x, std::size_t from, double *y, std::size_t to, int columns);
 
@@ -45,7 +47,6 @@ private:
   std::vector<double> springs_;
   double shift_;
   Layout layout_;
-  std::vector<std::vector<PetscInt>> numbers_; // of the dofs of each rank
   const BlockCyclic grid_;
   std::optional<SpreadCholesky> factors_;
   std::vector<double> all_, line_; // (n, columns) by number; (n)

@@ -103,4 +103,14 @@ inline PreloadedModel small_preloaded(MPI_Comm comm) {
   return contact_preload(std::move(model), std::move(contact), zero, note);
 }
 
+/// Points of mass 1 on springs to the ground, of each contact dof its own, and nothing between them.
+template <class Stiffness> ReducedModel grounded(int points, const Stiffness &stiffness) {
+  ReducedModel model;
+  model.comm = PETSC_COMM_WORLD, model.points = points;
+  model.own_points = own_share(model.comm, points), model.own_modes = own_share(model.comm, 0);
+  for (int i = 3 * model.own_points.begin; i < 3 * model.own_points.end; ++i)
+    for (int j = 0; j < 3 * points; ++j) model.kxx.push_back(i == j ? stiffness(i) : 0), model.mxx.push_back(i == j);
+  return model;
+}
+
 } // namespace dovetail::testing

@@ -16,15 +16,10 @@ namespace {
 using Reals = std::vector<double>;
 using Ints = std::vector<int>;
 
-// Points of mass 1 without springs between them; of each dof a stiffness to the ground.
+// Closed points.
 PreloadedModel row_of(int points, double (*stiffness)(int dof), Law law = Law::coulomb) {
   PreloadedModel model;
-  ReducedModel &reduced = model.reduced;
-  reduced.comm = PETSC_COMM_WORLD, reduced.points = points;
-  reduced.own_points = own_share(reduced.comm, points), reduced.own_modes = own_share(reduced.comm, 0);
-  for (int i = 3 * reduced.own_points.begin; i < 3 * reduced.own_points.end; ++i)
-    for (int j = 0; j < 3 * points; ++j)
-      reduced.kxx.push_back(i == j ? stiffness(i) : 0), reduced.mxx.push_back(i == j);
+  ReducedModel &reduced = model.reduced = grounded(points, stiffness);
   reduced.r.assign(reduced.own_contact_dofs(), 0.0);
   reduced.loads[0].fx.assign(reduced.own_contact_dofs(), 1.0);
   model.contact.assign(reduced.own_points.size(), {law, 64, {20, 30}, {0.3, 0.4}, 0});

@@ -276,14 +276,9 @@ namespace {
 // Masses of 1 on springs of 1, 4, 9, ... to the ground, at open points: frequencies 1, 2, 3, ...
 PreloadedModel row_of(int points, int rigid = 0) {
   PreloadedModel model;
-  ReducedModel &reduced = model.reduced;
-  reduced.comm = PETSC_COMM_WORLD, reduced.points = points;
-  reduced.own_points = own_share(reduced.comm, points), reduced.own_modes = own_share(reduced.comm, 0);
-  for (int i = 3 * reduced.own_points.begin; i < 3 * reduced.own_points.end; ++i)
-    for (int j = 0; j < 3 * points; ++j)
-      reduced.kxx.push_back(i == j && i >= rigid ? (i + 1.0) * (i + 1.0) : 0), reduced.mxx.push_back(i == j);
-  model.contact.assign(reduced.own_points.size(), point_of(Law::coulomb));
-  model.standstill.assign(reduced.own_points.size(), Standstill{{0, 0, -0.1}, {}, {}});
+  model.reduced = grounded(points, [&](int i) { return i >= rigid ? (i + 1.0) * (i + 1.0) : 0; });
+  model.contact.assign(model.reduced.own_points.size(), point_of(Law::coulomb));
+  model.standstill.assign(model.reduced.own_points.size(), Standstill{{0, 0, -0.1}, {}, {}});
   return model;
 }
 
