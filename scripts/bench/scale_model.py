@@ -9,7 +9,7 @@ iteration     4 rows n w in single precision, 4 rows n bytes of Phi_c; Gram-Schm
 coarse space  2 c^2 w^2 rows for its matrix and 2/3 c^3 w^3 for its factors, once a point
 contact       by point of the joint, evaluation and harmonic
 
-Where vectors are whole on every rank (src/harmonic/modal_share.cpp), an iteration waits once, else five times.
+Where vectors are whole on every rank (src/modal/modal_share.cpp), an iteration waits once, else five times.
 
 A reduction of N dofs to n contact dofs and m modes is counted in operations in double precision, of the blade root with 20 000 to 150 000
 dofs (docs/notes/2026-11-30-large-joints.md), shared as if nothing waited: no run takes less.
@@ -24,7 +24,7 @@ import argparse
 import math
 
 OTHER_CALLS = 33  # a point, besides those of iterations (docs/notes/2026-11-28-collectives.md)
-ITERATIONS_TO_FACTOR, LEAST, BRIEF = 8, 250, 20000  # as in src/harmonic/modal_share.cpp
+ITERATIONS_TO_FACTOR, LEAST, BRIEF = 8, 250, 20000  # as in src/modal/modal_share.cpp
 
 
 def coarse_motions(n, w, rows):

@@ -6,8 +6,8 @@
 
 #include "continuation/curve.hpp"
 #include "harmonic/gathering.hpp"
-#include "harmonic/layout.hpp"
 #include "problems/response_metric.hpp"
+#include "stuck/layout.hpp"
 #include "support/archive.hpp"
 
 namespace dovetail {

@@ -8,7 +8,7 @@
 #include "app/hosts.hpp"
 #include "case/undamped.hpp"
 #include "contact/law_traits.hpp"
-#include "harmonic/resonances.hpp"
+#include "stuck/resonances.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {

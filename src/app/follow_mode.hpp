@@ -1,7 +1,7 @@
 #pragma once
 // Steps 4 and 5 of a run of [mode]: scaling by the onset, then the mode over its amplitude.
 #include "app/follow.hpp"
-#include "harmonic/stuck_mode.hpp"
+#include "stuck/stuck_mode.hpp"
 
 namespace dovetail {
 

@@ -8,11 +8,11 @@
 #include <cstdio>
 
 #include "case/travelling_wave.hpp"
-#include "harmonic/resonances.hpp"
 #include "reduction/craig_bampton.hpp"
 #include "reduction/sector_change.hpp"
 #include "reduction/sector_coordinates.hpp"
 #include "reduction/sector_levels.hpp"
+#include "stuck/resonances.hpp"
 #include "support/error.hpp"
 #include "support/hash.hpp"
 #include "support/hdf5.hpp"

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "app/voice.hpp"
-#include "harmonic/resonances.hpp"
 #include "results/summary.hpp"
+#include "stuck/resonances.hpp"
 
 namespace dovetail {
 

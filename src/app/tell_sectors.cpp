@@ -5,7 +5,7 @@
 #include <set>
 
 #include "case/travelling_wave.hpp"
-#include "harmonic/resonances.hpp"
+#include "stuck/resonances.hpp"
 
 namespace dovetail {
 

@@ -1,8 +1,8 @@
 #pragma once
 // A sector in words: frequencies over nodal diameters, and what to look at.
 #include "case/case.hpp"
-#include "harmonic/sector_frequencies.hpp"
 #include "results/summary.hpp"
+#include "stuck/sector_frequencies.hpp"
 #include "support/units.hpp"
 
 namespace dovetail {

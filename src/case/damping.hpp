@@ -11,7 +11,7 @@ struct ModeRatio {
 };
 
 /// Viscous C = stiffness K + mass M, and hysteretic i structural K in every harmonic but the mean; and besides what is
-/// not proportional to K and M (src/harmonic/dampers.hpp).
+/// not proportional to K and M (src/modal/dampers.hpp).
 struct Damping {
   // A number alone is what damping.stiffness gives.
   Damping(double by_stiffness = 0, double by_mass = 0, double loss = 0)

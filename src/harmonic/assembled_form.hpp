@@ -1,7 +1,7 @@
 #pragma once
 // The harmonic system as one sparse matrix, (N_a + 3 N_x)(2H+1) + 1 unknowns, factored by MUMPS: the plain way, which
 // the modal form is measured against. What it is made of besides K and M, whatever their form.
-#include "harmonic/dampers.hpp"
+#include "modal/dampers.hpp"
 
 namespace dovetail {
 

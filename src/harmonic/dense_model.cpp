@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "harmonic/dampers.hpp"
+#include "modal/dampers.hpp"
 #include "support/error.hpp"
 #include "support/gathered.hpp"
 

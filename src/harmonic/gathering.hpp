@@ -2,7 +2,7 @@
 // Numbers of all ranks on rank 0, however many kinds of them, by one message.
 #include <vector>
 
-#include "harmonic/layout.hpp"
+#include "stuck/layout.hpp"
 #include "support/handle.hpp"
 
 namespace dovetail {

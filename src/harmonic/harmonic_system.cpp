@@ -8,10 +8,10 @@
 
 #include "continuation/problem.hpp"
 #include "harmonic/assembled.hpp"
-#include "harmonic/dampers.hpp"
 #include "harmonic/dense_model.hpp"
-#include "harmonic/modal.hpp"
 #include "harmonic/sector_assembled.hpp"
+#include "modal/dampers.hpp"
+#include "modal/modal.hpp"
 #include "support/error.hpp"
 #include "support/event.hpp"
 

@@ -4,10 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include "harmonic/linear_part.hpp"
 #include "harmonic/load_case.hpp"
 #include "harmonic/loose_body.hpp"
 #include "harmonic/response_parameter.hpp"
+#include "modal/linear_part.hpp"
 #include "preload/varied_preload.hpp"
 #include "scaling/scaled_model.hpp"
 

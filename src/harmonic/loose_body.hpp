@@ -3,7 +3,7 @@
 // period, nothing holds its mean position, and the Jacobian is singular.
 #include <vector>
 
-#include "harmonic/layout.hpp"
+#include "stuck/layout.hpp"
 
 namespace dovetail {
 

@@ -6,8 +6,8 @@
 
 #include "contact/wave_transform.hpp"
 #include "continuation/between.hpp"
-#include "harmonic/layout.hpp"
 #include "problems/watched_row.hpp"
+#include "stuck/layout.hpp"
 #include "support/handle.hpp"
 
 namespace dovetail {

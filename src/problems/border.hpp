@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "harmonic/layout.hpp"
+#include "stuck/layout.hpp"
 #include "support/dense.hpp"
 
 namespace dovetail {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "continuation/problem.hpp"
-#include "harmonic/layout.hpp"
+#include "stuck/layout.hpp"
 
 namespace dovetail {
 

@@ -2,7 +2,7 @@
 // A Jacobian of the response with more unknowns behind Omega: its own entries, and as many more rows and columns.
 #include <vector>
 
-#include "harmonic/layout.hpp"
+#include "stuck/layout.hpp"
 #include "support/handle.hpp"
 
 namespace dovetail {

@@ -2,8 +2,8 @@
 // From a results file to the ranks' scaled unknowns, and what ranks have in one place.
 #include <vector>
 
-#include "harmonic/layout.hpp"
 #include "scaling/scaled_model.hpp"
+#include "stuck/layout.hpp"
 
 namespace dovetail {
 

@@ -10,10 +10,10 @@
 
 #include "case/case.hpp"
 #include "case/travelling_wave.hpp"
-#include "harmonic/sector_frequencies.hpp"
-#include "harmonic/stuck_mode.hpp"
 #include "results/point_record.hpp"
 #include "results/sensitivity_record.hpp"
+#include "stuck/sector_frequencies.hpp"
+#include "stuck/stuck_mode.hpp"
 #include "support/agreement.hpp"
 #include "support/hdf5.hpp"
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "harmonic/resonances.hpp"
-#include "harmonic/stuck_mode.hpp"
 #include "results/told.hpp"
+#include "stuck/resonances.hpp"
+#include "stuck/stuck_mode.hpp"
 #include "support/stage.hpp"
 
 namespace dovetail {

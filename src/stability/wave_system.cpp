@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "harmonic/dampers.hpp"
+#include "modal/dampers.hpp"
 #include "support/hash.hpp"
 #include "support/mumps.hpp"
 

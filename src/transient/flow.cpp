@@ -5,7 +5,7 @@
 
 #include "contact/fourier.hpp"
 #include "contact/law_traits.hpp"
-#include "harmonic/slab.hpp"
+#include "stuck/slab.hpp"
 #include "transient/weighted_sum.hpp"
 
 namespace dovetail {

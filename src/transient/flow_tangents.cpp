@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "contact/fourier.hpp"
-#include "harmonic/slab.hpp"
+#include "stuck/slab.hpp"
 #include "transient/flow.hpp"
 #include "transient/weighted_sum.hpp"
 

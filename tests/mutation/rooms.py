@@ -13,10 +13,11 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-CPP = ["contact", "harmonic", "continuation", "recovery", "reduction"]
+CPP = ["contact", "stuck", "modal", "harmonic", "continuation", "recovery", "reduction"]
 # Files of quick tests of Python's for rooms of the core: first those of every room.
 FAR_CPP = {"": ["verification/test_against_core.py", "verification/test_modal_form.py"],
            "contact": ["verification/test_exact.py", "verification/test_contact_activity.py", "verification/test_derivatives.py"],
+           "stuck": ["verification/test_sector.py"], "modal": ["verification/test_damping.py", "verification/test_first_points.py"],
            "harmonic": ["verification/test_damping.py", "verification/test_first_points.py", "verification/test_sector.py"],
            "continuation": ["python/test_restart.py", "verification/test_places.py", "verification/test_paths.py"],
            "recovery": ["verification/test_range_runs.py", "verification/test_hard_curves.py"],

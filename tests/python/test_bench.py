@@ -184,6 +184,6 @@ def test_a_reduction_on_many_ranks(cluster):
 
 
 def test_the_model_has_the_numbers_of_the_program():
-    source = (ROOT / "src/harmonic/modal_share.cpp").read_text()
+    source = (ROOT / "src/modal/modal_share.cpp").read_text()
     found = {name: float(value) for name, value in re.findall(r"constexpr \w+ (\w+) = (\d+);", source)}
     assert found == {"least": scale_model.LEAST, "iterations": scale_model.ITERATIONS_TO_FACTOR, "brief": scale_model.BRIEF}

@@ -2,7 +2,7 @@
 // Jacobians of the small models, assembled, and as the parts that those which solve in modes are given.
 #include <memory>
 
-#include "harmonic/contact_factors.hpp"
+#include "modal/contact_factors.hpp"
 #include "small_sector.hpp"
 #include "support/shell.hpp"
 

@@ -3,7 +3,7 @@
 // last of them.
 #include <vector>
 
-#include "harmonic/slab_kernels.hpp"
+#include "modal/slab_kernels.hpp"
 
 namespace dovetail {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "harmonic/assembled.hpp"
-#include "harmonic/dampers.hpp"
+#include "modal/dampers.hpp"
 #include "norms.hpp"
 #include "small_model.hpp"
 

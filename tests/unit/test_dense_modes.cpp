@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "harmonic/dense_modes.hpp"
+#include "stuck/dense_modes.hpp"
 #include "support/error.hpp"
 
 using namespace dovetail;

@@ -8,12 +8,12 @@
 #include <fstream>
 
 #include "harmonic/gathering.hpp"
-#include "harmonic/index_groups.hpp"
-#include "harmonic/kept_modes.hpp"
-#include "harmonic/resonances.hpp"
-#include "harmonic/rough_factors.hpp"
-#include "harmonic/sector_frequencies.hpp"
+#include "modal/index_groups.hpp"
+#include "modal/rough_factors.hpp"
 #include "small_model.hpp"
+#include "stuck/kept_modes.hpp"
+#include "stuck/resonances.hpp"
+#include "stuck/sector_frequencies.hpp"
 #include "support/error.hpp"
 
 using namespace dovetail;

@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "continuation/problem.hpp"
-#include "harmonic/joint_shapes.hpp"
 #include "harmonic/loose_body.hpp"
-#include "harmonic/low_modes.hpp"
-#include "harmonic/own_rows.hpp"
 #include "small_system.hpp"
+#include "stuck/joint_shapes.hpp"
+#include "stuck/low_modes.hpp"
+#include "stuck/own_rows.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;

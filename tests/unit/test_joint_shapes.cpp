@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "harmonic/joint_shapes.hpp"
+#include "stuck/joint_shapes.hpp"
 
 using namespace dovetail;
 

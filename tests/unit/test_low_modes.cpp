@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "harmonic/low_modes.hpp"
 #include "norms.hpp"
 #include "reduction/block_lanczos.hpp"
 #include "small_model.hpp"
+#include "stuck/low_modes.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "harmonic/window_factors.hpp"
+#include "modal/window_factors.hpp"
 #include "modal_scene.hpp"
 
 using namespace dovetail;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "harmonic/modal_krylov.hpp"
+#include "modal/modal_krylov.hpp"
 #include "modal_scene.hpp"
 
 using namespace dovetail;

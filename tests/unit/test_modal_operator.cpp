@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "harmonic/modal_krylov.hpp"
+#include "modal/modal_krylov.hpp"
 #include "modal_scene.hpp"
 #include "support/dense.hpp"
 

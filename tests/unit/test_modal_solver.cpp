@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "harmonic/slab.hpp"
 #include "small_system.hpp"
+#include "stuck/slab.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;

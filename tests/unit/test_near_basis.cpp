@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "harmonic/low_modes.hpp"
-#include "harmonic/near_basis.hpp"
+#include "stuck/low_modes.hpp"
+#include "stuck/near_basis.hpp"
 #include "support/error.hpp"
 
 using namespace dovetail;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "harmonic/resonances.hpp"
 #include "small_model.hpp"
+#include "stuck/resonances.hpp"
 #include "support/error.hpp"
 
 using namespace dovetail;

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "harmonic/joint_shapes.hpp"
 #include "small_sector.hpp"
+#include "stuck/joint_shapes.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;

@@ -1,9 +1,9 @@
 // Nonlinear modes of a cyclic sector, travelling waves: their derivative in every state of the contacts, phase and
 // length with a complex mass, and that energies balance. On any number of ranks.
-#include "harmonic/sector_modes.hpp"
 #include "mode_equations.hpp"
 #include "problems/mode_balance.hpp"
 #include "small_sector.hpp"
+#include "stuck/sector_modes.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;

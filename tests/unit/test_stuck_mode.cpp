@@ -5,9 +5,9 @@
 #include <functional>
 #include <random>
 
-#include "harmonic/stuck_mode.hpp"
 #include "norms.hpp"
 #include "small_sector.hpp"
+#include "stuck/stuck_mode.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "harmonic/window.hpp"
+#include "modal/window.hpp"
 #include "one_point.hpp"
 #include "small_system.hpp"
 
