@@ -12,18 +12,12 @@ constexpr double hardly = 1e-3; // of a force: with less, as of a load that symm
 // What is driven first: the model, or where it is cyclic the index of harmonic 1.
 struct Driven {
   std::vector<double> kaa, mass, stiffness; // (N_a), diagonals (3 own) of M_xx and K_xx
-  // Of the loads of a case, by dof, the largest force, each as it works beside the one with the largest course.
+  // By dof, the largest amplitude of a force: courses as they are, so that residuals are relative to it whatever the
+  // units of a pattern. A constant load is no measure of a vibration.
   std::vector<double> modal, contact; // (N_a), (3 own)
 };
 
 Driven driven_first(const Case &study, const ReducedModel &model) {
-  std::vector<double> courses;
-  for (const LoadCourse &load : study.loads) {
-    double squares = 0;
-    for (const double value : load.fourier) squares += value * value;
-    courses.push_back(std::sqrt(squares));
-  }
-  const double most = *std::max_element(courses.begin(), courses.end());
   const int h = std::abs(study.wave(model.sectors).index(1));
   const SectorIndex *index = h > 0 ? &model.indices[h - 1] : nullptr;
   Driven out{index ? index->kaa : model.kaa, std::vector<double>(model.own_contact_dofs()),
@@ -32,10 +26,12 @@ Driven driven_first(const Case &study, const ReducedModel &model) {
   const auto take = [](std::vector<double> &largest, const auto &values, double weight) {
     for (std::size_t i = 0; i < values.size(); ++i) largest[i] = std::max(largest[i], weight * std::abs(values[i]));
   };
-  for (std::size_t j = 0; j < courses.size(); ++j) {
-    const std::size_t number = model.load(study.loads[j].pattern);
+  for (const LoadCourse &load : study.loads) {
+    const std::size_t number = model.load(load.pattern);
     const LoadPattern &pattern = model.loads[number];
-    const double weight = courses[j] / most;
+    double squares = 0;
+    for (std::size_t i = 1; i < load.fourier.size(); ++i) squares += load.fourier[i] * load.fourier[i];
+    const double weight = std::sqrt(squares);
     if (index)
       take(out.modal, index->loads[number].fa, weight), take(out.contact, index->loads[number].fx, weight);
     else

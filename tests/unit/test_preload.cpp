@@ -301,3 +301,14 @@ TEST(ScaledPreload, of_a_joint_without_friction) {
   EXPECT_NEAR(scales.contact, 4.0 / 30, 1e-14); // largest force over largest stiffness
   EXPECT_TRUE(std::isfinite(scales.modal) && scales.modal > 0);
 }
+
+// The course makes good what units a pattern has. What is constant moves nothing.
+TEST(ScaledPreload, measures_the_amplitude_of_the_load) {
+  std::string note;
+  PreloadedModel model = one_point({10, 10, 10}, {0, 0, -2}, joint(Law::unilateral, 30, {}, 0, 0), note);
+  for (double &f : model.reduced.loads[0].fx) f = 4;
+  Case study;
+  study.omega_from = 2;
+  study.loads[0].fourier = {100, 3, 4};
+  EXPECT_NEAR(choose_scales(study, model).contact, 5 * 4.0 / 30, 1e-14);
+}

@@ -136,6 +136,15 @@ def split_load(data, runs):
     runs.same(runs.solve(scene).X, runs.solve(other))
 
 
+def course(data, runs):
+    """A pattern in other units and its course in theirs: to the last bit, for powers of two."""
+    scene = data.draw(scenes())
+    unit = 2.0 ** data.draw(st.integers(-30, 30))
+    other = scene.with_structure(force=scene.structure.force / unit)
+    other = other.having(fourier=[unit * number for number in scene.settings["fourier"]])
+    np.testing.assert_array_equal(runs.solve(scene).X, runs.solve(other).X)
+
+
 def all_modes(data, runs):
     """With all modes of Craig and Bampton, harmonics and means solve the elastic rows of the full model, eq (1)."""
     scene = data.draw(scenes())
@@ -201,8 +210,8 @@ def _contents(folder):
 
 
 PROPERTIES = {function.__name__: function for function in (
-    energy, reference_holds, ranks, renumbering, units, rotation, mirror, shift, split_load, all_modes, scaling, sampled, harmonics,
-    refusal)}
+    energy, reference_holds, ranks, renumbering, units, rotation, mirror, shift, split_load, course, all_modes, scaling, sampled,
+    harmonics, refusal)}
 
 
 @dataclass
