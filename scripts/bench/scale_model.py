@@ -25,6 +25,7 @@ import math
 
 OTHER_CALLS = 33  # a point, besides those of iterations (docs/notes/2026-11-28-collectives.md)
 ITERATIONS_TO_FACTOR, LEAST, BRIEF = 8, 250, 20000  # as in src/modal/modal_share.cpp
+MANY = 12000  # as in src/stuck/near_basis.hpp
 
 
 def coarse_motions(n, w, rows):
@@ -64,8 +65,8 @@ def point(n, harmonics, ranks, machine):
 
 
 def bytes_a_rank(n, ranks):
-    """Of K and M and of exact Phi_c, and of its copy in single precision."""
-    return 28 * n * n / ranks
+    """Of K and M, of exact Phi_c where all modes are found, and of its copy in single precision."""
+    return (28 if n < MANY else 20) * n * n / ranks
 
 
 def reduction(dofs, n, modes, ranks, machine):

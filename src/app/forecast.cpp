@@ -7,6 +7,7 @@
 
 #include "case/travelling_wave.hpp"
 #include "contact/linearisation.hpp"
+#include "stuck/near_basis.hpp"
 #include "support/error.hpp"
 #include "support/memory.hpp"
 
@@ -23,9 +24,10 @@ double beyond_matrices(double dofs, double points, double harmonics) {
 }
 
 // K and M by rows, and what the modes take at most while they are found: four matrices and the work of their
-// eigenproblem.
-double dense_matrices(double dofs, double contact_dofs) {
-  return 8 * contact_dofs * (dofs + contact_dofs) + 60 * dofs * dofs;
+// eigenproblem, or where it is not solved the factor that stands for it.
+double dense_matrices(double dofs, double contact_dofs, bool dampers) {
+  const bool near = dofs >= many_dofs && !dampers;
+  return 8 * contact_dofs * (dofs + contact_dofs) + (near ? 8 : 60) * dofs * dofs;
 }
 
 // The same of a sector beyond its real index: the reduced model in every index, and what complex numbers take for each
@@ -71,10 +73,11 @@ void harmonic_balance(Forecast &sizes, const Case &study, int sectors) {
     const int finer = study.estimates ? std::max(2 * study.harmonics, study.harmonics + 2) : study.harmonics,
               highest = study.tolerance > 0 ? sectors : finer; // with a tolerance all there may be
     const TravellingWave wave = study.wave(sectors);
-    sizes.solve_gib += (dense_matrices(na + nc, nc) + (sectors > 0 ? sector_matrices(na + nc, nc, wave, highest) : 0) +
-                        beyond_matrices(na + nc, sizes.points, h) +
-                        (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /
-                       gib;
+    sizes.solve_gib +=
+        (dense_matrices(na + nc, nc, study.damping.has_dampers() || study.damping.has_stuck_ratios()) +
+         (sectors > 0 ? sector_matrices(na + nc, nc, wave, highest) : 0) + beyond_matrices(na + nc, sizes.points, h) +
+         (study.estimates ? beyond_matrices(na + nc, sizes.points, 2 * h) : 0)) /
+        gib;
     if (!peaks) return;
   }
   double blocks = 0; // of the contact laws

@@ -12,6 +12,8 @@
 
 namespace dovetail {
 
+constexpr PetscInt many_dofs = 12000; ///< all modes of so many take longer than a curve does
+
 /// A basis in which K_s is diagonal, and M but for that: `near` is set, `exact` empty. Collective.
 /// `reach`: the highest frequency of all harmonics; its modes are found to some times that. Nothing where K_s is not
 /// positive definite. InputError: M is not.

@@ -106,10 +106,9 @@ StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, cons
 
 StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers,
                        double reach) {
-  PetscInt least = 0;
-  PetscBool asked;
-  check(PetscOptionsGetInt(nullptr, "hb_modal_", "-many", &least, &asked), "reading options");
-  if (asked && layout.dofs() >= least && !dampers)
+  PetscInt least = many_dofs;
+  check(PetscOptionsGetInt(nullptr, "hb_modal_", "-many", &least, nullptr), "reading options");
+  if (layout.dofs() >= least && !dampers)
     if (std::optional<StuckBasis> near = near_basis(rows, springs, layout, reach)) {
       complete(layout, *near);
       return std::move(*near);

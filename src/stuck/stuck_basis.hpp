@@ -75,8 +75,8 @@ Pencil own_pencil(const PencilRows &rows, const std::vector<double> &springs, co
 /// if `rows` names a file that holds it. Collective.
 /// InputError: M is not positive definite.
 StuckBasis stuck_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout);
-/// For the modal form: that, or where an option asks for it, without dampers, its substitute, near_basis.hpp.
-/// Collective. InputError likewise.
+/// For the modal form: that, or of many dofs without dampers its substitute, near_basis.hpp. Collective. InputError
+/// likewise.
 StuckBasis modal_basis(const PencilRows &rows, std::vector<double> springs, const Layout &layout, bool dampers,
                        double reach);
 /// Of some of a sector's indices h > 0, with their matrices, an index to a rank; the same list on all ranks.

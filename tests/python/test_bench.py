@@ -184,6 +184,8 @@ def test_a_reduction_on_many_ranks(cluster):
 
 
 def test_the_model_has_the_numbers_of_the_program():
+    assert f"many_dofs = {scale_model.MANY};" in (ROOT / "src/stuck/near_basis.hpp").read_text()
+    assert scale_model.bytes_a_rank(scale_model.MANY, 1) < scale_model.bytes_a_rank(scale_model.MANY - 1, 1)
     source = (ROOT / "src/modal/modal_share.cpp").read_text()
     found = {name: float(value) for name, value in re.findall(r"constexpr \w+ (\w+) = (\d+);", source)}
     assert found == {"least": scale_model.LEAST, "iterations": scale_model.ITERATIONS_TO_FACTOR, "brief": scale_model.BRIEF}
