@@ -45,7 +45,7 @@ class Verdict:
     """Of one point: numbers found and their bounds. Residuals are relative to the load, energies to the work put in.
 
     residual, residual_bound : of the modes or of the contact points, whichever is nearer to its bound
-    told, tolerance : what the file says that Newton's method has left, and what the case allows, in scaled variables
+    told, tolerance : what the file says that Newton's method has left, and what the case or last bits allow, in scaled variables
     sampling : residual with MANY samples, of a run that took fewer, else None
     work, damped, rubbed : energy of a period [J]
     energy, stored : how far the balance is off, and the energy of the file from `rubbed`
@@ -70,7 +70,7 @@ class Verdict:
         if not self.residual <= self.residual_bound:
             found.append(f"the residual is {self.residual:.1e} of the load, {self.residual_bound:.1e} allowed")
         if not self.told <= self.tolerance:
-            found.append(f"/points/residual is {self.told:.1e}, newton.residual_tolerance {self.tolerance:.1e}")
+            found.append(f"/points/residual is {self.told:.1e}, {self.tolerance:.1e} allowed")
         if not self.energy <= self.energy_bound:
             found.append(f"the energy is off by {self.energy:.1e} of the work put in, {self.energy_bound:.1e} allowed")
         if not self.stored <= self.energy_bound:
@@ -130,12 +130,14 @@ def verdict(results, point, samples=MANY):
 
     def relative(r):
         return np.array([np.linalg.norm(part) / size if size > 0 else 0.0 for part, size in zip(np.split(r, [modes]), scale)])
-    told, tolerance = residual_told(results, i), newton_tolerance(results)
-    by_newton = PER_TOLERANCE * min(told, tolerance) * np.array(scaled_forces(results, equations(results)))
+    unit, rounding = np.array(scaled_forces(results, equations(results))), last_bits(system, q, omega)
+    told = residual_told(results, i)
+    tolerance = max(newton_tolerance(results), np.hypot(*[np.linalg.norm(part) for part in np.split(rounding, [modes])] / unit))
+    by_newton = PER_TOLERANCE * min(told, tolerance) * unit
     by_law = np.concatenate([np.zeros(modes), between_samples(system, q, samples, sampled, many.G).ravel()])
     by_samples = amplitudes(own - many.G) + amplitudes(many.G - fewer.G)
     per_size = np.array([1 / size if size > 0 else 0.0 for size in scale])
-    bound = by_newton * per_size + relative(by_law) + relative(last_bits(system, q, omega))
+    bound = by_newton * per_size + relative(by_law) + relative(rounding)
     found = relative(missing(own))
     worst = int(np.argmax(np.where(found > 0, found, 0) / np.where(bound > 0, bound, 1)))
 

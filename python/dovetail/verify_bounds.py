@@ -7,7 +7,6 @@ import numpy as np
 
 from . import reference
 from .hdf5_read import numbers, patiently
-from .reduced_system import courses_of
 
 ROUND = 1e-9  # of the force of a cone, ten times what it may have changed by when a period is taken for the last
 NEWTON = 1e-8  # default of newton.residual_tolerance
@@ -26,8 +25,7 @@ def scaled_forces(results, system):
     if results.modal_amplitude is not None:
         return _of_the_mode(results)
     K, M = (np.real(np.diag(matrix)) for matrix in system.matrices(1))
-    course = max(map(np.linalg.norm, courses_of(results).values()))
-    drive = np.linalg.norm(system.excitation, axis=1) / (course if course > 0 else 1)
+    drive = np.linalg.norm(system.excitation[:, 1:], axis=1)
     modes, contact = system.modes, system.contact
     modal = functools.reduce(lambda chosen, force: force if chosen < HARDLY * force else chosen, drive[:modes], 0.0)
     w2, mass, force = K[0] if modes else _first_omega(results)**2, M[modes:].max(initial=0), drive[modes:].max(initial=0)
@@ -38,10 +36,9 @@ def scaled_forces(results, system):
     slip = np.max(limit[rubs], initial=0.0)
     stiff = max(np.max(values, initial=0.0) for values in (np.abs(K[modes:]), contact.kn, contact.kt.min(axis=1)[rubs]))
     length = slip if slip > 0 else force / stiff if force > 0 and stiff > 0 else 1.0
-    if modal > 0 and mass > 0:
-        natural = modal / w2 / np.sqrt(mass)
-        length = np.clip(length, 1e-3 * natural, natural)
     amplitude = modal / w2 if modal > 0 else np.sqrt(length * force / w2) if force > 0 else 1.0
+    if modal > 0 and mass > 0:
+        length = amplitude / np.sqrt(mass)
     return amplitude * w2, amplitude**2 * w2 / length
 
 

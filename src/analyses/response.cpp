@@ -11,7 +11,6 @@ namespace {
 
 constexpr double beside = 0.9;  // a frequency, where a resonance at the other is none any more
 constexpr double stalled = 1e4; // tolerances: a residual that stays farther up does so for other reasons
-constexpr double room = 30;     // between rounding errors and a tolerance that Newton's method meets at once
 
 } // namespace
 
@@ -36,8 +35,8 @@ std::string Response::lost_to_rounding(double value, double residual) const {
   std::snprintf(words, sizeof words,
                 "; rounding errors alone leave a residual of %.1g, more than newton.residual_tolerance = %.1g allows: "
                 "something in the model is so stiff that its forces cancel. Make rigid links softer, a thousand to a "
-                "million times as stiff as what they join, or give newton.residual_tolerance = %.0e",
-                rounding, newton_.residual_tolerance, room * rounding);
+                "million times as stiff as what they join",
+                rounding, newton_.residual_tolerance);
   return words;
 }
 

@@ -1,6 +1,7 @@
 // What is wrong with a curve that has been computed, by its results file.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "analyses/branch.hpp"
 #include "app/earlier_run.hpp"
@@ -18,6 +19,7 @@ public:
 
   std::size_t size() const { return omega_.size(); }
   double omega(std::size_t i) const { return omega_[i]; }
+  std::vector<double> residuals() const { return file_.doubles("/points/residual"); }
 
   bool has_peak() const {
     const std::vector<long> kinds = file_.integers("/events/kind");
@@ -73,6 +75,21 @@ void passed_over(const Resonances &found, const Case &study, const StoredCurve &
     }
 }
 
+// Points are taken whose residual no iteration lowers.
+void rounded(const StoredCurve &curve, double tolerance, std::vector<Warning> &warnings) {
+  const std::vector<double> residuals = curve.residuals();
+  const auto count =
+      std::count_if(residuals.begin(), residuals.end(), [tolerance](double residual) { return residual >= tolerance; });
+  if (count == 0) return;
+  char words[400];
+  std::snprintf(words, sizeof words,
+                "at %td of %zu points rounding errors leave a residual of up to %.1e, more than "
+                "newton.residual_tolerance = %.1e: something in the model is so stiff that its forces cancel. Rigid "
+                "links are stiff enough with a thousand to a million times the stiffness of what they join",
+                count, residuals.size(), *std::max_element(residuals.begin(), residuals.end()), tolerance);
+  warnings.push_back({"rounding", words});
+}
+
 } // namespace
 
 std::vector<Warning> warnings_of_curve(const std::optional<Resonances> &found, const Case &study,
@@ -88,6 +105,7 @@ std::vector<Warning> warnings_of_curve(const std::optional<Resonances> &found, c
     warnings.push_back({"no_slip", "no contact point slips at any point of the curve: friction does nothing, its "
                                    "springs k_t alone are seen. A larger load, or less clamping or friction, makes it "
                                    "slip"});
+  if (!study.follows_peaks()) rounded(curve, study.residual_tolerance, warnings); // tracks take other tolerances
   if (found && finished && !curve.has_peak())
     if (const auto warning = no_peak(*found, study)) warnings.push_back(*warning);
   if (found && undamped(study.damping)) passed_over(*found, study, curve, warnings);

@@ -10,7 +10,9 @@ namespace {
 constexpr double newton_accuracy = 0.5;
 constexpr double rough_accuracy = 0.2; // relative, of corrections
 constexpr const char *doing = "measuring rounding errors";
-constexpr double again = 0.02; // relative, residual and correction that were met before in the same solve
+constexpr double falling = 0.5; // of the residual before: one that does not may have come to its rounding errors
+constexpr double room = 30;     // times those of last bits: the largest that rounding is held to leave
+constexpr double again = 0.02;  // relative, residual and correction that were met before in the same solve
 
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {
@@ -70,13 +72,19 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
   const NewtonSettings &settings = self.settings_;
   const LinearEffort spent = self.jacobian_->take_effort(0);
   self.spent_.iterations += spent.iterations, self.spent_.inexact += spent.inexact;
-  *reason = SNES_CONVERGED_ITERATING;
-  if (it > 0 && dy < settings.step_tolerance * y && f < settings.residual_tolerance)
-    *reason = SNES_CONVERGED_SNORM_RELATIVE;
-  else if ((self.given_up_ = self.why_give_up(it, {f, dy})))
-    *reason = SNES_DIVERGED_MAX_IT;
-  self.iterates_.push_back({f, dy});
-  return 0;
+  return self.courier_.run([&] {
+    *reason = SNES_CONVERGED_ITERATING;
+    if (it > 0 && dy < settings.step_tolerance * y && (f < settings.residual_tolerance || self.is_rounding(f)))
+      *reason = SNES_CONVERGED_SNORM_RELATIVE;
+    else if ((self.given_up_ = self.why_give_up(it, {f, dy})))
+      *reason = SNES_DIVERGED_MAX_IT;
+    self.iterates_.push_back({f, dy});
+  });
+}
+
+// No more iterations lower it.
+bool Corrector::is_rounding(double residual) {
+  return residual > falling * iterates_.back().residual && residual < room * rounding();
 }
 
 const char *Corrector::why_give_up(PetscInt iterations, const Iterate &now) const {
@@ -151,22 +159,26 @@ Corrector::Outcome Corrector::solve_once(Vec y, Vec border, double target, const
 }
 
 double Corrector::rounding() {
-  const UniqueVec moved = problem_.unknowns(), f = problem_.unknowns();
-  check(VecCopy(trial_, moved), doing);
+  const UniqueVec moved = problem_.unknowns(), f = problem_.unknowns(), other = problem_.unknowns();
   PetscInt first, end;
   check(VecGetOwnershipRange(moved, &first, &end), doing);
-  PetscScalar *own;
-  check(VecGetArray(moved, &own), doing);
-  for (PetscInt i = 0; i < end - first; ++i) // signs without order
-    own[i] = std::nextafter(own[i], std::copysign(PETSC_INFINITY, std::sin(12.9898 * (first + i + 1))));
-  check(VecRestoreArray(moved, &own), doing);
-  problem_.residual_and_plane(trial_, residual_, border_);
-  problem_.residual_and_plane(moved, f, border_);
-  set_parameter(residual_, 0), set_parameter(f, 0);
-  check(VecAXPY(f, -1, residual_), doing);
-  PetscReal size;
-  check(VecNorm(f, NORM_2, &size), doing);
-  return size;
+  double largest = 0;
+  for (const int turn : {1, 2, 4}) { // signs without order, and others where these cancel
+    check(VecCopy(trial_, moved), doing);
+    PetscScalar *own;
+    check(VecGetArray(moved, &own), doing);
+    for (PetscInt i = 0; i < end - first; ++i)
+      own[i] = std::nextafter(own[i], std::copysign(PETSC_INFINITY, std::sin(turn * (first + i + 1))));
+    check(VecRestoreArray(moved, &own), doing);
+    problem_.residual_and_plane(moved, other, border_);
+    problem_.residual_and_plane(trial_, f, border_); // the last: Newton's method may go on from there
+    set_parameter(f, 0), set_parameter(other, 0);
+    check(VecAXPY(f, -1, other), doing);
+    PetscReal size;
+    check(VecNorm(f, NORM_2, &size), doing);
+    largest = std::max(largest, size);
+  }
+  return largest;
 }
 
 // One more solve with the factors of the last iteration.

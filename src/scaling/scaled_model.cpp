@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 namespace dovetail {
 
@@ -12,30 +13,48 @@ constexpr double hardly = 1e-3; // of a force: with less, as of a load that symm
 // What is driven first: the model, or where it is cyclic the index of harmonic 1.
 struct Driven {
   std::vector<double> kaa, mass, stiffness; // (N_a), diagonals (3 own) of M_xx and K_xx
-  // By dof, the largest amplitude of a force: courses as they are, so that residuals are relative to it whatever the
-  // units of a pattern. A constant load is no measure of a vibration.
+  // Amplitudes of the load, courses and all, so that units of patterns are nothing to residuals. What is constant is
+  // no measure of a vibration.
   std::vector<double> modal, contact; // (N_a), (3 own)
 };
+
+// By dof, of the sum of all loads; `pattern_of`: a load's number in the model.
+template <class PatternOf>
+std::vector<double> amplitudes(const Case &study, const ReducedModel &model, const PatternOf &pattern_of) {
+  std::size_t highest = 0;
+  for (const LoadCourse &load : study.loads) highest = std::max(highest, load.fourier.size() / 2);
+  std::vector<double> out(pattern_of(0).size());
+  for (std::size_t k = 1; k <= highest; ++k) {
+    std::vector<std::complex<double>> force(out.size());
+    for (const LoadCourse &load : study.loads) {
+      const auto coefficient = [&load](std::size_t i) { return i < load.fourier.size() ? load.fourier[i] : 0; };
+      const std::complex<double> course(coefficient(2 * k - 1), -coefficient(2 * k));
+      const auto &pattern = pattern_of(model.load(load.pattern));
+      for (std::size_t i = 0; i < force.size(); ++i) force[i] += pattern[i] * course;
+    }
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = std::hypot(out[i], std::abs(force[i]));
+  }
+  return out;
+}
 
 Driven driven_first(const Case &study, const ReducedModel &model) {
   const int h = std::abs(study.wave(model.sectors).index(1));
   const SectorIndex *index = h > 0 ? &model.indices[h - 1] : nullptr;
-  Driven out{index ? index->kaa : model.kaa, std::vector<double>(model.own_contact_dofs()),
-             std::vector<double>(model.own_contact_dofs()), std::vector<double>(model.modes, 0.0),
-             std::vector<double>(model.own_contact_dofs(), 0.0)};
-  const auto take = [](std::vector<double> &largest, const auto &values, double weight) {
-    for (std::size_t i = 0; i < values.size(); ++i) largest[i] = std::max(largest[i], weight * std::abs(values[i]));
-  };
-  for (const LoadCourse &load : study.loads) {
-    const std::size_t number = model.load(load.pattern);
-    const LoadPattern &pattern = model.loads[number];
-    double squares = 0;
-    for (std::size_t i = 1; i < load.fourier.size(); ++i) squares += load.fourier[i] * load.fourier[i];
-    const double weight = std::sqrt(squares);
-    if (index)
-      take(out.modal, index->loads[number].fa, weight), take(out.contact, index->loads[number].fx, weight);
-    else
-      take(out.modal, pattern.fa, weight), take(out.contact, pattern.fx, weight);
+  Driven out{index ? index->kaa : model.kaa,
+             std::vector<double>(model.own_contact_dofs()),
+             std::vector<double>(model.own_contact_dofs()),
+             {},
+             {}};
+  if (index) {
+    out.modal = amplitudes(
+        study, model, [index](std::size_t i) -> const auto & { return index->loads[i].fa; });
+    out.contact = amplitudes(
+        study, model, [index](std::size_t i) -> const auto & { return index->loads[i].fx; });
+  } else {
+    out.modal = amplitudes(
+        study, model, [&model](std::size_t i) -> const auto & { return model.loads[i].fa; });
+    out.contact = amplitudes(
+        study, model, [&model](std::size_t i) -> const auto & { return model.loads[i].fx; });
   }
   for (std::size_t i = 0; i < out.mass.size(); ++i) {
     const std::size_t diagonal = i * model.contact_dofs() + 3 * model.own_points.begin + i;
@@ -79,15 +98,14 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   for (const double fa : driven.modal) // a first mode that the load hardly moves is no measure
     if (modal_force < hardly * fa) modal_force = fa;
   const double w2 = scales.frequency * scales.frequency;
-  scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
-  // The motion at which x weighs like a. A joint that never slips has a slip limit far beyond it, one that is hardly
-  // pressed far below: neither is a measure of the motion then.
+  if (modal_force > 0) scales.modal = modal_force / w2;
   if (modal_force > 0 && largest[3] > 0) {
-    const double natural = modal_force / w2 / std::sqrt(largest[3]);
-    scales.contact = std::clamp(scales.contact, 1e-3 * natural, natural);
+    scales.contact = scales.modal / std::sqrt(largest[3]); // x weighs like a
+    return scales;
   }
+  scales.contact = largest[1] > 0 ? largest[1] : largest[0] > 0 && largest[2] > 0 ? largest[0] / largest[2] : 1;
   // without modal force: such that modal and contact accelerations weigh alike
-  scales.modal = modal_force > 0 ? modal_force / w2 : largest[0] > 0 ? std::sqrt(scales.contact * largest[0] / w2) : 1;
+  if (modal_force == 0 && largest[0] > 0) scales.modal = std::sqrt(scales.contact * largest[0] / w2);
   return scales;
 }
 

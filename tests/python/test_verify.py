@@ -151,7 +151,7 @@ def test_the_residual_is_the_one_that_newtons_method_has_left(tmp_path):
         q, omega = results.coefficients_at(point), results.omega[point]
         modes, contacts = np.split(system.residual(q, omega), [system.modes])
         own = np.hypot(*(np.linalg.norm(part) / unit for part, unit in zip((modes, contacts), scaled_forces(results, system))))
-        assert own == pytest.approx(results.points("residual")[point], rel=1e-4) and own > 1e-9
+        assert own == pytest.approx(results.points("residual")[point], rel=1e-4) and own > 1e-10
 
 
 def one_point(folder, fa, fx, **settings):

@@ -1,6 +1,7 @@
 // Newton's method on one equation against the same by hand, and what its linear solver is asked for.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -250,4 +251,32 @@ TEST(Newton, rounding_errors_are_of_the_equations_alone_and_have_no_order) {
     EXPECT_FALSE(corrector.solve(y, e, 6.5).converged);
     EXPECT_LT(corrector.rounding(), n / 2 * PETSC_MACHINE_EPSILON);
   }
+}
+
+// Of forces that cancel, as of a stiff link: s (x0 - x1) comes in steps of a thousand tolerances.
+TEST(Newton, takes_what_rounding_leaves) {
+  constexpr double s = 1e10;
+  ToldProblem problem({2,
+                       [](const double *y, double *f) {
+                         f[0] = s * (y[0] - y[1]) + y[0] - 1.0 / 3, f[1] = s * (y[1] - y[0]) + y[1] - 1.0 / 7;
+                       },
+                       [](const double *, double *J) {
+                         const double rows[] = {s + 1, -s, 0, -s, s + 1, 0};
+                         std::copy_n(rows, 6, J);
+                       }});
+  Corrector corrector(problem, {1e-8, 1e-10, 30});
+  const UniqueVec y = problem.vector({5, 7, at}), e = problem.unknowns();
+  set_parameter(e, 1);
+  const auto found = corrector.solve(y, e, at);
+  EXPECT_TRUE(found.converged) << found.why;
+  EXPECT_GT(found.residual, 1e-8);
+  for (const int i : {0, 1}) EXPECT_NEAR(values(y)[i], 5.0 / 21, 1e-9);
+}
+
+// But not what a wrong Jacobian leaves, with steps as small.
+TEST(Newton, takes_nothing_else_for_rounding) {
+  ToldProblem problem(equation([](double x) { return x - 2; }, [](double) { return 1e12; }));
+  Corrector corrector(problem, {1e-8, 1e-10, 30});
+  const UniqueVec y = problem.vector({5, at}), e = problem.vector({0, 1});
+  EXPECT_FALSE(corrector.solve(y, e, at).converged);
 }
