@@ -27,7 +27,7 @@ MANY = 65536  # samples of a period; sampled forces converge as 1/N^2
 OF_CONES = 512  # of the law cone, whose steps are exact, and dear
 AT_ONCE = 1 << 21  # samples of all contact points together that are in memory at a time
 PRELOAD = 1e-9  # of the forces at rest, ten times what the preload's Newton method leaves
-PER_TOLERANCE = 10  # what may be found of a residual that is told: several load patterns are scaled by the largest, here by their sum
+PER_TOLERANCE = 1.5  # what may be found of a residual that is told: numbers are written and added up in another order
 NOT_JUDGED = ("not judged: stability, whether the curve has other branches, whether the contact values in the file "
               "are those of the case, and how well the reduced model stands for the structure")
 

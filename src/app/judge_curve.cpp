@@ -84,8 +84,9 @@ void rounded(const StoredCurve &curve, double tolerance, std::vector<Warning> &w
   char words[400];
   std::snprintf(words, sizeof words,
                 "at %td of %zu points rounding errors leave a residual of up to %.1e, more than "
-                "newton.residual_tolerance = %.1e: something in the model is so stiff that its forces cancel. Rigid "
-                "links are stiff enough with a thousand to a million times the stiffness of what they join",
+                "newton.residual_tolerance = %.1e: forces cancel that are much larger than the load. Something in the "
+                "model is very stiff, or hardly damped. Rigid links are stiff enough with a thousand to a million "
+                "times the stiffness of what they join",
                 count, residuals.size(), *std::max_element(residuals.begin(), residuals.end()), tolerance);
   warnings.push_back({"rounding", words});
 }
@@ -105,10 +106,12 @@ std::vector<Warning> warnings_of_curve(const std::optional<Resonances> &found, c
     warnings.push_back({"no_slip", "no contact point slips at any point of the curve: friction does nothing, its "
                                    "springs k_t alone are seen. A larger load, or less clamping or friction, makes it "
                                    "slip"});
-  if (!study.follows_peaks()) rounded(curve, study.residual_tolerance, warnings); // tracks take other tolerances
   if (found && finished && !curve.has_peak())
     if (const auto warning = no_peak(*found, study)) warnings.push_back(*warning);
+  const std::size_t before = warnings.size();
   if (found && undamped(study.damping)) passed_over(*found, study, curve, warnings);
+  const bool no_bound = warnings.size() > before; // beside which any motion has large forces that cancel
+  if (!study.follows_peaks() && !no_bound) rounded(curve, study.residual_tolerance, warnings);
   return warnings;
 }
 

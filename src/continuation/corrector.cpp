@@ -10,9 +10,10 @@ namespace {
 constexpr double newton_accuracy = 0.5;
 constexpr double rough_accuracy = 0.2; // relative, of corrections
 constexpr const char *doing = "measuring rounding errors";
-constexpr double falling = 0.5; // of the residual before: one that does not may have come to its rounding errors
-constexpr double room = 30;     // times those of last bits: the largest that rounding is held to leave
-constexpr double again = 0.02;  // relative, residual and correction that were met before in the same solve
+constexpr double falling = 0.5;    // of the residual before: one that does not may have come to its rounding errors
+constexpr double room = 30;        // times those of last bits: the largest that rounding is held to leave,
+constexpr double most_left = 1e-6; // and of the load: near a pole without damping any motion leaves more in the end
+constexpr double again = 0.02;     // relative, residual and correction that were met before in the same solve
 
 const char *in_words(SNESConvergedReason reason) {
   switch (reason) {
@@ -84,7 +85,7 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
 
 // No more iterations lower it.
 bool Corrector::is_rounding(double residual) {
-  return residual > falling * iterates_.back().residual && residual < room * rounding();
+  return residual < most_left && residual > falling * iterates_.back().residual && residual < room * rounding();
 }
 
 const char *Corrector::why_give_up(PetscInt iterations, const Iterate &now) const {
