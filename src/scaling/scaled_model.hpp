@@ -24,7 +24,8 @@ struct ScaledModel {
   double highest = 0;   ///< frequency of the sweep [-]; 0: not known
 };
 
-/// The scales in force: given by hand, all 1, or taken from the model (first mode, its static answer; without modes the friction limit).
+/// The scales in force: given by hand, all 1, or taken from the model (first mode, its static answer; without modes the
+/// friction limit).
 Scales choose_scales(const Case &study, const PreloadedModel &model);
 
 /// The model in dimensionless numbers; no communication.
