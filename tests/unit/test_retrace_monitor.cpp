@@ -165,6 +165,16 @@ TEST(RetraceMonitor, knows_pieces_that_are_far_from_straight) {
   EXPECT_EQ(monitor.add(arc(5.5), 1), RetraceMonitor::Sense::same);
 }
 
+// Pieces are 1 and 30 long by turns: a place in a long one is too far from the short one in front of it.
+TEST(RetraceMonitor, long_pieces_behind_short_ones_are_known_again) {
+  RetraceMonitor monitor(1);
+  const auto at = [](double s) { return std::vector<Mark>{{s}, {1}}; };
+  for (int i = 0; i < 10; ++i)
+    for (const int more : {0, 1}) EXPECT_EQ(monitor.add(at(31 * i + more), 1), RetraceMonitor::Sense::fresh);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(monitor.add(at(31 * i + 16), 1), RetraceMonitor::Sense::fresh);
+  EXPECT_EQ(monitor.add(at(31 * 5 + 16), 1), RetraceMonitor::Sense::same);
+}
+
 // Each mark is its tangent as well: what is measured is the way between marks.
 TEST(RetraceMonitor, a_curve_that_grows_as_fast_as_it_is_long_is_known_again) {
   RetraceMonitor monitor(1);
