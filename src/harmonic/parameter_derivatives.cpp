@@ -107,8 +107,8 @@ void HarmonicSystem::differentiate_twice(Vec y, Vec along, double step, Vec weig
     by_frequency(structure(setting_.omega * (1 + side / 2)), change.data());
     by_omega += side * std::inner_product(change.begin(), change.end(), w + 0, 0.0) / setting_.omega;
   }
-  for (const double side : {1.0, -1.0}) { // of what is not linear
-    for (PetscInt i = 0; i < own; ++i) moved[i] = q[i] + side * step * a[i];
+  for (const double side : {1.0, -1.0}) {                                        // of what is not linear
+    for (PetscInt i = first; i < own; ++i) moved[i] = q[i] + side * step * a[i]; // of the contacts alone
     evaluate_contact(moved.data());
     ContactDerivative(forces_, true).multiply(w + first, change.data());
     for (PetscInt i = first; i < own; ++i) to[i] += side / (2 * step) * change[i - first];
