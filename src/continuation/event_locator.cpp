@@ -33,7 +33,7 @@ std::optional<Located> EventLocator::between(Vec normal, Bound from, Bound to, c
   check(VecDuplicate(to.y, yb.out()), doing);
   check(VecCopy(from.y, ya), doing);
   check(VecCopy(to.y, yb), doing);
-  Located place{0, curve_.point()};
+  Located place{a, curve_.point()};
   double before = b - a;
   int last_side = 0;
   for (int i = 0; i < most_solves; ++i) {
@@ -42,18 +42,17 @@ std::optional<Located> EventLocator::between(Vec normal, Bound from, Bound to, c
     if (i % 3 == 2) before = b - a;
     check(VecWAXPY(place.at.y, -1, ya, yb), doing);
     check(VecAYPX(place.at.y, part, ya), doing);
-    const double x = a + part * (b - a);
+    place.along = a + part * (b - a);
     if (!curve_.solve_across(normal, place.at)) return std::nullopt;
-    const double fx = f(place.at);
-    place.along = x;
-    if (std::abs(fx) <= tolerance * scale || b - a <= tolerance * step) return place;
-    const int side = (fx > 0) == (fa > 0) ? -1 : 1;
+    const double value = f(place.at);
+    if (std::abs(value) <= tolerance * scale || b - a <= tolerance * step) return place;
+    const int side = (value > 0) == (fa > 0) ? -1 : 1;
     if (side < 0) {
-      a = x, fa = fx;
+      a = place.along, fa = value;
       check(VecCopy(place.at.y, ya), doing);
       if (last_side == side) fb /= 2; // Illinois
     } else {
-      b = x, fb = fx;
+      b = place.along, fb = value;
       check(VecCopy(place.at.y, yb), doing);
       if (last_side == side) fa /= 2;
     }

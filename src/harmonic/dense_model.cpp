@@ -6,6 +6,7 @@
 #include "modal/dampers.hpp"
 #include "support/error.hpp"
 #include "support/gathered.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -63,12 +64,10 @@ DenseModel dense_model(const HarmonicSystem &system) {
 }
 
 std::vector<double> all_coefficients(const Layout &layout, Vec y) {
-  const double *values;
-  check(VecGetArrayRead(y, &values), "collecting coefficients");
+  const ReadValues values(y);
   const PetscInt modal = layout.own_modes.size() * layout.width;
-  const std::vector<double> own_modal(values, values + modal),
+  const std::vector<double> own_modal(values + 0, values + modal),
       own_contact(values + modal, values + layout.own_coefficients());
-  check(VecRestoreArrayRead(y, &values), "collecting coefficients");
   std::vector<double> all = all_of(layout.comm, own_modal);
   const std::vector<double> contact = all_of(layout.comm, own_contact);
   all.insert(all.end(), contact.begin(), contact.end());
@@ -77,26 +76,20 @@ std::vector<double> all_coefficients(const Layout &layout, Vec y) {
 
 void set_coefficients(const Layout &layout, const std::vector<double> &coefficients, Vec y) {
   const std::size_t width = layout.width, given = coefficients.size() / layout.dofs();
-  double *values;
-  check(VecGetArray(y, &values), "setting coefficients");
-  std::fill_n(values, layout.own_coefficients(), 0.0);
+  const Values values(y);
+  std::fill_n(values + 0, layout.own_coefficients(), 0.0);
   for (PetscInt d = 0; d < layout.own_dofs(); ++d)
     std::copy_n(&coefficients[layout.number(d) * given], std::min(given, width), values + d * width);
-  check(VecRestoreArray(y, &values), "setting coefficients");
 }
 
 void pad(const Layout &from, Vec y, const Layout &to, Vec z) {
-  const double *old;
-  double *values;
-  check(VecGetArrayRead(y, &old), "changing harmonics");
-  check(VecGetArray(z, &values), "changing harmonics");
+  const ReadValues old(y);
+  const Values values(z);
   for (PetscInt d = 0; d < from.own_dofs(); ++d) {
     std::fill_n(values + d * to.width, to.width, 0.0);
     std::copy_n(old + d * from.width, std::min(from.width, to.width), values + d * to.width);
   }
   if (from.owns_omega()) values[to.own_coefficients()] = old[from.own_coefficients()];
-  check(VecRestoreArray(z, &values), "changing harmonics");
-  check(VecRestoreArrayRead(y, &old), "changing harmonics");
 }
 
 } // namespace dovetail

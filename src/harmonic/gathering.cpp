@@ -2,18 +2,17 @@
 
 #include "support/error.hpp"
 #include "support/gathered.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 
 void Gathering::add(Vec y) {
-  const double *values;
+  const ReadValues values(y);
   PetscInt all, own;
   check(VecGetSize(y, &all), "collecting coefficients");
   check(VecGetLocalSize(y, &own), "collecting coefficients");
   kinds_.push_back({layout_.width, 3 * layout_.width, all - layout_.dofs() * layout_.width});
-  check(VecGetArrayRead(y, &values), "collecting coefficients");
-  own_.insert(own_.end(), values, values + own);
-  check(VecRestoreArrayRead(y, &values), "collecting coefficients");
+  own_.insert(own_.end(), values + 0, values + own);
 }
 
 void Gathering::add_dofs(const std::vector<double> &own) {

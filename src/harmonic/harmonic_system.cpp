@@ -14,6 +14,7 @@
 #include "modal/modal.hpp"
 #include "support/error.hpp"
 #include "support/event.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -250,22 +251,14 @@ void HarmonicSystem::balance(const DynamicStiffness &structure, double constant,
 }
 
 double HarmonicSystem::residual(Vec y, Vec f, Vec border) {
-  const double *q, *row = nullptr;
-  double *out;
-  check(VecGetArrayRead(y, &q), "evaluating the residual");
-  if (border) check(VecGetArrayRead(border, &row), "evaluating the residual");
-  const double along = go_to(q, row);
-  if (border) check(VecRestoreArrayRead(border, &row), "evaluating the residual");
-  check(VecGetArray(f, &out), "evaluating the residual");
-  balance(structure(setting_.omega), setting_.load, setting_.load, out);
-  check(VecRestoreArray(f, &out), "evaluating the residual");
-  check(VecRestoreArrayRead(y, &q), "evaluating the residual");
+  const ReadValues q(y);
+  const double along = border ? go_to(q, ReadValues(border)) : go_to(q, nullptr);
+  balance(structure(setting_.omega), setting_.load, setting_.load, Values(f));
   return along;
 }
 
 void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
-  const double *q, *last;
-  check(VecGetArrayRead(y, &q), "evaluating the Jacobian");
+  const ReadValues q(y), last(border);
   evaluate_contact(q);
   const Stiffness of = contact_stiffness();
   std::vector<double> sums = loose_.held(of.mean, of.springs);
@@ -275,27 +268,19 @@ void HarmonicSystem::jacobian(Vec y, Vec border, Mat J) {
   const bool there = stand_at(q, &sums);
   if (there) linear_->take_sums(J, sums.data() + held_sums);
   differentiate(q, parameter_.kind());
-  check(VecRestoreArrayRead(y, &q), "evaluating the Jacobian");
   adrift_ = loose_.motions() > 0 && there && loose_.adrift(sums.data());
   const double *held = there ? hold_adrift(of) : holding();
-  check(VecGetArrayRead(border, &last), "evaluating the Jacobian");
   linear_->fill(J, {structure(setting_.omega), ContactDerivative(forces_), held, column_.data(), last});
-  check(VecRestoreArrayRead(border, &last), "evaluating the Jacobian");
 }
 
 void HarmonicSystem::transposed_jacobian(Vec y, Vec border, Mat J) {
-  constexpr const char *doing = "evaluating the transposed Jacobian";
-  const double *q, *last;
-  check(VecGetArrayRead(y, &q), doing);
+  const ReadValues q(y), last(border);
   stand_at(q);
   differentiate(q, parameter_.kind());
-  check(VecRestoreArrayRead(y, &q), doing);
-  check(VecGetArrayRead(border, &last), doing);
   if (layout_.owns_omega()) column_.push_back(last[layout_.own_coefficients()]);
   const double *held = holding();
   linear_->fill(J,
                 {structure(setting_.omega).transposed(), ContactDerivative(forces_, true), held, last, column_.data()});
-  check(VecRestoreArrayRead(border, &last), doing);
 }
 
 void HarmonicSystem::fill(Mat J, const DynamicStiffness &structure, const double *column, const double *border) {

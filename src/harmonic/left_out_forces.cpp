@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "support/error.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -44,8 +45,7 @@ std::vector<double> LeftOutModes::motion(Vec y, double load) const {
   const PetscInt r = count_, n = layout.width;
   const DynamicStiffness structure = system_.structure(system_.setting().omega);
   std::vector<double> z(r * n, 0.0); // M_lx x + M_la a, then the modes' motion
-  const double *q;
-  check(VecGetArrayRead(y, &q), doing);
+  const ReadValues q(y);
   for (int k = 1; k <= system_.harmonics(); ++k) {
     const OfHarmonic left = of(k);
     double *zc = &z[cosine(k) * r], *zs = &z[sine(k) * r];
@@ -58,7 +58,6 @@ std::vector<double> LeftOutModes::motion(Vec y, double load) const {
       }
     }
   }
-  check(VecRestoreArrayRead(y, &q), doing);
   MPI_Allreduce(MPI_IN_PLACE, z.data(), static_cast<int>(z.size()), MPI_DOUBLE, MPI_SUM, layout.comm);
   for (int k = 1; k <= system_.harmonics();
        ++k) { // eq (11) of each mode by itself, driven by the load and the contacts
@@ -80,9 +79,8 @@ void LeftOutModes::forces(const std::vector<double> &motion, Vec residual) const
   const Layout &layout = system_.layout();
   const PetscInt r = count_, n = layout.width;
   const DynamicStiffness structure = system_.structure(system_.setting().omega);
-  double *out;
   check(VecSet(residual, 0), doing);
-  check(VecGetArray(residual, &out), doing);
+  const Values out(residual);
   for (int k = 1; k <= system_.harmonics(); ++k) { // -mu_k times the mass in common times their motion
     const OfHarmonic left = of(k);
     const double w2 = structure.inertia(k), drag = structure.drag(k);
@@ -97,7 +95,6 @@ void LeftOutModes::forces(const std::vector<double> &motion, Vec residual) const
       out[d * n + cosine(k)] -= w2 * c - drag * s, out[d * n + sine(k)] -= w2 * s + drag * c;
     }
   }
-  check(VecRestoreArray(residual, &out), doing);
 }
 
 } // namespace dovetail

@@ -17,18 +17,14 @@ double turned(const std::vector<double> &of, std::size_t i, int place) {
 } // namespace
 
 std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {
-  const double *q, *w;
-  check(VecGetArrayRead(y, &q), "differentiating by parameters");
+  const ReadValues q(y), w(weights);
   set(shared_parameter(q));
   evaluate_contact(q);
-  check(VecGetArrayRead(weights, &w), "differentiating by parameters");
   std::vector<ByParameter> out;
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p) {
     const PetscInt at = layout_.own_point_offset(p);
     out.push_back(forces_.weighed(static_cast<int>(p), q + at, w + at));
   }
-  check(VecRestoreArrayRead(weights, &w), "differentiating by parameters");
-  check(VecRestoreArrayRead(y, &q), "differentiating by parameters");
   return out;
 }
 
@@ -43,22 +39,16 @@ double HarmonicSystem::by_damping(std::size_t i) const {
 }
 
 double HarmonicSystem::weighed_damping(Vec y, Vec weights) {
-  const double *q, *w;
-  check(VecGetArrayRead(y, &q), "differentiating by damping");
+  const ReadValues q(y), w(weights);
   stand_at(q);
-  check(VecRestoreArrayRead(y, &q), "differentiating by damping");
   double sum = 0;
-  check(VecGetArrayRead(weights, &w), "differentiating by damping");
   for (PetscInt i = 0; i < layout_.own_coefficients(); ++i) sum += w[i] * by_damping(i);
-  check(VecRestoreArrayRead(weights, &w), "differentiating by damping");
   MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
   return sum;
 }
 
 void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
-  const double *q;
-  double *column;
-  check(VecGetArrayRead(y, &q), "differentiating by a parameter");
+  const ReadValues q(y);
   if (by.changes_joint) { // by nothing else, and without products
     set(shared_parameter(q));
     evaluate_contact(q);
@@ -66,37 +56,28 @@ void HarmonicSystem::by_parameter(Vec y, const PathParameter &by, Vec out) {
     stand_at(q);
   }
   differentiate(q, by);
-  check(VecRestoreArrayRead(y, &q), "differentiating by a parameter");
   check(VecSet(out, 0), "differentiating by a parameter");
-  check(VecGetArray(out, &column), "differentiating by a parameter");
-  std::copy(column_.begin(), column_.end(), column);
-  check(VecRestoreArray(out, &column), "differentiating by a parameter");
+  std::copy(column_.begin(), column_.end(), Values(out) + 0);
 }
 
 std::vector<std::vector<Graze>> HarmonicSystem::grazes(Vec y) {
-  const double *q;
-  check(VecGetArrayRead(y, &q), "looking for grazes");
+  const ReadValues q(y);
   set(shared_parameter(q));
   std::vector<std::vector<Graze>> out;
   for (PetscInt p = 0; p < layout_.own_points.size(); ++p)
     out.push_back(forces_.grazes(static_cast<int>(p), q + layout_.own_point_offset(p)));
-  check(VecRestoreArrayRead(y, &q), "looking for grazes");
   return out;
 }
 
 double HarmonicSystem::by_parameter(Vec y, int own_point, const Graze &graze, const PathParameter &by) {
   if (!by.changes_joint) return 0;
-  const double *q;
-  check(VecGetArrayRead(y, &q), "differentiating a graze");
+  const ReadValues q(y);
   set(shared_parameter(q));
   const Setting slope = ResponseParameter(by).slope();
   const std::vector<Memory> &memory = preload_->memory_slope(setting_, slope);
-  double value = 0;
-  if (own_point >= 0)
-    value = forces_.by_parameter(own_point, q + layout_.own_point_offset(own_point), graze,
-                                 preload_->equivalent(setting_, slope)[own_point], memory[own_point]);
-  check(VecRestoreArrayRead(y, &q), "differentiating a graze");
-  return value;
+  if (own_point < 0) return 0;
+  return forces_.by_parameter(own_point, q + layout_.own_point_offset(own_point), graze,
+                              preload_->equivalent(setting_, slope)[own_point], memory[own_point]);
 }
 
 void HarmonicSystem::by_frequency(const DynamicStiffness &structure, const Products &of, double *out) const {
@@ -126,8 +107,8 @@ void HarmonicSystem::differentiate_twice(Vec y, Vec along, double step, Vec weig
     by_frequency(structure(setting_.omega * (1 + side / 2)), change.data());
     by_omega += side * std::inner_product(change.begin(), change.end(), w + 0, 0.0) / setting_.omega;
   }
-  for (const double side : {1.0, -1.0}) { // of what is not linear
-    for (PetscInt i = 0; i < own; ++i) moved[i] = q[i] + side * step * a[i];
+  for (const double side : {1.0, -1.0}) {                                        // of what is not linear
+    for (PetscInt i = first; i < own; ++i) moved[i] = q[i] + side * step * a[i]; // of the contacts alone
     evaluate_contact(moved.data());
     ContactDerivative(forces_, true).multiply(w + first, change.data());
     for (PetscInt i = first; i < own; ++i) to[i] += side / (2 * step) * change[i - first];

@@ -89,14 +89,18 @@ TEST(BetweenPoints, sees_kinks) {
 }
 
 TEST(BetweenPoints, goes_on_from_what_was_saved) {
-  BetweenPoints one, other;
-  one.begin(kinked(0.3));
-  for (const double s : {0.31, 0.33, 0.34}) one.add(0.01, kinked(s));
-  Archive saved;
-  one.archive(saved);
-  Archive again(saved.fields());
-  other.archive(again);
-  for (const double s : {0.39, 0.41, 0.43}) EXPECT_EQ(one.add(0.02, kinked(s)), other.add(0.02, kinked(s)));
+  for (const Curve &curve : {Curve(resonance), Curve(kinked)})
+    for (int saved_at = 1; saved_at < 5; ++saved_at) {
+      const auto add = [&](BetweenPoints &to, int i) { return to.add(0.01, curve(0.38 + 0.01 * i)); };
+      BetweenPoints one, other;
+      one.begin(curve(0.38));
+      for (int i = 1; i <= saved_at; ++i) add(one, i);
+      Archive saved;
+      one.archive(saved);
+      Archive again(saved.fields());
+      other.archive(again);
+      for (int i = saved_at + 1; i < saved_at + 4; ++i) EXPECT_EQ(add(one, i), add(other, i)) << saved_at << " " << i;
+    }
 }
 
 TEST(BetweenPoints, forgets) {

@@ -114,6 +114,13 @@ TEST(NoProgressMonitor, counts_anew_a_hundredth_on_and_forgets_what_lies_far_beh
   EXPECT_EQ(monitor.times_left(), 0);
 }
 
+TEST(NoProgressMonitor, is_farther_by_more_than_a_hundredth) {
+  NoProgressMonitor monitor(100);
+  monitor.begin(0, 0, 1);
+  monitor.stayed(5);
+  for (const double farthest : {6.0, 6.001}) EXPECT_EQ(monitor.winds(farthest, 150, 100), farthest > 6);
+}
+
 TEST(NoProgressMonitor, comes_back_from_an_archive) {
   NoProgressMonitor monitor(1);
   monitor.begin(0.5, 7, -1);

@@ -94,11 +94,31 @@ TEST(LooseBody, finds_rigid_motions_of_many_points) {
   EXPECT_TRUE(loose.adrift(across, springs));
 }
 
+TEST(LooseBody, finds_rigid_motions_in_any_unit_of_stiffness) {
+  for (const double unit : {1e-9, 1e9}) {
+    const ReducedModel model = bodies(30, {0, 0, 1e-7 * unit}, {unit, 2 * unit, 3 * unit});
+    EXPECT_EQ(LooseBody(model, Layout(model, 0)).motions(), 2) << unit;
+  }
+}
+
 TEST(LooseBody, finds_as_many_motions_as_there_are) { // more than it looks for at first
   const ReducedModel model = bodies(30, {0, 1, 1}, {0, 1, 1});
   EXPECT_EQ(LooseBody(model, Layout(model, 0)).motions(), 30);
   const ReducedModel free = bodies(4, {0, 0, 0}, {0, 0, 0});
   EXPECT_EQ(LooseBody(free, Layout(free, 0)).motions(), 12);
+}
+
+// One that nothing holds, the stiffest, and others a hundred times as stiff as a rigid one may be.
+TEST(LooseBody, rigid_motions_have_a_hundred_millionth_of_others) {
+  ReducedModel model = grounded(30, [](int i) { return i == 0 ? 0 : i == 1 ? 1 : 1e-7; });
+  const LooseBody loose(model, Layout(model, 0));
+  ASSERT_EQ(loose.motions(), 1);
+  std::vector<double> elsewhere(model.own_contact_dofs(), 1);
+  if (model.own_points.begin == 0 && !elsewhere.empty()) elsewhere[0] = 0;
+  std::vector<double> sums = loose.held(elsewhere, std::vector<double>(elsewhere.size(), 1));
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_NEAR(sums[1], 1, 1e-12);
+  EXPECT_LT(std::sqrt(sums[0]), 1e-7);
 }
 
 TEST(LooseBody, holds_the_mean_only_while_nothing_else_does) {
@@ -116,6 +136,37 @@ TEST(LooseBody, holds_the_mean_only_while_nothing_else_does) {
     system.jacobian(y, border, J); // open all round
     EXPECT_EQ(system.adrift(), held == 0);
     EXPECT_DOUBLE_EQ(entry(J, mean), held == 0 ? 5 : 1);
+  }
+}
+
+// Three points that nothing but the joint holds along the normal; the first is closed, the others are open.
+TEST(LooseBody, holds_those_points_that_are_open_by_a_quarter_of_their_springs) {
+  ReducedModel model = grounded(3, [](int i) { return i % 3 == 2 ? 0.0 : 2.0 + i; });
+  model.loads[0].fx.assign(model.own_contact_dofs(), 0);
+  const std::size_t points = model.own_points.size();
+  const Law laws[] = {Law::coulomb, Law::cone, Law::unilateral};
+  std::vector<ContactPoint> contact;
+  for (PetscInt p = model.own_points.begin; p < model.own_points.end; ++p) {
+    const double k = 10.0 * static_cast<double>(p + 1), kt = laws[p] == Law::unilateral ? 0 : 1;
+    contact.push_back({laws[p], k, {kt * (k + 1), kt * (k + 2)}, {0.5, 0.5}, 0});
+  }
+  HarmonicSystem system(scaled({std::move(model), contact, std::vector<Standstill>(points)}, 0.05, {}), 2, exactly,
+                        course({0, 1}));
+  const Layout &layout = system.layout();
+  ASSERT_EQ(system.loose_body().motions(), 3);
+  UniqueVec y = system.unknowns();
+  const UniqueVec border = system.unknowns();
+  for (PetscInt p = layout.own_points.begin; p < layout.own_points.end; ++p)
+    check(VecSetValue(y, layout.contact_row(3 * p + 2) * layout.width, p == 0 ? 1 : -1, INSERT_VALUES), "");
+  check(VecAssemblyBegin(y), ""), check(VecAssemblyEnd(y), "");
+  const UniqueMat J = system.matrix(), T = system.matrix(true);
+  system.jacobian(y, border, J), system.transposed_jacobian(y, border, T);
+  EXPECT_TRUE(system.adrift());
+  for (int i = 0; i < 9; ++i) {
+    const double k = 10 * (i / 3 + 1), spring = i % 3 == 2 ? k : i / 3 == 2 ? 0 : k + 1 + i % 3;
+    const double wanted = (i % 3 == 2 ? 0 : 2 + i) + (i < 3 ? spring : spring / 4);
+    EXPECT_DOUBLE_EQ(entry(J, layout.contact_row(i) * layout.width), wanted) << i;
+    EXPECT_DOUBLE_EQ(entry(T, layout.contact_row(i) * layout.width), wanted) << i;
   }
 }
 

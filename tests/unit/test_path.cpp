@@ -172,6 +172,7 @@ TEST(Path, a_joint_without_preload_state_has_no_equations) {
   UniqueVec f = system.unknowns();
   system.residual(vector_of(system, 0.01, 3, std::nan("")), f);
   EXPECT_TRUE(std::isnan(norm(f)));
+  EXPECT_EQ(system.constant().size(), 3u * system.layout().own_points.size());
   EXPECT_TRUE(system.set(0.5)); // nothing remains of it
   system.residual(vector_of(system, 0.01, 3, 0.5), f);
   EXPECT_TRUE(std::isfinite(norm(f)));

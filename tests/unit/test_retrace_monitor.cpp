@@ -165,6 +165,27 @@ TEST(RetraceMonitor, knows_pieces_that_are_far_from_straight) {
   EXPECT_EQ(monitor.add(arc(5.5), 1), RetraceMonitor::Sense::same);
 }
 
+// Pieces are 1 and 30 long by turns: a place in a long one is too far from the short one in front of it.
+TEST(RetraceMonitor, long_pieces_behind_short_ones_are_known_again) {
+  RetraceMonitor monitor(1);
+  const auto at = [](double s) { return std::vector<Mark>{{s}, {1}}; };
+  for (int i = 0; i < 10; ++i)
+    for (const int more : {0, 1}) EXPECT_EQ(monitor.add(at(31 * i + more), 1), RetraceMonitor::Sense::fresh);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(monitor.add(at(31 * i + 16), 1), RetraceMonitor::Sense::fresh);
+  EXPECT_EQ(monitor.add(at(31 * 5 + 16), 1), RetraceMonitor::Sense::same);
+}
+
+// From mark 4 to 5 is a piece unless the tangent at either runs against it.
+TEST(RetraceMonitor, pieces_against_a_tangent_are_none) {
+  for (const int against : {0, 4, 5}) {
+    RetraceMonitor monitor(1);
+    for (int i = 0; i < 10; ++i) monitor.add({Mark{1.0 * i}, Mark{i == against ? -0.5 : 0.5}}, 1);
+    auto found = RetraceMonitor::Sense::fresh;
+    for (int i = 1; i < 8; ++i) found = monitor.add({Mark{4 + 0.1 * i}, Mark{0.5}}, 1);
+    EXPECT_EQ(found, against == 0 ? RetraceMonitor::Sense::same : RetraceMonitor::Sense::fresh) << against;
+  }
+}
+
 // Each mark is its tangent as well: what is measured is the way between marks.
 TEST(RetraceMonitor, a_curve_that_grows_as_fast_as_it_is_long_is_known_again) {
   RetraceMonitor monitor(1);

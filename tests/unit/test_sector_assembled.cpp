@@ -5,7 +5,6 @@
 #include <complex>
 
 #include "harmonic/harmonic_system.hpp"
-#include "harmonic/left_out_forces.hpp"
 #include "problems/peak_sensitivity.hpp"
 #include "problems/peak_track.hpp"
 #include "small_sector.hpp"
@@ -147,6 +146,22 @@ TEST(SectorAssembled, more_and_fewer_harmonics_are_of_their_own_indices) {
   }
 }
 
+// Twice as many as in single precision: of a mode in one harmonic four products for each pair of the contacts' rows,
+// cosine and sine, and then of all these rows, which are coupled in all harmonics.
+TEST(SectorAssembled, work_is_that_of_all_factors_since_it_was_asked_for) {
+  HarmonicSystem system = sector_system(1);
+  const UniqueMat J = system.matrix();
+  const UniqueVec y = vector_of(system, 0.3, 5, 1.3), border = vector_of(system, 1, 7, 0.2);
+  const double rows = 2 * 9, all = 9 * (2 * harmonics + 1),
+               wanted = 2 * (2 * harmonics * 4 * rows * rows + 2 * std::pow(all, 3) / 3);
+  for (const int fills : {1, 2}) {
+    for (int i = 0; i < fills; ++i) system.jacobian(y, border, J);
+    EXPECT_NEAR(system.take_solver_work(J), fills * wanted, 1e-9 * wanted);
+    EXPECT_EQ(system.take_solver_work(J), 0);
+  }
+  EXPECT_THROW(system.couplings(), ComputeError);
+}
+
 TEST(SectorAssembled, residual_is_the_same_in_other_units) {
   const Scales s{2.0, 1.4, 0.65};
   HarmonicSystem plain = sector_system(1), other = sector_system(1, exactly, {}, 0.05, s);
@@ -285,59 +300,4 @@ TEST(WatchedRow, of_a_sector_has_another_factor_in_every_harmonic) {
   double there = 0, here = 0;
   for (int i = 0; i < 9; ++i) there += sum[i] * other[i], here += back[i] * c[i];
   EXPECT_NEAR(there, here, 1e-14);
-}
-
-// Each harmonic's modes by themselves, in complex numbers: motion c - i s; masses of -h are the conjugates.
-TEST(SectorLeftOut, move_and_pull_back_as_their_equation_says) {
-  constexpr int left = 2, own = 2, rest = 9;
-  const double omega = 1.3;
-  const Damping damping(0.05, 0.8, 0.2);
-  const auto mass = [](int h, int d, int j) {
-    return Complex(0.3 * wave(d, 70 + j + 10 * h), h == 0 ? 0 : 0.2 * wave(d, 90 + j + 10 * h));
-  };
-  const auto square = [](int h, int j) { return 9.0 + h + 5 * j; };
-  ReducedModel model = small_sector();
-  const auto fill = [&](auto &modes, int h, auto number) {
-    modes.loads = {{0.0, 0.0}};
-    for (int j = 0; j < left; ++j) modes.squares.push_back(square(h, j));
-    for (int d = 0; d < own + rest; ++d)
-      for (int j = 0; j < left; ++j) {
-        const int i = d - own - 3 * static_cast<int>(model.own_points.begin);
-        if (d < own) modes.with_modes.push_back(number(mass(h, d, j)));
-        if (i >= 0 && i < model.own_contact_dofs()) modes.coupling.push_back(number(mass(h, d, j)));
-      }
-  };
-  fill(model.left_out, 0, [](Complex value) { return value.real(); });
-  for (int h = 1; h <= sectors / 2; ++h) fill(model.indices[h - 1].left_out, h, [](Complex value) { return value; });
-  std::vector<ContactPoint> contact = small_contact(model);
-  const std::vector<double> zero(model.own_contact_dofs(), 0.0);
-  std::string note;
-  ScaledModel made = scaled(contact_preload(std::move(model), std::move(contact), zero, note), damping, {});
-  made.engine_order = 2; // indices 2, -2, 0, 2
-  HarmonicSystem system(std::move(made), harmonics, exactly, course(fourier));
-  const UniqueVec y = vector_of(system, 1, 3, omega), f = system.unknowns();
-  const LeftOutModes modes(system, y);
-  modes.forces(modes.motion(y, 0), f);
-  const int w = system.layout().width;
-  const std::vector<double> q = all_coefficients(system.layout(), y), found = all_coefficients(system.layout(), f);
-  for (int k = 1; k <= harmonics; ++k) {
-    const int h = system.wave().index(k);
-    const auto m = [&](int d, int j) { return h < 0 ? std::conj(mass(-h, d, j)) : mass(h, d, j); };
-    const auto at = [&](const std::vector<double> &of, int d) {
-      return Complex(of[d * w + cosine(k)], -of[d * w + sine(k)]);
-    };
-    const double speed = k * omega;
-    const Complex kappa(1, speed * damping.stiffness + damping.structural), mu(speed * speed, -speed * damping.mass);
-    std::vector<Complex> moved;
-    for (int j = 0; j < left; ++j) {
-      Complex driven = 0;
-      for (int d = 0; d < own + rest; ++d) driven += mu * std::conj(m(d, j)) * at(q, d);
-      moved.push_back(driven / (kappa * square(std::abs(h), j) - mu));
-    }
-    for (int d = 0; d < own + rest; ++d) {
-      Complex wanted = 0;
-      for (int j = 0; j < left; ++j) wanted -= mu * m(d, j) * moved[j];
-      EXPECT_NEAR(std::abs(at(found, d) - wanted), 0, 1e-12 * (1 + std::abs(wanted))) << k << " " << d;
-    }
-  }
 }

@@ -309,21 +309,26 @@ TEST(Steps, jumps_are_taken_if_their_owner_takes_them) {
   }
 }
 
+// Where the motion is small, it limits steps as well.
 TEST(Steps, round_a_kink_begin_anew_with_the_length_along_the_other_leg) {
-  Watched walk(hairpin(3), 3);
-  walk.begin({-1}, -3, 1);
-  double from = 0;
-  while (walk.kinks.empty()) {
-    from = walk.points.back()[1];
-    ASSERT_EQ(walk.step(), Outcome::on);
+  for (const double at : {0.0, -1.0}) { // x of the kink
+    Watched walk(one([at](double x, double p) { return p + 3 * std::abs(x - at); },
+                     [at](double x, double) { return x < at ? -3.0 : 3.0; }, [](double, double) { return 1.0; }),
+                 3);
+    walk.begin({at - 1}, -3, 1);
+    double from = 0;
+    while (walk.kinks.empty()) {
+      from = walk.points.back()[1];
+      ASSERT_EQ(walk.step(), Outcome::on);
+    }
+    EXPECT_EQ(walk.kink_at, from);
+    EXPECT_TRUE(walk.steps.back().at_kink);
+    EXPECT_FALSE(walk.before());
+    EXPECT_LE(walk.next(), 2e-3);
+    EXPECT_GT(walk.next(), 0.9e-3);
+    const double largest = walk.curve().norm.largest_motion(), c = 1 / (largest * largest), cosine = (c - 1) / (c + 1);
+    EXPECT_NEAR(walk.kinks[0], std::acos(cosine), 1e-9);
   }
-  EXPECT_EQ(walk.kink_at, from);
-  EXPECT_TRUE(walk.steps.back().at_kink);
-  EXPECT_FALSE(walk.before());
-  EXPECT_LE(walk.next(), 2e-3);
-  EXPECT_GT(walk.next(), 0.9e-3);
-  const double largest = walk.curve().norm.largest_motion(), c = 1 / (largest * largest), cosine = (c - 1) / (c + 1);
-  EXPECT_NEAR(walk.kinks[0], std::acos(cosine), 1e-9);
 }
 
 TEST(Steps, a_leg_may_be_refused_or_end_the_curve) {
