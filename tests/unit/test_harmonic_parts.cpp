@@ -115,6 +115,10 @@ TEST(KeptModes, fingerprints_are_of_all_entries_and_of_no_ranks) {
   const Reals K = rows_of(layout, 0), M = rows_of(layout, 50);
   const auto plain = fingerprint(layout, K, M);
   EXPECT_EQ(plain, fingerprint(alone, rows_of(alone, 0), rows_of(alone, 50)));
+  Layout front = alone, rest = alone; // a message adds up what ranks have
+  front.own_modes.end = rest.own_modes.begin = 1, front.own_points.end = rest.own_points.begin = 2;
+  const auto share = [](const Layout &of) { return fingerprint(of, rows_of(of, 0), rows_of(of, 50)); };
+  EXPECT_EQ(plain, share(front) + share(rest));
   EXPECT_NE(plain, fingerprint(layout, M, K));
   for (const bool of_stiffness : {true, false})
     for (const bool last : {true, false}) {
