@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -115,6 +116,10 @@ TEST(KeptModes, fingerprints_are_of_all_entries_and_of_no_ranks) {
   const Reals K = rows_of(layout, 0), M = rows_of(layout, 50);
   const auto plain = fingerprint(layout, K, M);
   EXPECT_EQ(plain, fingerprint(alone, rows_of(alone, 0), rows_of(alone, 50)));
+  Layout front = alone, rest = alone; // a message adds up what ranks have
+  front.own_modes.end = rest.own_modes.begin = 1, front.own_points.end = rest.own_points.begin = 2;
+  const auto share = [](const Layout &of) { return fingerprint(of, rows_of(of, 0), rows_of(of, 50)); };
+  EXPECT_EQ(plain, share(front) + share(rest));
   EXPECT_NE(plain, fingerprint(layout, M, K));
   for (const bool of_stiffness : {true, false})
     for (const bool last : {true, false}) {
@@ -190,6 +195,8 @@ TEST(RoughFactors, solve_both_ways_and_know_the_sign) {
   EXPECT_FALSE(factors.factor({NAN}));
   EXPECT_TRUE(factors.factor({-2}));
   EXPECT_EQ(factors.sign(), -1);
+  EXPECT_TRUE(factors.factor({})); // of nothing it is 1
+  EXPECT_EQ(factors.sign(), 1);
 }
 
 TEST(SectorFrequencies, of_held_contacts_are_those_of_the_modes) {
@@ -197,6 +204,43 @@ TEST(SectorFrequencies, of_held_contacts_are_those_of_the_modes) {
   model.indices.resize(2);
   model.indices[0].kaa = {9, 16}, model.indices[1].kaa = {25};
   EXPECT_EQ(held_frequencies(model), (SectorFrequencies{{1, 2}, {3, 4}, {5}}));
+}
+
+// Every dof moves by itself, on springs of its own and, but for an open point, of its contact.
+TEST(SectorFrequencies, of_stuck_contacts_are_those_of_each_nodal_diameter) {
+  PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
+  ReducedModel &reduced = model.reduced;
+  reduced.sectors = 4, reduced.indices.resize(2);
+  reduced.kaa = {10, 40}, reduced.indices[0].kaa = {11, 41}, reduced.indices[1].kaa = {12, 42};
+  const auto ground = [](int i, int h) { return 1 + 0.1 * i + h; };
+  const auto fill = [&](auto &of, int h) {
+    const int own = 3 * static_cast<int>(model.contact.size());
+    of.kxx.assign(9 * own, 0), of.mxx.assign(9 * own, 0), of.mxa.assign(2 * own, 0);
+    for (int d = 0; d < own; ++d) {
+      const int i = 3 * reduced.own_points.begin + d;
+      of.kxx[9 * d + i] = ground(i, h), of.mxx[9 * d + i] = 2;
+    }
+  };
+  fill(reduced, 0), fill(reduced.indices[0], 1), fill(reduced.indices[1], 2);
+  for (std::size_t p = 0; p < model.contact.size(); ++p) {
+    model.contact[p].kt = {20, 30}, model.contact[p].kn = 50;
+    model.standstill[p].force[2] = reduced.own_points.begin + p == 1 ? 0 : 5;
+  }
+  SectorFrequencies wanted;
+  for (int h = 0; h < 3; ++h) {
+    wanted.push_back({std::sqrt(10.0 + h), std::sqrt(40.0 + h)});
+    for (int i = 0; i < 9; ++i)
+      wanted[h].push_back(std::sqrt((ground(i, h) + (i / 3 == 1 ? 0 : Reals{20, 30, 50}[i % 3])) / 2));
+    std::sort(wanted[h].begin(), wanted[h].end());
+  }
+  for (const PetscInt count : {4, 20}) {
+    const SectorFrequencies found = stuck_frequencies(model, count);
+    ASSERT_EQ(found.size(), wanted.size());
+    for (std::size_t h = 0; h < found.size(); ++h) {
+      ASSERT_EQ(found[h].size(), count == 4 ? 4u : 11u);
+      for (std::size_t j = 0; j < found[h].size(); ++j) EXPECT_NEAR(found[h][j], wanted[h][j], 1e-12) << h << " " << j;
+    }
+  }
 }
 
 TEST(Resonances, harmonics_that_drive_are_those_of_any_load) {

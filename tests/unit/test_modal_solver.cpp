@@ -156,6 +156,16 @@ TEST(ModalSolver, turns_to_factors_where_iterations_do_not_end) {
   EXPECT_NEAR(next.work, next.iterations * work.solve(), 1e-9 * next.work);
 }
 
+// The motion is what iterations have come to.
+TEST(ModalSolver, tells_where_iterations_do_not_end_and_factors_may_not_be_made) {
+  const Option few("-hb_modal_ksp_max_it", "3"), none("-hb_factors_most", "0");
+  Scene scene(20);
+  scene.move(4);
+  const Scene::Found found = scene.solve(0.5);
+  EXPECT_EQ(found.inexact, 1);
+  EXPECT_NEAR(found.work, 3 * Work{41}.in_modes(), 1e-9 * found.work);
+}
+
 // By old factors and iterations; where that is new, by new factors, which then serve the solves.
 TEST(ModalSolver, a_sign_that_changes_is_confirmed_by_factors) {
   for (const double side : {1.0, -1.0}) {
