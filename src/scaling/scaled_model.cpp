@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <string>
+
+#include "support/error.hpp"
 
 namespace dovetail {
 
@@ -64,16 +67,8 @@ Driven driven_first(const Case &study, const ReducedModel &model) {
   return out;
 }
 
-} // namespace
-
-double Scales::of(const PathParameter &parameter) const {
-  using Scale = PathParameter::Scale;
-  return parameter.scale == Scale::frequency ? frequency : parameter.scale == Scale::displacement ? contact : 1;
-}
-
-Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
-  if (study.scaling == ScalingKind::none) return {};
-  if (study.scaling == ScalingKind::manual) return {study.scale_frequency, study.scale_modal, study.scale_contact};
+// Taken from the model.
+Scales scales_of(const Case &study, const PreloadedModel &preloaded) {
   const ReducedModel &model = preloaded.reduced;
   const Driven driven = driven_first(study, model);
   // Per own contact dof: the force at work, and the displacement at which friction gives way under the preload.
@@ -107,6 +102,23 @@ Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
   // without modal force: such that modal and contact accelerations weigh alike
   if (modal_force == 0 && largest[0] > 0) scales.modal = std::sqrt(scales.contact * largest[0] / w2);
   return scales;
+}
+
+} // namespace
+
+double Scales::of(const PathParameter &parameter) const {
+  using Scale = PathParameter::Scale;
+  return parameter.scale == Scale::frequency ? frequency : parameter.scale == Scale::displacement ? contact : 1;
+}
+
+Scales choose_scales(const Case &study, const PreloadedModel &preloaded) {
+  if (study.scaling == ScalingKind::none) return {};
+  if (study.scaling == ScalingKind::manual) return {study.scale_frequency, study.scale_modal, study.scale_contact};
+  const Scales scales = scales_of(study, preloaded);
+  const double energy = std::pow(scales.modal * scales.frequency, 2);
+  if (energy > 0 && std::isfinite(energy)) return scales;
+  throw InputError(std::string("[excitation] a load of this size has energies ") + (energy > 0 ? "above" : "below") +
+                   " what numbers of the computer can hold; look at its unit");
 }
 
 ScaledModel scaled(PreloadedModel model, const Damping &damping, const Scales &scales) {

@@ -25,7 +25,7 @@ struct ScaledModel {
 };
 
 /// The scales in force: given by hand, all 1, or taken from the model (first mode, its static answer; without modes the
-/// friction limit).
+/// friction limit). Collective. InputError: the load is far out of range.
 Scales choose_scales(const Case &study, const PreloadedModel &model);
 
 /// The model in dimensionless numbers; no communication.

@@ -755,6 +755,7 @@ def test_terminal_gets_a_line_for_each_point(tmp_path):
 EXTREMES = {
     "load 1e6": dict(fourier=[0, 0, 1e6]),
     "load 1e200, scaled": dict(fourier=[0, 0, 1e200], kind="auto"),
+    "load 1e-300, scaled": dict(fourier=[0, 0, 1e-300], kind="auto"),
     "load 1e-300": dict(fourier=[0, 0, 1e-300]),
     "gap -1e200": dict(gap=-1e200),
     "normal stiffness 1e300": dict(normal_stiffness=1e300),
