@@ -43,11 +43,9 @@ std::vector<double> amplitudes(const Case &study, const ReducedModel &model, con
 Driven driven_first(const Case &study, const ReducedModel &model) {
   const int h = std::abs(study.wave(model.sectors).index(1));
   const SectorIndex *index = h > 0 ? &model.indices[h - 1] : nullptr;
-  Driven out{index ? index->kaa : model.kaa,
-             std::vector<double>(model.own_contact_dofs()),
-             std::vector<double>(model.own_contact_dofs()),
-             {},
-             {}};
+  Driven out;
+  out.kaa = index ? index->kaa : model.kaa;
+  out.mass.resize(model.own_contact_dofs()), out.stiffness.resize(model.own_contact_dofs());
   if (index) {
     out.modal = amplitudes(
         study, model, [index](std::size_t i) -> const auto & { return index->loads[i].fa; });

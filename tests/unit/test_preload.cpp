@@ -65,6 +65,17 @@ ReducedModel plate(PetscInt points, double held, double push) {
   return model;
 }
 
+// Of a joint without friction, which a force of 4 times that course drives.
+Scales scales_of_course(std::vector<double> course) {
+  std::string note;
+  PreloadedModel model = one_point({10, 10, 10}, {0, 0, -2}, joint(Law::unilateral, 30, {}, 0, 0), note);
+  for (double &f : model.reduced.loads[0].fx) f = 4;
+  Case study;
+  study.omega_from = 2;
+  study.loads[0].fourier = std::move(course);
+  return choose_scales(study, model);
+}
+
 } // namespace
 
 TEST(Preload, balances_the_joint) { EXPECT_LT(imbalance(small_preloaded(PETSC_COMM_WORLD)), 1e-12); }
@@ -290,25 +301,18 @@ TEST(StaticForce, touching_without_force_counts_as_closed) {
   }
 }
 
-// A joint without friction sets no measure for the motion, and divides by nothing.
+// Such a joint sets no measure for the motion, and divides by nothing.
 TEST(ScaledPreload, of_a_joint_without_friction) {
-  std::string note;
-  PreloadedModel model = one_point({10, 10, 10}, {0, 0, -2}, joint(Law::unilateral, 30, {}, 0, 0), note);
-  for (double &f : model.reduced.loads[0].fx) f = 4;
-  Case study;
-  study.omega_from = 2;
-  const Scales scales = choose_scales(study, model);
+  const Scales scales = scales_of_course({0, 1});
   EXPECT_NEAR(scales.contact, 4.0 / 30, 1e-14); // largest force over largest stiffness
   EXPECT_TRUE(std::isfinite(scales.modal) && scales.modal > 0);
 }
 
 // The course makes good what units a pattern has. What is constant moves nothing.
 TEST(ScaledPreload, measures_the_amplitude_of_the_load) {
-  std::string note;
-  PreloadedModel model = one_point({10, 10, 10}, {0, 0, -2}, joint(Law::unilateral, 30, {}, 0, 0), note);
-  for (double &f : model.reduced.loads[0].fx) f = 4;
-  Case study;
-  study.omega_from = 2;
-  study.loads[0].fourier = {100, 3, 4};
-  EXPECT_NEAR(choose_scales(study, model).contact, 5 * 4.0 / 30, 1e-14);
+  EXPECT_NEAR(scales_of_course({100, 3, 4}).contact, 5 * 4.0 / 30, 1e-14);
+}
+
+TEST(ScaledPreload, refuses_loads_whose_energies_are_no_numbers) {
+  for (const double size : {1e-300, 1e300}) EXPECT_THROW(scales_of_course({0, size}), InputError);
 }
