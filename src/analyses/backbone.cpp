@@ -62,7 +62,7 @@ private:
   void set_stuck(double amplitude);
   bool solve_at(double amplitude, CurvePoint &s);
   void report(const CurvePoint &s, double arclength, bool located);
-  void report_fold(Vec normal, double step, double plain);
+  void report_fold(Vec normal, double step);
   std::optional<Located> at_force(Vec normal, double step, double force);
   double load_at(Vec y) { return balance_of(mode_, mode_.evaluate(y)).load; }
   void keep(double load) { // infinite where the load does no work: nothing is reached there
@@ -80,10 +80,10 @@ private:
   }
 
   std::vector<std::pair<double, bool>> wanted() const;
-  Outcome pass_wanted(double value, bool last, double length);
+  Outcome pass_wanted(double value, bool last);
   Outcome arrive(CurvePoint &s);
 
-  Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
+  Outcome pass(Vec normal, double step, bool at_kink) override;
   Outcome settle(Vec way) override;
   void halved(const std::string &why) override {
     ++summary_.counts.cuts;
@@ -200,14 +200,14 @@ void Backbone::follow() {
   while (!ended_ && goes_on()) advance();
 }
 
-void Backbone::report_fold(Vec normal, double step, double plain) {
+void Backbone::report_fold(Vec normal, double step) {
   if (parameter_of(here_.t) * parameter_of(trial_.t) >= 0) return;
   auto fold = locator().between(normal, {0, here_.y, parameter_of(here_.t)}, {step, trial_.y, parameter_of(trial_.t)},
                                 [](CurvePoint &s) { return parameter_of(s.t); });
   if (!fold) return;
   ++summary_.counts.folds;
   if (fold->at.parameter < std::log10(settings_.from)) return;
-  report(fold->at, arclength_ + plain * fold->along, true);
+  report(fold->at, arclength_ + chord(here_.y, fold->at.y), true);
   notify(BranchEvent::Kind::fold, "the mode turns back in its amplitude", fold->at.parameter);
 }
 
@@ -236,7 +236,7 @@ std::vector<std::pair<double, bool>> Backbone::wanted() const {
 }
 
 // Of the step, at one of them; the mode ends at the last one, which has to have a solution.
-Stepper::Outcome Backbone::pass_wanted(double value, bool last, double length) {
+Stepper::Outcome Backbone::pass_wanted(double value, bool last) {
   const double part = (value - here_.parameter) / (trial_.parameter - here_.parameter);
   CurvePoint s = curve_->point();
   check(VecWAXPY(s.y, -1, here_.y, trial_.y), doing);
@@ -246,7 +246,7 @@ Stepper::Outcome Backbone::pass_wanted(double value, bool last, double length) {
     notify(BranchEvent::Kind::missed, "an amplitude that was asked for has no solution", value);
     return last ? Outcome::refused : Outcome::on;
   }
-  report(s, arclength_ + length * part, true);
+  report(s, arclength_ + chord(here_.y, s.y), true);
   return last ? arrive(s) : Outcome::on;
 }
 
@@ -256,24 +256,24 @@ Stepper::Outcome Backbone::arrive(CurvePoint &s) {
   return Outcome::ended;
 }
 
-Stepper::Outcome Backbone::pass(Vec normal, double step, double plain, bool at_kink) {
+Stepper::Outcome Backbone::pass(Vec normal, double step, bool at_kink) {
   const double force = load_at(trial_.y), way = trial_.parameter - here_.parameter;
   const auto values = wanted();
   const bool crossed = enough(force) && !enough(load_);
   std::optional<Located> reached; // nothing in a kink, or where it is not found: then trial_ is where the mode ends
   if (!at_kink) {
     if (crossed) reached = at_force(normal, step, force);
-    report_fold(normal, step, plain);
+    report_fold(normal, step);
   }
   for (const auto &[value, last] : values) {
     if (reached && (value - reached->at.parameter) * way > 0) break;
-    if (const Outcome outcome = pass_wanted(value, last, plain * step); outcome != Outcome::on) return outcome;
+    if (const Outcome outcome = pass_wanted(value, last); outcome != Outcome::on) return outcome;
   }
   if (reached) {
-    report(reached->at, arclength_ + plain * reached->along, true);
+    report(reached->at, arclength_ + chord(here_.y, reached->at.y), true);
     return arrive(reached->at);
   }
-  arclength_ += step * plain;
+  arclength_ += chord(here_.y, trial_.y);
   std::swap(here_, trial_);
   keep(force);
   const bool told = !values.empty() && values.back().first == here_.parameter;

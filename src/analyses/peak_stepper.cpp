@@ -99,7 +99,7 @@ Stepper::Outcome PeakStepper::no_step() {
     auto found = search_.near(value, motion);
     if (!found) continue;
     ++summary_.counts.corners;
-    arclength_ += chord_to(found->at);
+    arclength_ += chord(here_.y, found->at.y);
     begin(std::move(*found));
     return ended_ ? Outcome::ended : Outcome::on;
   }
@@ -136,7 +136,7 @@ Stepper::Outcome PeakStepper::pass_wanted(const CurvePoint &until) {
   const auto passed = [&](double value) {
     return (value - from) * sense > 0 && (until.parameter - value) * sense >= 0;
   };
-  const auto along = [&](const CurvePoint &s) { return arclength_ + chord_to(s); };
+  const auto along = [&](const CurvePoint &s) { return arclength_ + chord(here_.y, s.y); };
   const bool arrives = passed(settings_.to);
   CurvePoint last = curve_->point();
   if (arrives && !solve_within(until, settings_.to, last)) {
@@ -171,7 +171,7 @@ Stepper::Outcome PeakStepper::meet_minimum(Vec normal, double step) {
   const bool corner = leg_->lies_in_corner(), phase = settings_.kind == TrackedPeak::phase;
   if (fold) {
     if (const Outcome outcome = pass_wanted(fold->at); outcome != Outcome::on) return outcome;
-    report(fold->at, arclength_ + chord_to(fold->at), true);
+    report(fold->at, arclength_ + chord(here_.y, fold->at.y), true);
     std::swap(here_, fold->at);
     ++summary_.counts.folds;
     notify(BranchEvent::Kind::fold,
@@ -185,7 +185,7 @@ Stepper::Outcome PeakStepper::meet_minimum(Vec normal, double step) {
                                     : "the peak met a minimum of the amplitude and vanished");
 }
 
-Stepper::Outcome PeakStepper::pass(Vec normal, double step, double, bool at_kink) {
+Stepper::Outcome PeakStepper::pass(Vec normal, double step, bool at_kink) {
   if (leg_->lies_in_corner() && !is_peak(trial_)) {
     refusal_ = "the peak leaves the corner within the step";
     return Outcome::refused;
@@ -195,7 +195,7 @@ Stepper::Outcome PeakStepper::pass(Vec normal, double step, double, bool at_kink
     return at_kink ? Outcome::refused : meet_minimum(normal, step);
   }
   if (const Outcome outcome = pass_wanted(trial_); outcome != Outcome::on) return outcome;
-  arclength_ += chord_to(trial_); // not by the plane of the step: the tangent's plain length changes within it
+  arclength_ += chord(here_.y, trial_.y);
   std::swap(here_, trial_);
   report(here_, arclength_);
   leap_ = shortest(settings_);
@@ -206,15 +206,6 @@ Stepper::Outcome PeakStepper::end(End how, const std::string &why) {
   summary_.end = how, summary_.why = why;
   ended_ = true;
   return Outcome::ended;
-}
-
-// Of the scaled unknowns, as arc lengths are.
-double PeakStepper::chord_to(const CurvePoint &s) const {
-  UniqueVec way = curve_->problem.unknowns();
-  PetscReal length;
-  check(VecWAXPY(way, -1, here_.y, s.y), doing);
-  check(VecNorm(way, NORM_2, &length), doing);
-  return length;
 }
 
 // [dX; d parameter] along the track, of its plain length, which counts the frequency in.

@@ -26,7 +26,7 @@ private:
   BranchState state();
   void archive_corner(Archive &archive);
   void archive(Archive &archive, SavedVectors &vectors);
-  Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
+  Outcome pass(Vec normal, double step, bool at_kink) override;
   bool takes_jump(double apart) override;
   void jumped() override;
   void halved(const std::string &why) override;
@@ -37,7 +37,6 @@ private:
   Outcome pass_wanted(const CurvePoint &until);
   Outcome meet_minimum(Vec normal, double step);
   Outcome end(End how, const std::string &why = "");
-  double chord_to(const CurvePoint &s) const;
   UniqueVec tangent_of(const CurvePoint &s, double along) const;
   void report(const CurvePoint &s, double arclength, bool located = false);
   void notify(BranchEvent::Kind kind, const std::string &text, const CurvePoint &s);

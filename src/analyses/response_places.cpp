@@ -12,13 +12,15 @@ void ResponseStepper::give(CurvePoint &s, double arclength, const Stability *sta
                  amplitude_.error, range.progress(s.parameter), located, 0, s.t});
 }
 
-ResponseStepper::Outcome ResponseStepper::tell(std::vector<Place> &places, double plain, bool at_kink) {
+ResponseStepper::Outcome ResponseStepper::tell(std::vector<Place> &places, const std::vector<double> &lengths,
+                                               bool at_kink) {
   const auto folds = std::count_if(places.begin(), places.end(), [](auto &p) { return p.kind == Place::Kind::fold; });
   bool higher = (response.system().parameter_in(trial_.t) > 0) == (folds % 2 == 1); // after the first of them
-  for (Place &place : places) {
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Place &place = places[i];
     const double value = place.at.parameter;
     const std::optional<Stability> stability = stability_.judge(place.at);
-    give(place.at, arclength_ + place.along * plain, stability ? &*stability : nullptr, true);
+    give(place.at, arclength_ + lengths[i], stability ? &*stability : nullptr, true);
     if (place.kind == Place::Kind::fold) {
       tell_fold(place, higher, at_kink);
       higher = !higher;

@@ -66,12 +66,12 @@ void ResponseStepper::begin_amplitude() {
     report_.end(End::amplitude, "stopped: the amplitude is beyond continuation.stop_at_amplitude");
 }
 
-// here_ becomes trial_, `step` farther on along the curve, or `plain` times that in the plain norm; with all that lies
-// within, and nothing where the curve has left the range.
-ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double plain, bool at_kink) {
+// here_ becomes trial_, `step` farther on along the curve, with all that lies within, and nothing where the curve has
+// left the range.
+ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, bool at_kink) {
   folds_before_ = report_.counts.folds;
-  const AmplitudeCourse next =
-      amplitude_.after(response.amplitude(trial_), plain_length(trial_.t), step * plain, at_kink);
+  double length = chord(here_.y, trial_.y);
+  const AmplitudeCourse next = amplitude_.after(response.amplitude(trial_), plain_length(trial_.t), length, at_kink);
   const bool was_outside = range.before_start(here_.parameter) > 0, outside = range.before_start(trial_.parameter) > 0;
   if (!was_outside || !outside) {
     const EventLocator within = locator();
@@ -85,14 +85,20 @@ ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, double p
     }
     for (int i = 0; i < found.unlocated_folds; ++i) progress.cluster.folded(here_.parameter);
     amplitude_.error = next.error;
-    if (tell(found.list, plain, at_kink) == Outcome::ended) return Outcome::ended;
+    if (!found.list.empty()) {
+      std::vector<double> lengths{chord(here_.y, found.list[0].at.y)}; // to each place, from one to the next
+      for (std::size_t i = 1; i < found.list.size(); ++i)
+        lengths.push_back(lengths.back() + chord(found.list[i - 1].at.y, found.list[i].at.y));
+      length = lengths.back() + chord(found.list.back().at.y, trial_.y);
+      if (tell(found.list, lengths, at_kink) == Outcome::ended) return Outcome::ended;
+    }
   }
   if (outside && !was_outside)
     report_.event(BranchEvent::Kind::outside,
                   "the curve leaves the sweep at its beginning: points beyond are not stored, the next is where it "
                   "comes back",
                   here_.parameter);
-  arclength_ += step * plain;
+  arclength_ += length;
   std::swap(here_, trial_);
   amplitude_ = next;
   const double before = trial_.parameter;

@@ -47,7 +47,7 @@ private:
   using End = BranchSummary::End;
 
   bool refine(CurvePoint &trial) override { return harmonics_.refine(trial); }
-  Outcome pass(Vec normal, double step, double plain, bool at_kink) override;
+  Outcome pass(Vec normal, double step, bool at_kink) override;
   Outcome settle(Vec way) override;
   void stepped() override { harmonics_.spare(here_); }
   void halved(const std::string &why) override;
@@ -55,7 +55,7 @@ private:
   Outcome no_step() override { return Outcome::refused; }
   bool iterations_are_expensive() const override { return response.iterations_are_expensive(); }
 
-  Outcome tell(std::vector<Place> &places, double plain, bool at_kink);
+  Outcome tell(std::vector<Place> &places, const std::vector<double> &lengths, bool at_kink);
   Outcome tell(const Place &place);
   void tell_fold(Place &place, bool higher, bool at_kink);
   void give(CurvePoint &s, double arclength, const Stability *stability, bool located = false);

@@ -122,7 +122,7 @@ double Stepper::length_to(const CurvePoint &point) const {
 
 // The step to trial_, on planes across `normal`, with all that lies within; or round a kink, to where it is.
 Stepper::Outcome Stepper::accept_step(Vec normal, double step, bool at_kink) {
-  const Outcome outcome = pass(normal, step, plain_length(normal), at_kink);
+  const Outcome outcome = pass(normal, step, at_kink);
   if (outcome != Outcome::on) return outcome;
   if (control_.adaptive() && curve_->problem.is_smooth() && !at_kink)
     note(before_, trial_);
@@ -147,6 +147,15 @@ bool Stepper::round_kink(double step, Outcome &outcome) {
     return true;
   };
   return KinkTurn(*curve_, here_, trial_, curvature_, iterations_are_expensive(), take).turn(step);
+}
+
+double Stepper::chord(Vec from, Vec to) const {
+  constexpr const char *doing = "measuring a chord";
+  UniqueVec way = curve_->problem.unknowns();
+  PetscReal length;
+  check(VecWAXPY(way, -1, from, to), doing);
+  check(VecNorm(way, NORM_2, &length), doing);
+  return length;
 }
 
 Stepper::Outcome Stepper::settle(Vec) {

@@ -39,14 +39,16 @@ protected:
   /// Copies a point without what belongs to its solve.
   void note(std::optional<CurvePoint> &place, const CurvePoint &s) const;
   void archive_steps(Archive &archive);
+  /// Length in the plain norm, that of the cubics which draw the curve: a step along the tangent is another, where the
+  /// curve turns.
+  double chord(Vec from, Vec to) const;
   EventLocator locator() { return {*curve_, here_, trial_, newton_tolerance_}; }
 
   // What the owner of the curve does, in the order of a step.
   /// Refines the problem at here_ if trial_ asks for it: true if it did.
   virtual bool refine(CurvePoint & /*trial*/) { return false; }
-  /// Takes the step from here_ to trial_, with all that lies within, by swapping them; or refuses it. `plain`: length
-  /// of the normal in the plain norm.
-  virtual Outcome pass(Vec normal, double step, double plain, bool at_kink) = 0;
+  /// Takes the step from here_ to trial_, with all that lies within, by swapping them; or refuses it.
+  virtual Outcome pass(Vec normal, double step, bool at_kink) = 0;
   /// After that: the curve's metric sees here_. `way`: from there back to where the step began.
   virtual Outcome settle(Vec way);
   /// A step along the tangent was taken, and the next one's length chosen.

@@ -188,7 +188,7 @@ public:
 
 protected:
   bool resonates() const override { return may_resonate; }
-  Outcome pass(Vec normal, double step, double, bool at_kink) override {
+  Outcome pass(Vec normal, double step, bool at_kink) override {
     const double rate = parameter_of(here_.t), next = parameter_of(trial_.t);
     if (rate * next < 0 && !at_kink) {
       const auto found = locator().between(normal, {0, here_.y, rate}, {step, trial_.y, next},
