@@ -13,7 +13,7 @@ using namespace dovetail::testing;
 namespace {
 
 struct Step {
-  double length, plain;
+  double length, chord;
   int newton;
   bool at_kink;
 };
@@ -30,12 +30,12 @@ struct Watched : Walk {
               equations.derivative},
              range, between) {}
 
-  Outcome pass(Vec normal, double step, double plain, bool at_kink) override {
+  Outcome pass(Vec normal, double step, bool at_kink) override {
     guesses.push_back(guess);
     if (answer != Outcome::on) return answer;
     if (at_kink && at_kinks != Outcome::on) return at_kinks;
-    steps.push_back({step, plain, trial_.newton.newton, at_kink});
-    return Walk::pass(normal, step, plain, at_kink);
+    steps.push_back({step, chord(here_.y, trial_.y), trial_.newton.newton, at_kink});
+    return Walk::pass(normal, step, at_kink);
   }
   void halved(const std::string &why) override {
     whys.push_back(why);
@@ -99,7 +99,8 @@ double eighth(double step) { return std::exp2(std::floor(8 * std::log2(step) + 1
 // Of a step from (x, p) along (along x, along p), by the largest motion and a range.
 double limited(double wanted, const std::vector<double> &y, const std::vector<double> &t, double range) {
   return eighth(
-      std::min({wanted, 1.0, 0.05 * range / std::abs(t[1]), std::max(0.25 * std::abs(y[0]) / std::abs(t[0]), 1e-3)}));
+      std::min({wanted, 1.0, smooth_aims.parameter * range / std::abs(t[1]),
+                         std::max(step_limits.longest_motion_step * std::abs(y[0]) / std::abs(t[0]), 1e-3)}));
 }
 
 } // namespace
@@ -116,7 +117,7 @@ TEST(Steps, grow_up_to_the_limits_of_where_they_are) {
       ASSERT_EQ(walk.step(), Outcome::on);
       const auto &y = walk.points.back();
       EXPECT_EQ(walk.steps.back().length, before);
-      EXPECT_NEAR(walk.steps.back().plain, std::hypot(values(walk.before()->t)[0], values(walk.before()->t)[1]), 1e-12);
+      EXPECT_NEAR(walk.steps.back().chord, std::hypot(y[0] - from[0], y[1] - from[1]), 1e-12);
       largest = std::max(largest, std::abs(y[0]));
       const double length = std::hypot(slope / largest, 0.5); // of the way for p + 1
       const std::vector<double> t{sense * slope / length, sense / length}, found = values(walk.here().t);
