@@ -106,7 +106,7 @@ bool Curve::correct(const CurvePoint &s, Vec r, Vec c) {
   return correction.found;
 }
 
-double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle) {
+Curve::Off Curve::off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle) {
   constexpr const char *doing = "looking into a step";
   const Vec r = work_[0], c = work_[1];
   check(VecCopy(a.y, middle), doing);
@@ -114,9 +114,10 @@ double Curve::off_middle(const CurvePoint &a, const CurvePoint &b, double length
   check(VecAXPBYPCZ(middle, length / 8, -length / 8, 1, a.t, b.t), doing);
   problem.residual(middle, r);
   set_parameter(r, 0); // along the step nothing is missing
-  if (!correct(b.solve == solve_ ? b : a, r, c)) return std::nan("");
+  if (!correct(b.solve == solve_ ? b : a, r, c)) return {std::nan(""), std::nan("")};
   check(VecAXPY(middle, -1, c), doing);
-  return norm.length(c);
+  const std::vector<double> squares = norm.products({{c, c}}, {c, middle});
+  return {std::sqrt(squares[0]), std::sqrt(squares[1] / squares[2])};
 }
 
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {

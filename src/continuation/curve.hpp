@@ -60,10 +60,13 @@ public:
   /// the last solve if s is from that. False where it failed. Collective.
   bool correct(const CurvePoint &s, Vec r, Vec c);
 
+  struct Off {
+    double length, part; ///< weighted; of the motion there, without weights
+  };
   /// How far the middle of the cubic from a to b, `length` apart, lies off the curve: roughly, by one correction with
   /// the factors of the last solve, which led to b or to a; NaN where that failed. Large where the step led to another
   /// piece of the curve, or across a loop of it. `middle` becomes what the correction finds. Collective.
-  double off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle);
+  Off off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle);
 
   double take_work() { return corrector_.take_work(); } ///< of the linear solver, see BorderedJacobian
   double memory() const { return corrector_.memory(); } ///< likewise

@@ -17,7 +17,7 @@ struct Trial {
   bool kink; ///< halvings show a kink, which may be taken as it is
   EventLocator locator;
   UniqueVec middle = {};                    ///< point of the curve about half way, where a check looks for it
-  double off = 0;                           ///< by how much the cubic between the ends misses it; 0: not known
+  Curve::Off off = {0, 0};                  ///< by how much the cubic between the ends misses it; 0: not known
   std::optional<Located> branch_point = {}; ///< of another branch that crosses within the step, if a check finds one
 };
 

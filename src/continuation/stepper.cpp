@@ -84,18 +84,19 @@ Stepper::Outcome Stepper::take_trial(double step) {
   const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step,
                             allowed_astray(curve_->problem.is_smooth()), std::sqrt(std::max(chord, 0.0))};
   const bool kink = halvings_.add(measure);
-  off_ = 0;
+  off_ = {0, 0};
   const bool jump = control_.adaptive() && !belongs(step, measure, kink);
   if (jump && !takes_jump(measure.correction * step)) return Outcome::refused;
-  if (jump) off_ = 0;
-  if (off_ > control_.between()) return refine_drawing();
+  if (jump) off_ = {0, 0};
+  const bool hides = off_.part > step_limits.most_hidden && curve_->problem.resonates();
+  if (off_.length > control_.between() || hides) return refine_drawing();
   const int newton = trial_.newton.newton;
   if (refine(trial_)) return Outcome::refined;
   const Outcome outcome = accept_step(here_.t, step, jump);
   if (jump && outcome != Outcome::refused) jumped();
   if (outcome != Outcome::on || !control_.adaptive()) return outcome;
   if (!kink && !jump) curvature_ = measure.angle / step;
-  control_.after(step, measure.angle, newton, off_, curve_->problem.is_smooth());
+  control_.after(step, measure.angle, newton, off_.length, curve_->problem.is_smooth());
   limit_step();
   return outcome;
 }

@@ -89,7 +89,7 @@ private:
   Halvings halvings_;
   double speed_ = 0, motion_ = 0; // when measured anew: motions of the tangent and of the point, without weights
   double curvature_ = 0;          // at the last smooth step: angle per arc length
-  double off_ = 0;                // by how much the cubic to trial_ misses the curve; 0: not known
+  Curve::Off off_{0, 0};          // by how much the cubic to trial_ misses the curve; 0: not known
   UniqueVec middle_;              // where that was found
 };
 

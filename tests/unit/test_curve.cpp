@@ -43,12 +43,12 @@ TEST(Curve, tells_what_lies_between_the_ends_of_a_step) {
   double off[2];
   for (int i = 0; i < 2; ++i) {
     const CurvePoint next = scene.on(here, i == 0 ? 0.02 : 0.01);
-    off[i] = scene.curve.off_middle(here, next, length(here, next), middle) / (i == 0 ? 0.02 : 0.01);
+    off[i] = scene.curve.off_middle(here, next, length(here, next), middle).length / (i == 0 ? 0.02 : 0.01);
   }
   EXPECT_LT(off[0], 1e-3);
   EXPECT_NEAR(off[0] / off[1], 8, 3);
   const CurvePoint beyond = scene.at(1.4); // on the other side of resonances
-  EXPECT_GT(scene.curve.off_middle(here, beyond, length(here, beyond), middle), 0.05);
+  EXPECT_GT(scene.curve.off_middle(here, beyond, length(here, beyond), middle).length, 0.05);
 }
 
 namespace {
@@ -203,7 +203,9 @@ TEST(Curve, the_middle_of_a_step_is_corrected_once_by_the_factors_at_hand) {
   for (int i = 0; i < 2; ++i) cubic[i] = (ya[i] + yb[i]) / 2 + length / 8 * (ta[i] - tb[i]);
   const double missed = cubic[0] * cubic[0] + cubic[1] * cubic[1] - 1;
   const auto expect = [&](double of_missed, const char *whose) { // along a's radius, across its tangent
-    EXPECT_NEAR(scene.curve.off_middle(a, b, length, middle), std::abs(of_missed * missed), 1e-9) << whose;
+    const Curve::Off off = scene.curve.off_middle(a, b, length, middle);
+    EXPECT_NEAR(off.length, std::abs(of_missed * missed), 1e-9) << whose;
+    EXPECT_NEAR(off.part, std::abs(of_missed * missed * ya[0] / values(middle)[0]), 1e-9) << whose;
     for (int i = 0; i < 2; ++i) EXPECT_NEAR(values(middle)[i], cubic[i] - of_missed * missed * ya[i], 1e-9) << whose;
   };
   expect(0.5 / (ya[0] * yb[0] + ya[1] * yb[1]), "at b, where the last solve led across a's tangent");
@@ -212,7 +214,7 @@ TEST(Curve, the_middle_of_a_step_is_corrected_once_by_the_factors_at_hand) {
   expect(0.5, "at a, at hand");
   scene.problem.told.fail_at = 0, scene.problem.told.fail_until = 1000;
   scene.curve.recall(0);
-  EXPECT_TRUE(std::isnan(scene.curve.off_middle(a, b, length, middle)));
+  EXPECT_TRUE(std::isnan(scene.curve.off_middle(a, b, length, middle).length));
 }
 
 TEST(Curve, a_tangent_anywhere_looks_to_the_side_of_the_normal) {

@@ -119,7 +119,7 @@ TEST(MiddleCheck, refuses_what_the_curve_misses_by_more_than_a_twentieth_of_the_
     for (const bool kink : {false, true}) {
       Trial trial = trial_between(scene, here, there, 0.1, smooth, kink);
       EXPECT_EQ(check_middle(trial).has_value(), refuses && !kink);
-      EXPECT_NEAR(trial.off, kink ? 0 : d / 2, 1e-9);
+      EXPECT_NEAR(trial.off.length, kink ? 0 : d / 2, 1e-9);
       EXPECT_EQ(trial.middle != nullptr, !kink);
     }
   }
