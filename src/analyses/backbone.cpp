@@ -202,7 +202,8 @@ void Backbone::follow() {
 
 void Backbone::report_fold(Vec normal, double step) {
   if (parameter_of(here_.t) * parameter_of(trial_.t) >= 0) return;
-  auto fold = locator().between(normal, {0, here_.y, parameter_of(here_.t)}, {step, trial_.y, parameter_of(trial_.t)},
+  auto fold = locator().between(normal, {0, here_.y, parameter_of(here_.t), here_.t},
+                                {step, trial_.y, parameter_of(trial_.t), trial_.t},
                                 [](CurvePoint &s) { return parameter_of(s.t); });
   if (!fold) return;
   ++summary_.counts.folds;
@@ -213,8 +214,8 @@ void Backbone::report_fold(Vec normal, double step) {
 
 // Where the load of the case has reached the factor within the step.
 std::optional<Located> Backbone::at_force(Vec normal, double step, double force) {
-  return locator().between(normal, {0, here_.y, load_ - settings_.to_force},
-                           {step, trial_.y, force - settings_.to_force},
+  return locator().between(normal, {0, here_.y, load_ - settings_.to_force, here_.t},
+                           {step, trial_.y, force - settings_.to_force, trial_.t},
                            [&](CurvePoint &s) { return load_at(s.y) - settings_.to_force; });
 }
 

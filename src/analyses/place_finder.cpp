@@ -54,7 +54,7 @@ void PlaceFinder::tell_later(int &count, BranchEvent::Kind kind, const std::stri
       [this, kind, text, parameter, amplitude, &count] { report_.event(count, kind, text, parameter, amplitude); });
 }
 
-std::optional<Place> PlaceFinder::locate(Place::Kind kind, Bound from, Bound to, const Measured &f) {
+std::optional<Place> PlaceFinder::locate(Place::Kind kind, const Bound &from, const Bound &to, const Measured &f) {
   std::optional<Located> found = locator_.between(span_.normal, from, to, f);
   if (!found) return std::nullopt;
   return Place{std::move(*found), kind};
@@ -104,9 +104,9 @@ void PlaceFinder::find_folds() {
   }
   std::vector<std::pair<double, CurvePoint>> between;
   if (hides_folds(rate, next)) between = points_between();
-  std::vector<Bound> bounds{{0, span_.here.y, rate}};
-  for (auto &[along, s] : between) bounds.push_back({along, s.y, rate_of(s)});
-  bounds.push_back({span_.step, span_.trial.y, next});
+  std::vector<Bound> bounds{{0, span_.here.y, rate, span_.here.t}};
+  for (auto &[along, s] : between) bounds.push_back({along, s.y, rate_of(s), s.t});
+  bounds.push_back({span_.step, span_.trial.y, next, span_.trial.t});
   for (std::size_t i = 1; i < bounds.size(); ++i) {
     if (bounds[i - 1].value * bounds[i].value >= 0) continue;
     if (!keep(locate(Place::Kind::fold, bounds[i - 1], bounds[i], rate_of))) ++found_.unlocated_folds;
@@ -121,15 +121,16 @@ void PlaceFinder::find_peak() {
   const Measured slope = [&](CurvePoint &s) { return response_.amplitude(s).slope; };
   if (span_.at_kink)
     keep(in_kink(Place::Kind::peak, next.value > now.value, {now.slope, next.slope}, slope));
-  else if (!keep(
-               locate(Place::Kind::peak, {0, span_.here.y, now.slope}, {span_.step, span_.trial.y, next.slope}, slope)))
+  else if (!keep(locate(Place::Kind::peak, {0, span_.here.y, now.slope, span_.here.t},
+                        {span_.step, span_.trial.y, next.slope, span_.trial.t}, slope)))
     tell_later(report_.counts.peaks, BranchEvent::Kind::peak, "maximum, not located", span_.here.parameter, now.value);
 }
 
 void PlaceFinder::find_limit() {
   const double now = span_.amplitude.value, next = span_.next.value;
   if (!(limit_ > 0 && now < limit_ && next >= limit_)) return;
-  if (!keep(locate(Place::Kind::limit, {0, span_.here.y, now - limit_}, {span_.step, span_.trial.y, next - limit_},
+  if (!keep(locate(Place::Kind::limit, {0, span_.here.y, now - limit_, span_.here.t},
+                   {span_.step, span_.trial.y, next - limit_, span_.trial.t},
                    [&](CurvePoint &s) { return response_.amplitude(s).value - limit_; })))
     keep(place_at(response_.curve(), span_.trial, Place::Kind::limit, span_.step));
 }
@@ -145,8 +146,8 @@ void PlaceFinder::find_stability_change() {
   if (!change->fold && span_.at_kink)
     place = place_at(response_.curve(), span_.trial, Place::Kind::stability, span_.step);
   else if (!change->fold && change->growth_before)
-    place = locate(Place::Kind::stability, {0, span_.here.y, *change->growth_before},
-                   {span_.step, span_.trial.y, stability_.verdict()->growth},
+    place = locate(Place::Kind::stability, {0, span_.here.y, *change->growth_before, span_.here.t},
+                   {span_.step, span_.trial.y, stability_.verdict()->growth, span_.trial.t},
                    [&](CurvePoint &s) { return stability_.judge(s)->growth; });
   if (place)
     found_.list.push_back(std::move(*place));

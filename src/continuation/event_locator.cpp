@@ -20,45 +20,75 @@ constexpr double back_missed = 0.1;               // part of a correction, by wh
 constexpr double least_missed = 1e-3;             // of the step: smaller corrections tell nothing
 constexpr double least_sine_squared = 1e-3;       // of the angle between lines that can be said to meet
 
+constexpr double level = 1e-6;  // of the step: where so short a way lowers no value, these are rounding errors
+constexpr double forward = 0.1; // least product of normal and tangent by which a cubic is led
+
+struct Value {
+  double along, f;
+};
+
+// Part of the way from `a` to `b`, on two sides of a zero, where to look next: by inverse quadratic interpolation with
+// `c`, met before, where the three run evenly; else half way (Chandrupatla, Adv. Eng. Software 28 (1997) 145).
+double next_part(const Value &a, const Value &b, const Value &c) {
+  const double xi = (a.along - b.along) / (c.along - b.along), phi = (a.f - b.f) / (c.f - b.f);
+  if (!(phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)) return 0.5;
+  return a.f / (b.f - a.f) * c.f / (b.f - c.f) +
+         (c.along - a.along) / (b.along - a.along) * a.f / (c.f - a.f) * b.f / (c.f - b.f);
+}
+
+// An end of what is searched. A slope of 0: the tangent there, if known, leads too far astray.
+struct End : Value {
+  UniqueVec y, t;
+  double slope = 0; // product of the normal and t
+};
+
+void place(End &end, const Curve &curve, Vec normal, const Bound &at) {
+  end.along = at.along, end.f = at.value, end.slope = at.t ? curve.plane(normal, at.t) : 0;
+  check(VecCopy(at.y, end.y), doing);
+  if (!(end.slope > forward)) end.slope = 0;
+  if (end.slope > 0) check(VecCopy(at.t, end.t), doing);
+}
+
+// On the cubic from one end to the other, or on the straight line.
+void guess(const End &a, const End &b, double part, Vec y) {
+  const double left = 1 - part, way = b.along - a.along;
+  const bool straight = a.slope == 0 || b.slope == 0;
+  check(VecCopy(a.y, y), doing);
+  if (straight) return check(VecAXPBY(y, part, left, b.y), doing);
+  check(VecAXPBY(y, part * part * (3 - 2 * part), left * left * (1 + 2 * part), b.y), doing);
+  check(VecAXPBYPCZ(y, part * left * left * way / a.slope, -part * part * left * way / b.slope, 1, a.t, b.t), doing);
+}
+
 } // namespace
 
-std::optional<Located> EventLocator::between(Vec normal, Bound from, Bound to, const Measured &f) const {
+std::optional<Located> EventLocator::between(Vec normal, const Bound &from, const Bound &to, const Measured &f) const {
   const double tolerance = std::max(usual_tolerance, tolerance_),
                scale = std::max(std::abs(from.value), std::abs(to.value)), step = to.along - from.along;
   curve_.precisely(true);
   const std::shared_ptr<void> usual(nullptr, [&](void *) { curve_.precisely(false); });
-  double a = from.along, b = to.along, fa = from.value, fb = to.value;
-  UniqueVec ya, yb; // to lay out new ones would take messages
-  check(VecDuplicate(from.y, ya.out()), doing);
-  check(VecDuplicate(to.y, yb.out()), doing);
-  check(VecCopy(from.y, ya), doing);
-  check(VecCopy(to.y, yb), doing);
-  Located place{a, curve_.point()};
-  double before = b - a;
-  int last_side = 0;
+  End a, b; // the last one, and the one on the other side
+  for (UniqueVec *v : {&a.y, &a.t, &b.y, &b.t}) check(VecDuplicate(from.y, v->out()), doing); // no message
+  place(a, curve_, normal, from), place(b, curve_, normal, to);
+  Located found{a.along, curve_.point()};
+  double part = a.f / (a.f - b.f);
+  if (!(part > 0 && part < 1)) part = 0.5;
   for (int i = 0; i < most_solves; ++i) {
-    double part = fa / (fa - fb);
-    if (!std::isfinite(part) || (i % 3 == 2 && b - a > before / 2)) part = 0.5;
-    if (i % 3 == 2) before = b - a;
-    check(VecWAXPY(place.at.y, -1, ya, yb), doing);
-    check(VecAYPX(place.at.y, part, ya), doing);
-    place.along = a + part * (b - a);
-    if (!curve_.solve_across(normal, place.at)) return std::nullopt;
-    const double value = f(place.at);
-    if (std::abs(value) <= tolerance * scale || b - a <= tolerance * step) return place;
-    const int side = (value > 0) == (fa > 0) ? -1 : 1;
-    if (side < 0) {
-      a = place.along, fa = value;
-      check(VecCopy(place.at.y, ya), doing);
-      if (last_side == side) fb /= 2; // Illinois
-    } else {
-      b = place.along, fb = value;
-      check(VecCopy(place.at.y, yb), doing);
-      if (last_side == side) fa /= 2;
-    }
-    last_side = side;
+    const double least = std::min(0.5, tolerance * step / 2 / std::abs(b.along - a.along)), last = a.f;
+    part = std::clamp(part, least, 1 - least);
+    const double way = part * (b.along - a.along);
+    guess(a, b, part, found.at.y);
+    found.along = a.along + way;
+    if (!curve_.solve_across(normal, found.at)) return std::nullopt;
+    const double value = f(found.at);
+    Value c = a;
+    if ((value > 0) != (a.f > 0)) c = b, std::swap(a, b);
+    place(a, curve_, normal, {found.along, found.at.y, value, found.at.t});
+    const bool near = std::abs(b.along - a.along) <= tolerance * step,
+               levelled = part != 0.5 && std::abs(way) <= level * step && std::abs(value) > std::abs(last) / 2;
+    if (std::abs(value) <= tolerance * scale || near || levelled) break;
+    part = next_part(a, b, c);
   }
-  return place;
+  return found;
 }
 
 // Planes across the direction between both tangents meet the curve once; from the kink on, which is near where the

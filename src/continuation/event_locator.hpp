@@ -22,6 +22,7 @@ struct Bound {
   double along;
   Vec y;
   double value;
+  Vec t = nullptr; ///< the tangent there, by which guesses lie on a cubic
 };
 
 class EventLocator {
@@ -30,9 +31,9 @@ public:
   EventLocator(Curve &curve, const CurvePoint &here, const CurvePoint &trial, double newton_tolerance)
       : curve_(curve), here_(here), trial_(trial), tolerance_(newton_tolerance) {}
 
-  /// Where f passes zero: regula falsi on planes across `normal`, halving the interval where that is slow, for f may
-  /// jump at a kink of the curve. Nothing if Newton's method fails in between. Collective.
-  std::optional<Located> between(Vec normal, Bound from, Bound to, const Measured &f) const;
+  /// Where f passes zero, on planes across `normal`: by interpolation, or halving, for f may jump at a kink of the
+  /// curve. Nothing if Newton's method fails in between. Collective.
+  std::optional<Located> between(Vec normal, const Bound &from, const Bound &to, const Measured &f) const;
   /// In a kink between here and trial, on planes across the direction between both tangents: planes across either leg
   /// may miss the other one. values: of f at both ends.
   std::optional<Located> in_kink(double step, std::array<double, 2> values, const Measured &f) const;

@@ -17,17 +17,17 @@ constexpr StepAims smooth_aims{1, 0.1, 0.5, 6, 4}, rough_aims{0.1, 0.01, 0.25, 4
 
 /// The numbers that rule steps, with what they are for.
 struct StepLimits {
-  double longest_motion_step = 0.4;   ///< of the motion at hand, which after a resonance is far below the largest
+  double longest_motion_step = 0.4; ///< of the motion at hand, which after a resonance is far below the largest
   double shortest = 1e-7;
-  double careful = 1e-3;       ///< first step from a point that no step led to; and where the motion passes zero
-  double most_angle = 0.64;    ///< between the tangents before and after a step [rad]
-  double most_correction = 2;  ///< distance from predicted to converged point, in steps, where a kink may be
-  double most_off = 0.05;      ///< of a step, by which the curve may miss its middle; smooth ones: 1e-3 and less;
-                               ///< and of the way round a kink, by which the tangents' lines may miss each other
-  double most_hidden = 0.01;   ///< of the motion at the middle, by which it may be missed: at a resonance it is much more
-  int most_newton = 8;         ///< iterations of a step, for shorter ones converge in fewer
-  double straight = 0.3;       ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
-  double kink_step = 2e-3;     ///< shorter steps that fail may be at a kink of the curve
+  double careful = 1e-3;      ///< first step from a point that no step led to; and where the motion passes zero
+  double most_angle = 0.64;   ///< between the tangents before and after a step [rad]
+  double most_correction = 2; ///< distance from predicted to converged point, in steps, where a kink may be
+  double most_off = 0.05;     ///< of a step, by which the curve may miss its middle; smooth ones: 1e-3 and less;
+                              ///< and of the way round a kink, by which the tangents' lines may miss each other
+  double most_hidden = 0.01; ///< of the motion at the middle, by which it may be missed: at a resonance it is much more
+  int most_newton = 8;       ///< iterations of a step, for shorter ones converge in fewer
+  double straight = 0.3;     ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
+  double kink_step = 2e-3;   ///< shorter steps that fail may be at a kink of the curve
   double close_to_kink = 1e-4; ///< so near, both sides of a kink are tried, with the settings' iterations
   int most_refinements = 8;    ///< of the problem, for one step
 };
