@@ -1,5 +1,7 @@
 #include "modal/modal_operator.hpp"
 
+#include <algorithm>
+
 #include "contact/wide.hpp"
 #include "support/event.hpp"
 
@@ -170,9 +172,11 @@ void ModalOperator::collect(double *out, double *sum) {
 
 // The sums of Phi^H r of this rank.
 void ModalOperator::press_all(const double *r) {
+  clear_sum();
+  const double *const end = r + layout_.own_coefficients();
+  if (std::all_of(r, end, [](double value) { return value == 0; })) return; // a tangent's right-hand side
   for (PetscInt d = 0; d < layout_.own_dofs(); ++d)
     for (int j = 0; j < layout_.width; ++j) motion_[d * padded_ + j] = static_cast<Real>(r[d * layout_.width + j]);
-  clear_sum();
   const Timed timed(Work::modes);
   for (PetscInt d = 0; d < layout_.own_dofs(); d += 3 * points_at_once)
     press(d, std::min(3 * points_at_once, layout_.own_dofs() - d), &motion_[d * padded_]);
