@@ -208,7 +208,7 @@ void Backbone::report_fold(Vec normal, double step) {
   if (!fold) return;
   ++summary_.counts.folds;
   if (fold->at.parameter < std::log10(settings_.from)) return;
-  report(fold->at, arclength_ + chord(here_.y, fold->at.y), true);
+  report(fold->at, arclength_ + curve_->chord(here_.y, fold->at.y), true);
   notify(BranchEvent::Kind::fold, "the mode turns back in its amplitude", fold->at.parameter);
 }
 
@@ -247,7 +247,7 @@ Stepper::Outcome Backbone::pass_wanted(double value, bool last) {
     notify(BranchEvent::Kind::missed, "an amplitude that was asked for has no solution", value);
     return last ? Outcome::refused : Outcome::on;
   }
-  report(s, arclength_ + chord(here_.y, s.y), true);
+  report(s, arclength_ + curve_->chord(here_.y, s.y), true);
   return last ? arrive(s) : Outcome::on;
 }
 
@@ -271,10 +271,10 @@ Stepper::Outcome Backbone::pass(Vec normal, double step, bool at_kink) {
     if (const Outcome outcome = pass_wanted(value, last); outcome != Outcome::on) return outcome;
   }
   if (reached) {
-    report(reached->at, arclength_ + chord(here_.y, reached->at.y), true);
+    report(reached->at, arclength_ + curve_->chord(here_.y, reached->at.y), true);
     return arrive(reached->at);
   }
-  arclength_ += chord(here_.y, trial_.y);
+  arclength_ += curve_->chord(here_.y, trial_.y);
   std::swap(here_, trial_);
   keep(force);
   const bool told = !values.empty() && values.back().first == here_.parameter;

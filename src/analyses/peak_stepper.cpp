@@ -99,7 +99,7 @@ Stepper::Outcome PeakStepper::no_step() {
     auto found = search_.near(value, motion);
     if (!found) continue;
     ++summary_.counts.corners;
-    arclength_ += chord(here_.y, found->at.y);
+    arclength_ += curve_->chord(here_.y, found->at.y);
     begin(std::move(*found));
     return ended_ ? Outcome::ended : Outcome::on;
   }
@@ -136,7 +136,7 @@ Stepper::Outcome PeakStepper::pass_wanted(const CurvePoint &until) {
   const auto passed = [&](double value) {
     return (value - from) * sense > 0 && (until.parameter - value) * sense >= 0;
   };
-  const auto along = [&](const CurvePoint &s) { return arclength_ + chord(here_.y, s.y); };
+  const auto along = [&](const CurvePoint &s) { return arclength_ + curve_->chord(here_.y, s.y); };
   const bool arrives = passed(settings_.to);
   CurvePoint last = curve_->point();
   if (arrives && !solve_within(until, settings_.to, last)) {
@@ -171,7 +171,7 @@ Stepper::Outcome PeakStepper::meet_minimum(Vec normal, double step) {
   const bool corner = leg_->lies_in_corner(), phase = settings_.kind == TrackedPeak::phase;
   if (fold) {
     if (const Outcome outcome = pass_wanted(fold->at); outcome != Outcome::on) return outcome;
-    report(fold->at, arclength_ + chord(here_.y, fold->at.y), true);
+    report(fold->at, arclength_ + curve_->chord(here_.y, fold->at.y), true);
     std::swap(here_, fold->at);
     ++summary_.counts.folds;
     notify(BranchEvent::Kind::fold,
@@ -195,7 +195,7 @@ Stepper::Outcome PeakStepper::pass(Vec normal, double step, bool at_kink) {
     return at_kink ? Outcome::refused : meet_minimum(normal, step);
   }
   if (const Outcome outcome = pass_wanted(trial_); outcome != Outcome::on) return outcome;
-  arclength_ += chord(here_.y, trial_.y);
+  arclength_ += curve_->chord(here_.y, trial_.y);
   std::swap(here_, trial_);
   report(here_, arclength_);
   leap_ = shortest(settings_);

@@ -40,7 +40,7 @@ void ResponseStepper::begin(double step) {
   give(here_, 0, stability_.verdict());
   if (range.one_point()) return;
   measure_anew();
-  control_.set(step / plain_length(here_.t));
+  control_.set(step);
   progress.ahead.begin(here_.parameter, report_.counts.newton, range.direction());
   begin_amplitude();
   progress.retraced.add(curve_->problem, here_.y, here_.t, curve_->norm.largest_motion());
@@ -70,7 +70,7 @@ void ResponseStepper::begin_amplitude() {
 // left the range.
 ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, bool at_kink) {
   folds_before_ = report_.counts.folds;
-  double length = chord(here_.y, trial_.y);
+  double length = curve_->chord(here_.y, trial_.y);
   const AmplitudeCourse next = amplitude_.after(response.amplitude(trial_), plain_length(trial_.t), length, at_kink);
   const bool was_outside = range.before_start(here_.parameter) > 0, outside = range.before_start(trial_.parameter) > 0;
   if (!was_outside || !outside) {
@@ -86,10 +86,10 @@ ResponseStepper::Outcome ResponseStepper::pass(Vec normal, double step, bool at_
     for (int i = 0; i < found.unlocated_folds; ++i) progress.cluster.folded(here_.parameter);
     amplitude_.error = next.error;
     if (!found.list.empty()) {
-      std::vector<double> lengths{chord(here_.y, found.list[0].at.y)}; // to each place, from one to the next
+      std::vector<double> lengths{curve_->chord(here_.y, found.list[0].at.y)}; // to each place, from one to the next
       for (std::size_t i = 1; i < found.list.size(); ++i)
-        lengths.push_back(lengths.back() + chord(found.list[i - 1].at.y, found.list[i].at.y));
-      length = lengths.back() + chord(found.list.back().at.y, trial_.y);
+        lengths.push_back(lengths.back() + curve_->chord(found.list[i - 1].at.y, found.list[i].at.y));
+      length = lengths.back() + curve_->chord(found.list.back().at.y, trial_.y);
       if (tell(found.list, lengths, at_kink) == Outcome::ended) return Outcome::ended;
     }
   }

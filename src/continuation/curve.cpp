@@ -106,18 +106,26 @@ bool Curve::correct(const CurvePoint &s, Vec r, Vec c) {
   return correction.found;
 }
 
-Curve::Off Curve::off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle) {
+Curve::Off Curve::off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle) {
   constexpr const char *doing = "looking into a step";
   const Vec r = work_[0], c = work_[1];
   check(VecCopy(a.y, middle), doing);
   check(VecAXPBY(middle, 0.5, 0.5, b.y), doing);
-  check(VecAXPBYPCZ(middle, length / 8, -length / 8, 1, a.t, b.t), doing);
+  const double length = chord(a.y, b.y), of_a = length / 8 / plain_length(a.t), of_b = length / 8 / plain_length(b.t);
+  check(VecAXPBYPCZ(middle, of_a, -of_b, 1, a.t, b.t), doing);
   problem.residual(middle, r);
   set_parameter(r, 0); // along the step nothing is missing
   if (!correct(b.solve == solve_ ? b : a, r, c)) return {std::nan(""), std::nan("")};
   check(VecAXPY(middle, -1, c), doing);
   const std::vector<double> squares = norm.products({{c, c}}, {c, middle});
   return {std::sqrt(squares[0]), std::sqrt(squares[1] / squares[2])};
+}
+
+double Curve::chord(Vec from, Vec to) const {
+  PetscReal length;
+  check(VecWAXPY(work_[1], -1, from, to), "measuring a chord");
+  check(VecNorm(work_[1], NORM_2, &length), "measuring a chord");
+  return length;
 }
 
 bool Curve::tangent_at(Vec y, Vec normal, Vec t, int &sign) {

@@ -63,10 +63,10 @@ public:
   struct Off {
     double length, part; ///< weighted; of the motion there, without weights
   };
-  /// How far the middle of the cubic from a to b, `length` apart, lies off the curve: roughly, by one correction with
-  /// the factors of the last solve, which led to b or to a; NaN where that failed. Large where the step led to another
-  /// piece of the curve, or across a loop of it. `middle` becomes what the correction finds. Collective.
-  Off off_middle(const CurvePoint &a, const CurvePoint &b, double length, Vec middle);
+  /// How far the middle of the cubic from a to b that is drawn lies off the curve: roughly, by one correction with the
+  /// factors of the last solve, which led to b or to a; NaN where that failed. Large where the step led to another piece
+  /// of the curve, or across a loop of it. `middle` becomes what the correction finds. Collective.
+  Off off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle);
 
   double take_work() { return corrector_.take_work(); } ///< of the linear solver, see BorderedJacobian
   double memory() const { return corrector_.memory(); } ///< likewise
@@ -75,6 +75,8 @@ public:
     corrector_.recall(memory);
   }
 
+  /// Length in the plain norm. Of the same norm are the tangents of the cubics which draw the curve. Collective.
+  double chord(Vec from, Vec to) const;
   /// Weighted product; differences of it are arc lengths along `normal`.
   double plane(Vec normal, Vec y) const { return norm.product(normal, y); }
 

@@ -17,7 +17,7 @@ std::optional<std::string> check_distance(Trial &trial) {
 std::optional<std::string> check_middle(Trial &trial) {
   if (trial.kink || !trial.curve.problem.is_smooth() || trial.step <= step_limits.close_to_kink) return std::nullopt;
   check(VecDuplicate(trial.to.y, trial.middle.out()), "looking into a step"); // a new one would take a message
-  const Curve::Off off = trial.curve.off_middle(trial.from, trial.to, trial.measure.chord, trial.middle);
+  const Curve::Off off = trial.curve.off_middle(trial.from, trial.to, trial.middle);
   if (std::isfinite(off.length)) trial.off = off;
   if (!(off.length > step_limits.most_off * trial.step)) return std::nullopt;
   return "the curve does not run smoothly from one end of the step to the other";

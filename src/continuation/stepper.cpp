@@ -79,10 +79,9 @@ Stepper::Outcome Stepper::take_trial(double step) {
   TangentPredictor().predict(here_, step, predicted_);
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
   const std::vector<double> products =
-      curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}, {here_.t, predicted_}, {here_.t, here_.t}});
-  const double chord = step * step * products[3] - 2 * step * products[2] + products[1]; // its square
+      curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}});
   const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step,
-                            allowed_astray(curve_->problem.is_smooth()), std::sqrt(std::max(chord, 0.0))};
+                            allowed_astray(curve_->problem.is_smooth())};
   const bool kink = halvings_.add(measure);
   off_ = {0, 0};
   const bool jump = control_.adaptive() && !belongs(step, measure, kink);
@@ -148,15 +147,6 @@ bool Stepper::round_kink(double step, Outcome &outcome) {
     return true;
   };
   return KinkTurn(*curve_, here_, trial_, curvature_, iterations_are_expensive(), take).turn(step);
-}
-
-double Stepper::chord(Vec from, Vec to) const {
-  constexpr const char *doing = "measuring a chord";
-  UniqueVec way = curve_->problem.unknowns();
-  PetscReal length;
-  check(VecWAXPY(way, -1, from, to), doing);
-  check(VecNorm(way, NORM_2, &length), doing);
-  return length;
 }
 
 Stepper::Outcome Stepper::settle(Vec) {

@@ -39,9 +39,6 @@ protected:
   /// Copies a point without what belongs to its solve.
   void note(std::optional<CurvePoint> &place, const CurvePoint &s) const;
   void archive_steps(Archive &archive);
-  /// Length in the plain norm, that of the cubics which draw the curve: a step along the tangent is another, where the
-  /// curve turns.
-  double chord(Vec from, Vec to) const;
   EventLocator locator() { return {*curve_, here_, trial_, newton_tolerance_}; }
 
   // What the owner of the curve does, in the order of a step.

@@ -35,20 +35,15 @@ TEST(Curve, tells_what_lies_between_the_ends_of_a_step) {
   Scene scene;
   const CurvePoint here = scene.at(0.4);
   const UniqueVec middle = scene.curve.problem.unknowns();
-  const auto length = [&](const CurvePoint &a, const CurvePoint &b) {
-    const UniqueVec way = scene.curve.problem.unknowns();
-    check(VecWAXPY(way, -1, a.y, b.y), "measuring");
-    return scene.curve.norm.length(way);
-  };
   double off[2];
   for (int i = 0; i < 2; ++i) {
     const CurvePoint next = scene.on(here, i == 0 ? 0.02 : 0.01);
-    off[i] = scene.curve.off_middle(here, next, length(here, next), middle).length / (i == 0 ? 0.02 : 0.01);
+    off[i] = scene.curve.off_middle(here, next, middle).length / (i == 0 ? 0.02 : 0.01);
   }
   EXPECT_LT(off[0], 1e-3);
   EXPECT_NEAR(off[0] / off[1], 8, 3);
   const CurvePoint beyond = scene.at(1.4); // on the other side of resonances
-  EXPECT_GT(scene.curve.off_middle(here, beyond, length(here, beyond), middle).length, 0.05);
+  EXPECT_GT(scene.curve.off_middle(here, beyond, middle).length, 0.05);
 }
 
 namespace {
@@ -197,13 +192,14 @@ TEST(Curve, the_middle_of_a_step_is_corrected_once_by_the_factors_at_hand) {
   ToldCurve scene(circle());
   const CurvePoint a = scene.at(0.8, 0.6), b = across(scene.curve, a, 0.5);
   const UniqueVec middle = scene.problem.unknowns();
-  const double length = 0.51;
   const auto ya = values(a.y), yb = values(b.y), ta = values(a.t), tb = values(b.t);
+  const double length = scene.curve.chord(a.y, b.y); // the norm of tangents of length 1 is the plain one here
+  EXPECT_NEAR(length, std::hypot(yb[0] - ya[0], yb[1] - ya[1]), 1e-14);
   std::vector<double> cubic(2);
   for (int i = 0; i < 2; ++i) cubic[i] = (ya[i] + yb[i]) / 2 + length / 8 * (ta[i] - tb[i]);
   const double missed = cubic[0] * cubic[0] + cubic[1] * cubic[1] - 1;
   const auto expect = [&](double of_missed, const char *whose) { // along a's radius, across its tangent
-    const Curve::Off off = scene.curve.off_middle(a, b, length, middle);
+    const Curve::Off off = scene.curve.off_middle(a, b, middle);
     EXPECT_NEAR(off.length, std::abs(of_missed * missed), 1e-9) << whose;
     EXPECT_NEAR(off.part, std::abs(of_missed * missed * ya[0] / values(middle)[0]), 1e-9) << whose;
     for (int i = 0; i < 2; ++i) EXPECT_NEAR(values(middle)[i], cubic[i] - of_missed * missed * ya[i], 1e-9) << whose;
@@ -214,7 +210,7 @@ TEST(Curve, the_middle_of_a_step_is_corrected_once_by_the_factors_at_hand) {
   expect(0.5, "at a, at hand");
   scene.problem.told.fail_at = 0, scene.problem.told.fail_until = 1000;
   scene.curve.recall(0);
-  EXPECT_TRUE(std::isnan(scene.curve.off_middle(a, b, length, middle).length));
+  EXPECT_TRUE(std::isnan(scene.curve.off_middle(a, b, middle).length));
 }
 
 TEST(Curve, a_tangent_anywhere_looks_to_the_side_of_the_normal) {

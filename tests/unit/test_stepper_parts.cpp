@@ -34,7 +34,7 @@ struct Watched : Walk {
     guesses.push_back(guess);
     if (answer != Outcome::on) return answer;
     if (at_kink && at_kinks != Outcome::on) return at_kinks;
-    steps.push_back({step, chord(here_.y, trial_.y), trial_.newton.newton, at_kink});
+    steps.push_back({step, curve_->chord(here_.y, trial_.y), trial_.newton.newton, at_kink});
     return Walk::pass(normal, step, at_kink);
   }
   void halved(const std::string &why) override {
