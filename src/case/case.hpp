@@ -138,7 +138,7 @@ struct Case {
                                        ///< followed, the first one lies between
   std::optional<Path> path;
   std::optional<ModeWish> mode;
-  double step = 0.02; ///< first arc length, in the scaled variables
+  double step = 0.02; ///< first arc length; of a fixed one in the scaled variables
   bool adaptive = true;
   int max_points = 20000;
   std::vector<double> at;      ///< values of the parameter wanted exactly, in order of the sweep

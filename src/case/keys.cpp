@@ -216,9 +216,9 @@ const std::vector<Key> &keys() {
        [](C c) {
          return c.range().is_sweep() || c.follows_peaks() ? frequencies_text(c, {c.omega_from, c.omega_to}) : "";
        }},
-      {"continuation.step", "-", positive(), "0.02", "first arc length, in scaled variables",
+      {"continuation.step", "-", positive(), "0.02", "first arc length; 1: the whole sweep, or the largest motion",
        [](C c) { return number_text(c.step); }},
-      {"continuation.adaptive", "", truth(), "true", "false: keep that arc length throughout",
+      {"continuation.adaptive", "", truth(), "true", "false: keep that arc length throughout, in scaled variables",
        [](C c) { return std::string(c.adaptive ? "true" : "false"); }},
       {"continuation.max_points", "-", whole(1), "20000", "the run ends there",
        [](C c) { return std::to_string(c.max_points); }},

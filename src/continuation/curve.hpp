@@ -2,6 +2,7 @@
 // The solution curve of a problem: points on it, found by Newton's method, with oriented tangents.
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "continuation/corrector.hpp"
 
@@ -64,11 +65,12 @@ public:
     double length, part; ///< weighted; of the motion there, without weights
   };
   /// How far the middle of the cubic from a to b that is drawn lies off the curve: roughly, by one correction with the
-  /// factors of the last solve, which led to b or to a; NaN where that failed. Large where the step led to another piece
-  /// of the curve, or across a loop of it. `middle` becomes what the correction finds. Collective.
+  /// factors of the last solve, which led to b or to a; NaN where that failed. Large where the step led to another
+  /// piece of the curve, or across a loop of it. `middle` becomes what the correction finds. Collective.
   Off off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle);
 
-  double take_work() { return corrector_.take_work(); } ///< of the linear solver, see BorderedJacobian
+  /// Of the linear solver, see BorderedJacobian; without factors that only a restarted run makes anew.
+  double take_work() { return std::exchange(work_before_, 0) + corrector_.take_work(); }
   double memory() const { return corrector_.memory(); } ///< likewise
   void recall(double memory) {
     solve_.reset();
@@ -96,6 +98,7 @@ private:
   Corrector corrector_;
   SolveCounts &counts_;
   UniqueVec row_, unit_, work_[2];
+  double work_before_ = 0;
   std::optional<long> solve_; // of which the corrector holds factors
 };
 

@@ -17,7 +17,7 @@ constexpr StepAims smooth_aims{1, 0.1, 0.5, 6, 4}, rough_aims{0.1, 0.01, 0.25, 4
 
 /// The numbers that rule steps, with what they are for.
 struct StepLimits {
-  double longest_motion_step = 0.25;///< of the motion at hand, which after a resonance is far below the largest
+  double longest_motion_step = 0.25; ///< of the motion at hand, which after a resonance is far below the largest
   double shortest = 1e-7;
   double careful = 1e-3;      ///< first step from a point that no step led to; and where the motion passes zero
   double most_angle = 0.64;   ///< between the tangents before and after a step [rad]

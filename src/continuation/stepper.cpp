@@ -78,8 +78,7 @@ Stepper::Outcome Stepper::try_step(double step) {
 Stepper::Outcome Stepper::take_trial(double step) {
   TangentPredictor().predict(here_, step, predicted_);
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
-  const std::vector<double> products =
-      curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}});
+  const std::vector<double> products = curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}});
   const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step,
                             allowed_astray(curve_->problem.is_smooth())};
   const bool kink = halvings_.add(measure);

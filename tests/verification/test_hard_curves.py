@@ -165,6 +165,7 @@ def test_places_agree_with_a_finer_run(curves):
             for kind in ("fold", "peak") if again else ():
                 true = again.events.of(kind).omega
                 here = places.omega[(places.kind == kind) & (places.point > begin) & (places.point < end)]
+                here = here[(here - again.omega[0]) * (again.omega[-1] - again.omega[0]) > 0]  # before its beginning a run tells nothing
                 off = [np.abs(true - omega).min(initial=np.inf) for omega in here]
                 assert max(off, default=0) < 1e-8 * curve.width, (name, kind, here, true)
                 compared += len(here)
