@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from . import contact_motion, curves, fourier, recovery, units
+from .checked import finite_number, whole_number
 from .events import read_events
 from .hdf5_read import dataset, members, numbers, patiently, whole, words
 from .parameters import CONTACT_WIDTH
@@ -228,7 +229,7 @@ class Results:
     def at(self, value: float) -> int:
         """Index of the point nearest to a value of `along`, omega [rad/s]; the first one where the branch passes it several times."""
         self.need_points()
-        return int(np.argmin(np.abs(self.along - value)))
+        return int(np.argmin(np.abs(self.along - finite_number(value, "value"))))
 
     def amplitude(self, dof: str | int | None = None) -> np.ndarray:
         """Half the peak-to-peak of the motion over the period at every point, (n,), of the trigonometric polynomial (not of samples).
@@ -412,9 +413,8 @@ class Results:
 
     def number(self, point: int) -> int:
         """A point counted from the beginning. Raises ValueError where there is none of that number."""
-        if not -self._n <= point < self._n:
-            raise ValueError(f"point must lie in 0 to {self._n - 1}, found {point}")
-        return int(point) % self._n
+        self.need_points()
+        return whole_number(point, "point", -self._n, self._n - 1) % self._n
 
     def coefficients_at(self, point: int, sector: int | None = None) -> np.ndarray:
         """Coefficients (N_a + 3 N_x, 2H+1) of one point; sector as for `hysteresis`."""
