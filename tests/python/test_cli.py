@@ -207,6 +207,12 @@ def test_help_version_and_wrong_command(capsys):
     assert project[1] == __version__
 
 
+def test_a_folder_in_place_of_a_file_is_named(tmp_path, capsys):
+    for command in ("info", "plot"):
+        assert main([command, str(tmp_path)]) == 2
+        assert f"{tmp_path}: is a folder; a file of Dovetail in it is wanted" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", [["study"], ["wear", "--cycles", "1", "--archard", "1", "1/Pa"], ["range", "--friction", "0.1", "0.2"]])
 def test_a_file_that_is_not_there_is_named(tmp_path, command, capsys):
     missing = str(tmp_path / "no such.toml")
