@@ -207,6 +207,12 @@ def test_help_version_and_wrong_command(capsys):
     assert project[1] == __version__
 
 
+def test_options_are_not_abbreviated(results, capsys):
+    with pytest.raises(SystemExit):
+        main(["verify", str(results), "--point", "3"])
+    assert "unrecognized arguments: --point 3" in capsys.readouterr().err
+
+
 def test_a_folder_in_place_of_a_file_is_named(tmp_path, capsys):
     for command in ("info", "plot"):
         assert main([command, str(tmp_path)]) == 2
