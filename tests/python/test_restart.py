@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -399,6 +400,15 @@ def test_amplitude_that_is_beyond_its_limit_at_once(tmp_path):
     done = run(cases.dof5(tmp_path, watch="x1.t2", stop_at_amplitude=1e-3, **SMALL), out="out")
     assert done.summary["end"] == "amplitude" and done.summary["points"] == 1
     assert "beyond continuation.stop_at_amplitude, at 0.9 rad/s" in done.out
+
+
+def test_restart_of_a_run_over_something_else(halted, tmp_path):
+    """It named a key that neither case has."""
+    case = cases.dof5(tmp_path, **SMALL)
+    text = re.sub(r"(?m)^omega = .*$", "", case.path.read_text())
+    case.path.write_text(text + '\n[path]\nparameter = "friction"\nrange = [1.0, 2.0]\nomega = 1.0\n')
+    shutil.copytree(halted.path.parent / "out", tmp_path / "out")
+    assert "follows a curve over path.range, and this run began over something else" in run(case, "--restart", out="out", status=2).err
 
 
 @pytest.mark.parametrize("before, limit, end", [(2.0, 1.0, "amplitude"), (1e3, 2.0, "amplitude"), (1e3, 1e2, "arrived")],
