@@ -122,6 +122,8 @@ def test_points_have_numbers_from_either_end(tmp_path):
 
 
 @pytest.mark.parametrize("call, words", [
+    *[(lambda r, name=name: getattr(r, name)(["a1", "x1.n"]), "one unknown or node is wanted, found ['a1', 'x1.n']; response() takes")
+      for name in ("amplitude", "curve", "peaks", "peak", "peak_point", "largest_point", "ends")],
     (lambda r: r.curve("a1", 2.5), "n must be a whole number from 1 on, found 2.5"),
     (lambda r: r.harmonic("a1", 0.5), "harmonic must be a whole number from 0 to 1, found 0.5"),
     (lambda r: r.time_history(0, "a1", 0), "n must be a whole number from 1 on, found 0"),
