@@ -21,8 +21,15 @@ def finite(word):
     return value
 
 
+class Parser(argparse.ArgumentParser):
+    """Options in full: verify's --points must not be taken for the --point of others."""
+
+    def __init__(self, *given, **named):
+        super().__init__(*given, allow_abbrev=False, **named)
+
+
 def parser():
-    top = argparse.ArgumentParser(prog="python3 -m dovetail", description="Set-up and post-processing for dovetail, which computes "
+    top = Parser(prog="python3 -m dovetail", description="Set-up and post-processing for dovetail, which computes "
                                   "the forced response of structures with frictional joints.")
     top.add_argument("--version", action="version", version=f"dovetail {__version__}",
                      help="with -v: the libraries, too, and which kernel of OpenBLAS computes")

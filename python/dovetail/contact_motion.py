@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from . import fourier
+from .checked import whole_number
 from .hdf5_read import patiently
 
 
@@ -87,11 +88,9 @@ def activity(results, point):
 
 def index(results, contact):
     """Number from zero of a contact point."""
-    if not 1 <= contact <= results.contact_points:
-        raise ValueError(f"contact point must lie in 1 to {results.contact_points}, found {contact}")
-    return int(contact) - 1
+    return whole_number(contact, "contact point", 1, results.contact_points) - 1
 
 
 def _motion(results, point, j, n, sector):
     rows = results.coefficients_at(point, sector)[results.modes + 3 * j:results.modes + 3 * j + 3]
-    return fourier.basis(results.harmonics, fourier.phases(n or results.drawing_samples)) @ rows.T
+    return fourier.basis(results.harmonics, fourier.phases(results.drawing_samples if n is None else n)) @ rows.T

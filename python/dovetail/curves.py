@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from . import fourier
+from .checked import whole_number
 
 AT_ONCE = 1 << 14  # series whose amplitudes are taken together: few calls, and little memory
 DRAWN = 8  # values on a piece of the curve between two points, for pictures
@@ -48,8 +49,7 @@ class Response:
     def curve(self, n=DRAWN):
         """(along, amplitude) of the curve as it is drawn, NaN behind each jump: n values from each point to the next, by the cubic with
         their tangents; the points themselves where the run has stored none."""
-        if n < 1:
-            raise ValueError(f"n must be at least 1, found {n}")
+        whole_number(n, "n", 1)
         if self.slopes is None:
             return with_gaps(self.along, self.jumps), with_gaps(self.amplitude, self.jumps)
         along, coefficients = self._drawn(self.coefficients, *self.slopes(), n)
@@ -112,9 +112,7 @@ class Response:
 
     def harmonic(self, k):
         """As `Results.harmonic`."""
-        highest = self.coefficients.shape[1] // 2
-        if not 0 <= k <= highest:
-            raise ValueError(f"harmonic must lie in 0 to {highest}, found {k}")
+        whole_number(k, "harmonic", 0, self.coefficients.shape[1] // 2)
         return np.abs(self.coefficients[:, 0]) / 2 if k == 0 else np.hypot(self.coefficients[:, 2 * k - 1], self.coefficients[:, 2 * k])
 
 

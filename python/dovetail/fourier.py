@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .checked import finite_numbers, whole_number
+
 GRID_PER_HARMONIC = 16  # points of the search grid per period of the highest harmonic
 POLISHING_STEPS = 8  # Newton steps on q' = 0 from the grid; quadratic, so rounding level is reached in 3 to 5
 
@@ -34,12 +36,12 @@ def basis(harmonics, theta, derivative=0):
 
 def phases(n):
     """n equal steps over one period, [0, 2 pi)."""
-    return 2 * np.pi * np.arange(n) / n
+    return 2 * np.pi * np.arange(whole_number(n, "n", 1)) / n
 
 
 def course(coefficients, omega, n, times=None):
     """Values (N, k) of k series (k, 2H+1) at n equal steps of the period, or at some times [s]."""
-    theta = phases(n) if times is None else omega * np.asarray(times, dtype=float)
+    theta = phases(n) if times is None else omega * finite_numbers(times, "times")
     return basis(coefficients.shape[-1] // 2, theta) @ coefficients.T
 
 

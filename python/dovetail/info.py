@@ -20,6 +20,8 @@ from .units import parse, with_unit
 
 def format_of(path):
     """What kind of file of Dovetail this is: "dovetail-model", "dovetail-reduced" or "dovetail-results"."""
+    if os.path.isdir(path):
+        raise ValueError(f"{path}: is a folder; a file of Dovetail in it is wanted, such as {os.path.join(path, 'results.h5')}")
     if not os.path.isfile(path):
         raise ValueError(f"{path}: no such file")
     if not h5py.is_hdf5(path):

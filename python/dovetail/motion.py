@@ -7,6 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from . import model_mesh
+from .checked import whole_numbers
 from .curves import is_reduced
 from .cyclic import turn
 from .hdf5_read import opened, words
@@ -105,7 +106,7 @@ def nodal_displacement(results, point, nodes=None, n=64, times=None, model=None,
         if nodes not in mesh["sets"]:
             raise ValueError(f"{path}: no set {nodes!r}; there are {', '.join(sorted(mesh['sets'])) or 'none'}")
         nodes = mesh["sets"][nodes]
-    nodes = np.arange(len(mesh["nodes"])) if nodes is None else np.asarray(nodes)
+    nodes = np.arange(len(mesh["nodes"])) if nodes is None else whole_numbers(nodes, "nodes", 0, len(mesh["nodes"]) - 1)
     nodes, again = np.unique(nodes, return_inverse=True)
     place = np.full(len(mesh["nodes"]), -1)
     place[nodes] = np.arange(len(nodes))

@@ -7,6 +7,9 @@ from .output_files import made
 from .saved_picture import save_picture
 
 MARGIN = 0.15  # around a picture in space [inch]
+USED = {"response": ("at", "dof"), "waterfall": ("dof",), "history": ("at", "dof", "sector"), "hysteresis": ("at", "dof"),
+        "map": ("at", "dof"), "pressure": (), "sensitivity": ("at",), "mode": ("dof", "harmonic"), "diameters": (), "campbell": (),
+        "motion": ("at", "dof", "sector")}  # options, by kind of picture
 SEVERAL = ("response", "waterfall", "mode")  # kinds of picture of more than one file
 
 
@@ -18,6 +21,9 @@ def plot(arguments):
     if arguments.further or arguments.labels or arguments.kind == "waterfall":
         return _several(path, arguments)
     if format_of(path) == "dovetail-model":
+        if arguments.kind != "response":
+            raise ValueError(f"{path}: is a model, of which the mesh is drawn; --kind {arguments.kind} is a picture of results")
+        _refuse_unused(arguments, (), "of a mesh")
         figure, suffix = _picture_of_model(path, arguments.up), "_mesh.png"
     else:
         results = _results(path, arguments)
@@ -53,6 +59,7 @@ def _several(path, arguments):
         raise ValueError("several files with --kind mode: frequency and damping alone are drawn, without --dof and --harmonic")
     if arguments.dof and len(arguments.dof) > 1:
         raise ValueError(f"--dof {' '.join(arguments.dof)}: of several files one unknown is drawn")
+    _refuse_unused(arguments, USED[arguments.kind], "of several files")
     runs = [Results(file, arguments.model) for file in (path, *arguments.further)]
     if arguments.kind == "mode":
         figure = several_modes(runs, arguments.labels, arguments.hz)
@@ -72,8 +79,15 @@ def _results(path, arguments):
     results = Results(path, arguments.model)
     if arguments.sector is not None and arguments.kind not in ("motion", "history"):
         raise ValueError(f"--sector: is for motion and history; in a picture of kind {arguments.kind} all sectors are alike")
+    _refuse_unused(arguments, USED[arguments.kind], f"of kind {arguments.kind}")
     chosen_sectors(results, arguments.sector)
     return results
+
+
+def _refuse_unused(arguments, used, what):
+    for option in ("at", "dof", "harmonic", "sector"):
+        if getattr(arguments, option) is not None and option not in used:
+            raise ValueError(f"--{option}: changes nothing in a picture {what}; leave it out")
 
 
 def _is_film(arguments):
@@ -118,7 +132,7 @@ def _picture_of_results(results, arguments):
     """The figure, and what its file name ends with."""
     from . import plot as pictures
     from .contact_map import contact_map
-    from .shown import chosen_point, in_own_unit
+    from .shown import chosen_point, value_at
 
     if arguments.kind == "pressure":
         from .pressure_map import pressure_map
@@ -142,7 +156,8 @@ def _picture_of_results(results, arguments):
 
         return mode_picture(results, (arguments.dof or pictures.default_dofs(results))[0], arguments.harmonic, arguments.hz), "_mode.png"
     if arguments.kind == "response":
-        return pictures.response(results, arguments.dof, in_own_unit(results, arguments.at, arguments.hz), arguments.hz), ".png"
+        at = None if arguments.at is None else value_at(results, arguments.at, arguments.hz)
+        return pictures.response(results, arguments.dof, at, arguments.hz), ".png"
     if arguments.kind == "motion":
         from .motion_picture import motion_picture
 
@@ -158,7 +173,8 @@ def _picture_of_results(results, arguments):
 
 def _peak_near(results, arguments):
     """The row of the sensitivities whose peak is nearest to --at, or none."""
+    from .shown import value_at
+
     if arguments.at is None or not results.sensitivity:
         return None
-    at = results.unit.from_hertz(arguments.at) if arguments.hz else arguments.at
-    return int(abs(results.sensitivity.omega - at).argmin())
+    return int(abs(results.sensitivity.omega - value_at(results, arguments.at, arguments.hz)).argmin())

@@ -61,7 +61,8 @@ def _band(axis, found):
     top = max([found.middle["amplitude"], *of_samples(found, "amplitude")])
     axis.set(ylim=(0, ROOM * top), xlabel=f"excitation frequency [{found.unit.omega}]")
     dress(axis.yaxis, f"amplitude of {found.dof}", found.length)
-    axis.legend(fontsize=8)
+    if axis.get_legend_handles_labels()[0]:
+        axis.legend(fontsize=8)
 
 
 def _of_sliders(found):

@@ -3,6 +3,7 @@
 import numpy as np
 
 from . import fourier
+from .checked import whole_numbers
 from .hdf5_read import dataset, opened, words
 from .travelling_wave import amplitudes, series
 
@@ -21,7 +22,7 @@ def elastic(results, point, n, times, sector=None):
 
 def unknowns(results, point, dofs, n, times, sector=None):
     """As `Results.unknowns`."""
-    dofs = np.asarray(dofs, dtype=np.int64)
+    dofs = whole_numbers(dofs, "dofs", 0)
     row, column = _found(results, dofs)
     if results.wave is not None or sector is not None:
         return _of_wave(results, point, n, times, sector, row)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from . import contact_motion, curves, fourier, recovery, units
+from .checked import finite_number, whole_number
 from .events import read_events
 from .hdf5_read import dataset, members, numbers, patiently, whole, words
 from .parameters import CONTACT_WIDTH
@@ -228,14 +229,14 @@ class Results:
     def at(self, value: float) -> int:
         """Index of the point nearest to a value of `along`, omega [rad/s]; the first one where the branch passes it several times."""
         self.need_points()
-        return int(np.argmin(np.abs(self.along - value)))
+        return int(np.argmin(np.abs(self.along - finite_number(value, "value"))))
 
     def amplitude(self, dof: str | int | None = None) -> np.ndarray:
         """Half the peak-to-peak of the motion over the period at every point, (n,), of the trigonometric polynomial (not of samples).
 
         The mean does not count.
         """
-        return self.response(dof).amplitude
+        return self._curve_of(dof).amplitude
 
     def response(self, dof: str | int | list | None = None) -> curves.Response | list[curves.Response]:
         """The curve of an unknown or of a node, a `curves.Response`; of a list of names, a list of them; default: what is watched.
@@ -252,9 +253,14 @@ class Results:
                                np.flatnonzero(np.diff(self.points("harmonics"))) if self._has_tangents else (),
                                self._points.get("tangent_omega"))
 
+    def _curve_of(self, dof):
+        if isinstance(dof, (list, tuple)):
+            raise ValueError(f"one unknown or node is wanted, found {dof!r}; response() takes several")
+        return self.response(dof)
+
     def curve(self, dof: str | int | None = None, n: int = curves.DRAWN) -> tuple[np.ndarray, np.ndarray]:
         """(along, amplitude) of an unknown or a node as the curve is drawn, n values from each point to the next: `Response.curve`."""
-        return self.response(dof).curve(n)
+        return self._curve_of(dof).curve(n)
 
     def _slopes_of(self, dof):
         """`Response.slopes`: read when they are wanted."""
@@ -262,7 +268,7 @@ class Results:
 
     def harmonic(self, dof: str | int, k: int) -> np.ndarray:
         """Amplitude sqrt(a_k^2 + b_k^2) of harmonic k at every point, (n,); |a0|/2 for k = 0."""
-        return self.response(dof).harmonic(k)
+        return self._curve_of(dof).harmonic(k)
 
     @property
     def jumps(self) -> np.ndarray:
@@ -276,27 +282,27 @@ class Results:
         are maxima of the curve as it is drawn between points, by cubics over arc length; of runs that store no tangents, of a
         parabola through a point and its two neighbours. A curve that leans over is no trouble.
         """
-        return self.response(dof).peaks()
+        return self._curve_of(dof).peaks()
 
     def peak(self, dof: str | int | None = None) -> tuple[float, float]:
         """(omega, amplitude) of the largest of `peaks`. Raises ValueError where there is none: an end of the sweep is no peak."""
-        curve = self.response(dof)
+        curve = self._curve_of(dof)
         return max(curve.peaks() or self._refuse_no_peak(curve), key=lambda peak: peak[1])
 
     def peak_point(self, dof: str | int | None = None) -> int:
         """Index of the point with the largest amplitude of those that are peaks. Raises ValueError where there is none."""
-        curve = self.response(dof)
+        curve = self._curve_of(dof)
         point = curve.peak_point()
         return self._refuse_no_peak(curve) if point is None else point
 
     def largest_point(self, dof: str | int | None = None) -> int:
         """Index of the point with the largest amplitude, be it a peak or an end of the branch."""
         self.need_points()
-        return self.response(dof).largest_point()
+        return self._curve_of(dof).largest_point()
 
     def ends(self, dof: str | int | None = None) -> list[tuple[float, float, str]]:
         """(omega, amplitude, words) where the amplitude rises towards an end of the branch, so that a peak may lie beyond."""
-        return self.response(dof).ends()
+        return self._curve_of(dof).ends()
 
     def located_peaks(self, dof: str | int) -> np.ndarray:
         """Points that the run has located as maxima of this unknown or node: where it was the one watched, or moved most."""
@@ -412,9 +418,8 @@ class Results:
 
     def number(self, point: int) -> int:
         """A point counted from the beginning. Raises ValueError where there is none of that number."""
-        if not -self._n <= point < self._n:
-            raise ValueError(f"point must lie in 0 to {self._n - 1}, found {point}")
-        return int(point) % self._n
+        self.need_points()
+        return whole_number(point, "point", -self._n, self._n - 1) % self._n
 
     def coefficients_at(self, point: int, sector: int | None = None) -> np.ndarray:
         """Coefficients (N_a + 3 N_x, 2H+1) of one point; sector as for `hysteresis`."""

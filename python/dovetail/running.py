@@ -88,8 +88,6 @@ def run(case: str | os.PathLike | dict, ranks: int | None = None, out: str | os.
         Where nothing was started: no program, a script that mpirun has started, no folder.
     """
     need_no_launcher()
-    if ranks is not None and ranks < 1:
-        raise ValueError(f"ranks must be at least 1, found {ranks}")
     program, given = Program(binary, ranks), GivenCase(case, changes)
     file, folder = given.path, Path(out) if out else file_folder(given)
     if isinstance(case, dict) or changes:

@@ -7,8 +7,10 @@ from .curves import is_reduced, moves_most
 from .hdf5_read import members, numbers, opened
 from .motion import find_model, node_row, read_model_parts
 from .results import DIRECTIONS
+from .units import with_unit
 
 NEGLIGIBLE = 0.01  # a direction that moves less than this part of the largest one is left out
+BEYOND = 1e-4  # of a value: how far past the ends one may be asked for, as printed ones are rounded
 LOADED = 1e-6  # of the largest force: what counts as a force
 
 
@@ -54,7 +56,7 @@ def rubbing_dofs(results, point):
 def chosen_point(results, at=None, hz=False, dofs=None):
     """The point nearest to `at`, or, without it, where the first of the dofs has its peak, or is largest where it has none."""
     if at is not None:
-        return results.at(in_own_unit(results, at, hz))
+        return results.at(value_at(results, at, hz))
     dof = (dofs or contact_dofs(results))[0]
     return results.peak_point(dof) if results.peaks(dof) else results.largest_point(dof)
 
@@ -71,9 +73,16 @@ def chosen_sectors(results, sector=None, wheel=False):
     return [0 if sector is None else results.wave.checked(sector)]
 
 
-def in_own_unit(results, at, hz):
-    """A value of `along` from one that the user gives: of a sweep over the frequency in Hz, if `hz`."""
-    return results.unit.from_hertz(at) if hz and at is not None and results.parameter is None else at
+def value_at(results, at, hz):
+    """The value of `along` that --at means: of a sweep over the frequency in Hz, if `hz`. ValueError where the curve has none such."""
+    hertz = hz and results.parameter is None
+    value, low, high = results.unit.from_hertz(at) if hertz else at, results.along.min(), results.along.max()
+    rounding = BEYOND * max(abs(low), abs(high))
+    if not low - rounding <= value <= high + rounding:
+        what, unit = ("frequencies", results.unit.omega) if results.parameter is None else (results.parameter_name, results.along_unit)
+        ends = (f"{results.unit.hertz(end) if hertz else end:.6g}" for end in (low, high))
+        raise ValueError(f"--at {at:g}: {results.path} has {with_unit(f'{what} from ' + ' to '.join(ends), 'Hz' if hertz else unit)}")
+    return value
 
 
 def loaded_node(results):

@@ -5,16 +5,19 @@ from __future__ import annotations
 import functools
 import hashlib
 import itertools
+import math
 import os
 import sys
 from pathlib import Path
 
 from .case_runs import Progress, largest_peak, need_own
+from .checked import whole_number
 from .frames import frame
 from .results import Results
 from .running import ANSWER, GivenCase, need_no_launcher
 from .study_runs import Program, Run, compute, hash_of
 
+MOST = 100_000  # runs: their folders and case files are made ready at once
 NAME = 12  # characters of the fingerprint that name the folder of a run
 
 
@@ -51,9 +54,13 @@ class Study:
                  binary: str | os.PathLike | None = None):
         if out is None and isinstance(case, dict):
             raise ValueError("name a folder for the runs of a case that is no file: out=...")
+        if not isinstance(values, dict):
+            raise ValueError(f"values must be a dict with a list of values by key, found {values!r}")
         for key, some in values.items():
             if isinstance(some, (str, bytes)) or not hasattr(some, "__len__") or not len(some):
                 raise ValueError(f"{key}: wanted is a list of values, found {some!r}")
+        if (count := math.prod(map(len, values.values()))) > MOST:
+            raise ValueError(f"every combination of these values makes {count} runs, more than {MOST}; take fewer values")
         self.folder = Path(out) if out else Path(case).with_name(f"{Path(case).stem}_runs")
         self.settings = [dict(zip(values, each)) for each in itertools.product(*values.values())]
         self._program, self._values = Program(binary, ranks), values
@@ -72,8 +79,7 @@ class Study:
         of that key are likely to be wrong, too.
         """
         need_no_launcher()
-        if jobs < 1:
-            raise ValueError(f"jobs must be at least 1, found {jobs}")
+        whole_number(jobs, "jobs", 1)
         waiting = list({run.fingerprint: run for run in self._runs if not run.recall()}.values())
         if progress and len(waiting) < len(self._runs):
             print(f"study: {len(self._runs) - len(waiting)} of {len(self._runs)} runs are there from before", file=sys.stderr)

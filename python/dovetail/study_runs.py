@@ -15,6 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .checked import whole_number
+
 FREQUENCIES = 40  # at which curves are compared, evenly over the sweep
 NEWTON_DEFAULT = 1e-8  # both tolerances of [newton]
 TAIL = 40  # words of what was said, where no message of the program is among them
@@ -188,7 +190,7 @@ class Program:
     """The binary: the one named, else build/dovetail of this source tree, else dovetail on the path. `ranks`: under mpirun."""
 
     def __init__(self, named=None, ranks=None):
-        self.ranks = ranks
+        self.ranks = None if ranks is None else whole_number(ranks, "ranks", 1)
         built = Path(__file__).resolve().parents[2] / "build" / "dovetail"
         found = named or (built if built.is_file() else shutil.which("dovetail"))
         if not found or not os.access(found, os.X_OK) or Path(found).is_dir():

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .checked import whole_number
 from .hdf5_read import attribute, numbers, whole
 
 
@@ -24,9 +25,7 @@ class TravellingWave:
 
     def checked(self, sector):
         """The number of a sector; ValueError where there is none of it."""
-        if not isinstance(sector, (int, np.integer)) or not 0 <= sector < self.sectors:
-            raise ValueError(f"sector must be a whole number from 0 to {self.sectors - 1}, found {sector!r}")
-        return int(sector)
+        return whole_number(sector, "sector", 0, self.sectors - 1)
 
     def of_sector(self, coefficients, sector):
         """Coefficients (..., 2H+1) of another sector, from those of sector 0."""

@@ -10,14 +10,13 @@ import numpy as np
 from . import curves
 from .reduced_system import equations
 from .results import STABLE, UNSTABLE, Results
-from .shown import contact_dofs, in_own_unit
+from .shown import contact_dofs, value_at
 from .wave_contacts import KnownToTheProgram
 from .wave_exponents import largest
 from .wheel_runs import WholeWheel
 
 UNSURE = 6e-4  # of a multiplier from 1: twice what samples were seen to make of it
 SHOWN = 0.05  # share of a nodal diameter that is worth a word
-BEYOND = 1e-4  # of a frequency: how far past the ends one may be asked for, as printed ones are rounded
 WORDS = {STABLE: "stable", UNSTABLE: "unstable"}
 
 
@@ -63,13 +62,7 @@ def chosen_points(results, at, hz):
         response = results.response(contact_dofs(results)[0])
         peaks = np.union1d(curves.maxima(response.amplitude, response.jumps), response.located).astype(int)
         return peaks.tolist() or [response.largest_point()]
-    low, high = results.omega.min(), results.omega.max()
-    for value in at:
-        if not low * (1 - BEYOND) <= in_own_unit(results, value, hz) <= high * (1 + BEYOND):
-            ends = (f"{results.unit.hertz(end) if hz else end:.6g}" for end in (low, high))
-            raise ValueError(f"--at {value:g}: {results.path} has frequencies from {' to '.join(ends)} "
-                             f"{'Hz' if hz else results.unit.omega}")
-    return [results.at(in_own_unit(results, value, hz)) for value in at]
+    return [results.at(value_at(results, value, hz)) for value in at]
 
 
 def head(results, hz, whole):

@@ -54,6 +54,7 @@ ResponseStepper::Outcome ResponseStepper::tell(const Place &place) {
   };
   switch (place.kind) {
   case Kind::peak:
+    largest_ = std::max(largest_, place.amplitude);
     report_.event(report_.counts.peaks, BranchEvent::Kind::peak, "peak", value, place.amplitude);
     if (report_.counts.peaks != most_peaks_) break;
     return end_there(End::peaks, "stopped after peak " + std::to_string(most_peaks_));

@@ -1,4 +1,6 @@
 // Where the curve stands, by the names of its fields, and back.
+#include <algorithm>
+
 #include "analyses/response_stepper.hpp"
 #include "analyses/saved_points.hpp"
 
@@ -9,6 +11,7 @@ void ResponseStepper::archive(Archive &archive) {
   range.archive(archive);
   archive.field("arclength", arclength_);
   amplitude_.archive(archive);
+  archive.field("largest_amplitude", largest_);
   stability_.archive(archive);
   harmonics_.archive(archive);
   errors.archive(archive);
@@ -40,6 +43,7 @@ void ResponseStepper::save(BranchState &state, Archive &saved) {
   vectors.metric(brought, response.metric());
   archive_points(brought, vectors);
   vectors.bring();
+  if (range.before_start(here_.parameter) <= 0) largest_ = std::max(largest_, amplitude_.here.value);
   state.y = vectors.take(), state.tangent = vectors.take();
   if (!state.y.empty()) state.y.back() = here_.parameter;
   vectors.metric(saved, response.metric());
@@ -63,6 +67,16 @@ void ResponseStepper::restore(const BranchState &state, Archive &saved) {
   progress.retraced.restore(state.trail);
   describe(here_);
   stability_.stand(stability_.judge(here_));
+  end_beyond_limits();
+}
+
+// Limits of before may have been farther.
+void ResponseStepper::end_beyond_limits() {
+  const std::string peaks = std::to_string(report_.counts.peaks);
+  if (limit_ > 0 && largest_ >= limit_)
+    report_.end(End::amplitude, "stopped: the amplitude has been beyond continuation.stop_at_amplitude");
+  else if (most_peaks_ > 0 && report_.counts.peaks >= most_peaks_)
+    report_.end(End::peaks, "stopped: peaks so far, " + peaks + ", are those of continuation.stop_after_peaks");
 }
 
 } // namespace dovetail

@@ -65,6 +65,7 @@ private:
   void archive(Archive &archive);
   void archive_points(Archive &archive, SavedVectors &vectors);
   void describe(CurvePoint &point);
+  void end_beyond_limits();
 
   BranchReport &report_;
   const double limit_; // of the amplitude
@@ -72,6 +73,7 @@ private:
   StabilityWatch stability_;
   HarmonicsControl harmonics_;
   AmplitudeCourse amplitude_;
+  double largest_ = 0; // amplitude so far
   double arclength_ = 0;
   int folds_before_ = 0; // turning points until the step at hand
 };

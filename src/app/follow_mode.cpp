@@ -87,6 +87,11 @@ void say_mode(const Case &study, const StuckMode &mode, int sectors, const Voice
             amplitude_in_words(study, mode.onset.amplitude);
   if (known && !mode.straight) line += "; a point is at its bound in the preload, and slips from amplitude 0 on";
   voice.say(line);
+  constexpr double far_off = 1.5; // times what was asked for: no guess at a frequency is so rough
+  const double asked = study.mode->near;
+  if (asked > 0 && std::max(mode.omega / asked, asked / mode.omega) > far_off)
+    voice.say("note: no mode is nearer to mode.near = " + study.frequency_unit.text(asked, 6) +
+              "; continuation.unit says whether that is in rad/s or Hz");
 }
 
 } // namespace

@@ -1,4 +1,5 @@
 #include "app/reduce.hpp"
+#include "app/idle_loads.hpp"
 #include "app/tell_sectors.hpp"
 
 #include <dlfcn.h>
@@ -191,61 +192,9 @@ std::string cost_in_words(const SectorModel &made, const Case &study, PetscInt i
          (made.steps > 1 ? "; taken away by " + std::to_string(made.steps) + " steps to the exact modes" : "");
 }
 
-// `largest` force of each pattern of a file, under the same number as its name.
-void refuse_no_force(const Case &study, const std::vector<std::string> &patterns, const std::vector<double> &largest,
-                     const std::filesystem::path &file) {
-  std::string names;
-  for (const LoadCourse &load : study.loads) {
-    const auto found = std::find(patterns.begin(), patterns.end(), load.pattern);
-    if (found == patterns.end()) continue; // of a file that has changed since it was checked
-    const bool moves = std::any_of(load.fourier.begin(), load.fourier.end(), [](double value) { return value != 0; });
-    if (moves && largest[found - patterns.begin()] > 0) return;
-    names += (names.empty() ? "\"" : ", \"") + load.pattern + '"';
-  }
-  throw InputError(study.loads[0].where + ": of " + file.string() + " the load pattern " + names +
-                   " has no force other than zero, nothing would move; write forces there, or name another pattern");
-}
-
-// Patterns that add up to nothing in every harmonic, each times its course, but for rounding errors. Where none varies
-// the structure rests, exactly.
-void refuse_cancelling(const Case &study, const FullModel &model, const std::vector<double> &largest) {
-  constexpr const char *doing = "looking at the loads";
-  constexpr double rounding = 1e-14; // of a sum, by the sizes of its parts: some fifty roundings
-  UniqueVec sum;
-  check(VecDuplicate(model.preload, sum.out()), doing);
-  bool rests = true;
-  for (std::size_t place = 1; place < study.loads[0].fourier.size(); ++place) {
-    double apart = 0;
-    PetscReal together;
-    check(VecSet(sum, 0), doing);
-    for (const LoadCourse &load : study.loads)
-      for (std::size_t j = 0; j < largest.size(); ++j)
-        if (model.forces[j].name == load.pattern) {
-          check(VecAXPY(sum, load.fourier[place], model.forces[j].values), doing);
-          apart += std::abs(load.fourier[place]) * largest[j];
-        }
-    check(VecNorm(sum, NORM_INFINITY, &together), doing);
-    if (together > rounding * apart) return;
-    rests = rests && apart == 0;
-  }
-  if (rests) return;
-  throw InputError(study.loads[0].where + ": of " + model.file.string() +
-                   " all load patterns together, each times its course, add up to no force that varies, nothing would "
-                   "vibrate; change one of them");
-}
-
 FullModel full_model(MPI_Comm comm, const Case &study, bool need_force = true) {
   FullModel model = read_full_model(comm, study.model);
-  if (!need_force) return model;
-  std::vector<std::string> names;
-  std::vector<double> largest;
-  for (const ForcePattern &pattern : model.forces) {
-    PetscReal norm;
-    check(VecNorm(pattern.values, NORM_INFINITY, &norm), "looking at the loads");
-    names.push_back(pattern.name), largest.push_back(norm);
-  }
-  refuse_no_force(study, names, largest, model.file);
-  refuse_cancelling(study, model, largest);
+  if (need_force) refuse_idle_loads(study, model);
   return model;
 }
 
@@ -263,15 +212,7 @@ PetscInt most_modes(const Case &study, const ModelHeader &header) {
 
 ReducedModel given_reduced_model(MPI_Comm comm, const Case &study) {
   ReducedModel model = read_reduced(comm, study.reduced);
-  std::vector<std::string> names;
-  std::vector<double> largest;
-  for (const LoadPattern &pattern : model.loads) {
-    names.push_back(pattern.name), largest.push_back(0);
-    for (const auto *values : {&pattern.fa, &pattern.fx})
-      for (const double value : *values) largest.back() = std::max(largest.back(), std::abs(value));
-  }
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm);
-  refuse_no_force(study, names, largest, study.reduced);
+  refuse_idle_loads(study, model);
   return model;
 }
 

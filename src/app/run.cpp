@@ -124,10 +124,13 @@ std::vector<std::string> notes_on_damping(const Checked &checked) {
     notes.push_back(
         "damping.structural: stability is not judged, and nothing is integrated in time; hysteretic damping "
         "has no motion in time");
-  if (checked.has_c && !damping.matrix)
-    notes.push_back("note: the model's viscous damping matrix is left out; damping.matrix = true takes it");
+  const std::string no_such = "on a sector of a cyclic structure none is taken yet";
+  const auto left_out = [&](const std::string &matrix, const std::string &remedy) {
+    notes.push_back("note: the model's " + matrix + " is left out; " + (checked.sectors > 0 ? no_such : remedy));
+  };
+  if (checked.has_c && !damping.matrix) left_out("viscous damping matrix", "damping.matrix = true takes it");
   if (checked.has_structural && damping.structural == 0)
-    notes.push_back("note: the model's structural matrix is left out; damping.structural is the loss factor it wants");
+    left_out("structural matrix", "damping.structural is the loss factor it wants");
   return notes;
 }
 

@@ -14,7 +14,8 @@ void read_mode(const Document &document, Case &study) {
     return;
   }
   if (number && near) near.refuse("mode.number is given as well; keep one of the two");
-  for (const char *key : {"continuation.omega", "continuation.at", "path.parameter"})
+  for (const char *key : {"continuation.omega", "continuation.at", "path.parameter", "path.range", "path.omega",
+                          "path.peak", "path.at", "path.joint", "path.points"})
     if (const Entry entry = document[key])
       entry.refuse("[mode] is given as well: a mode is followed over its amplitude, mode.amplitude, and what it passes "
                    "exactly is mode.at. Delete one of the two");

@@ -207,8 +207,8 @@ void read_frequencies(const Document &document, Case &study) {
 }
 
 void read_continuation(const Document &document, Case &study) {
-  read_path(document, study);
   read_mode(document, study);
+  read_path(document, study);
   const bool sweep = study.range().is_sweep();
   if (sweep || study.follows_peaks()) read_frequencies(document, study);
   if (sweep) read_wanted(document["continuation.at"], study.range(), study);

@@ -78,6 +78,11 @@ std::string limits_of(const Case &study) {
 }
 
 void refuse_other_problem(const Case &study, const std::vector<ContactPoint> &points, const std::string &saved) {
+  const std::string along = study.range().key, begins = ", from = ";
+  const bool elsewhere = saved.find(begins) != std::string::npos && saved.find(along + begins) == std::string::npos;
+  if (elsewhere) // or a key would be named that this alone changes
+    throw InputError(study.file.string() + ": follows a curve over " + along +
+                     ", and this run began over something else" + advice);
   std::istringstream before(saved), now(problem_of(study, points));
   for (std::string old_line, new_line; std::getline(now, new_line);) {
     std::getline(before, old_line);

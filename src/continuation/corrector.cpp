@@ -164,6 +164,8 @@ double Corrector::rounding() {
   PetscInt first, end;
   check(VecGetOwnershipRange(moved, &first, &end), doing);
   double largest = 0;
+  problem_.residual_and_plane(trial_, f, border_);
+  set_parameter(f, 0);
   for (const int turn : {1, 2, 4}) { // signs without order, and others where these cancel
     check(VecCopy(trial_, moved), doing);
     PetscScalar *own;
@@ -172,13 +174,13 @@ double Corrector::rounding() {
       own[i] = std::nextafter(own[i], std::copysign(PETSC_INFINITY, std::sin(turn * (first + i + 1))));
     check(VecRestoreArray(moved, &own), doing);
     problem_.residual_and_plane(moved, other, border_);
-    problem_.residual_and_plane(trial_, f, border_); // the last: Newton's method may go on from there
-    set_parameter(f, 0), set_parameter(other, 0);
-    check(VecAXPY(f, -1, other), doing);
+    set_parameter(other, 0);
+    check(VecAXPY(other, -1, f), doing);
     PetscReal size;
-    check(VecNorm(f, NORM_2, &size), doing);
+    check(VecNorm(other, NORM_2, &size), doing);
     largest = std::max(largest, size);
   }
+  problem_.residual_and_plane(trial_, f, border_); // Newton's method may go on from there
   return largest;
 }
 

@@ -16,7 +16,7 @@ namespace dovetail {
 namespace {
 
 constexpr double pause = 0.5; // between two states [s]
-constexpr int version = 19;
+constexpr int version = 20;
 constexpr const char *count = "count_"; // names of the counts begin like that
 constexpr double share = 50;            // and at least so many times what writing one takes
 

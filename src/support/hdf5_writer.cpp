@@ -101,7 +101,8 @@ void Writer::write_own(const std::string &dataset, hid_t type, const Extent &ext
   if (total == 0) return;
   Id memory(H5Screate_simple(1, &total, nullptr), H5Sclose);
   if (H5Sselect_hyperslab(space, H5S_SELECT_SET, offset.data(), nullptr, count.data(), nullptr) < 0 ||
-      H5Dwrite(set, type, memory, space, H5P_DEFAULT, values) < 0)
+      H5Dwrite(set, type, memory, space, H5P_DEFAULT, values) < 0 ||
+      !set.close_now()) // only now is a small piece written
     throw WriteError(path_.string() + ": " + dataset + ": cannot be written (is the disk full?)");
 }
 

@@ -91,6 +91,12 @@ int SlepcFinalize(void) {
   return real();
 }
 
+/* Time, which rules when results, states and the status are written: it goes on by a millisecond with every look at it, so
+   that a busy machine makes the same calls. */
+static atomic_long looks;
+double MPI_Wtime(void) { return 1e-3 * ++looks; }
+long _ZNSt6chrono3_V212steady_clock3nowEv(void) { return 1000000 * ++looks; } /* C++'s, in nanoseconds */
+
 /* Memory. operator new, and Fortran's ALLOCATE, call malloc. */
 void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t),
     *__libc_memalign(size_t, size_t);

@@ -117,8 +117,8 @@ class Scene:
     def judge(self, trial, folder, said):
         if trial.status is None:
             return "hang", said[-500:]
-        if not trial.call:
-            return "", ""  # another path than counted: the call was never made
+        if not trial.call and trial.status:
+            return "status", f"status {trial.status}, though no call failed: {said[:500]}"
         other_steps = trial.kind in ("alloc", "mumps")  # a factorisation that fails halves one
         self.check_kept(folder, other_steps)
         if trial.status == 0:

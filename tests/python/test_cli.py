@@ -127,6 +127,20 @@ def test_plot_command_writes_a_picture(results, kind, name, capsys):
     assert results.with_name("own.png").stat().st_size > 5000
 
 
+@pytest.mark.parametrize("options, words", [
+    (["--at", "1e9"], "--at 1e+09: {} has frequencies from 1 to 3 rad/s"),
+    (["--kind", "map", "--at", "0.5"], "--at 0.5: {} has frequencies from 1 to 3 rad/s"),
+    (["--at", "2", "--hz"], "--at 2: {} has frequencies from 0.159155 to 0.477465 Hz"),
+    (["--harmonic", "3"], "--harmonic: changes nothing in a picture of kind response"),
+    (["--kind", "pressure", "--at", "2"], "--at: changes nothing in a picture of kind pressure"),
+    (["--kind", "pressure", "--dof", "x1.n"], "--dof: changes nothing in a picture of kind pressure"),
+    (["--kind", "mode", "--at", "2"], "--at: changes nothing in a picture of kind mode"),
+    (["--labels", "a", "--harmonic", "3"], "--harmonic: changes nothing in a picture of several files")])
+def test_options_that_a_picture_has_no_use_for_are_refused(results, options, words, capsys):
+    assert main(["plot", str(results), *options]) == 2
+    assert words.format(results) in capsys.readouterr().err and not list(results.parent.glob("*.png"))
+
+
 def test_response_shows_amplitude_over_frequency(results):
     data = Results(results)
     figure = plot.response(data, hz=True)
@@ -191,6 +205,18 @@ def test_help_version_and_wrong_command(capsys):
     assert done.returncode == 2 and "plto" in done.stderr
     project = re.search(r"project\(dovetail VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text())
     assert project[1] == __version__
+
+
+def test_options_are_not_abbreviated(results, capsys):
+    with pytest.raises(SystemExit):
+        main(["verify", str(results), "--point", "3"])
+    assert "unrecognized arguments: --point 3" in capsys.readouterr().err
+
+
+def test_a_folder_in_place_of_a_file_is_named(tmp_path, capsys):
+    for command in ("info", "plot"):
+        assert main([command, str(tmp_path)]) == 2
+        assert f"{tmp_path}: is a folder; a file of Dovetail in it is wanted" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", [["study"], ["wear", "--cycles", "1", "--archard", "1", "1/Pa"], ["range", "--friction", "0.1", "0.2"]])

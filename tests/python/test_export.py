@@ -268,7 +268,7 @@ def test_files_of_others_stay(wave, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("options, words", [
-    (["--frames", "0"], "--frames: 1 to 999 are wanted, found 0"), (["--point", "4000"], "point must lie in 0 to"),
+    (["--frames", "0"], "--frames: 1 to 999 are wanted, found 0"), (["--point", "4000"], "point must be a whole number from -"),
     (["--along", "0"], "--along: 1 to 999"),
     (["--along", "3", "--at", "1"], "--along is of points all over the curve, --at of one"),
     (["--point", "0", "--at", "1"], "--point and --at both say which point is meant"),

@@ -19,6 +19,7 @@ ONCE_WRONG = {
               ("H5Aread", 3, 2), ("H5Lexists", 12, 2),  # units, and a sector: taken for not there
               ("truncate", -1, 0), ("H5Fclose", 28, 3),  # of results: a crash without a word; of a state: nobody heard
               ("H5Tset_size", 1, 3),  # an attribute was cut short, and reduced.h5 then another's
+              ("bad", -10, 3),  # a dataset of a state was not written, and nobody heard
               ("full", -6, 3)],  # half a state.h5.partial stood in the way of --restart
     "restart": [("mumps", 42, 0)]}  # a frequency was missed for which a factorisation lacked room
 

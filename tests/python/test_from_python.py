@@ -150,6 +150,17 @@ def test_wrong_values_of_a_study_are_refused(case):
         dovetail.Study(case.path, {"contact.friction": [-1.0]}, binary=BINARY).run(progress=False)
     with pytest.raises(ValueError, match="a list of values"):
         dovetail.Study(case.path, {"contact.friction": 0.5}, binary=BINARY)
+    with pytest.raises(ValueError, match=r"values must be a dict with a list of values by key, found \[0.5\]"):
+        dovetail.Study(case.path, [0.5], binary=BINARY)
+    with pytest.raises(ValueError, match="makes 1000000 runs, more than 100000"):
+        dovetail.Study(case.path, {"contact.friction": range(1000), "contact.gap": range(1000)}, binary=BINARY)
+    for wrong in (0, 1.5, "2"):
+        with pytest.raises(ValueError, match=f"jobs must be a whole number from 1 on, found {wrong!r}"):
+            dovetail.Study(case.path, {"contact.friction": [0.5]}, binary=BINARY).run(jobs=wrong)
+        with pytest.raises(ValueError, match=f"ranks must be a whole number from 1 on, found {wrong!r}"):
+            dovetail.Study(case.path, {"contact.friction": [0.5]}, ranks=wrong, binary=BINARY)
+        with pytest.raises(ValueError, match=f"ranks must be a whole number from 1 on, found {wrong!r}"):
+            dovetail.run(case.path, ranks=wrong, binary=BINARY)
     with pytest.raises(ValueError, match="no key"):
         dovetail.Study(case.path, {"contact.friction.static": [0.5]}, binary=BINARY)
 

@@ -149,6 +149,8 @@ def test_default_picture_shows_the_loaded_node_first(run, tmp_path, capsys):
     assert [axis.get_ylabel() for axis in figure.axes] == ["amplitude", "relative amplitude", "points [%]"]
     assert figure.axes[0].get_legend().get_texts()[0].get_text().startswith(wanted)
     assert main(["plot", str(results.path), "--dof", "upper.x", "x1.t1", "--model", str(tmp_path / "model.h5")]) == 0
+    for options, words in ((["--kind", "map"], "is a model, of which the mesh is drawn"), (["--at", "1"], "--at: changes nothing")):
+        assert main(["plot", str(tmp_path / "model.h5"), *options]) == 2 and words in capsys.readouterr().err
     (tmp_path / "model.h5").unlink()
     assert loaded_node(Results(results.path)) is None  # and there is still a picture
     assert len(response(Results(results.path)).axes) == 2

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -377,6 +378,9 @@ def test_stop_after_peaks(tmp_path):
     case.edit("stop_after_peaks = 2", "stop_after_peaks = 3")
     again = run(case, "--restart", out="out")
     assert again.summary["located"]["peaks"] == whole.summary["located"]["peaks"][:3]
+    case.edit("stop_after_peaks = 3", "stop_after_peaks = 1")
+    fewer = run(case, "--restart", out="out")
+    assert fewer.summary["end"] == "peaks" and "stopped: peaks so far, 2, are those of continuation.stop_after_peaks" in fewer.out
 
 
 def test_stop_at_amplitude_of_the_watched_unknown(tmp_path):
@@ -396,6 +400,30 @@ def test_amplitude_that_is_beyond_its_limit_at_once(tmp_path):
     done = run(cases.dof5(tmp_path, watch="x1.t2", stop_at_amplitude=1e-3, **SMALL), out="out")
     assert done.summary["end"] == "amplitude" and done.summary["points"] == 1
     assert "beyond continuation.stop_at_amplitude, at 0.9 rad/s" in done.out
+
+
+def test_restart_of_a_run_over_something_else(halted, tmp_path):
+    """It named a key that neither case has."""
+    case = cases.dof5(tmp_path, **SMALL)
+    text = re.sub(r"(?m)^omega = .*$", "", case.path.read_text())
+    case.path.write_text(text + '\n[path]\nparameter = "friction"\nrange = [1.0, 2.0]\nomega = 1.0\n')
+    shutil.copytree(halted.path.parent / "out", tmp_path / "out")
+    assert "follows a curve over path.range, and this run began over something else" in run(case, "--restart", out="out", status=2).err
+
+
+@pytest.mark.parametrize("before, limit, end", [(2.0, 1.0, "amplitude"), (1e3, 2.0, "amplitude"), (1e3, 1e2, "arrived")],
+                         ids=["stands beyond it", "stands below it again", "was never there"])
+def test_restart_below_an_amplitude_that_was_passed(tmp_path, before, limit, end):
+    """It went on, to where a run in one go would never have come."""
+    case = cases.dof5(tmp_path, watch="x1.t2", stop_at_amplitude=before, omega=[0.8, 1.3], **SMALL)
+    run(case, out="out")
+    case.edit(f"stop_at_amplitude = {before}", f"stop_at_amplitude = {limit}")
+    done = run(case, "--restart", out="out")
+    assert done.summary["end"] == end
+    assert ("stopped: the amplitude has been beyond continuation.stop_at_amplitude, at " in done.out) == (end == "amplitude")
+    assert "nothing to do" in run(case, "--restart", out="out").out
+    case.edit(f"stop_at_amplitude = {limit}", "stop_at_amplitude = 1e4")
+    assert run(case, "--restart", out="out").summary["end"] == "arrived"
 
 
 @pytest.mark.parametrize("name, words", [("x2.n", ["the model has 1 contact points"]), ("a3", ["the model has 2 modes"]),

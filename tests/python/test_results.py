@@ -72,7 +72,7 @@ def test_harmonics_and_time_history_follow_the_convention(tmp_path):
     t, q = results.time_history(0, "x1.n", 10)
     np.testing.assert_allclose(t, np.pi * np.arange(10) / 10)
     np.testing.assert_allclose(q, 1 + 3 * np.cos(2 * t) + 4 * np.sin(2 * t) - np.sin(4 * t), atol=1e-14)
-    with pytest.raises(ValueError, match="0 to 2, found 3"):
+    with pytest.raises(ValueError, match="harmonic must be a whole number from 0 to 2, found 3"):
         results.harmonic("x1.n", 3)
 
 
@@ -235,9 +235,9 @@ def test_names_and_their_errors(tmp_path):
     assert results.at(1.6) == 1
     with pytest.raises(KeyError, match="arclength, linear_iterations"):
         results.points("speed")
-    with pytest.raises(ValueError, match="point must lie in 0 to 1"):
+    with pytest.raises(ValueError, match="point must be a whole number from -2 to 1, found 2"):
         results.time_history(2, "a1")
-    with pytest.raises(ValueError, match="contact point must lie in 1 to 2, found 0"):
+    with pytest.raises(ValueError, match="contact point must be a whole number from 1 to 2, found 0"):
         results.dissipated(0, 0)
     with pytest.raises(ValueError, match="reduced file it was computed from is not there"):
         results.elastic(0)
@@ -294,7 +294,7 @@ def test_activity_is_what_the_run_stored(tmp_path):
         for name, values in wanted.items():
             np.testing.assert_array_equal(getattr(activity, name), values[point])
     assert results.dissipated(0, 2) == 0.125 and activity.events.dtype.kind == "i"
-    with pytest.raises(ValueError, match="point must lie in 0 to 1"):
+    with pytest.raises(ValueError, match="point must be a whole number from -2 to 1, found 2"):
         results.contact_activity(2)
 
 

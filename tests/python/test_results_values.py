@@ -1,5 +1,7 @@
 """What Results makes of each value of a file: names, units, points, what is optional, and what is there by default."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -105,15 +107,37 @@ def test_what_a_run_may_have_stored(tmp_path):
 def test_points_have_numbers_from_either_end(tmp_path):
     results = Results(plain(tmp_path / "r.h5"))
     assert [results.number(point) for point in (0, 2, -1, -3)] == [0, 2, 2, 0]
-    for point in (3, -4):
-        with pytest.raises(ValueError, match=f"point must lie in 0 to 2, found {point}"):
+    for point in (3, -4, 1.0, np.nan, "1", [1], True):
+        with pytest.raises(ValueError, match=re.escape(f"point must be a whole number from -3 to 2, found {point!r}")):
             results.number(point)
-    assert [results.at(value) for value in (-5, 1.4, 2.6, 9)] == [0, 0, 2, 2]
+    assert [results.at(value) for value in (-5, 1.4, np.float32(2.6), np.array(9))] == [0, 0, 2, 2]
+    for value in (np.nan, np.inf, -np.inf, "1", None, [1.0], np.ones((3, 1)), 1j):
+        with pytest.raises(ValueError, match=re.escape(f"value must be one finite number, found {value!r}")):
+            results.at(value)
     t, x = results.time_history(-1, "x1.t2")
     assert t.size == x.size == 256 and t[1] == pytest.approx(2 * np.pi / 3 / 256) and x.max() == pytest.approx(2.0)
     np.testing.assert_array_equal(results.coefficients_at(-1), results.coefficients[2])
     np.testing.assert_allclose(results.motion(2, 4)[:, 2], [0, 2, 0, -2], atol=1e-15)
     np.testing.assert_allclose(results.motion(2, times=[np.pi / 6])[:, 2], [2.0], atol=1e-15)
+
+
+@pytest.mark.parametrize("call, words", [
+    *[(lambda r, name=name: getattr(r, name)(["a1", "x1.n"]), "one unknown or node is wanted, found ['a1', 'x1.n']; response() takes")
+      for name in ("amplitude", "curve", "peaks", "peak", "peak_point", "largest_point", "ends")],
+    (lambda r: r.curve("a1", 2.5), "n must be a whole number from 1 on, found 2.5"),
+    (lambda r: r.harmonic("a1", 0.5), "harmonic must be a whole number from 0 to 1, found 0.5"),
+    (lambda r: r.time_history(0, "a1", 0), "n must be a whole number from 1 on, found 0"),
+    (lambda r: r.time_history(0.0, "a1"), "point must be a whole number from -3 to 2, found 0.0"),
+    (lambda r: r.motion(0, times=[0.0, np.nan]), "times must be a list of finite numbers, found [0.0, nan]"),
+    (lambda r: r.motion(0, times=[[0.0, 1.0]]), "times must be a list of finite numbers, found [[0.0, 1.0]]"),
+    (lambda r: r.unknowns(0, [0.5]), "dofs must be a list of whole numbers from 0 on, found [0.5]"),
+    (lambda r: r.unknowns(0, [[0, 1]]), "dofs must be a list of whole numbers from 0 on, found [[0, 1]]"),
+    (lambda r: r.dissipated(0, 1.5), "contact point must be a whole number from 1 to"),
+    (lambda r: r.hysteresis(0, 1, n=-4), "n must be a whole number from 1 on, found -4"),
+    (lambda r: r.contact_force(0, 1, n=0), "n must be a whole number from 1 on, found 0")])
+def test_numbers_that_cannot_be_meant_are_refused(tmp_path, call, words):
+    with pytest.raises(ValueError, match=re.escape(words)):
+        call(Results(plain(tmp_path / "r.h5")))
 
 
 def test_what_is_watched_by_default(tmp_path):

@@ -51,26 +51,27 @@ def shim(tmp_path_factory):
     return write_log.shim(tmp_path_factory.mktemp("shim"))
 
 
-def noted(shim, log, command):
+def noted(shim, log, command, tick=1e-4):
+    """The command, run beneath a clock that goes on by `tick` [s] with every look."""
     log.unlink(missing_ok=True)
-    done = subprocess.run(command, env=SURROUNDINGS | {"LD_PRELOAD": str(shim), "WRITE_LOG": str(log)}, capture_output=True, text=True,
-                          timeout=SECONDS)
+    surroundings = SURROUNDINGS | {"LD_PRELOAD": str(shim), "WRITE_LOG": str(log), "TICK": str(tick)}
+    done = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=SECONDS)
     assert done.returncode == 0, done.stdout + done.stderr
     return done
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("samples, block", [(2**19, 3), (32, 12)], ids=["slow points", "quick points"])
-def test_file_is_good_after_every_single_write(shim, tmp_path, samples, block):
+@pytest.mark.parametrize("tick, block", [(0.1, 3), (1e-4, 12)], ids=["slow points", "quick points"])
+def test_file_is_good_after_every_single_write(shim, tmp_path, tick, block):
     """And in the middle of it; both while a run goes on and while a restart takes over what was there.
 
     Points that take long are written at once, with those that were located on the way; quick ones some together."""
-    case = cases.several_points(tmp_path, harmonics=3, samples=samples, max_points=12, at=[0.81, 0.82, 0.83, 0.84])
+    case = cases.several_points(tmp_path, harmonics=3, samples=32, max_points=12, at=[0.81, 0.82, 0.83, 0.84])
     log, copy = tmp_path / "log", tmp_path / "played_back.h5"
     command, folder = line(case, out="out")
     complete, together = 0, []
     for options in ([], ["--restart"]):
-        noted(shim, log, [*command, *options])
+        noted(shim, log, [*command, *options], tick)
         final, events, _ = load(folder / "results.h5")
         seen = 0
         for seen, _ in enumerate(write_log.moments(log, copy)):

@@ -287,14 +287,20 @@ LOADS = "[[excitation.load]]\npattern = \"%s\"\nfourier = [0, 1]\n"
 
 @pytest.mark.parametrize("lift, drag", [([0, 1], [0, -1]), ([3, 0.3, 0, 0.7], [2, -0.3, 0, -0.7])], ids=["all", "but for a constant"])
 def test_loads_that_add_up_to_nothing(folder, lift, drag):
-    """Steps then went from rounding error to rounding error."""
+    """Steps then went from rounding error to rounding error. Of a model, and of the reduced file that is made of it."""
     write_model(folder / "model.h5", forces__lift=np.arange(5) / 3, forces__drag=np.arange(5) / 3)
     begin = CASE.index("[excitation]")
     text = CASE[:begin] + CASE[CASE.index("[contact]"):]
-    for name, course in (("lift", lift), ("drag", drag)):
-        text += (LOADS % name).replace("[0, 1]", str(course))
-    (folder / "case.toml").write_text(text)
-    expect(run(folder), ["case.toml:", "excitation.load.pattern = \"lift\"", "model.h5", "add up to no force that varies"])
+    cancelling = "".join((LOADS % name).replace("[0, 1]", str(course)) for name, course in (("lift", lift), ("drag", drag)))
+    (folder / "case.toml").write_text(text + cancelling)
+    said = ["case.toml:", "excitation.load.pattern = \"lift\"", "add up to no force that varies"]
+    expect(run(folder), [*said, "model.h5"])
+    (folder / "case.toml").write_text(text + LOADS % "lift")
+    run(folder, status=0)
+    (folder / "out/results.h5").unlink()
+    text = text.replace('model = "model.h5"', 'reduced = "out/reduced.h5"').replace("[reduction]\nmodes = 2\n", "")
+    (folder / "case.toml").write_text(text.replace('directory = "out"', 'directory = "next"') + cancelling)
+    expect(run(folder), [*said, "reduced.h5"])
 
 
 def test_loads_of_a_reduced_file(folder):

@@ -2,7 +2,8 @@
 
 A preloaded library notes each write to results.h5 in order, and what state.h5 holds when it gets its name. What a killed process
 has written stays as it is, so playing the notes back shows, one after the other, all the files that a kill could leave. Within a
-write the kernel may stop between two pages of memory: so does the playback.
+write the kernel may stop between two pages of memory: so does the playback. What is written when depends on the time, so that goes
+on by TICK seconds with every look at it.
 """
 
 import struct
@@ -39,6 +40,11 @@ static int ours(int descriptor) {
   target[length] = 0;
   const char *name = strrchr(target, '/');
   return name && strncmp(name, "/results.h5", 11) == 0;
+}
+
+double MPI_Wtime(void) {
+  static double time;
+  return time += atof(getenv("TICK"));
 }
 
 #define REAL(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))

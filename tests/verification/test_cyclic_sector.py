@@ -251,5 +251,7 @@ def test_matrices_of_the_model_that_have_no_index_are_refused(tmp_path, name):
     path, _ = cyclic_sector.write(tmp_path, "eo1_root", 2000.0, modes=4)
     with h5py.File(tmp_path / "sector.h5", "r+") as file:
         file["Caa" if name == "viscous" else "Saa"] = np.ones(4)
+    assert "matrix is left out; on a sector of a cyclic structure none is taken yet" in launch.run(
+        cases.Case(path, None, None, {}), "--dry-run").out
     path.write_text(("damping.matrix = true\n" if name == "viscous" else "damping.structural = 0.01\n") + path.read_text())
     assert "is not taken yet" in launch.run(cases.Case(path, None, None, {}), status=2).err

@@ -340,6 +340,14 @@ def test_python_reads_and_draws_the_mode(tmp_path, capsys):
     assert (tmp_path / "mode.png").stat().st_size > 1000
 
 
+def test_a_frequency_that_no_mode_is_near_is_told(tmp_path):
+    """As of one in Hz that was taken in rad/s. Of five modes, up to 10 rad/s."""
+    for near, far in ((1e3, True), (1e-3, True), (2.0, False)):
+        case, _ = scene(tmp_path, "dof5", number=None, near=near, at=None)
+        case.path.write_text(case.path.read_text() + "\n[continuation]\nmax_points = 1\n")
+        assert (f"no mode is nearer to mode.near = {near:g} rad/s" in launch.run(case).out) == far
+
+
 @pytest.mark.parametrize("mode, more, words", [
     (dict(number=9), "", ["mode.number = 9", "has 5 modes", "1: "]),
     (dict(number=1, near=2.0), "", ["mode.near", "mode.number is given as well"]),
@@ -351,6 +359,9 @@ def test_python_reads_and_draws_the_mode(tmp_path, capsys):
     (dict(number=1, to_force=-1.0), "", ["mode.to_force", "greater than 0"]),
     (dict(number=1), "[continuation]\nomega = [1, 2]", ["continuation.omega", "[mode] is given as well"]),
     (dict(number=1), '[path]\nparameter = "force"\nrange = [1, 2]\nomega = 1', ["path.parameter", "[mode] is given as well"]),
+    (dict(number=1), "[path]\nrange = [1, 2]", ["path.range", "[mode] is given as well"]),
+    (dict(number=1), '[path]\nparameter = "force"', ["path.parameter", "[mode] is given as well"]),
+    (dict(number=1), "[path]\nat = [1.5]", ["path.at", "[mode] is given as well"]),
     (dict(number=1), '[sensitivity]\nof = "x1.t1"', ["sensitivity.of", "[mode] is given"]),
     (dict(number=1), "[stability]\nenabled = true", ["stability.enabled", "[mode] is given"]),
     (dict(number=1), "[accuracy]\nestimates = true", ["accuracy.estimates", "[mode] is given"]),
