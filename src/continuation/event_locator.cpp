@@ -28,7 +28,7 @@ struct Value {
 };
 
 // Part of the way from `a` to `b`, on two sides of a zero, where to look next: by inverse quadratic interpolation with
-// `c`, met before, where the three run evenly; else half way (doi 10.1016/S0965-9978(96)00051-8).
+// `c`, met before, where the three run evenly; else half way (Chandrupatla 1997, Advances in Engineering Software 28).
 double next_part(const Value &a, const Value &b, const Value &c) {
   const double xi = (a.along - b.along) / (c.along - b.along), phi = (a.f - b.f) / (c.f - b.f);
   if (!(phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi)) return 0.5;
