@@ -111,7 +111,7 @@ class Results:
             dataset(file, "points/coefficients", (None, dofs, width))
         self.harmonics = found // 2  # a run that adds harmonics widens the table before it sets the attribute
         self.wave = read_wave(file, self.harmonics)
-        self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics - 1).bit_length())
+        self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics).bit_length())
         for name in NEEDED:
             dataset(file, f"points/{name}", (None,))
         points = {name: dataset(file, f"points/{name}", (None, ...)) for name in file["points"] if name != "contact"}

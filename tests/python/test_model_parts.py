@@ -90,6 +90,7 @@ def test_wrong_parts_are_refused(changes, message):
     *(({"axis": value}, "cyclic axis must be a unit vector") for value in ([0, 0, 1 + 1e-9], [0, 1], [0, 0, np.nan], [0, 0, 0])),
     *(({"origin": value}, r"and origin a point \(3,\)") for value in ([0, 0], [0, 0, np.inf])),
     ({"left": [[0, 1, -1]]}, r"found shapes \(1, 3\) and \(2, 3\)"),
+    ({"left": [0, 1, 2], "right": [3, 4, 5]}, r"found shapes \(3,\) and \(3,\)"),
     ({"left": [[0, 1, 6], [4, -1, -1]]}, "held on both sides alike"),
     ({"left": [[0, 2, -1], [4, -1, -1]]}, "cyclic left and right must be dofs 0 to 8, each once"),
     ({"nodes": np.empty((0, 2), int), "next_sector": []}, r"cyclic nodes must be \(N_x, 2\) node rows up to 2, .* found shape \(0, 2\)"),

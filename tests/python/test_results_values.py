@@ -120,11 +120,14 @@ def test_what_is_watched_by_default(tmp_path):
     """Not the mode that moves more; of peaks, the unknown of the largest."""
     path = tmp_path / "r.h5"
     assert Results(plain(path)).watched == "x1.t2"
-    peaks = [("peak", 0, 1.0, 3.0, 1), ("peak", 1, 2.0, 1.0, 3), ("peak", 2, 3.0, 9.0, -1)]
+    peaks = [("peak", 0, 1.0, 3.0, 1), ("peak", 1, 2.0, 1.0, 3), ("peak", 2, 3.0, 9.0, -1)]  # the last is of a node
     assert Results(plain(path, events=peaks)).watched == "x1.t1"
-    assert Results(plain(path, events=[("peak", 0, 1.0, 0.0, 3), ("peak", 1, 2.0, 9.0, -1)])).watched == "x1.n"
+    assert Results(plain(path, events=[("peak", 0, 1.0, 9.0, -1), ("peak", 1, 2.0, 0.0, 1)])).watched == "x1.t1"
+    assert Results(plain(path, events=[("peak", 0, 1.0, 9.0, 0), ("peak", 1, 2.0, 5.0, 1)])).watched == "a1"
+    assert Results(plain(path, events=[("peak", 0, 1.0, 9.0, 0)])).watched == "a1"
     none = {name: values[:0] for name, values in CONTACT.items()}
-    assert Results(synthetic_results.write(path, [1.0], np.ones((1, 2, 3)) * [[1], [2]], 2, none)).watched == "a2"
+    for rows, name in (([[1], [2]], "a2"), ([[2], [1]], "a1")):
+        assert Results(synthetic_results.write(path, [1.0], np.ones((1, 2, 3)) * rows, 2, none)).watched == name
 
 
 def test_curves_of_several_and_of_none(tmp_path):
@@ -164,9 +167,14 @@ def test_curves_of_nodes_are_read_in_blocks(tmp_path, monkeypatch):
     plain(path, n=7, tangent=np.ones((7, 4, 3)), tangent_parameter=np.ones(7), harmonics=np.ones(7))
     asked = []
     monkeypatch.setattr(motion, "node_row", lambda results, dof: asked.append(dof) or row)
-    for block in (1, 24, 36, 1 << 23):
+    reads, read = [], Results._coefficients
+    monkeypatch.setattr(Results, "_coefficients", lambda *which, **name: reads.append(which) or read(*which, **name))
+    for block, times in ((1, 7), (24, 4), (36, 3), (module.BLOCK, 1)):
         monkeypatch.setattr(module, "BLOCK", block)
         results = Results(path)
+        reads.clear()
+        results.amplitude("tip.y")
+        assert len(reads) == times
         curve = results.response("tip.y")
         np.testing.assert_array_equal(curve.coefficients, np.stack([np.zeros(7), np.full(7, 10.0), 2 * np.arange(7.0)], axis=1))
         np.testing.assert_array_equal(curve.slopes()[1], np.full((7, 3), 3.0))
