@@ -39,7 +39,8 @@ def test_what_is_no_number(file, values, kind, message):
 
 
 @pytest.mark.parametrize("wanted, fits", [
-    (None, True), ((), False), ((2, 3), True), ((None, 3), True), ((None, None), True), ((2, ...), True), ((None, 3, ...), True), ((...,), True),
+    (None, True), ((2, 3), True), ((None, 3), True), ((None, None), True), ((2, ...), True), ((None, 3, ...), True), ((...,), True),
+    ((), False),
     ((3, 2), False), ((None, 2), False), ((2,), False), ((2, 3, None), False), ((3, ...), False), ((2, 3, 1, ...), False)])
 def test_shapes(file, wanted, fits):
     file["x"] = np.ones((2, 3))

@@ -253,6 +253,24 @@ TEST(Newton, rounding_errors_are_of_the_equations_alone_and_have_no_order) {
   }
 }
 
+// Of y0 - yj, whose last bits count where they have other signs: of three choices of signs each is needed for one j.
+TEST(Newton, rounding_errors_that_cancel_by_one_choice_of_signs_are_found_by_another) {
+  for (const int j : {3, 2, 6}) {
+    ToldProblem problem({7,
+                         [=](const double *y, double *f) {
+                           std::fill_n(f, 7, 0.0);
+                           f[0] = y[0] - y[j];
+                         },
+                         [](const double *, double *J) { std::fill_n(J, 56, 1.0); }});
+    problem.told.fail_at = 0, problem.told.fail_until = 1000;
+    Corrector corrector(problem, {1e-10, 1e-10, 30});
+    const UniqueVec y = problem.vector(std::vector<double>(8, 1.5)), e = problem.unknowns();
+    set_parameter(e, 1);
+    EXPECT_FALSE(corrector.solve(y, e, 6.5).converged);
+    EXPECT_EQ(corrector.rounding(), 2 * PETSC_MACHINE_EPSILON) << j;
+  }
+}
+
 // Of forces that cancel, as of a stiff link: s (x0 - x1) comes in steps of a thousand tolerances.
 TEST(Newton, takes_what_rounding_leaves) {
   constexpr double s = 1e10;
