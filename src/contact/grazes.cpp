@@ -38,7 +38,7 @@ struct Edge {
     const int count = per_wave * static_cast<int>(c.size());
     for (int i = 0; i < count; ++i) {
       double from = i * period / count, to = (i + 1) * period / count;
-      if (!(slope(from) > 0 && slope(to) <= 0)) continue;
+      if (!(slope(from) > 0 && slope(i + 1 < count ? to : 0) <= 0)) continue; // at 2 pi not another zero than at 0
       for (int j = 0; j < bisections; ++j) (slope((from + to) / 2) > 0 ? from : to) = (from + to) / 2;
       found.push_back(to);
     }
