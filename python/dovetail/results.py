@@ -117,7 +117,7 @@ class Results:
         points = {name: dataset(file, f"points/{name}", (None, ...)) for name in file["points"] if name != "contact"}
         activity = [dataset(file, f"points/contact/{name}", (None, self.contact_points)) for name in members(file, "points/contact")]
         self._n = min(len(values) for values in (*points.values(), *activity))
-        self._has_tangents = {"tangent", "tangent_parameter"} <= points.keys()
+        self._has_tangents = "tangent" in points and "tangent_parameter" in points
         if self._has_tangents:
             dataset(file, "points/tangent", (None, dofs, found))
         self._points = {name: values[:self._n] for name, values in points.items() if values.ndim == 1}

@@ -184,6 +184,19 @@ def test_curves_of_nodes_are_read_in_blocks(tmp_path, monkeypatch):
     assert empty._of_dof("tip.y").shape == (0, 3)
 
 
+def test_motions_are_asked_for_at_64_instants_unless_others_are_wanted(tmp_path, monkeypatch):
+    results = Results(plain(tmp_path / "r.h5"))
+    monkeypatch.setattr(motion, "nodal_displacement", lambda *asked: asked)
+    for name in ("elastic", "unknowns", "full"):
+        monkeypatch.setattr(module.recovery, name, lambda *asked: asked)
+    assert results.displacement(1) == (results, 1, None, 64, None, None, None, "sector")
+    assert results.displacement(1, [5], 8, [0.5], "m.h5", 2, "fixed") == (results, 1, [5], 8, [0.5], "m.h5", 2, "fixed")
+    assert results.elastic(1) == results.full(1) == (results, 1, 64, None, None)
+    assert results.elastic(1, 8, [0.5], 2) == results.full(1, 8, [0.5], 2) == (results, 1, 8, [0.5], 2)
+    assert results.unknowns(1, [3]) == (results, 1, [3], 64, None, None)
+    assert results.motion(1).shape == (64, 4)
+
+
 def test_other_sectors_do_the_same_later(tmp_path):
     coefficients = np.random.default_rng(1).standard_normal((1, 4, 7))
     path = synthetic_results.write(tmp_path / "r.h5", (2.0,), coefficients, 1, CONTACT)

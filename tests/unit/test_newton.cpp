@@ -234,6 +234,31 @@ TEST(Newton, what_cannot_be_solved_is_told_and_the_solver_made_fit_again) {
   EXPECT_EQ(told.recoveries, 2);
 }
 
+TEST(Newton, an_error_within_comes_out_as_it_is) {
+  struct Throwing : ToldProblem {
+    using ToldProblem::ToldProblem;
+    void residual(Vec y, Vec f) override {
+      if (evaluations-- == 0) throw InputError("told to throw");
+      ToldProblem::residual(y, f);
+    }
+    int evaluations = -1;
+  } problem(circle());
+  Corrector corrector(problem, {1e-10, 1e-10, 30});
+  const UniqueVec y = problem.vector({0.5, 0.6}), e = problem.vector({0, 1});
+  for (const int evaluations : {0, 2}) {
+    problem.evaluations = evaluations;
+    try {
+      corrector.solve(y, e, 0.6);
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const InputError &error) {
+      EXPECT_STREQ(error.what(), "told to throw");
+    }
+    EXPECT_EQ(values(y), (std::vector<double>{0.5, 0.6}));
+  }
+  problem.evaluations = -1;
+  EXPECT_TRUE(corrector.solve(y, e, 0.6).converged);
+}
+
 // Of a sum no more than random signs leave; and nothing of the plane, which the last solve left by 5.
 TEST(Newton, rounding_errors_are_of_the_equations_alone_and_have_no_order) {
   constexpr int n = 100;
