@@ -133,9 +133,8 @@ class Results:
         if "stable" in points:
             self.stable, self.multiplier, self.instability = (
                 numbers(file, f"points/{name}", (None,), kind)[:self._n] for name, kind in JUDGED.items())
-        self.error = None
-        if ESTIMATED[0] in points:  # that of the modes only where something is known of those left out
-            self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED if name in points)
+        errors = [self._points[name].astype(np.float64) for name in ESTIMATED if name in points]  # not all are known of every run
+        self.error = sum(errors) if errors else None
         self.has_activity = bool(activity)
         self.events = read_events(file, self._n, dofs, self.parameter is not None)
         self.sensitivity = read_sensitivity(file, self._n, self.contact, self)

@@ -69,7 +69,10 @@ std::vector<Graze> ExactLaw::grazes(const ContactPoint &point, const Standstill 
   for (int d = 0; d < 2 && has_friction(point.law); ++d) {
     if (point.mu[d] == 0 || approach_.mean() + approach_.bound(0) <= 0) continue;
     std::vector<Stretch> run = run_[d];
-    if (run.empty()) run.push_back({0, period, 0, 0, 0, point.kt[d] * (standstill.w[d] - standstill.x[d]), -1, 0});
+    if (run.empty()) {
+      run.push_back(sticking(point.kt[d] * (standstill.w[d] - standstill.x[d]), -1, 0));
+      run[0].end = period;
+    }
     for (const int side : {1, -1}) {
       Edge edge{std::vector<double>(n)};
       for (int i = 0; i < n; ++i) edge.c[i] = side * point.kt[d] * X[d * n + i] - point.mu[d] * point.kn * p_[i];

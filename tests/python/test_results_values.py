@@ -98,6 +98,7 @@ def test_what_a_run_may_have_stored(tmp_path):
     assert results.error.tolist() == [11, 22, 33] and results.parameter is results.modal_amplitude and results.along is results.parameter
     results = Results(plain(path, **values, error_modes=[100.0, 200, 300], parameter=[5.0, 6, 7]))
     assert results.error.tolist() == [111, 222, 333] and results.along.tolist() == [5, 6, 7] and results.at(6.4) == 1
+    assert Results(plain(path, error_harmonics=[1.0, 2, 3])).error.tolist() == [1, 2, 3]
     with pytest.raises(ValueError, match="/points/stable: wanted whole numbers"):
         Results(plain(path, **values | {"stable": [1.0, 1.0, 1.0]}))
 
