@@ -94,6 +94,7 @@ def test_wrong_parts_are_refused(changes, message):
     ({"left": [[0, 1, 6], [4, -1, -1]]}, "held on both sides alike"),
     ({"left": [[0, 2, -1], [4, -1, -1]]}, "cyclic left and right must be dofs 0 to 8, each once"),
     ({"nodes": np.empty((0, 2), int), "next_sector": []}, r"cyclic nodes must be \(N_x, 2\) node rows up to 2, .* found shape \(0, 2\)"),
+    ({"nodes": [[0, 1], [0, -1]]}, "each contact node once, found node row 0 2 times"),
     ({"nodes": [[0, 1, 2], [-1, -1, -1]]}, r"found shape \(2, 3\)"),
     ({"next_sector": [0]}, r"cyclic next_sector must be 0 or 1 for each of 2 contact points, found shape \(1,\)"),
     ({"next_sector": [0, -1]}, "cyclic next_sector must be 0 or 1"),

@@ -119,6 +119,37 @@ TEST(Grazes, after_a_landing_are_measured_from_there) {
   EXPECT_EQ(count, (std::array<int, 2>{1, 2}));
 }
 
+// Pulled along in the first round by the highest place, it sticks in all others: what set it there is no graze itself.
+TEST(Grazes, of_a_point_that_has_shaken_down_are_measured_from_what_it_slipped_to) {
+  constexpr double shift = 0.7;
+  const Standstill rest = standstill(typical, {0, 0, 0.6});
+  std::vector<double> X(3 * n);
+  X[0] = 1.9; // 0.95 + 0.3 cos a + 0.2 cos 2a, a = theta - shift
+  for (const int k : {1, 2}) {
+    const double size = k == 1 ? 0.3 : 0.2;
+    X[cosine(k)] = size * std::cos(k * shift), X[sine(k)] = size * std::sin(k * shift);
+  }
+  const double kt = typical.kt[0], mu_kn = typical.mu[0] * typical.kn, bound = mu_kn * (0.6 - typical.gap);
+  const auto t = [](double a) { return 0.95 + 0.3 * std::cos(a) + 0.2 * std::cos(2 * a); };
+  ContactForces forces({typical}, {rest}, harmonics, exactly);
+  std::vector<double> G(3 * n);
+  forces.evaluate(X.data(), G.data());
+  EXPECT_EQ(forces.activity()[0].slip, 0);
+  std::array<int, 2> count{};
+  for (const Graze &graze : forces.grazes(0, X.data())) {
+    ++count[graze.side < 0];
+    EXPECT_EQ(graze.direction, 0); // nothing moves in the other
+    const double side = graze.side, theta = graze.theta;
+    EXPECT_NEAR(std::cos(theta - shift), side > 0 ? -1 : -0.375, 1e-9);
+    EXPECT_NEAR(graze.height, side * kt * (t(theta - shift) - t(0)) - bound + side * bound, 1e-9);
+    std::vector<double> by_t = row(theta, side * kt), by_n = row(theta, -mu_kn);
+    const std::vector<double> set_t = row(shift, -side * kt), set_n = row(shift, side * mu_kn);
+    for (int i = 0; i < n; ++i) by_t[i] += set_t[i], by_n[i] += set_n[i];
+    expect_row(graze.by_t, by_t), expect_row(graze.by_n, by_n);
+  }
+  EXPECT_EQ(count, (std::array<int, 2>{1, 2}));
+}
+
 TEST(Grazes, are_none_without_contact_or_friction_or_of_sampled_points) {
   const std::vector<double> X = to_and_fro({0.2, 0.1}, {0, 0});
   const Standstill closed = standstill(typical, {0, 0, 0.6});
