@@ -133,7 +133,7 @@ def whole(item, name):
     value = np.asarray(attribute(item, name, "nothing"))
     if value.size != 1 or value.dtype.kind not in "iu" or value.min() < 0:
         raise ValueError(f"{item.name}: attribute {name} must be one whole number from 0 on, found {str(value)[:40]}")
-    return int(value.reshape(-1)[0])
+    return int(value.item())
 
 
 def _fits(found, wanted):

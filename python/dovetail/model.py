@@ -272,7 +272,7 @@ def _stack(elastic, contact, n_e, n_c, name):
 
 def _contact_dofs(dofs, n):
     dofs = np.asarray(dofs)
-    if dofs.ndim != 2 or dofs.shape[1] != 3 or dofs.shape[0] == 0 or not np.issubdtype(dofs.dtype, np.integer):
+    if dofs.shape[1:] != (3,) or not len(dofs) or not np.issubdtype(dofs.dtype, np.integer):
         raise ValueError("contact_dofs must be whole numbers of shape (N_x, 3), one row t1, t2, n per contact point, "
                          f"found {dofs.dtype} of shape {dofs.shape}")
     if dofs.min() < 0 or dofs.max() >= n:

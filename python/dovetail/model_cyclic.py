@@ -15,7 +15,7 @@ def checked_cyclic(cyclic, n, mesh, joint):
     if not set(KEYS) - {"faces"} <= set(cyclic) <= set(KEYS):
         raise ValueError(f"cyclic must have {', '.join(KEYS[:-1])} and may have faces; found {', '.join(sorted(cyclic))}")
     sectors = np.asarray(cyclic["sectors"])
-    if sectors.shape != () or sectors.dtype.kind not in "iuf" or not 2 <= sectors < np.inf or sectors % 1:
+    if sectors.shape != () or sectors.dtype.kind not in "iuf" or sectors < 2 or not float(sectors).is_integer():
         raise ValueError(f"cyclic sectors must be a whole number from 2 on, found {cyclic['sectors']!r}")
     if mesh["changed"]["dof"].size:
         raise ValueError("a cyclic model is that of the sector before joints change its unknowns, found mesh changed")
@@ -23,7 +23,7 @@ def checked_cyclic(cyclic, n, mesh, joint):
     if axis.shape != (3,) or origin.shape != (3,) or not np.isfinite([axis, origin]).all() or abs(np.linalg.norm(axis) - 1) > 1e-12:
         raise ValueError(f"cyclic axis must be a unit vector (3,) and origin a point (3,), found {axis.tolist()} and {origin.tolist()}")
     left, right, next_sector, nodes = (np.asarray(cyclic[key], dtype=np.int64) for key in ("left", "right", "next_sector", "nodes"))
-    if left.ndim != 2 or left.shape != right.shape or left.shape[1] != 3 or np.any((left < 0) != (right < 0)):
+    if left.shape[1:] != (3,) or left.shape != right.shape or np.any((left < 0) != (right < 0)):
         raise ValueError(f"cyclic left and right must be dofs of shape (p, 3), held on both sides alike, found shapes {left.shape} and "
                          f"{right.shape}")
     used = np.concatenate([left[left >= 0], right[right >= 0]])

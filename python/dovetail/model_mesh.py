@@ -18,7 +18,7 @@ def checked_mesh(mesh, n):
     if not set(MESH) <= set(mesh) <= {*MESH, *OPTIONAL}:
         raise ValueError(f"mesh must have {', '.join(MESH)} and may have {', '.join(OPTIONAL)}; found {', '.join(sorted(mesh))}")
     nodes = np.asarray(mesh["nodes"], dtype=np.float64)
-    if nodes.ndim != 2 or nodes.shape[1] != 3:
+    if nodes.shape[1:] != (3,):
         raise ValueError(f"mesh nodes must have shape (n_nodes, 3), found {nodes.shape}")
     if not isinstance(mesh["cells"], dict):
         raise ValueError("mesh cells must be a dict of cell type to node rows, such as {'tetra': rows}, found "

@@ -112,13 +112,13 @@ class Results:
             dataset(file, "points/coefficients", (None, dofs, width))
         self.harmonics = found // 2  # a run that adds harmonics widens the table before it sets the attribute
         self.wave = read_wave(file, self.harmonics)
-        self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics - 1).bit_length())
+        self.drawing_samples = self.samples or max(256, 1 << (40 * self.harmonics).bit_length())
         for name in NEEDED:
             dataset(file, f"points/{name}", (None,))
         points = {name: dataset(file, f"points/{name}", (None, ...)) for name in file["points"] if name != "contact"}
         activity = [dataset(file, f"points/contact/{name}", (None, self.contact_points)) for name in members(file, "points/contact")]
         self._n = min(len(values) for values in (*points.values(), *activity))
-        self._has_tangents = {"tangent", "tangent_parameter"} <= points.keys()
+        self._has_tangents = "tangent" in points and "tangent_parameter" in points
         if self._has_tangents:
             dataset(file, "points/tangent", (None, dofs, found))
         self._points = {name: values[:self._n] for name, values in points.items() if values.ndim == 1}
@@ -134,9 +134,8 @@ class Results:
         if "stable" in points:
             self.stable, self.multiplier, self.instability = (
                 numbers(file, f"points/{name}", (None,), kind)[:self._n] for name, kind in JUDGED.items())
-        self.error = None
-        if ESTIMATED[0] in points:  # that of the modes only where something is known of those left out
-            self.error = sum(self._points[name].astype(np.float64) for name in ESTIMATED if name in points)
+        errors = [self._points[name].astype(np.float64) for name in ESTIMATED if name in points]  # not all are known of every run
+        self.error = sum(errors) if errors else None
         self.has_activity = bool(activity)
         self.events = read_events(file, self._n, dofs, self.parameter is not None)
         self.sensitivity = read_sensitivity(file, self._n, self.contact, self)

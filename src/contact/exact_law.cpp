@@ -198,13 +198,13 @@ void ExactLaw::march(int direction, double v) {
   if (!always_closed_) {
     for (const Span &span : spans_) {
       const double landed = slider.landed(span.from);
-      slider.march({0, 0, 0, 0, 0, landed, span.from, 0}, span.begin, span.from, span.end, span.to, run);
+      slider.march(sticking(landed, span.from, 0), span.begin, span.from, span.end, span.to, run);
     }
     return;
   }
   if (const int turn = slider.turning_point(); turn >= 0) {
     const double at = instants_[turn].theta, left = slider.left_by(1, turn);
-    const Stretch last = slider.march({0, 0, 0, 0, 0, left, turn, 1}, at, turn, at + period, turn, run);
+    const Stretch last = slider.march(sticking(left, turn, 1), at, turn, at + period, turn, run);
     if (last.side == 1 || (last.side == 0 && std::abs(last.v - left) <= 100 * slider.tiny(left))) {
       run.back().end = at + period, run.back().to = turn; // it may have been found once more, a hair before
       begin_at_zero(run);
@@ -213,7 +213,8 @@ void ExactLaw::march(int direction, double v) {
     run.clear();
   }
   first_round_.clear();
-  Stretch state{0, 0, 0, 0, slider.overrun(v), v, -1, 0};
+  Stretch state = sticking(v, -1, 0);
+  state.side = slider.overrun(v);
   state = slider.march(state, 0, 0, period, 0, first_round_);
   if (state.side == 0 && state.set_at < 0)
     run = first_round_; // stuck on w_p all round: the second round would repeat the first

@@ -89,7 +89,7 @@ inline void synthesise_rows(int harmonics, int samples, int folded, const double
           sines[parity][r] += s * x[2 * r + 1];
         }
       }
-    const int mirrored = j ? samples - j : 0, half = samples / 2;
+    const int mirrored = (samples - j) % samples, half = samples / 2;
     for (int r = 0; r < Rows; ++r) {
       const Part<V> q = values + r * samples;
       const V even = cosines[0][r] + cosines[1][r], odd = sines[0][r] + sines[1][r];

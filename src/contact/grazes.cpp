@@ -38,7 +38,7 @@ struct Edge {
     const int count = per_wave * static_cast<int>(c.size());
     for (int i = 0; i < count; ++i) {
       double from = i * period / count, to = (i + 1) * period / count;
-      if (!(slope(from) > 0 && slope(to) <= 0)) continue;
+      if (!(slope(from) > 0 && slope(i + 1 < count ? to : 0) <= 0)) continue; // at 2 pi not another zero than at 0
       for (int j = 0; j < bisections; ++j) (slope((from + to) / 2) > 0 ? from : to) = (from + to) / 2;
       found.push_back(to);
     }
@@ -69,7 +69,10 @@ std::vector<Graze> ExactLaw::grazes(const ContactPoint &point, const Standstill 
   for (int d = 0; d < 2 && has_friction(point.law); ++d) {
     if (point.mu[d] == 0 || approach_.mean() + approach_.bound(0) <= 0) continue;
     std::vector<Stretch> run = run_[d];
-    if (run.empty()) run.push_back({0, period, 0, 0, 0, point.kt[d] * (standstill.w[d] - standstill.x[d]), -1, 0});
+    if (run.empty()) {
+      run.push_back(sticking(point.kt[d] * (standstill.w[d] - standstill.x[d]), -1, 0));
+      run[0].end = period;
+    }
     for (const int side : {1, -1}) {
       Edge edge{std::vector<double>(n)};
       for (int i = 0; i < n; ++i) edge.c[i] = side * point.kt[d] * X[d * n + i] - point.mu[d] * point.kn * p_[i];

@@ -32,13 +32,20 @@ private:
 
 /// Time between two changes of state of a slider.
 struct Stretch {
-  double begin, end;
-  int from, to; ///< numbers of these instants
-  int side;     ///< 0 sticks; +1 or -1 slips, T = side mu N
-  double v;     ///< sticks: T = k_t x - v
-  int set_at;   ///< sticks: number of the instant that set v, or negative: the memory w_p
-  int set_by;   ///< sticks: side of the slip that ended there, or 0: a landing
+  double begin = 0, end = 0;
+  int from = 0, to = 0; ///< numbers of these instants
+  int side = 0;         ///< 0 sticks; +1 or -1 slips, T = side mu N
+  double v = 0;         ///< sticks: T = k_t x - v
+  int set_at = -1;      ///< sticks: number of the instant that set v, or negative: the memory w_p
+  int set_by = 0;       ///< sticks: side of the slip that ended there, or 0: a landing
 };
+
+/// One that sticks, where and when does not matter yet.
+inline Stretch sticking(double v, int set_at, int set_by) {
+  Stretch s;
+  s.v = v, s.set_at = set_at, s.set_by = set_by;
+  return s;
+}
 
 class Slider {
 public:

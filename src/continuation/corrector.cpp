@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "support/shell.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -75,7 +77,7 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
   self.spent_.iterations += spent.iterations, self.spent_.inexact += spent.inexact;
   return self.courier_.run([&] {
     *reason = SNES_CONVERGED_ITERATING;
-    if (it > 0 && dy < settings.step_tolerance * y && (f < settings.residual_tolerance || self.is_rounding(f)))
+    if (dy < settings.step_tolerance * y && (f < settings.residual_tolerance || self.is_rounding(f)))
       *reason = SNES_CONVERGED_SNORM_RELATIVE;
     else if ((self.given_up_ = self.why_give_up(it, {f, dy})))
       *reason = SNES_DIVERGED_MAX_IT;
@@ -148,7 +150,7 @@ Corrector::Outcome Corrector::solve_once(Vec y, Vec border, double target, const
     lacked_memory = failed == PC_FACTOR_OUTMEMORY;
     outcome.why = jacobian_->recover(ksp);
   }
-  outcome.converged = reason > 0;
+  outcome.converged = reason == SNES_CONVERGED_SNORM_RELATIVE;
   outcome.newton = static_cast<int>(newton);
   const LinearEffort spent = jacobian_->take_effort(static_cast<int>(linear));
   outcome.linear = spent.iterations + spent_.iterations, outcome.inexact = spent.inexact + spent_.inexact;
@@ -168,11 +170,9 @@ double Corrector::rounding() {
   set_parameter(f, 0);
   for (const int turn : {1, 2, 4}) { // signs without order, and others where these cancel
     check(VecCopy(trial_, moved), doing);
-    PetscScalar *own;
-    check(VecGetArray(moved, &own), doing);
-    for (PetscInt i = 0; i < end - first; ++i)
-      own[i] = std::nextafter(own[i], std::copysign(PETSC_INFINITY, std::sin(turn * (first + i + 1))));
-    check(VecRestoreArray(moved, &own), doing);
+    const Values own(moved);
+    for (PetscInt i = first; i < end; ++i)
+      own[i - first] = std::nextafter(own[i - first], std::copysign(PETSC_INFINITY, std::sin(turn * (i + 1))));
     problem_.residual_and_plane(moved, other, border_);
     set_parameter(other, 0);
     check(VecAXPY(other, -1, f), doing);

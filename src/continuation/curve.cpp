@@ -89,7 +89,7 @@ bool Curve::finish(CurvePoint &s) {
     return false;
   }
   s.parameter = parameter_of(s.y);
-  static long solves = 0;
+  static long solves;
   s.solve = ++solves;
   solve_ = s.solve;
   return true;

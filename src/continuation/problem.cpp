@@ -7,6 +7,7 @@
 
 #include "support/error.hpp"
 #include "support/hash.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -180,12 +181,10 @@ double plain_length(Vec t) {
 
 void set_parameter(Vec f, double value) {
   PetscInt all, first, end;
-  double *own;
   check(VecGetSize(f, &all), doing);
   check(VecGetOwnershipRange(f, &first, &end), doing);
-  check(VecGetArray(f, &own), doing);
+  const Values own(f);
   if (end == all) own[end - first - 1] = value;
-  check(VecRestoreArray(f, &own), doing);
 }
 
 double pseudo_random(std::size_t a, std::size_t b, std::size_t which) {

@@ -35,7 +35,7 @@ PetscErrorCode Search::by_cholesky(PetscInt n, double least, std::vector<double>
   PetscFunctionBegin;
   constexpr double independent = 1e-4; // what is left of a unit column beside those before it
   const PetscBLASInt order = static_cast<PetscBLASInt>(n);
-  PetscBLASInt info = 0;
+  PetscBLASInt info;
   std::vector<double> norm(n);
   for (PetscInt j = 0; j < n; ++j) {
     const double square = G[static_cast<std::size_t>(j) * (n + 1)];

@@ -194,7 +194,7 @@ PetscErrorCode Search::ritz_pairs(Ritz &found) const {
   std::vector<double> A(static_cast<std::size_t>(n) * n), w(n), work(1);
   for (PetscInt j = 0; j < n; ++j)
     std::copy_n(&H_[static_cast<std::size_t>(j) * most], n, &A[static_cast<std::size_t>(j) * n]);
-  PetscBLASInt room = -1, info = 0;
+  PetscBLASInt room = -1, info;
   LAPACKsyev_("V", "L", &n, A.data(), &n, w.data(), work.data(), &room, &info);
   room = static_cast<PetscBLASInt>(work[0]);
   work.resize(room);

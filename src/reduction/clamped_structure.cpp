@@ -2,11 +2,12 @@
 
 #include "reduction/elastic_partition.hpp"
 #include "support/error.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
 
-Blocks split(Mat A, IS elastic, IS contact) {
+Blocks split(const UniqueMat A, IS elastic, IS contact) { // A is not wanted any more
   Blocks blocks;
   check(MatCreateSubMatrix(A, elastic, elastic, MAT_INITIAL_MATRIX, blocks.ee.out()), "splitting a matrix");
   check(MatCreateSubMatrix(A, elastic, contact, MAT_INITIAL_MATRIX, blocks.ec.out()), "splitting a matrix");
@@ -20,17 +21,15 @@ std::vector<double> values_at(Vec v, IS places) {
   PetscInt count;
   UniqueVec chosen;
   UniqueScatter scatter;
-  const double *values;
   check(PetscObjectGetComm(reinterpret_cast<PetscObject>(v), &comm), "reading a vector");
   check(ISGetLocalSize(places, &count), "reading a vector");
   check(VecCreateMPI(comm, count, PETSC_DETERMINE, chosen.out()), "reading a vector");
   check(VecScatterCreate(v, places, chosen, nullptr, scatter.out()), "reading a vector");
   check(VecScatterBegin(scatter, v, chosen, INSERT_VALUES, SCATTER_FORWARD), "reading a vector");
   check(VecScatterEnd(scatter, v, chosen, INSERT_VALUES, SCATTER_FORWARD), "reading a vector");
-  check(VecGetArrayRead(chosen, &values), "reading a vector");
-  const std::vector<double> copy(values, values + count);
-  check(VecRestoreArrayRead(chosen, &values), "reading a vector");
-  return copy;
+  const ReadValues values(chosen);
+  const double *const from = values;
+  return {from, from + count};
 }
 
 UniqueIS list(MPI_Comm comm, const std::vector<PetscInt> &dofs) {
@@ -66,24 +65,18 @@ ClampedStructure clamp(FullModel &&full) {
     std::copy(elastic_part.begin(), elastic_part.end(), parts.force_e.column(j));
     parts.force_c.push_back(values_at(force, c));
   }
-  parts.preload_e = values_at(parts.full.preload, e), parts.preload_c = values_at(parts.full.preload, c);
-  parts.K = split(parts.full.K, e, c);
-  parts.full.K = UniqueMat();
-  parts.M = split(parts.full.M, e, c);
-  parts.full.M = UniqueMat();
+  const UniqueVec preload = std::move(parts.full.preload);
+  parts.preload_e = values_at(preload, e), parts.preload_c = values_at(preload, c);
+  parts.K = split(std::move(parts.full.K), e, c);
+  parts.M = split(std::move(parts.full.M), e, c);
   for (const auto &[whole, split_up] :
-       {std::pair(&parts.full.C, &parts.C), std::pair(&parts.full.K_structural, &parts.K_structural)}) {
-    if (!*whole) continue;
-    *split_up = split(*whole, e, c);
-    *whole = UniqueMat();
-  }
-  parts.full.preload = UniqueVec();
-  if (parts.full.change) {
+       {std::pair(&parts.full.C, &parts.C), std::pair(&parts.full.K_structural, &parts.K_structural)})
+    if (*whole) *split_up = split(std::move(*whole), e, c);
+  if (const UniqueMat change = std::move(parts.full.change)) {
     parts.moved.dofs.assign(parts.full.moved.begin(), parts.full.moved.end());
     const UniqueIS rows = list(comm, parts.full.moved);
-    check(MatCreateSubMatrix(parts.full.change, rows, e, MAT_INITIAL_MATRIX, parts.moved.e.out()), "splitting rows");
-    check(MatCreateSubMatrix(parts.full.change, rows, c, MAT_INITIAL_MATRIX, parts.moved.c.out()), "splitting rows");
-    parts.full.change = UniqueMat();
+    check(MatCreateSubMatrix(change, rows, e, MAT_INITIAL_MATRIX, parts.moved.e.out()), "splitting rows");
+    check(MatCreateSubMatrix(change, rows, c, MAT_INITIAL_MATRIX, parts.moved.c.out()), "splitting rows");
   }
   if (parts.elastic > 0) parts.solver = std::make_unique<ClampedSolver>(parts.K.ee, parts.full.file.string());
   return parts;

@@ -148,7 +148,7 @@ Reduction craig_bampton(ClampedStructure &parts, const ReductionSettings &settin
     };
     stages.run("2e constraint modes",
                [&] { solver.solve_sparse(right_hand_sides(sides, first, count), psi, at, count); }); // eq (16)
-    Tall carried = stages.run("2f projections", [&] {
+    const auto inertia_of_block = [&] {
       Tall seen = wanted_rows(parts.moved, kept, psi, at, count);
       if (parts.moved.c) add_columns(parts.moved.c, first, seen);
       keep_rows(seen, recovery.psi, nc, first);
@@ -165,14 +165,11 @@ Reduction craig_bampton(ClampedStructure &parts, const ReductionSettings &settin
           model.loads[pattern].fx[j - first_own] += loaded[pattern * count + j - first];
       }
       return inertia;
-    });
-    close(carried, model.mxx);
-    carried = Tall(); // one at a time: each is as large as a block of Psi
-    for (const auto &[C, matrix] : damped) {
-      carried = stages.run("2f projections", [&, C = C, matrix = matrix] { return carry(*C, matrix->xx); });
-      close(carried, matrix->xx);
-      carried = Tall();
-    }
+    };
+    // What is carried is as large as a block of Psi: one at a time.
+    close(stages.run("2f projections", inertia_of_block), model.mxx);
+    for (const auto &[C, matrix] : damped)
+      close(stages.run("2f projections", [&, C = C, matrix = matrix] { return carry(*C, matrix->xx); }), matrix->xx);
   }
   psi = Tall(); // no longer needed, and a count of modes takes a factorisation
   if (probes.columns > 0 && modes < parts.elastic)

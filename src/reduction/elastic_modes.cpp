@@ -7,6 +7,7 @@
 
 #include "reduction/mode_solver.hpp"
 #include "support/error.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -22,10 +23,9 @@ struct Checks {                  // of one mode
 std::vector<Checks> checks_of(MPI_Comm comm, Mat K, Mat M, const Tall &shapes, const std::vector<double> &squares) {
   const Tall Kv = multiply(K, shapes), Mv = multiply(M, shapes);
   UniqueVec diagonal;
-  const double *d;
   check(MatCreateVecs(K, diagonal.out(), nullptr), "checking modes");
   check(MatGetDiagonal(K, diagonal), "checking modes");
-  check(VecGetArrayRead(diagonal, &d), "checking modes");
+  const ReadValues d(diagonal);
   std::vector<Checks> all(shapes.columns);
   for (PetscInt j = 0; j < shapes.columns; ++j)
     for (PetscInt i = 0; i < shapes.rows; ++i) {
@@ -33,7 +33,6 @@ std::vector<Checks> checks_of(MPI_Comm comm, Mat K, Mat M, const Tall &shapes, c
       all[j].residual += off * off, all[j].size += v * v, all[j].stiffness += d[i] * v * v;
       all[j].mass += v * Mv.column(j)[i];
     }
-  check(VecRestoreArrayRead(diagonal, &d), "checking modes");
   MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(4 * all.size()), MPI_DOUBLE, MPI_SUM, comm);
   return all;
 }
@@ -94,7 +93,7 @@ ElasticModes elastic_modes(const ClampedSolver &solver, Mat K, Mat M, const std:
 PetscInt modes_below(Mat K, Mat M, double square) {
   UniqueMat shifted, factor;
   MatFactorInfo info;
-  PetscInt error = 0, negative = 0;
+  PetscInt error, negative;
   check(MatDuplicate(K, MAT_COPY_VALUES, shifted.out()), "counting modes");
   check(MatAXPY(shifted, -square, M, UNKNOWN_NONZERO_PATTERN), "counting modes");
   check(MatSetOption(shifted, MAT_SYMMETRIC, PETSC_TRUE), "counting modes");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "support/shell.hpp"
+
 namespace dovetail {
 namespace {
 
@@ -38,17 +40,11 @@ PetscErrorCode solve_column(PC pc, Vec b, Vec x) {
   Inverse &inverse = inverse_of(pc);
   return inverse.courier.run([&] {
     PetscInt rows;
-    const double *from;
-    double *to;
     check(VecGetLocalSize(b, &rows), doing);
     Tall side(rows, 1);
-    check(VecGetArrayRead(b, &from), doing);
-    std::copy_n(from, rows, side.column(0));
-    check(VecRestoreArrayRead(b, &from), doing);
+    std::copy_n(static_cast<const double *>(ReadValues(b)), rows, side.column(0));
     const Tall solution = inverse.solver.solve(side);
-    check(VecGetArrayWrite(x, &to), doing);
-    std::copy_n(solution.column(0), rows, to);
-    check(VecRestoreArrayWrite(x, &to), doing);
+    std::copy_n(solution.column(0), rows, static_cast<double *>(Values(x)));
   });
 }
 

@@ -20,7 +20,7 @@ struct Eigen {
 
 Eigen eigen(MPI_Comm comm, std::vector<double> A, PetscBLASInt n) {
   Eigen out;
-  PetscBLASInt room = -1, info = 0;
+  PetscBLASInt room = -1, info;
   std::vector<double> work(1);
   out.values.resize(n);
   for (const bool ask : {true, false}) {

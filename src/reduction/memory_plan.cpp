@@ -27,7 +27,7 @@ double solving(double rows, double n, bool alone) { return rows * n * (alone ? 8
 MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt kept_rows, double limit,
                        bool count_modes) {
   const MPI_Comm comm = parts.full.comm;
-  int ranks = 1;
+  int ranks;
   MPI_Comm_size(comm, &ranks);
   const bool alone = ranks == 1;
   const double rows = parts.own.size(), nc = 3.0 * parts.full.contact_dofs.size(),
@@ -68,7 +68,7 @@ MemoryPlan plan_memory(const ClampedStructure &parts, PetscInt modes, PetscInt k
 
 void refuse_if_too_large(const ClampedStructure &parts, const MemoryPlan &plan) {
   if (plan.machine_bytes <= plan.room_bytes) return;
-  int ranks = 1;
+  int ranks;
   MPI_Comm_size(parts.full.comm, &ranks);
   const bool whole = ranks > 1 && parts.solver && !parts.solver->shared();
   double factor = parts.solver ? parts.solver->forecast_bytes() : 0;

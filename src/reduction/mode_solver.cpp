@@ -12,6 +12,7 @@
 #include "reduction/factors_pc.hpp"
 #include "support/error.hpp"
 #include "support/hash.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -100,11 +101,8 @@ void set_start(EPS eps, const ClampedSolver &solver, Mat K, Mat M, const std::ve
   std::vector<UniqueVec> owned(block.columns);
   std::vector<Vec> vectors;
   for (PetscInt j = 0; j < block.columns; ++j) {
-    double *values;
     check(MatCreateVecs(K, owned[j].out(), nullptr), doing);
-    check(VecGetArrayWrite(owned[j], &values), doing);
-    std::copy_n(block.column(j), block.rows, values);
-    check(VecRestoreArrayWrite(owned[j], &values), doing);
+    std::copy_n(block.column(j), block.rows, static_cast<double *>(Values(owned[j])));
     vectors.push_back(owned[j]);
   }
   check(EPSSetInitialSpace(eps, block.columns, vectors.data()), doing);
@@ -242,11 +240,8 @@ ElasticModes lowest_pairs(const ClampedSolver &solver, Mat K, Mat M, const std::
   UniqueVec shape;
   check(MatCreateVecs(K, shape.out(), nullptr), doing);
   for (PetscInt j = 0; j < wanted; ++j) {
-    const double *v;
     check(EPSGetEigenvector(eps, order[j], shape, nullptr), doing);
-    check(VecGetArrayRead(shape, &v), doing);
-    std::copy_n(v, names.size(), found.shapes.column(j));
-    check(VecRestoreArrayRead(shape, &v), doing);
+    std::copy_n(static_cast<const double *>(ReadValues(shape)), names.size(), found.shapes.column(j));
     found.squares.push_back(values[order[j]]);
   }
   return found;

@@ -148,7 +148,7 @@ void write_reduced(const std::filesystem::path &path, const Source &source, cons
     file.rows("/recovery/contact_dofs", {nc / 3, 3}, 0, rank == 0 ? nc / 3 : 0, contact.data());
     if (const hsize_t points = source.area.size())
       file.rows("/contact/area", {points}, 0, rank == 0 ? points : 0, source.area.data());
-    unsigned long long kept = recovery.elastic_dofs.size(), before = 0, total = 0;
+    unsigned long long kept = recovery.elastic_dofs.size(), before = 0, total;
     MPI_Exscan(&kept, &before, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, model.comm);
     MPI_Allreduce(&kept, &total, 1, MPI_UNSIGNED_LONG_LONG, MPI_SUM, model.comm);
     file.rows("/recovery/elastic_dofs", {total}, before, kept, recovery.elastic_dofs.data());
@@ -190,7 +190,7 @@ ReducedHeader read_reduced_header(const std::filesystem::path &path) {
   if (na + nc == 0) throw InputError(path.string() + ": holds no mode and no contact point");
   if (std::max(na, nc) > hsize_t(std::numeric_limits<PetscInt>::max()))
     throw InputError(path.string() + ": more unknowns than 32-bit numbers can count");
-  const std::string modes = "(" + std::to_string(na) + "", contact = std::to_string(nc) + ")";
+  const std::string modes = "(" + std::to_string(na), contact = std::to_string(nc) + ")";
   want("/Max", {na, nc}, "(N_a, 3 N_x) = " + modes + ", " + contact);
   want("/Mxx", {nc, nc}, "(3 N_x, 3 N_x) = (" + std::to_string(nc) + ", " + contact);
   const std::vector<std::string> loads = names_of_patterns(file);

@@ -93,7 +93,7 @@ void add_columns(Mat A, PetscInt first, Tall &S) {
 std::vector<double> own_gram(const Tall &S, PetscInt s, PetscInt m, const Tall &T, PetscInt t, PetscInt n) {
   std::vector<double> product(static_cast<std::size_t>(m) * n);
   const PetscBLASInt rows = m, columns = n, inner = S.rows, lds = stride(S), ldt = stride(T);
-  if (rows > 0 && columns > 0 && inner > 0)
+  if (rows > 0) // else its product would have no leading dimension
     BLASgemm_("T", "N", &rows, &columns, &inner, &one, S.column(s), &lds, T.column(t), &ldt, &zero, product.data(),
               &rows);
   return product;
@@ -107,7 +107,7 @@ std::vector<double> gram(MPI_Comm comm, const Tall &S, PetscInt s, PetscInt m, c
 
 void subtract_product(const Tall &S, PetscInt m, const std::vector<double> &C, Tall &T) {
   const PetscBLASInt rows = S.rows, inner = m, columns = T.columns, ld = stride(S);
-  if (rows > 0 && inner > 0 && columns > 0)
+  if (inner > 0)
     BLASgemm_("N", "N", &rows, &columns, &inner, &minus, S.values.data(), &ld, C.data(), &inner, &one, T.values.data(),
               &ld);
 }

@@ -40,6 +40,7 @@ def test_what_is_no_number(file, values, kind, message):
 
 @pytest.mark.parametrize("wanted, fits", [
     (None, True), ((2, 3), True), ((None, 3), True), ((None, None), True), ((2, ...), True), ((None, 3, ...), True), ((...,), True),
+    ((), False),
     ((3, 2), False), ((None, 2), False), ((2,), False), ((2, 3, None), False), ((3, ...), False), ((2, 3, 1, ...), False)])
 def test_shapes(file, wanted, fits):
     file["x"] = np.ones((2, 3))
@@ -71,6 +72,22 @@ def test_values_must_fit_into_the_file(file):
     file.create_dataset("packed", data=np.zeros(10**6), compression="gzip", compression_opts=9)
     file.flush()
     assert numbers(file, "packed").size == 10**6
+
+
+def test_a_file_holds_4096_times_its_size_at_most(file, monkeypatch):
+    file["x"] = np.ones(1024)  # 8 KiB of values
+    for size, fits in ((2, True), (1, False)):
+        monkeypatch.setattr(hdf5_read.os.path, "getsize", lambda path, size=size: size)
+        if fits:
+            assert dataset(file, "x").shape == (1024,)
+        else:
+            with pytest.raises(ValueError, match=r"/x: has shape \(1024,\), more than the file can hold"):
+                dataset(file, "x")
+
+
+def test_large_numbers_are_numbers(file):
+    file["x"] = [1e300, 2.0]
+    assert numbers(file, "x").tolist() == [1e300, 2.0]
 
 
 def test_members(file):
@@ -141,6 +158,13 @@ def test_a_file_that_is_being_written_is_tried_again(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="f.h5: not a readable table: /x is missing"):
         patiently(path, lambda file: dataset(file, "x"), "table")
     assert len(pauses) == 18
+    for error, said in ((OSError(2, "lost"), "lost"), (RuntimeError(), "")):
+        def give_up(file, error=error):
+            raise error
+
+        with pytest.raises(ValueError) as found:
+            patiently(path, give_up)
+        assert str(found.value) == f"{path}: not a readable results file: {said}"
     tried = len(pauses)
     with pytest.raises(ValueError, match="f.h5: /: attribute x must be"):
         patiently(path, lambda file: whole(file, "x"))

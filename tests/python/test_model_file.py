@@ -89,6 +89,24 @@ def test_one_process_writes_without_mpi(monkeypatch):
     assert isinstance(hdf5_parts.default_comm(), hdf5_parts.Alone) and isinstance(small(comm=None).comm, hdf5_parts.Alone)
 
 
+def test_one_rank_writes_alone_whatever_hdf5_can(tmp_path, monkeypatch):
+    monkeypatch.setattr(h5py, "get_config", lambda: SimpleNamespace(mpi=True))
+    small(comm=hdf5_parts.Alone()).write(tmp_path / "m.h5")
+    assert Model.read(tmp_path / "m.h5").force.tolist() == list(range(9))
+
+
+def test_ranks_write_at_once_where_hdf5_can(tmp_path, monkeypatch):
+    asked, met, plain = [], [], h5py.File
+    comm = SimpleNamespace(rank=0, size=2, barrier=lambda: met.append(sorted(file.name for file in tmp_path.iterdir())))
+    monkeypatch.setattr(h5py, "get_config", lambda: SimpleNamespace(mpi=True))
+    monkeypatch.setattr(h5py, "File", lambda name, mode, driver, comm: asked.append((driver, comm)) or plain(name, mode))
+    hdf5_parts.write(tmp_path / "f.h5", [Part("x", (2,), 0, np.arange(2.0))], {"": {"a": 1}}, comm)
+    monkeypatch.undo()
+    found = contents(tmp_path / "f.h5")
+    assert asked == [("mpio", comm)] and found["x"].tolist() == [0, 1] and found["@a"] == 1
+    assert met == [["f.h5.part"], ["f.h5"]]  # it has its name once all have written
+
+
 def test_ranks_without_a_share_write_nothing(tmp_path):
     def write(comm):
         mine = np.arange(2.0) if comm.rank == 1 else np.zeros(0)

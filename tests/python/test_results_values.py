@@ -100,6 +100,7 @@ def test_what_a_run_may_have_stored(tmp_path):
     assert results.error.tolist() == [11, 22, 33] and results.parameter is results.modal_amplitude and results.along is results.parameter
     results = Results(plain(path, **values, error_modes=[100.0, 200, 300], parameter=[5.0, 6, 7]))
     assert results.error.tolist() == [111, 222, 333] and results.along.tolist() == [5, 6, 7] and results.at(6.4) == 1
+    assert Results(plain(path, error_harmonics=[1.0, 2, 3])).error.tolist() == [1, 2, 3]
     with pytest.raises(ValueError, match="/points/stable: wanted whole numbers"):
         Results(plain(path, **values | {"stable": [1.0, 1.0, 1.0]}))
 
@@ -144,11 +145,14 @@ def test_what_is_watched_by_default(tmp_path):
     """Not the mode that moves more; of peaks, the unknown of the largest."""
     path = tmp_path / "r.h5"
     assert Results(plain(path)).watched == "x1.t2"
-    peaks = [("peak", 0, 1.0, 3.0, 1), ("peak", 1, 2.0, 1.0, 3), ("peak", 2, 3.0, 9.0, -1)]
+    peaks = [("peak", 0, 1.0, 3.0, 1), ("peak", 1, 2.0, 1.0, 3), ("peak", 2, 3.0, 9.0, -1)]  # the last is of a node
     assert Results(plain(path, events=peaks)).watched == "x1.t1"
-    assert Results(plain(path, events=[("peak", 0, 1.0, 0.0, 3), ("peak", 1, 2.0, 9.0, -1)])).watched == "x1.n"
+    assert Results(plain(path, events=[("peak", 0, 1.0, 9.0, -1), ("peak", 1, 2.0, 0.0, 1)])).watched == "x1.t1"
+    assert Results(plain(path, events=[("peak", 0, 1.0, 9.0, 0), ("peak", 1, 2.0, 5.0, 1)])).watched == "a1"
+    assert Results(plain(path, events=[("peak", 0, 1.0, 9.0, 0)])).watched == "a1"
     none = {name: values[:0] for name, values in CONTACT.items()}
-    assert Results(synthetic_results.write(path, [1.0], np.ones((1, 2, 3)) * [[1], [2]], 2, none)).watched == "a2"
+    for rows, name in (([[1], [2]], "a2"), ([[2], [1]], "a1")):
+        assert Results(synthetic_results.write(path, [1.0], np.ones((1, 2, 3)) * rows, 2, none)).watched == name
 
 
 def test_curves_of_several_and_of_none(tmp_path):
@@ -188,9 +192,14 @@ def test_curves_of_nodes_are_read_in_blocks(tmp_path, monkeypatch):
     plain(path, n=7, tangent=np.ones((7, 4, 3)), tangent_parameter=np.ones(7), harmonics=np.ones(7))
     asked = []
     monkeypatch.setattr(motion, "node_row", lambda results, dof: asked.append(dof) or row)
-    for block in (1, 24, 36, 1 << 23):
+    reads, read = [], Results._coefficients
+    monkeypatch.setattr(Results, "_coefficients", lambda *which, **name: reads.append(which) or read(*which, **name))
+    for block, times in ((1, 7), (24, 4), (36, 3), (module.BLOCK, 1)):
         monkeypatch.setattr(module, "BLOCK", block)
         results = Results(path)
+        reads.clear()
+        results.amplitude("tip.y")
+        assert len(reads) == times
         curve = results.response("tip.y")
         np.testing.assert_array_equal(curve.coefficients, np.stack([np.zeros(7), np.full(7, 10.0), 2 * np.arange(7.0)], axis=1))
         np.testing.assert_array_equal(curve.slopes()[1], np.full((7, 3), 3.0))
@@ -198,6 +207,19 @@ def test_curves_of_nodes_are_read_in_blocks(tmp_path, monkeypatch):
     assert asked == 4 * ["tip.y"] and results.unit_of("tip.y") == "m"
     empty = one_point(tmp_path / "empty.h5", np.zeros((0, 4, 3)), omega=[])
     assert empty._of_dof("tip.y").shape == (0, 3)
+
+
+def test_motions_are_asked_for_at_64_instants_unless_others_are_wanted(tmp_path, monkeypatch):
+    results = Results(plain(tmp_path / "r.h5"))
+    monkeypatch.setattr(motion, "nodal_displacement", lambda *asked: asked)
+    for name in ("elastic", "unknowns", "full"):
+        monkeypatch.setattr(module.recovery, name, lambda *asked: asked)
+    assert results.displacement(1) == (results, 1, None, 64, None, None, None, "sector")
+    assert results.displacement(1, [5], 8, [0.5], "m.h5", 2, "fixed") == (results, 1, [5], 8, [0.5], "m.h5", 2, "fixed")
+    assert results.elastic(1) == results.full(1) == (results, 1, 64, None, None)
+    assert results.elastic(1, 8, [0.5], 2) == results.full(1, 8, [0.5], 2) == (results, 1, 8, [0.5], 2)
+    assert results.unknowns(1, [3]) == (results, 1, [3], 64, None, None)
+    assert results.motion(1).shape == (64, 4)
 
 
 def test_other_sectors_do_the_same_later(tmp_path):

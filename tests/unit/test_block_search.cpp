@@ -335,15 +335,17 @@ TEST(BlockLanczos, sizes_that_it_takes_by_itself) {
 
 TEST(BlockLanczos, says_how_wide_its_blocks_are) {
   const Solver solver;
-  check(EPSSolve(solver.eps), "test");
   const TemporaryFile file("view");
   PetscViewer viewer;
   check(PetscViewerASCIIOpen(PETSC_COMM_WORLD, file.path.c_str(), &viewer), "test");
+  check(EPSView(solver.eps, viewer), "test"); // none yet
+  check(EPSSolve(solver.eps), "test");
   check(EPSView(solver.eps, viewer), "test");
   check(PetscViewerDestroy(&viewer), "test");
   MPI_Barrier(PETSC_COMM_WORLD);
   std::ifstream in(file.path);
   const std::string text((std::istreambuf_iterator<char>(in)), {});
   EXPECT_NE(text.find("type: blocklanczos"), std::string::npos);
+  EXPECT_LT(text.find("  block of 0 vectors\n"), text.find("  block of 4 vectors\n")) << text;
   EXPECT_NE(text.find("  block of 4 vectors\n"), std::string::npos) << text;
 }

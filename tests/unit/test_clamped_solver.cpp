@@ -126,6 +126,21 @@ TEST(ClampedSolver, files_that_cannot_be_written_are_told) {
       << words;
 }
 
+TEST(ClampedSolver, mumps_says_something_only_if_it_is_asked_to) {
+  const auto words = [] {
+    ::testing::internal::CaptureStdout();
+    {
+      const Pair pair(300, stiffness_of);
+      ClampedSolver solver(pair.K, "test");
+      solver.factor();
+    }
+    return ::testing::internal::GetCapturedStdout();
+  };
+  EXPECT_EQ(words(), "");
+  const Option talking("-kee_mat_mumps_icntl_4", "2");
+  EXPECT_NE(words().find("ANALYSIS STEP"), std::string::npos); // each rank has its own
+}
+
 TEST(ClampedSolver, errors_of_mumps_come_with_advice) {
   EXPECT_EQ(mumps_failed("factoring", -5, 7), "while factoring K_ee: MUMPS error -5 (7)");
   for (const int error : {-8, -9})

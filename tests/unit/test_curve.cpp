@@ -239,6 +239,20 @@ TEST(Curve, a_point_without_a_tangent_is_none) {
   EXPECT_TRUE(other.newton.converged);
 }
 
+TEST(Curve, a_point_whose_tangent_is_not_finite_is_none) {
+  ToldCurve scene(circle());
+  Told &told = scene.problem.told;
+  scene.at(0.7, 0.6);
+  told.spoil_at = 2 * told.solves; // the tangent comes last
+  CurvePoint s = scene.curve.point();
+  s.y = scene.problem.vector({0.7, 0.6});
+  EXPECT_FALSE(scene.curve.solve_at(0.6, s, {}));
+  EXPECT_FALSE(s.newton.converged);
+  EXPECT_EQ(s.newton.why, "the bordered Jacobian is singular");
+  EXPECT_EQ(told.solves, told.spoil_at);
+  EXPECT_TRUE(scene.curve.solve_at(0.6, s, {}));
+}
+
 // x -> -x and back, unless a line search is made.
 TEST(Curve, at_a_value_a_line_search_follows_where_newton_fails) {
   const auto f = [](double x, double) { return std::atan(x); };

@@ -1,10 +1,12 @@
 // Values at the ends of a grid's cells, by sums for few harmonics and by transforms for many, against sums written out.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "contact/fourier.hpp"
 #include "contact/trigonometric.hpp"
+#include "contact/wide.hpp"
 
 using namespace dovetail;
 
@@ -27,6 +29,21 @@ TEST(Grid, samples_values_and_slopes) {
         ASSERT_NEAR(value[j], f, 1e-11) << H << " " << j;
         ASSERT_NEAR(slope[j], df, 1e-11 * H) << H << " " << j;
       }
+    }
+  }
+}
+
+// Some vectors at a time, and no more than those that hold what is asked for.
+TEST(Grid, samples_no_more_than_is_asked_for) {
+  constexpr int H = 10, together = at_a_time * lane_count;
+  const Grid grid(H);
+  const std::vector<double> q(coefficient_count(H), 1.0);
+  for (const auto &[first, from, to] : {std::array{0, 0, together}, {together + 3, together, 2 * together}}) {
+    std::vector<double> value(grid.ends, 99.0), slope(grid.ends, 99.0);
+    grid.sample(q.data(), first, to - 2, value.data(), slope.data());
+    for (int j = 0; j < grid.ends; ++j) {
+      EXPECT_EQ(value[j] != 99, from <= j && j < to) << first << " " << j;
+      EXPECT_EQ(slope[j] != 99, from <= j && j < to) << first << " " << j;
     }
   }
 }

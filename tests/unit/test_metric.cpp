@@ -89,6 +89,18 @@ TEST(PlainMetric, products_are_of_motions_by_the_largest_and_of_parameters_by_th
     }
 }
 
+TEST(PlainMetric, small_motions_are_measured_by_the_largest_too) {
+  const Spread spread;
+  const auto norm = spread.metric(1, true);
+  const UniqueVec a = spread.filled(rising);
+  set_parameter(a, 0);
+  const double length = norm->length(a);
+  check(VecScale(a, 0.25 / length), "");
+  norm->see(a);
+  EXPECT_NEAR(norm->largest_motion(), 0.25, 1e-15);
+  EXPECT_NEAR(norm->length(a), 1, 1e-14);
+}
+
 TEST(PlainMetric, a_plane_is_a_product_beside_the_residual) {
   Spread spread;
   const UniqueVec a = spread.filled(rising), b = spread.filled(waving), f = spread.unknowns();

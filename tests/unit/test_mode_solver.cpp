@@ -103,6 +103,19 @@ void expect_words(const std::string &text, const std::vector<const char *> &word
   for (const char *word : words) EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
 }
 
+// Those that iterate are judged by backward errors, which have no unit: of powers of two they do the same to the bit.
+TEST(ModeSolver, TheUnitOfMassDoesNotMatter) {
+  const Option kind("-modes_eps_type", "lobpcg");
+  const ClampedStructure parts = lattice();
+  const std::vector<double> plain = modes_of(parts, 3).squares;
+  for (const double unit : {0x1p40, 0x1p-40}) {
+    const ClampedStructure other = lattice();
+    check(MatScale(other.M.ee, unit), "test");
+    const std::vector<double> found = modes_of(other, 3).squares;
+    for (int j = 0; j < 3; ++j) EXPECT_NEAR(found[j] * unit / plain[j], 1, 1e-12) << unit;
+  }
+}
+
 TEST(ModeSolver, TellsHowManyHaveConverged) {
   const ClampedStructure parts = lattice();
   for (const char *type : {"blocklanczos", "krylovschur", "lobpcg"}) {

@@ -234,6 +234,31 @@ TEST(Newton, what_cannot_be_solved_is_told_and_the_solver_made_fit_again) {
   EXPECT_EQ(told.recoveries, 2);
 }
 
+TEST(Newton, an_error_within_comes_out_as_it_is) {
+  struct Throwing : ToldProblem {
+    using ToldProblem::ToldProblem;
+    void residual(Vec y, Vec f) override {
+      if (evaluations-- == 0) throw InputError("told to throw");
+      ToldProblem::residual(y, f);
+    }
+    int evaluations = -1;
+  } problem(circle());
+  Corrector corrector(problem, {1e-10, 1e-10, 30});
+  const UniqueVec y = problem.vector({0.5, 0.6}), e = problem.vector({0, 1});
+  for (const int evaluations : {0, 2}) {
+    problem.evaluations = evaluations;
+    try {
+      corrector.solve(y, e, 0.6);
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const InputError &error) {
+      EXPECT_STREQ(error.what(), "told to throw");
+    }
+    EXPECT_EQ(values(y), (std::vector<double>{0.5, 0.6}));
+  }
+  problem.evaluations = -1;
+  EXPECT_TRUE(corrector.solve(y, e, 0.6).converged);
+}
+
 // Of a sum no more than random signs leave; and nothing of the plane, which the last solve left by 5.
 TEST(Newton, rounding_errors_are_of_the_equations_alone_and_have_no_order) {
   constexpr int n = 100;
@@ -250,6 +275,24 @@ TEST(Newton, rounding_errors_are_of_the_equations_alone_and_have_no_order) {
     set_parameter(e, 1);
     EXPECT_FALSE(corrector.solve(y, e, 6.5).converged);
     EXPECT_LT(corrector.rounding(), n / 2 * PETSC_MACHINE_EPSILON);
+  }
+}
+
+// Of y0 - yj, whose last bits count where they have other signs: of three choices of signs each is needed for one j.
+TEST(Newton, rounding_errors_that_cancel_by_one_choice_of_signs_are_found_by_another) {
+  for (const int j : {3, 2, 6}) {
+    ToldProblem problem({7,
+                         [=](const double *y, double *f) {
+                           std::fill_n(f, 7, 0.0);
+                           f[0] = y[0] - y[j];
+                         },
+                         [](const double *, double *J) { std::fill_n(J, 56, 1.0); }});
+    problem.told.fail_at = 0, problem.told.fail_until = 1000;
+    Corrector corrector(problem, {1e-10, 1e-10, 30});
+    const UniqueVec y = problem.vector(std::vector<double>(8, 1.5)), e = problem.unknowns();
+    set_parameter(e, 1);
+    EXPECT_FALSE(corrector.solve(y, e, 6.5).converged);
+    EXPECT_EQ(corrector.rounding(), 2 * PETSC_MACHINE_EPSILON) << j;
   }
 }
 

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "continuation/predictor.hpp"
-#include "small_problems.hpp"
+#include "told_solves.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -102,6 +102,7 @@ TEST(Predictor, the_cubic_is_hermites) {
     check(VecAXPY(off, -norm->product(off, here.t), here.t), "");
     const auto more = values(off);
     for (int i = 0; i < n; ++i) EXPECT_NEAR(cubic[i], plain[i] + more[i], 1e-12 * (1 + std::abs(cubic[i]))) << round;
+    change_secretly(straight, n - 1, 50), change_secretly(bent, n - 1, 60);
     EXPECT_NEAR(parameter_of(straight), plain.back(), 1e-13); // as they are known without a look
     EXPECT_NEAR(parameter_of(bent), cubic.back(), 1e-12 * (1 + std::abs(cubic.back())));
   }

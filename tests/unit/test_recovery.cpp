@@ -129,6 +129,7 @@ TEST(Recovery, frequencies_ahead_meet_those_wanted_and_end_with_the_sweep) {
   near(ahead({1, 2, {}}, 1.5, {0.1, 0.2}), {1.6, 1.7});
   near(ahead({2, 1, {}}, 1.5, {0.1, 0.2}), {1.4, 1.3}); // downwards
   near(ahead({1, 2, {1.55, 1.52, 1.65}}, 1.5, {0.1, 0.2}), {1.52, 1.6, 1.65, 1.7});
+  near(ahead({1, 2, {1.5, 1.6}}, 1.5, {0.1, 0.2}), {1.6, 1.7}); // not where it was, and each once
   near(ahead({1, 2, {}}, 1.95, {0.01, 0.1, 0.2}), {1.96, 2});
   near(ahead({1, 2, {}}, 2.5, {0.1, 0.2}), {2});
 }

@@ -14,6 +14,7 @@ struct Told {
   int solves = 0, recoveries = 0;
   double memory = 0;
   int fail_at = -1, fail_until = -1; ///< factorisations, from 0 on
+  int spoil_at = -1;                 ///< solve, from 1 on, whose solution is not finite
   PCFailedReason reason = PC_FACTOR_OUTMEMORY;
   int factorisations = 0, pending = 0;
 };
@@ -69,6 +70,7 @@ private:
     if (!code) code = VecGetArray(x, &at);
     if (code) return code;
     of(pc).factors_.solve(at);
+    if (of(pc).told_.solves == of(pc).told_.spoil_at) at[0] = std::nan("");
     return VecRestoreArray(x, &at);
   }
 
