@@ -65,7 +65,7 @@ void make_orthonormal(Dense &V) {
 std::vector<double> softest(const ReducedModel &model, const SpreadFactors &factors, int count, Dense &motions) {
   const int n = static_cast<int>(model.contact_dofs());
   Dense V(n, count);
-  for (std::size_t i = 0; i < V.values.size(); ++i) V.values[i] = static_cast<double>(mix(i + 1) >> 11) * 0x1p-52 - 1;
+  for (std::size_t i = 0; i < V.values.size(); ++i) V.values[i] = noise(i + 1);
   for (int solves = 0; solves < enough_solves; ++solves) {
     make_orthonormal(V);
     factors.solve(V.column(0), count);

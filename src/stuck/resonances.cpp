@@ -136,7 +136,7 @@ Sliding sliding_of(const PreloadedModel &model, const std::vector<LoadCourse> &l
     MPI_Allreduce(MPI_IN_PLACE, &held, 1, MPI_DOUBLE, MPI_SUM, layout.comm);
     MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, layout.comm);
     const double ratio = force / held;
-    if (force > 0 && largest > 0 && ratio > most) most = ratio, worst = {force / largest, held / largest};
+    if (largest > 0 && ratio > most) most = ratio, worst = {force / largest, held / largest};
   }
   return worst;
 }
