@@ -16,6 +16,8 @@
 #include "stuck/resonances.hpp"
 #include "stuck/sector_frequencies.hpp"
 #include "support/error.hpp"
+#include "support/hdf5.hpp"
+#include "temporary_file.hpp"
 
 using namespace dovetail;
 using namespace dovetail::testing;
@@ -127,6 +129,54 @@ TEST(KeptModes, fingerprints_are_of_all_entries_and_of_no_ranks) {
       if (!other.empty()) (last ? other.back() : other.front()) += 1e-15; // a fourth rank has no point
       EXPECT_NE(plain, fingerprint(layout, other_K, other_M));
     }
+}
+
+TEST(KeptModes, fingerprints_change_where_two_entries_change_places) {
+  const ReducedModel whole = small_reduced(PETSC_COMM_SELF);
+  const Layout layout(whole, 0);
+  Reals K = rows_of(layout, 0);
+  const Reals M = rows_of(layout, 50);
+  const auto plain = fingerprint(layout, K, M);
+  for (std::size_t i = 0; i < K.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      std::swap(K[i], K[j]);
+      EXPECT_NE(fingerprint(layout, K, M), plain) << i << " " << j;
+      std::swap(K[i], K[j]);
+    }
+}
+
+// Of another size, without modes, in a file of another program.
+TEST(KeptModes, are_read_where_all_of_it_fits) {
+  const TemporaryFile file("kept_modes");
+  const ReducedModel model = small_reduced(PETSC_COMM_WORLD), other = grounded(3, [](int) { return 1.0; });
+  const Layout layout(model, 0), of_points(other, 0);
+  const Reals rows = rows_of(of_points, 0), squares(9, 4.0);
+  Reals lambda, modes;
+  keep_modes(of_points, file.path, 5, squares, rows);
+  EXPECT_FALSE(read_modes(layout, file.path, 5, lambda, modes));
+  EXPECT_TRUE(read_modes(of_points, file.path, 5, lambda, modes));
+  EXPECT_EQ(lambda, squares);
+  EXPECT_EQ(modes, rows);
+  const auto foreign = [&](const std::string &format, hsize_t counts) {
+    if (rank_here() == 0) {
+      h5::Writer writer(file.path);
+      writer.attribute("format", format), writer.attribute("of", std::string("0000000000000005"));
+      writer.rows("/squares", {counts}, 0, counts, Reals(counts).data());
+      writer.rows("/modes", {9, 9}, 0, 9, Reals(81).data());
+      writer.close();
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+  };
+  foreign("dovetail-stuck", 9);
+  EXPECT_TRUE(read_modes(of_points, file.path, 5, lambda, modes));
+  EXPECT_EQ(lambda, Reals(9));
+  foreign("dovetail-stuck", 8);
+  EXPECT_FALSE(read_modes(of_points, file.path, 5, lambda, modes));
+  foreign("something", 9);
+  EXPECT_FALSE(read_modes(of_points, file.path, 5, lambda, modes));
+  keep_modes(of_points, file.path, 5, squares, rows); // leaves it alone
+  MPI_Barrier(PETSC_COMM_WORLD);
+  EXPECT_EQ(h5::Reader(file.path).text_attribute("format"), "something");
 }
 
 TEST(KeptModes, come_back_for_their_fingerprint_alone) {
