@@ -22,12 +22,9 @@ constexpr int enough_solves = 4; // a motion a hundred times stiffer than a rigi
 
 // Eigenvalues of a symmetric matrix (n, n), ascending; A holds the eigenvectors afterwards, one after the other.
 std::vector<double> eigenvalues(PetscBLASInt n, std::vector<double> &A) {
-  std::vector<double> values(n), work(1);
-  PetscBLASInt room = -1, info = 0;
-  for (const bool ask : {true, false}) {
-    LAPACKsyev_("V", "L", &n, A.data(), &n, values.data(), work.data(), &room, &info);
-    if (ask) room = static_cast<PetscBLASInt>(work[0]), work.resize(room);
-  }
+  PetscBLASInt room = 64 * n, info = 0;
+  std::vector<double> values(n), work(room);
+  LAPACKsyev_("V", "L", &n, A.data(), &n, values.data(), work.data(), &room, &info);
   if (info != 0) std::fill(values.begin(), values.end(), 1.0); // not a number in it: that is told elsewhere
   return values;
 }
@@ -51,12 +48,12 @@ void make_orthonormal(Dense &V) {
   std::vector<double> h(V.columns);
   for (int j = 0; j < V.columns; ++j) {
     double *v = V.column(j);
-    for (const int again : {0, 1}) {
-      static_cast<void>(again);
+    const auto turn = [&] {
       if (j > 0) transposed_times(V, j, v, h.data()), subtract_columns(V, j, h.data(), v);
       const double size = std::sqrt(std::inner_product(v, v + V.rows, v, 0.0));
       for (int i = 0; i < V.rows; ++i) v[i] /= size;
-    }
+    };
+    turn(), turn();
   }
 }
 
