@@ -25,6 +25,7 @@ struct Joint {
   explicit Joint(LinearForm form) {
     PreloadedModel model = small_preloaded(PETSC_COMM_WORLD);
     add_damping_matrices(all_kinds(), model.reduced);
+    model.reduced.file = "made-up.h5";
     preload = std::make_shared<VariedPreload>(model);
     system.emplace(scaled(std::move(model), all_kinds(), {}), 3, exactly, course({0.2, 1.0, 0.3}), form);
   }
@@ -101,6 +102,7 @@ TEST(HarmonicStates, dense_models_are_of_what_is_set) {
     HarmonicSystem &system = *joint.system;
     const DenseModel plain = dense_model(system);
     ASSERT_EQ(plain.loads.size(), 1u);
+    EXPECT_EQ(plain.file, "made-up.h5");
     const auto [K, M] = SmallMatrices();
     for (std::size_t i = 0; i < K.size(); ++i) {
       EXPECT_NEAR(plain.K[i], K[i], 1e-15);
