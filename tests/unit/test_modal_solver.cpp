@@ -67,7 +67,7 @@ struct Scene {
 TEST(ModalSolver, what_it_has_learned_is_iterations_and_whether_all_points_are_taken) {
   Scene scene(3);
   EXPECT_EQ(scene.system.solver_memory(scene.J), 10);
-  for (const double memory : {7.0, -12.0, 0.0}) {
+  for (const double memory : {7.0, -12.0, 0.0, -0.5}) {
     scene.system.begin_solves(scene.J, memory);
     EXPECT_EQ(scene.system.solver_memory(scene.J), memory);
     EXPECT_EQ(std::signbit(scene.system.solver_memory(scene.J)), memory < 0);
