@@ -176,8 +176,7 @@ bool HarmonicSystem::stand_at(const double *y, std::vector<double> *more) {
   const std::optional<double> before = value_;
   std::vector<double> sums{layout_.owns_omega() ? y[layout_.own_coefficients()] : 0, has_products(y) ? 0.0 : 1.0};
   if (more) sums.insert(sums.end(), more->begin(), more->end());
-  if (layout_.size > 1)
-    MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
   if (more) more->assign(sums.begin() + 2, sums.end());
   set(sums[0]);
   const bool there = sums[1] == 0 && value_ == before;
@@ -215,7 +214,7 @@ void HarmonicSystem::evaluate_contact(const double *q) {
 
 void HarmonicSystem::evaluate(const double *q) {
   int same = has_products(q);
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
+  MPI_Allreduce(MPI_IN_PLACE, &same, 1, MPI_INT, MPI_LAND, layout_.comm);
   if (!same) products(q, of_);
   evaluate_contact(q);
 }
@@ -237,14 +236,11 @@ void HarmonicSystem::balance(const DynamicStiffness &structure, double constant,
       const double inertia = structure.inertia(k), loss = structure.loss(k), drag = structure.drag(k);
       out[c] = u[c] - inertia * v[c] + loss * u[s] + drag * v[s] - force_coefficient(loads_, d, cosine(k), varying);
       out[s] = u[s] - inertia * v[s] - loss * u[c] - drag * v[c] - force_coefficient(loads_, d, sine(k), varying);
+      for (const auto &[damper, factor] :
+           {std::pair(&of_.viscous, structure.turn(k)), {&of_.hysteretic, structure.hysteresis(k)}})
+        if (!damper->empty()) out[c] += factor * (*damper)[s], out[s] -= factor * (*damper)[c];
     }
   }
-  for (std::size_t i = 0; i < of_.viscous.size(); ++i)
-    if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
-      out[i] += structure.turn(k) * (place % 2 ? of_.viscous[i + 1] : -of_.viscous[i - 1]);
-  for (std::size_t i = 0; i < of_.hysteretic.size(); ++i)
-    if (const int place = static_cast<int>(i % n), k = (place + 1) / 2; place > 0)
-      out[i] += structure.hysteresis(k) * (place % 2 ? of_.hysteretic[i + 1] : -of_.hysteretic[i - 1]);
   double *contact = out + layout_.own_point_offset(0);
   for (std::size_t i = 0; i < force_.size(); ++i) contact[i] += force_[i];
   for (std::size_t i = 0; i < constant_.size(); ++i) contact[i * n] += 2 * constant_[i];

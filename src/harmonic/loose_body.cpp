@@ -22,12 +22,9 @@ constexpr int enough_solves = 4; // a motion a hundred times stiffer than a rigi
 
 // Eigenvalues of a symmetric matrix (n, n), ascending; A holds the eigenvectors afterwards, one after the other.
 std::vector<double> eigenvalues(PetscBLASInt n, std::vector<double> &A) {
-  std::vector<double> values(n), work(1);
-  PetscBLASInt room = -1, info = 0;
-  for (const bool ask : {true, false}) {
-    LAPACKsyev_("V", "L", &n, A.data(), &n, values.data(), work.data(), &room, &info);
-    if (ask) room = static_cast<PetscBLASInt>(work[0]), work.resize(room);
-  }
+  PetscBLASInt room = 64 * n, info = 0;
+  std::vector<double> values(n), work(room);
+  LAPACKsyev_("V", "L", &n, A.data(), &n, values.data(), work.data(), &room, &info);
   if (info != 0) std::fill(values.begin(), values.end(), 1.0); // not a number in it: that is told elsewhere
   return values;
 }
@@ -51,12 +48,12 @@ void make_orthonormal(Dense &V) {
   std::vector<double> h(V.columns);
   for (int j = 0; j < V.columns; ++j) {
     double *v = V.column(j);
-    for (const int again : {0, 1}) {
-      static_cast<void>(again);
+    const auto turn = [&] {
       if (j > 0) transposed_times(V, j, v, h.data()), subtract_columns(V, j, h.data(), v);
       const double size = std::sqrt(std::inner_product(v, v + V.rows, v, 0.0));
       for (int i = 0; i < V.rows; ++i) v[i] /= size;
-    }
+    };
+    turn(), turn();
   }
 }
 
@@ -65,7 +62,7 @@ void make_orthonormal(Dense &V) {
 std::vector<double> softest(const ReducedModel &model, const SpreadFactors &factors, int count, Dense &motions) {
   const int n = static_cast<int>(model.contact_dofs());
   Dense V(n, count);
-  for (std::size_t i = 0; i < V.values.size(); ++i) V.values[i] = static_cast<double>(mix(i + 1) >> 11) * 0x1p-52 - 1;
+  for (std::size_t i = 0; i < V.values.size(); ++i) V.values[i] = noise(i + 1);
   for (int solves = 0; solves < enough_solves; ++solves) {
     make_orthonormal(V);
     factors.solve(V.column(0), count);

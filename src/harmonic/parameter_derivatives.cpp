@@ -30,7 +30,6 @@ std::vector<ByParameter> HarmonicSystem::weighed(Vec y, Vec weights) {
 
 double HarmonicSystem::by_damping(std::size_t i) const {
   const int place = static_cast<int>(i % layout_.width), k = (place + 1) / 2;
-  if (place == 0) return 0;
   const DynamicStiffness one(scaled_.damping, setting_.omega);
   double sum = one.loss(k) * turned(of_.stiffness, i, place) + one.drag(k) * turned(of_.inertia, i, place);
   if (!of_.viscous.empty()) sum += one.turn(k) * turned(of_.viscous, i, place);
@@ -91,14 +90,12 @@ void HarmonicSystem::by_frequency(const DynamicStiffness &structure, const Produ
 }
 
 void HarmonicSystem::differentiate_twice(Vec y, Vec along, double step, Vec weights, Vec out) {
-  constexpr const char *doing = "differentiating twice";
   const ReadValues at(y), a(along), w(weights);
   const PetscInt own = layout_.own_coefficients(), first = layout_.own_point_offset(0);
   const double *q = at;
   stand_at(q);
   Products of;
   products(w, of);
-  check(VecSet(out, 0), doing);
   const Values to(out);
   by_frequency(structure(setting_.omega).transposed(), of, to);
   double by_omega = std::inner_product(a + 0, a + own, to + 0, 0.0);

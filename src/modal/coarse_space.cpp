@@ -166,8 +166,7 @@ void CoarseSpace::to_motions(const double *v, double *g) const {
     for (std::size_t j = 0; j < own; ++j)
       for (std::size_t q = 0; q < columns; ++q) parted[j * columns + q] = v[j * w + of.coefficients[q]];
     const auto times = [&](const std::vector<double> &motions, double *to) {
-      std::fill_n(to, c * columns, 0.0);
-      if (own > 0) gemm("T", "T", c, columns, own, motions.data() + own_.begin, n, parted.data(), columns, 0, to, c);
+      gemm("T", "T", c, columns, own, motions.data() + own_.begin, n, parted.data(), columns, 0, to, c);
     };
     double *const to = g + parts_[p].first;
     times(parts_[p].motions, to);
@@ -183,7 +182,6 @@ void CoarseSpace::to_motions(const double *v, double *g) const {
 
 void CoarseSpace::add(const double *g, double *v) const {
   const std::size_t w = layout_.width, n = layout_.dofs(), own = own_.size();
-  if (own == 0) return;
   for (std::size_t p = 0; p < parts_.size(); ++p) {
     const IndexGroup &of = at_contacts_[p].of;
     const std::size_t columns = of.columns(), c = at_contacts_[p].count;

@@ -136,7 +136,7 @@ void Dampers::project(StuckBasis &basis) const {
   std::vector<double> shapes(own * n);
   for (std::size_t d = 0; d < own; ++d) std::copy_n(basis.exact.row(d), n, &shapes[d * n]);
   const auto in_modes = [&](std::vector<double> &diagonal, Slab<float> &rows, const std::vector<double> &moved) {
-    std::vector<double> share(n * n, 0.0);
+    std::vector<double> share(n * n);
     gemm("N", "T", n, n, own, moved.data(), n, basis.exact.row(0), basis.exact.stride(), 0, share.data(), n);
     std::vector<int> counts;
     for (int rank = 0; rank < layout_.size; ++rank)

@@ -85,9 +85,8 @@ void ModalFactors::share_moving() {
     const Range points = share_of(layout_.points, r, layout_.size);
     counts[r] = static_cast<int>(3 * points.size()), starts[r] = static_cast<int>(3 * points.begin);
   }
-  if (layout_.size > 1)
-    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, moves.data(), counts.data(), starts.data(), MPI_CHAR,
-                   layout_.comm);
+  MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, moves.data(), counts.data(), starts.data(), MPI_CHAR,
+                 layout_.comm);
   all_moving_.clear();
   for (std::size_t dof = 0; dof < moves.size(); ++dof)
     if (moves[dof]) all_moving_.push_back(static_cast<PetscInt>(dof));
@@ -96,7 +95,7 @@ void ModalFactors::share_moving() {
 
 void ModalFactors::count_moving(std::optional<double> told) {
   double count = told.value_or(static_cast<double>(moving_.size()));
-  if (!told && layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  if (!told) MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_DOUBLE, MPI_SUM, layout_.comm);
   rows_ = static_cast<PetscInt>(count), shared_ = false;
 }
 

@@ -252,8 +252,7 @@ void ModalKrylov::precondition(Vec r, Vec out) {
   coarse_.to_motions(in, among_.data());
   last = -std::inner_product(inverse_c_.begin(), inverse_c_.end(), in, 0.0);
   if (share_.holds_last) last += in[own_modal_];
-  if (layout_.size > 1)
-    MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size + 1), MPI_DOUBLE, MPI_SUM, share_.comm);
+  MPI_Allreduce(MPI_IN_PLACE, among_.data(), static_cast<int>(size + 1), MPI_DOUBLE, MPI_SUM, share_.comm);
   last /= schur_;
   pairs([&](PetscInt at, int k, double a, double b) {
     if (k == 0) {

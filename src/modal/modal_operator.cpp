@@ -101,7 +101,7 @@ void ModalOperator::spread(const double *y, double last) {
     for (int j = 0; j < layout_.width; ++j) own[i * padded_ + j] = static_cast<Real>(y[i * layout_.width + j]);
   if (everywhere_ || layout_.owns_omega()) own[rows * padded_] = static_cast<Real>(last);
   const Timed timed(Work::exchange);
-  if (layout_.size > 1 && !everywhere_)
+  if (!everywhere_)
     MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, all_.data(), counts_.data(), starts_.data(), MPI_FLOAT,
                    layout_.comm);
   const std::size_t n = layout_.dofs();
@@ -186,10 +186,8 @@ void ModalOperator::press_all(const double *r) {
 void ModalOperator::to_modes(const std::vector<Forces> &forces, std::vector<double> &sums, std::vector<Real> &rough) {
   if (!everywhere_) {
     for (const Forces &of : forces) press_all(of.given), collect(of.modal, nullptr);
-    if (layout_.size > 1 && !sums.empty())
-      MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
-    if (layout_.size > 1 && !rough.empty())
-      MPI_Allreduce(MPI_IN_PLACE, rough.data(), static_cast<int>(rough.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, layout_.comm);
+    MPI_Allreduce(MPI_IN_PLACE, rough.data(), static_cast<int>(rough.size()), MPI_FLOAT, MPI_SUM, layout_.comm);
     return;
   }
   const std::size_t each = static_cast<std::size_t>(layout_.dofs()) * padded_;

@@ -30,7 +30,7 @@ bool WindowFactors::plausible(const ContactForces &contact, double worth) const 
     if (closed > 0) least[0] += (3 - first_direction(contact, p)) * waves;
     least[1] += !derivative.dense.empty();
   }
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, least, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
+  MPI_Allreduce(MPI_IN_PLACE, least, 2, MPI_DOUBLE, MPI_SUM, layout_.comm);
   return least[1] == 0 && products_of(layout_.width, least[0]) < worth;
 }
 
@@ -53,7 +53,7 @@ bool WindowFactors::look_at(const ContactForces &contact, double worth) {
     left -= fits ? directions * waves : 0;
     for (int d = static_cast<int>(first); d < 3; ++d) moving_.push_back(3 * p + d);
   }
-  if (layout_.size > 1) MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_LAND, layout_.comm);
+  MPI_Allreduce(MPI_IN_PLACE, &fits, 1, MPI_INT, MPI_LAND, layout_.comm);
   if (!fits) return false;
   list_windows();
   return work() < worth;

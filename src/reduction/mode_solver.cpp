@@ -22,10 +22,6 @@ constexpr const char *doing = "computing modes";
 // error: below that SLEPc's own products of nearly dependent vectors are no longer definite.
 constexpr double tolerance = 1e-12;
 
-double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
-  return static_cast<double>(mix(seed + 0x9e3779b97f4a7c15u) >> 11) * 0x1p-52 - 1;
-}
-
 // What -modes_eps_type says, or block Lanczos.
 void set_type(EPS eps) {
   char type[80] = "";
@@ -96,7 +92,7 @@ void set_start(EPS eps, const ClampedSolver &solver, Mat K, Mat M, const std::ve
   const PetscInt most = std::min(lanczos_block, n);
   Tall block(static_cast<PetscInt>(names.size()), in_blocks ? most : smooth ? std::min(most, wanted) : 1);
   for (PetscInt j = 0; j < block.columns; ++j)
-    for (PetscInt i = 0; i < block.rows; ++i) block.column(j)[i] = noise(names[i] * lanczos_block + j);
+    for (PetscInt i = 0; i < block.rows; ++i) block.column(j)[i] = noise(first_seed + names[i] * lanczos_block + j);
   if (smooth) block = solver.solve(multiply(M, block));
   std::vector<UniqueVec> owned(block.columns);
   std::vector<Vec> vectors;

@@ -4,10 +4,11 @@
 #include <slepcblaslapack.h>
 
 #include "support/error.hpp"
-#include "support/int_count.hpp"
 
 namespace dovetail {
 namespace {
+
+constexpr std::size_t most = 32766; // dofs: dsygvd wants 1 + 6 n + 2 n^2 numbers, and counts them by an int
 
 // Rows of one rank from (n, n) or into it; `at` of both.
 template <class Copy> void each_row(const Layout &layout, int rank, Copy copy) {
@@ -31,7 +32,6 @@ std::vector<double> on_first_rank(const Layout &layout, std::vector<double> &own
 // K becomes Phi, one mode after the other. Both: the lower half, by columns. lambda is empty if M is not positive.
 void solve(std::vector<double> &K, std::vector<double> &M, std::vector<double> &lambda) {
   const std::size_t order = lambda.size();
-  int_count(1 + 6 * order + 2 * order * order, "room of dsygvd for all modes of so large a model; take more ranks");
   PetscBLASInt n = static_cast<PetscBLASInt>(order), kind = 1, info = 0, room = -1, int_room = -1;
   std::vector<double> work(1);
   std::vector<PetscBLASInt> int_work(1);
@@ -52,6 +52,7 @@ void solve(std::vector<double> &K, std::vector<double> &M, std::vector<double> &
 
 std::vector<double> dense_modes_on_one_rank(const Layout &layout, std::vector<double> &K, std::vector<double> &M) {
   const std::size_t na = layout.modes, n = layout.dofs();
+  if (n > most) throw ComputeError("LAPACK finds all modes of no more than 32766 dofs on one rank; take more ranks");
   const RowMessages messages(layout);
   std::vector<double> all_K = on_first_rank(layout, K, messages), all_M = on_first_rank(layout, M, messages), lambda(n);
   on_all_ranks(layout.comm, [&] {

@@ -37,7 +37,7 @@ std::vector<double> real_joint_shapes(const StuckBasis &basis, const Layout &lay
       scale(n), among(static_cast<std::size_t>(count) * count), energy(count), work(room);
   for (PetscBLASInt j = 0; j < n; ++j) scale[j] = 1 / std::sqrt(std::max(basis.lambda[j], 1e-12 * basis.lambda[n - 1]));
   std::mt19937 chance; // the same on every rank
-  for (double &x : X) x = chance() / 4294967296.0 - 0.5;
+  for (double &x : X) x = chance() - 0x1p31;
   const auto scaled = [&](std::vector<double> &V) {
     for (std::size_t i = 0; i < V.size(); ++i) V[i] *= scale[i % n];
   };
@@ -82,7 +82,7 @@ std::vector<double> complex_joint_shapes(const StuckBasis &basis, const Layout &
       A(static_cast<int>(i), j) = std::sqrt(basis.springs[i]) * scale[j] * std::complex<double>(of[j], of[n + j]);
     }
   std::mt19937 chance; // the same on every rank
-  for (auto &x : X.values) x = {chance() / 4294967296.0 - 0.5, chance() / 4294967296.0 - 0.5};
+  for (auto &x : X.values) x = {chance() - 0x1p31, chance() - 0x1p31};
   for (int turn = 0; turn <= iterations; ++turn) {
     X = orthonormal(std::move(X));
     Y = adjoint_product(A, product(A, X));

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "reduction/block_lanczos.hpp"
 #include "stuck/dense_modes.hpp"
@@ -12,6 +11,7 @@
 #include "stuck/stuck_basis.hpp"
 #include "support/error.hpp"
 #include "support/hash.hpp"
+#include "support/shell.hpp"
 
 namespace dovetail {
 namespace {
@@ -22,10 +22,6 @@ constexpr double rigid = 1e-9;              // of the strain energy that the ent
 constexpr double lanczos_tolerance = 1e-12; // residual relative to the value
 constexpr double far = 30;       // times the last square sought: from there on a lower shift is worth factors
 constexpr double nearest = 1e-9; // the least shift, relative to the first: K + shift M stays definite
-
-double noise(std::uint64_t seed) { // in [-1, 1), the same for the same seed
-  return static_cast<double>(mix(seed + 0x9e3779b97f4a7c15u) >> 11) * 0x1p-52 - 1;
-}
 
 // Stiffness of each own dof by itself, springs included.
 std::vector<double> diagonal_of(const PencilRows &rows, const std::vector<double> &springs, const Layout &layout) {
@@ -65,11 +61,10 @@ void set_start(EPS eps, Mat A, const Layout &layout) {
   std::vector<UniqueVec> owned(width);
   std::vector<Vec> vectors;
   for (PetscInt j = 0; j < width; ++j) {
-    double *values;
     check(MatCreateVecs(A, owned[j].out(), nullptr), doing);
-    check(VecGetArrayWrite(owned[j], &values), doing);
-    for (PetscInt d = 0; d < layout.own_dofs(); ++d) values[d] = noise(layout.number(d) * lanczos_block + j);
-    check(VecRestoreArrayWrite(owned[j], &values), doing);
+    const Values values(owned[j]);
+    for (PetscInt d = 0; d < layout.own_dofs(); ++d)
+      values[d] = noise(first_seed + layout.number(d) * lanczos_block + j);
     vectors.push_back(owned[j]);
   }
   check(EPSSetInitialSpace(eps, width, vectors.data()), doing);
@@ -149,7 +144,6 @@ std::optional<LowModes> low_modes_by_lanczos(const PencilRows &rows, const std::
     check(EPSSetType(eps, block_lanczos), doing);
     check(EPSSetDimensions(eps, wanted, PETSC_DEFAULT, PETSC_DEFAULT), doing);
     check(EPSSetTolerances(eps, lanczos_tolerance, PETSC_DEFAULT), doing);
-    check(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE), doing);
     check(EPSSetStoppingTestFunction(eps, stop_if_far, &shift, nullptr), doing);
     if (!set_inverse(eps, *pencil)) return {};
     set_start(eps, pencil->stiffness(), layout);
@@ -160,21 +154,15 @@ std::optional<LowModes> low_modes_by_lanczos(const PencilRows &rows, const std::
   if (converged < wanted)
     throw ComputeError("while computing resonances: only " + std::to_string(converged) + " of " +
                        std::to_string(wanted) + " modes converged");
-  std::vector<double> values(converged);
-  for (PetscInt j = 0; j < converged; ++j) check(EPSGetEigenvalue(eps, j, &values[j], nullptr), doing);
-  std::vector<PetscInt> order(converged);
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](PetscInt a, PetscInt b) { return values[a] < values[b]; });
   LowModes modes;
   UniqueVec shape;
   check(MatCreateVecs(pencil->stiffness(), shape.out(), nullptr), doing);
-  for (PetscInt j = 0; j < wanted; ++j) {
-    const double *v;
-    modes.squares.push_back(values[order[j]] - shift.square);
-    check(EPSGetEigenvector(eps, order[j], shape, nullptr), doing);
-    check(VecGetArrayRead(shape, &v), doing);
-    modes.shapes.insert(modes.shapes.end(), v, v + diagonal.size());
-    check(VecRestoreArrayRead(shape, &v), doing);
+  for (PetscInt j = 0; j < wanted; ++j) { // block Lanczos has those next to 0 first
+    double value;
+    check(EPSGetEigenpair(eps, j, &value, nullptr, shape, nullptr), doing);
+    const ReadValues v(shape);
+    modes.squares.push_back(value - shift.square);
+    modes.shapes.insert(modes.shapes.end(), v + 0, v + diagonal.size());
   }
   set_rigid_to_zero(diagonal, layout, modes);
   return modes;

@@ -130,7 +130,7 @@ void PencilMatrices::multiply(bool stiff, const double *x, std::size_t from, dou
   const double one = 1, none = 0;
   const auto add = [&](const PencilRows::Rows &rows, PetscBLASInt length, const double *of, double before) {
     const PetscBLASInt lead = std::max(least, static_cast<PetscBLASInt>(rows.stride));
-    if (own > 0 && length > 0)
+    if (own > 0)
       BLASgemm_("T", "N", &own, &many, &length, &one, rows.first, &lead, of, &n, &before, y + own_modes, &stride);
   };
   add(stiff ? rows_.kxx : rows_.mxx, nc, all_.data() + na, none);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "contact/law_traits.hpp"
 #include "stuck/low_modes.hpp"
@@ -41,14 +42,13 @@ ResonanceSet set_of(const LowModes &modes, const Case &study) {
 // F^T v of each load pattern of the case.
 std::vector<double> works_of(const PreloadedModel &model, const std::vector<LoadCourse> &loads, const Layout &layout,
                              const double *shape) {
-  const std::size_t own_modes = layout.own_modes.size(), own = layout.own_dofs();
+  const std::size_t own_modes = layout.own_modes.size();
   std::vector<double> works;
   for (const LoadCourse &load : loads) {
     const LoadPattern &pattern = model.reduced.loads[model.reduced.load(load.pattern)];
-    double work = 0;
-    for (std::size_t d = 0; d < own; ++d)
-      work += shape[d] * (d < own_modes ? pattern.fa[layout.own_modes.begin + d] : pattern.fx[d - own_modes]);
-    works.push_back(work);
+    const double of_modes =
+        std::inner_product(shape, shape + own_modes, pattern.fa.begin() + layout.own_modes.begin, 0.0);
+    works.push_back(std::inner_product(pattern.fx.begin(), pattern.fx.end(), shape + own_modes, of_modes));
   }
   MPI_Allreduce(MPI_IN_PLACE, works.data(), static_cast<int>(works.size()), MPI_DOUBLE, MPI_SUM, layout.comm);
   return works;
@@ -136,7 +136,7 @@ Sliding sliding_of(const PreloadedModel &model, const std::vector<LoadCourse> &l
     MPI_Allreduce(MPI_IN_PLACE, &held, 1, MPI_DOUBLE, MPI_SUM, layout.comm);
     MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, layout.comm);
     const double ratio = force / held;
-    if (force > 0 && largest > 0 && ratio > most) most = ratio, worst = {force / largest, held / largest};
+    if (largest > 0 && ratio > most) most = ratio, worst = {force / largest, held / largest};
   }
   return worst;
 }

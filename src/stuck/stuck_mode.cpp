@@ -105,10 +105,8 @@ std::size_t choose(const Modes &modes, const Case &study) {
 double cone_onset(const std::array<double, 2> &T, const std::array<double, 2> &t, double bound, double bound_rate) {
   const double A = t[0] * t[0] + t[1] * t[1] - bound_rate * bound_rate,
                B = T[0] * t[0] + T[1] * t[1] - bound * bound_rate, C = T[0] * T[0] + T[1] * T[1] - bound * bound;
-  const double root = B * B - A * C;
-  if (A == 0) return B == 0 ? INFINITY : std::abs(C / (2 * B));
-  if (root < 0) return INFINITY;
-  return std::min(std::abs((-B + std::sqrt(root)) / A), std::abs((-B - std::sqrt(root)) / A));
+  const double q = B + std::copysign(std::sqrt(B * B - A * C), B);         // nothing cancels, and A may be 0
+  return std::fmin(std::fmin(std::abs(q / A), std::abs(C / q)), INFINITY); // what is no number counts for nothing
 }
 
 // The same of a motion with a phase of its own in each direction: the least over the period.

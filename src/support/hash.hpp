@@ -11,4 +11,9 @@ inline std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
+/// In [-1, 1).
+inline double noise(std::uint64_t seed) { return static_cast<double>(mix(seed) >> 11) * 0x1p-52 - 1; }
+
+inline constexpr std::uint64_t first_seed = 0x9e3779b97f4a7c15u; ///< of a row of them: mix(0) is 0
+
 } // namespace dovetail

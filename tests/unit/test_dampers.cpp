@@ -197,3 +197,39 @@ TEST(Dampers, in_the_modes_are_products_with_them) {
     }
   }
 }
+
+// Where their factor is 0 they are not there; and a point that slips to within rounding errors does.
+TEST(Dampers, are_none_where_nothing_damps) {
+  Damping damping(0.2);
+  damping.of_parts = damping.contact = true;
+  for (const double stiffness : {0.2, 0.0}) {
+    damping.stiffness = stiffness;
+    const Scene scene(damping);
+    EXPECT_FALSE(scene.dampers->is_hysteretic());
+    EXPECT_EQ(scene.dampers->is_viscous(), stiffness != 0);
+  }
+}
+
+TEST(Dampers, of_springs_that_slip_are_none) {
+  Damping damping(0.2);
+  damping.contact = true;
+  for (const Law law : {Law::coulomb, Law::cone})
+    for (const auto &[part, slips] : {std::pair{1.0, true}, {1 - 1e-10, true}, {1 - 1e-8, false}}) {
+      ReducedModel model = small_reduced(PETSC_COMM_WORLD);
+      std::vector<ContactPoint> contact = small_contact(model);
+      for (ContactPoint &point : contact) point.law = law, point.mu = {0.3, 0.3};
+      const Standstill at{{}, {0.3 * 5 * part, 0, 5}, {}};
+      const std::vector<Standstill> standstill(contact.size(), at);
+      const Layout layout(model, 0);
+      const Dampers dampers(model, contact, standstill, damping, layout);
+      const Reals ones(layout.own_dofs(), 1);
+      Reals force(ones.size());
+      dampers.viscous_force(ones.data(), 1, force.data());
+      for (std::size_t p = 0; p < contact.size(); ++p)
+        for (int d = 0; d < 3; ++d) {
+          const bool held = d == 2 || !slips || (d == 1 && law == Law::coulomb);
+          const double spring = d == 2 ? contact[p].kn : contact[p].kt[d];
+          EXPECT_EQ(force[layout.own_modes.size() + 3 * p + d], held ? 0.2 * spring : 0) << part << " " << d;
+        }
+    }
+}

@@ -69,6 +69,7 @@ TEST(DenseModes, solve_the_pencil) {
   for (const Solver solver : {dense_modes_on_one_rank, dense_modes_on_all_ranks}) {
     Rows rows = own_rows(dofs);
     const std::vector<double> lambda = solver(dofs, rows.K, rows.M), phi = whole(dofs, rows.K);
+    EXPECT_TRUE(rows.M.empty());
     EXPECT_TRUE(std::is_sorted(lambda.begin(), lambda.end()));
     EXPECT_GT(lambda.front(), 0);
     double unsolved = 0, skew = 0;
@@ -95,5 +96,13 @@ TEST(DenseModes, negative_mass_has_none) {
     for (PetscInt d = 0; d < dofs.own_dofs(); ++d)
       if (dofs.number(d) == modes + 100) rows.M[d * dofs.dofs() + modes + 100] = -1;
     EXPECT_TRUE(solver(dofs, rows.K, rows.M).empty());
+    EXPECT_TRUE(rows.K.empty() && rows.M.empty());
   }
+}
+
+TEST(DenseModes, of_more_than_can_be_counted_are_refused) { // before any memory is asked for
+  Layout dofs = layout();
+  dofs.points = 4000000;
+  std::vector<double> K, M;
+  EXPECT_THROW(dense_modes_on_one_rank(dofs, K, M), ComputeError);
 }

@@ -160,13 +160,17 @@ TEST(LooseBody, holds_those_points_that_are_open_by_a_quarter_of_their_springs) 
     check(VecSetValue(y, layout.contact_row(3 * p + 2) * layout.width, p == 0 ? 1 : -1, INSERT_VALUES), "");
   check(VecAssemblyBegin(y), ""), check(VecAssemblyEnd(y), "");
   const UniqueMat J = system.matrix(), T = system.matrix(true);
-  system.jacobian(y, border, J), system.transposed_jacobian(y, border, T);
-  EXPECT_TRUE(system.adrift());
-  for (int i = 0; i < 9; ++i) {
-    const double k = 10 * (i / 3 + 1), spring = i % 3 == 2 ? k : i / 3 == 2 ? 0 : k + 1 + i % 3;
-    const double wanted = (i % 3 == 2 ? 0 : 2 + i) + (i < 3 ? spring : spring / 4);
-    EXPECT_DOUBLE_EQ(entry(J, layout.contact_row(i) * layout.width), wanted) << i;
-    EXPECT_DOUBLE_EQ(entry(T, layout.contact_row(i) * layout.width), wanted) << i;
+  for (const bool evaluated : {false, true}) {
+    UniqueVec f = system.unknowns();
+    if (evaluated) system.residual(y, f);
+    system.jacobian(y, border, J), system.transposed_jacobian(y, border, T);
+    EXPECT_TRUE(system.adrift());
+    for (int i = 0; i < 9; ++i) {
+      const double k = 10 * (i / 3 + 1), spring = i % 3 == 2 ? k : i / 3 == 2 ? 0 : k + 1 + i % 3;
+      const double wanted = (i % 3 == 2 ? 0 : 2 + i) + (i < 3 ? spring : spring / 4);
+      EXPECT_DOUBLE_EQ(entry(J, layout.contact_row(i) * layout.width), wanted) << i;
+      EXPECT_DOUBLE_EQ(entry(T, layout.contact_row(i) * layout.width), wanted) << i;
+    }
   }
 }
 

@@ -129,6 +129,47 @@ TEST(LowModes, all_of_them_where_more_are_asked_for) {
   for (int j = 0; j < 11; ++j) EXPECT_NEAR(other->squares[j], one->squares[j], 1e-9 * one->squares[j]) << j;
 }
 
+// Nothing at all is stiff; or the modes of the reduction alone are, in whatever unit.
+TEST(LowModes, are_rigid_where_contacts_have_no_stiffness) {
+  for (const double unit : {0.0, 1.0, 1e-24, 1e24}) {
+    ReducedModel model = small_reduced(PETSC_COMM_WORLD);
+    std::fill(model.kxx.begin(), model.kxx.end(), 0.0), std::fill(model.mxa.begin(), model.mxa.end(), 0.0);
+    for (double &square : model.kaa) square *= unit;
+    const Layout layout(model, 0);
+    const std::vector<double> none(model.own_contact_dofs());
+    for (const Way way : {low_modes_by_lapack, low_modes_by_lanczos}) {
+      const auto low = way(model, none, layout, 11);
+      ASSERT_TRUE(low);
+      for (int j = 0; j < 11; ++j)
+        EXPECT_NEAR(low->squares[j], unit * (j < 9 ? 0 : j == 9 ? 1 : 4), unit > 0 ? 1e-9 * unit : 1e-14) << j;
+    }
+  }
+}
+
+TEST(LowModes, many_are_by_lanczos_and_few_by_lapack) { // the same to the last bit
+  for (const int length : {99, 100}) {
+    ReducedModel model = free_row(length);
+    const Layout layout(model, 0);
+    const std::vector<double> springs(model.own_contact_dofs(), 1.0);
+    const auto found = low_modes(model, springs, layout, 4),
+               wanted = (length == 99 ? low_modes_by_lapack : low_modes_by_lanczos)(model, springs, layout, 4),
+               other = (length == 99 ? low_modes_by_lanczos : low_modes_by_lapack)(model, springs, layout, 4);
+    ASSERT_TRUE(found && wanted && other);
+    EXPECT_EQ(found->shapes, wanted->shapes);
+    if (!found->shapes.empty()) EXPECT_NE(found->shapes, other->shapes);
+  }
+}
+
+// So small that K + shift M is positive definite all the same.
+TEST(LowModes, a_little_negative_mass_has_none) {
+  ReducedModel model = free_row();
+  for (std::size_t i = 0; i < std::size_t(model.own_contact_dofs()); ++i)
+    if (3 * model.own_points.begin + i == 50) model.mxx[i * contact + 50] = -1e-3;
+  const Layout layout(model, 0);
+  const std::vector<double> springs(model.own_contact_dofs(), 1e4);
+  for (const Way way : {low_modes_by_lapack, low_modes_by_lanczos}) EXPECT_FALSE(way(model, springs, layout, 10));
+}
+
 TEST(LowModes, negative_mass_has_none) {
   ReducedModel model = free_row();
   for (std::size_t i = 0; i < std::size_t(model.own_contact_dofs()); ++i)

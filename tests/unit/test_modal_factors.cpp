@@ -188,3 +188,15 @@ TEST(WindowFactors, take_all_waves_of_points_that_are_closed_for_long) {
   EXPECT_NEAR(factors.work(), of_products + 3.5 * products + 6 * w * rows * rows * n + 2e5, 1e-6);
   EXPECT_NEAR(factors.work_to_solve(), 25 * size * size + 8 * w * (n * (rows + n) + size) + 1e5, 1e-6);
 }
+
+TEST(ContactFactors, of_up_to_300_unknowns_are_in_double_precision) {
+  for (const int harmonics_ : {4, 16, 17}) { // 81, 297 and 315
+    Scene scene(0.05, harmonics_);
+    scene.move(1);
+    ContactFactors factors(scene.stuck, scene.layout);
+    factors.look_at(ContactDerivative(*scene.forces), true);
+    ASSERT_TRUE(factors.factor(scene.parts()));
+    EXPECT_EQ(scene.missed_by(factors) < 1e-9, harmonics_ < 17);
+    EXPECT_EQ(factors.exact(), harmonics_ < 17);
+  }
+}

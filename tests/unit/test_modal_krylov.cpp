@@ -139,3 +139,19 @@ TEST(ModalKrylov, solves_for_what_it_is_given) {
     }
   }
 }
+
+// Of many iterations no basis is thrown away, so that the sign is that of all of them.
+TEST(ModalKrylov, tells_the_sign_after_many_iterations) {
+  const Option lowest("-hb_modal_lowest", "0");
+  int signs = 0;
+  for (int seed = 0; seed < 6; ++seed) {
+    Scene scene(Damping(0.01, 0.01), 10);
+    scene.move(2.5 + 0.5 * seed, seed / 2 + 7);
+    const Krylov found = solved(scene, 1e-5);
+    EXPECT_TRUE(found.converged);
+    EXPECT_GT(found.iterations, 35);
+    EXPECT_EQ(found.sign, scene.sign()) << seed;
+    signs += found.sign;
+  }
+  EXPECT_LT(std::abs(signs), 6);
+}

@@ -1,6 +1,7 @@
 // Which way the modal form solves, and what it counts of that.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "small_system.hpp"
@@ -20,7 +21,7 @@ struct Work {
   double solve() const { return 12 * size * size + 8 * n * w * (c + n) + 1e5 + 8 * c * (n + c) * w + 2e5; }
   double in_modes() const {
     const double entries = size * padded<float>(static_cast<int>(w));
-    return c * n * 4 * w + 60 * n * w + 3e5 + 15 * entries;
+    return c * n * 4 * w + 60 * n * w + 3e5 + (entries > 3e5 ? 40 : 15) * entries; // that fit a cache or not
   }
 };
 
@@ -66,9 +67,10 @@ struct Scene {
 TEST(ModalSolver, what_it_has_learned_is_iterations_and_whether_all_points_are_taken) {
   Scene scene(3);
   EXPECT_EQ(scene.system.solver_memory(scene.J), 10);
-  for (const double memory : {7.0, -12.0}) {
+  for (const double memory : {7.0, -12.0, 0.0, -0.5}) {
     scene.system.begin_solves(scene.J, memory);
     EXPECT_EQ(scene.system.solver_memory(scene.J), memory);
+    EXPECT_EQ(std::signbit(scene.system.solver_memory(scene.J)), memory < 0);
   }
 }
 
@@ -101,7 +103,7 @@ TEST(ModalSolver, factors_few_unknowns_and_counts_what_that_takes) {
 
 TEST(ModalSolver, counts_iterations_in_the_modes_and_remembers_them) {
   const Option none("-hb_factors_most", "0");
-  for (const int H : {3, 20}) {
+  for (const int H : {3, 20, 92}) {
     Scene scene(H);
     const Work work{2.0 * H + 1};
     scene.system.begin_solves(scene.J, 5);
@@ -203,4 +205,41 @@ TEST(ModalSolver, signs_of_accurate_solves_are_those_of_the_assembled_form) {
     signs += assembled.determinant_sign(direct);
   }
   EXPECT_LT(std::abs(signs), 12);
+}
+
+// Factors of another Jacobian are tried for as many iterations as half of what new ones take, two at least. Where they
+// were in vain, the next Jacobian is factored at once.
+TEST(ModalSolver, gives_up_old_factors_that_do_not_help) {
+  for (const int H : {3, 20}) {
+    Scene scene(H);
+    const Work work{2.0 * H + 1};
+    const int tried = std::max(2, static_cast<int>(work.factors() / work.solve() / 2));
+    scene.system.begin_solves(scene.J, 1e6);
+    scene.move(4);
+    scene.solve(0.5);
+    scene.move(0.6, -1);
+    const Scene::Found found = scene.solve(1e-9);
+    EXPECT_GT(found.iterations, tried);
+    EXPECT_LT(found.iterations, tried + 6);
+    EXPECT_NEAR(found.work, work.factors() + found.iterations * work.solve(), 1e-9 * found.work) << H;
+    EXPECT_EQ(found.inexact, 0);
+    scene.move(0.601, -1);
+    const Scene::Found next = scene.solve(0.5);
+    EXPECT_NEAR(next.work, work.factors() + next.iterations * work.solve(), 1e-9 * next.work) << H;
+    EXPECT_LT(next.iterations, 4);
+  }
+}
+
+TEST(ModalSolver, old_factors_serve_as_long_as_they_are_worth_it) {
+  for (const int H : {20, 50}) {
+    Scene scene(H);
+    const Work work{2.0 * H + 1};
+    scene.system.begin_solves(scene.J, 1e6);
+    scene.move(4);
+    scene.solve(0.5);
+    scene.move(5);
+    const Scene::Found found = scene.solve(1e-6);
+    EXPECT_GT(found.iterations, 2);
+    EXPECT_NEAR(found.work, found.iterations * work.solve(), 1e-9 * found.work) << H;
+  }
 }

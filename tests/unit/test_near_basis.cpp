@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "small_model.hpp"
 #include "stuck/low_modes.hpp"
 #include "stuck/near_basis.hpp"
 #include "support/error.hpp"
 
 using namespace dovetail;
+using dovetail::testing::grounded;
 
 namespace {
 
@@ -128,4 +130,40 @@ TEST(NearBasis, wants_a_mass_that_is_positive) {
   ReducedModel given = model();
   for (double &value : given.mxx) value = -value;
   EXPECT_THROW(basis_of(given), InputError);
+}
+
+// On a diagonal structure of which its rows are more than are turned at a time.
+TEST(NearBasis, is_orthonormal_in_the_stiffness_of_many_dofs) {
+  constexpr int n = 540;
+  const ReducedModel given = grounded(n / 3, [](int i) { return 1.0 + 0.01 * i * i; });
+  const Layout layout(given, 1);
+  const auto basis = near_basis(given, std::vector<double>(given.own_contact_dofs(), spring), layout, 0);
+  ASSERT_TRUE(basis);
+  std::vector<double> K(n * n);
+  for (PetscInt d = 0; d < layout.own_dofs(); ++d) {
+    const double stiff = 1 + 0.01 * std::pow(layout.number(d), 2) + spring;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) K[i * n + j] += stiff * basis->phi.row(d)[i] * basis->phi.row(d)[j];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, K.data(), n * n, MPI_DOUBLE, MPI_SUM, layout.comm);
+  double off = 0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      off = std::max(off, std::abs(K[i * n + j] / std::sqrt(basis->lambda[i] * basis->lambda[j]) - (i == j)));
+  EXPECT_LT(off, 1e-4);
+  EXPECT_NEAR(basis->lambda[7], 1 + 0.49 + spring, 1e-9);
+  EXPECT_NEAR(basis->lambda[500], 2 * (1 + 36 + spring), 1e-8); // the first beyond 60 modes
+}
+
+TEST(NearBasis, is_none_where_single_precision_has_no_such_numbers) {
+  for (const double unit : {1e-60, 1e-100}) {
+    const ReducedModel given = grounded(20, [&](int i) { return unit * (1.0 + i); });
+    const auto basis = near_basis(given, std::vector<double>(given.own_contact_dofs()), Layout(given, 1), 0);
+    EXPECT_EQ(basis.has_value(), unit == 1e-60);
+  }
+}
+
+TEST(NearBasis, is_none_of_few_dofs) {
+  const ReducedModel given = grounded(1, [](int i) { return 1.0 + i; });
+  EXPECT_FALSE(near_basis(given, std::vector<double>(given.own_contact_dofs()), Layout(given, 1), 0));
 }

@@ -86,6 +86,26 @@ TEST(ResonanceSets, as_many_are_found_as_the_load_meets) {
   EXPECT_EQ(backwards.stuck.in_sweep, forwards.stuck.in_sweep);
 }
 
+TEST(ResonanceSets, no_more_than_eighty_are_looked_for) {
+  const PreloadedModel model = row_of(30, rising);
+  const Resonances found = resonances(model, sweep(2, 300));
+  EXPECT_EQ(found.stuck.omega.size(), 80u);
+  EXPECT_EQ(found.open.omega.size(), 80u);
+  EXPECT_LT(found.reach, 300);
+}
+
+// Motions that nothing brings back are at rest, also where they are pushed away.
+TEST(ResonanceSets, rigid_and_unstable_motions_are_no_resonances) {
+  const PreloadedModel model = row_of(4, [](int dof) { return dof == 0 ? -100.0 : dof == 1 ? 0 : rising(dof); });
+  const Resonances found = resonances(model, sweep(0, 3.5));
+  ASSERT_TRUE(found.known);
+  for (const int j : {0, 1}) {
+    EXPECT_EQ(found.open.omega[j], 0);
+    EXPECT_EQ(found.open.in_sweep[j], 0);
+  }
+  EXPECT_EQ(found.open.in_sweep[2], 1);
+}
+
 TEST(ResonanceSets, the_lowest_harmonic_that_meets_one_in_the_sweep_is_told) {
   const PreloadedModel model = row_of(4, [](int dof) { return dof < 2 ? 0 : rising(dof); });
   const Resonances found = resonances(model, sweep(3, 5, {0, 1, 0, 0, 0, 0.5, 0})); // harmonics 1 and 3
@@ -225,4 +245,19 @@ TEST(Sliding, is_where_friction_is_asked_for_most) {
         EXPECT_EQ(found.sliding.without_bound(), wanted.force > wanted.held);
       }
   EXPECT_EQ(resonances(sliding_body(2, Law::unilateral), sweep(1, 2, {0, 1})).sliding.held, 0);
+}
+
+TEST(Sliding, is_held_by_closed_points_alone) {
+  for (const Law law : {Law::coulomb, Law::cone}) {
+    PreloadedModel model = sliding_body(3, law);
+    for (std::size_t p = 0; p < model.standstill.size(); ++p)
+      if (model.reduced.own_points.begin + p != 1) model.standstill[p].force[2] = p ? -1 : 0;
+    Case study = sweep(1, 2, {0.4, 0, 1, 0.3, -0.8});
+    const Resonances found = resonances(model, study);
+    const Sliding wanted = by_hand(3, law, study.loads[0].fourier); // the same instant, of one point
+    EXPECT_NEAR(found.sliding.force, wanted.force, 1e-6 * wanted.force);
+    EXPECT_NEAR(found.sliding.held, wanted.held / 3, 1e-6 * wanted.held);
+    study.loads.push_back({force_pattern, {}, ""}); // that is never there
+    EXPECT_EQ(resonances(model, study).sliding.force, found.sliding.force);
+  }
 }

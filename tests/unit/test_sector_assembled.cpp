@@ -162,6 +162,24 @@ TEST(SectorAssembled, work_is_that_of_all_factors_since_it_was_asked_for) {
   EXPECT_THROW(system.couplings(), ComputeError);
 }
 
+// One of the mean, and of another index two, by real and by imaginary parts.
+TEST(SectorAssembled, loads_are_those_of_indices_in_which_they_work) {
+  for (const auto &[series, count] : {std::pair(std::vector<double>{0, 1}, 2u),
+                                      {{0, 0, 1}, 2},
+                                      {{0.2, 1, 0.3}, 3},
+                                      {{0, 1, 0, 0, 1}, 4},
+                                      {{0, 1, 0, 0, 0, 0, 0, 0, 0, 1}, 2}, // index -1
+                                      {{0.2}, 1},
+                                      {{}, 0}}) {
+    ScaledModel made = scaled({small_sector(), {}, {}}, 0.05, {});
+    made.engine_order = 1;
+    made.model.contact = small_contact(made.model.reduced), made.model.standstill.resize(made.model.contact.size());
+    const HarmonicSystem system(std::move(made), 6, exactly, course(series));
+    EXPECT_EQ(system.loads().size(), count) << series.size();
+    for (const LoadCase &load : system.loads()) EXPECT_EQ(load.fourier.size(), 13u);
+  }
+}
+
 TEST(SectorAssembled, residual_is_the_same_in_other_units) {
   const Scales s{2.0, 1.4, 0.65};
   HarmonicSystem plain = sector_system(1), other = sector_system(1, exactly, {}, 0.05, s);

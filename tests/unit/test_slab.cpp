@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <memory>
+#include <new>
 
 #include "product_forms.hpp"
 
@@ -141,4 +144,13 @@ TEST(Slab, rows_do_not_fall_into_the_same_places_of_the_cache) {
     EXPECT_GE(slab.stride(), columns);
     EXPECT_EQ(slab.stride() * sizeof(double) / 64 % 2, 1u);
   }
+}
+
+TEST(Slab, begins_and_ends_with_a_line_of_the_cache) {
+  for (const std::size_t bytes : {0, 1, 64, 65, 5 << 20}) {
+    const std::unique_ptr<void, void (*)(void *)> memory(allocate_lines(bytes), std::free);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(memory.get()) % 64, 0u);
+    std::fill_n(static_cast<char *>(memory.get()), (bytes + 63) / 64 * 64, 'x');
+  }
+  EXPECT_THROW(allocate_lines(std::size_t(1) << 60), std::bad_alloc);
 }

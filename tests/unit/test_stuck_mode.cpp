@@ -357,3 +357,30 @@ TEST(StuckMode, is_one_of_the_reduced_structure) {
     EXPECT_GE(*most, -*least);
   }
 }
+
+// A motion along which friction grows as fast as what it has to hold: a cone's equation is linear, or all but that.
+TEST(StuckMode, of_a_cone_whose_bound_grows_with_the_motion) {
+  ContactPoint point = point_of(Law::cone, 0.4); // 0.4 * 50 = 20, as along t1
+  for (const double more : {0.0, 1e-15, 1e-12, 1e-3}) {
+    point.kn = 50 * (1 + more);
+    PreloadedModel model;
+    ReducedModel &reduced = model.reduced;
+    reduced.comm = PETSC_COMM_SELF, reduced.points = 1;
+    reduced.own_points = {0, 1}, reduced.own_modes = {0, 0};
+    const double across = -40; // t1 and n alike, in opposite senses
+    reduced.kxx = {130, 0, across, 0, 1e4, 0, across, 0, 150 - point.kn};
+    reduced.mxx = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    model.contact = {point}, model.standstill = {pressed_with(1, 2)};
+    Case study;
+    study.mode = ModeWish{1};
+    study.given = {{"mode.number", "case.toml:3"}};
+    const StuckMode mode = stuck_mode(model, study);
+    // |T + a t| = 0.4 (N + a n): where a is positive N grows, where it is negative it falls
+    const double t = 20 * mode.contact[0].real(), rate = 0.4 * point.kn * mode.contact[2].real();
+    const auto left = [&](double a) { return 0.4 * N + a * rate - std::hypot(1 + a * t, 2); };
+    const double a = -mode.onset.amplitude;
+    EXPECT_NEAR(left(a), 0, 1e-9) << more;
+    EXPECT_GT(left(0.99 * a), 0);
+    EXPECT_STREQ(mode.onset.what, "slips");
+  }
+}
