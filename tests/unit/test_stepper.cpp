@@ -57,7 +57,7 @@ TEST(Stepper, where_nothing_resonates_steps_are_as_long_as_a_straight_line_allow
     if (resonates)
       EXPECT_GT(walk.points.size(), 1 / smooth_aims.parameter);
     else
-      EXPECT_LT(walk.points.size(), 0.7 / smooth_aims.parameter);
+      EXPECT_LT(walk.points.size(), 0.8 / smooth_aims.parameter);
   }
 }
 
