@@ -98,9 +98,7 @@ bool Curve::finish(CurvePoint &s) {
 bool Curve::correct(const CurvePoint &s, Vec r, Vec c) {
   if (s.solve != solve_) {
     int sign;
-    work_before_ += corrector_.take_work();
     if (!tangent_at(s.y, s.t, c, sign)) return false;
-    corrector_.take_work();
     solve_ = s.solve;
   }
   const auto correction = corrector_.correct(r, c);

@@ -2,7 +2,6 @@
 // The solution curve of a problem: points on it, found by Newton's method, with oriented tangents.
 #include <memory>
 #include <optional>
-#include <utility>
 
 #include "continuation/corrector.hpp"
 
@@ -69,8 +68,7 @@ public:
   /// piece of the curve, or across a loop of it. `middle` becomes what the correction finds. Collective.
   Off off_middle(const CurvePoint &a, const CurvePoint &b, Vec middle);
 
-  /// Of the linear solver, see BorderedJacobian; without factors that only a restarted run makes anew.
-  double take_work() { return std::exchange(work_before_, 0) + corrector_.take_work(); }
+  double take_work() { return corrector_.take_work(); } ///< of the linear solver, see BorderedJacobian
   double memory() const { return corrector_.memory(); } ///< likewise
   void recall(double memory) {
     solve_.reset();
@@ -98,7 +96,6 @@ private:
   Corrector corrector_;
   SolveCounts &counts_;
   UniqueVec row_, unit_, work_[2];
-  double work_before_ = 0;
   std::optional<long> solve_; // of which the corrector holds factors
 };
 
