@@ -31,11 +31,12 @@ const ErrorEstimate &ErrorWatch::of(CurvePoint &s) {
 const ErrorEstimate &ErrorWatch::with_modes(CurvePoint &s) {
   of(s);
   ErrorEstimate &error = *data_of(s).error;
-  if (response_.system().scaled().model.reduced.left_out.squares.empty() || std::exchange(error.has_modes, true))
-    return error;
-  solved_ += response_.curve().take_work();
-  error.modes = response_.curve().left_out(s);
-  left_out_ += response_.curve().take_work();
+  if (!response_.system().scaled().model.reduced.left_out.squares.empty() && !std::exchange(error.has_modes, true)) {
+    solved_ += response_.curve().take_work();
+    error.modes = response_.curve().left_out(s);
+    left_out_ += response_.curve().take_work();
+  }
+  count_work(0); // now: a restarted run would not know of it
   return error;
 }
 

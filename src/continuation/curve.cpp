@@ -111,8 +111,14 @@ Curve::Off Curve::off_middle(const CurvePoint &a, const CurvePoint &b, Vec middl
   const Vec r = work_[0], c = work_[1];
   check(VecCopy(a.y, middle), doing);
   check(VecAXPBY(middle, 0.5, 0.5, b.y), doing);
-  const double length = chord(a.y, b.y), of_a = length / 8 / plain_length(a.t), of_b = length / 8 / plain_length(b.t);
-  check(VecAXPBYPCZ(middle, of_a, -of_b, 1, a.t, b.t), doing);
+  if (problem.is_drawn_by_cubics()) {
+    const double eighth = chord(a.y, b.y) / 8;
+    check(VecAXPBYPCZ(middle, eighth / plain_length(a.t), -eighth / plain_length(b.t), 1, a.t, b.t), doing);
+  } else { // then the one by arc length
+    check(VecWAXPY(c, -1, a.y, b.y), doing);
+    const double eighth = norm.length(c) / 8;
+    check(VecAXPBYPCZ(middle, eighth, -eighth, 1, a.t, b.t), doing);
+  }
   problem.residual(middle, r);
   set_parameter(r, 0); // along the step nothing is missing
   if (!correct(b.solve == solve_ ? b : a, r, c)) return {std::nan(""), std::nan("")};

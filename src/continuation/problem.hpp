@@ -80,6 +80,8 @@ public:
   virtual bool is_admissible(double /*parameter*/) const { return true; }
   /// False where F has kinks so close to each other that steps should not look for them one by one.
   virtual bool is_smooth() const { return true; }
+  /// Whether pictures show cubics over the plain length of the curve.
+  virtual bool is_drawn_by_cubics() const { return true; }
   /// Whether the motion may rise and fall within a small part of the parameter's range.
   virtual bool resonates() const { return true; }
   /// Of each vector the parameter and five projections of x, by which points are told apart cheaply. Collective.

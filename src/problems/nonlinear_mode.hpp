@@ -28,6 +28,7 @@ public:
   UniqueVec unknowns() const override;
   void residual(Vec y, Vec f) override;
   std::unique_ptr<BorderedJacobian> jacobian() override;
+  bool is_drawn_by_cubics() const override { return false; } ///< but over the amplitude, see modes.py
 
   /// From here on the phase is such that the sine of Psi_1 is orthogonal, with the mass, to its cosine at y; of a
   /// cyclic sector, such that the product with Psi_1 at y, with the mass, is real. Collective.

@@ -56,10 +56,10 @@ class Orbit:
             z, states = self.system.advance(z, states, 2 * np.pi / self.omega / self.steps)
         return z[self.free]
 
-    def derivative(self, y):
+    def derivative(self, y, step=STEP):
         """The map's, at y, by differences to both sides."""
         columns = []
-        for i, unit in enumerate(STEP * self.unit):
+        for i, unit in enumerate(step * self.unit):
             e = np.zeros(len(y))
             e[i] = unit
             columns.append((self.map(y + e) - self.map(y - e)) / (2 * unit))
