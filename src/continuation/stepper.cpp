@@ -16,7 +16,7 @@ Stepper::Outcome Stepper::advance() {
     ahead_.pop_back();
     halvings_ = {};
     check(VecScale(trial_.t, 1 / curve_->norm.length(trial_.t)), "measuring arc length"); // the metric may have grown
-    forget_plain_length(trial_.t); // as for a restart, which has to measure it; a factor of 1 would leave it known
+    forget_plain_length(trial_.t);    // as for a restart, which has to measure it; a factor of 1 would leave it known
     curve_->recall(curve_->memory()); // and has no factors at hand
     const double step = length_to(trial_);
     const Outcome outcome = step > 0 ? take_trial(step) : Outcome::refused;
