@@ -69,7 +69,7 @@ bool KinkTurn::go_round(Vec t, double step, bool by_sign) {
     return false;
   check(VecAXPY(way_, -1, trial_.y), doing);
   if (curve_.norm.length(way_) > step_limits.most_correction * step ||
-      angle(curve_.norm, t, trial_.t) > step_limits.most_angle)
+      angle(curve_.norm, t, trial_.t) > step_limits.kink_angle)
     return false;
   const double turned = angle(curve_.norm, here_.t, trial_.t),
                sharp = std::max(least_short_of_back, curvatures_short * curvature_ * step);
@@ -86,7 +86,7 @@ bool KinkTurn::go_round(Vec t, double step, bool by_sign) {
 bool KinkTurn::is_beside(double turned) {
   check(VecWAXPY(way_, -1, here_.y, trial_.y), doing);
   check(VecScale(way_, 1 / curve_.norm.length(way_)), doing);
-  return angle(curve_.norm, here_.t, way_) > turned + allowed_astray(curve_.problem.is_smooth());
+  return angle(curve_.norm, here_.t, way_) > turned + aims_of(curve_.problem.is_smooth()).astray;
 }
 
 // A point close to the beginning of the leg on which trial_ lies, if it is one that begins where the old one ends: a
@@ -97,7 +97,7 @@ bool KinkTurn::back_to_kink(CurvePoint &kink) {
   const auto step_back = [&](double part) {
     check(VecWAXPY(kink.y, -part * back, trial_.t, trial_.y), doing);
     return curve_.solve_across(trial_.t, kink, {false, step_limits.most_newton, part * back}) &&
-           kink.sign == trial_.sign && angle(curve_.norm, kink.t, trial_.t) < step_limits.most_angle;
+           kink.sign == trial_.sign && angle(curve_.norm, kink.t, trial_.t) < step_limits.kink_angle;
   };
   if (!(back > 0) || std::none_of(std::begin(steps_back), std::end(steps_back), step_back)) return false;
   const Meeting at = meeting(curve_, here_, kink);

@@ -11,15 +11,13 @@ constexpr double aimed_off = 0.5;    // of what the cubic may miss the curve by,
 constexpr int lengths_per_octave = 8;
 constexpr double rounding = 1e-9; // so that one of these lengths stays what it is
 
-const StepAims &aims_of(bool smooth) { return smooth ? smooth_aims : rough_aims; }
-
 } // namespace
 
-bool StepMeasure::lies_too_far() const { return std::atan(correction) > angle + allowed; }
+bool StepMeasure::lies_too_far() const { return std::atan(correction) > angle + aims_of(smooth).astray; }
 
 bool Halvings::add(const StepMeasure &now) {
   const bool alike =
-      last_.refused() && now.angle > alike_ratio * last_.angle && now.correction < 2 * alike_ratio * last_.correction;
+      last_.may_be_kink() && now.angle > alike_ratio * last_.angle && now.correction < 2 * alike_ratio * last_.correction;
   alike_ = alike ? alike_ + 1 : 0;
   last_ = now;
   return alike_ >= 2;
@@ -35,10 +33,11 @@ void StepControl::after(double step, double turned, int newton, double off, bool
 
 void StepControl::limit(const Rates &rates, bool smooth) {
   if (!adaptive_) return;
-  step_ = std::min(step_, aims_of(smooth).longest);
-  if (rates.parameter > 0) step_ = std::min(step_, aims_of(smooth).parameter / rates.parameter);
+  const StepAims &aims = aims_of(smooth);
+  step_ = std::min(step_, aims.longest);
+  if (rates.parameter > 0) step_ = std::min(step_, aims.parameter / rates.parameter);
   if (rates.motion > 0)
-    step_ = std::min(step_, std::max(step_limits.longest_motion_step * rates.size / rates.motion, step_limits.careful));
+    step_ = std::min(step_, std::max(aims.motion * rates.size / rates.motion, step_limits.careful));
   step_ = std::max(step_, 10 * shortest_);
   if (smooth) step_ = std::exp2(std::floor(lengths_per_octave * std::log2(step_) + rounding) / lengths_per_octave);
 }

@@ -8,19 +8,22 @@ namespace dovetail {
 /// What the length of a step aims at; it never exceeds the first two.
 struct StepAims {
   double longest, parameter; ///< arc; part of the range: a resonance narrower than this could be stepped over
-  double angle;              ///< between tangents [rad]
+  double angle, most_angle;  ///< between tangents, aimed at and refused beyond [rad]
+  double astray;             ///< by which a step may point away from the tangent more than the curve turns [rad]
+  double motion;             ///< of the motion at hand, which after a resonance is far below the largest
   int newton;                ///< iterations
   double most_growth;        ///< of the length, or shrinking, from one step to the next
 };
-/// The middle of a step along a smooth curve is looked at, so that it may be long.
-constexpr StepAims smooth_aims{1, 0.1, 0.5, 6, 4}, rough_aims{0.1, 0.01, 0.25, 4, 2};
+/// The middle of a step along a smooth curve is looked at, so that it may be long; kinks may be too close to be followed
+/// one by one.
+constexpr StepAims smooth_aims{1, 0.1, 0.8, 1.05, 0.1, 0.5, 6, 4}, rough_aims{0.1, 0.01, 0.25, 0.64, 0.8, 0.25, 4, 2};
+inline const StepAims &aims_of(bool smooth) { return smooth ? smooth_aims : rough_aims; }
 
 /// The numbers that rule steps, with what they are for.
 struct StepLimits {
-  double longest_motion_step = 0.25; ///< of the motion at hand, which after a resonance is far below the largest
   double shortest = 1e-7;
   double careful = 1e-3;      ///< first step from a point that no step led to; and where the motion passes zero
-  double most_angle = 0.64;   ///< between the tangents before and after a step [rad]
+  double kink_angle = 0.64;   ///< between tangents, beyond which it may be a kink that keeps them apart [rad]
   double most_correction = 2; ///< distance from predicted to converged point, in steps, where a kink may be
   double most_off = 0.05;     ///< of a step, by which the curve may miss its middle; smooth ones: 1e-3 and less;
                               ///< and of the way round a kink, by which the tangents' lines may miss each other
@@ -33,19 +36,14 @@ struct StepLimits {
 };
 constexpr StepLimits step_limits{};
 
-/// By how much a step may point away from the tangent more than the curve turns [rad]: smooth problems, and those with
-/// kinks too close to be followed one by one.
-constexpr double most_astray = 0.1, most_astray_rough = 0.8;
-inline double allowed_astray(bool smooth) { return smooth ? most_astray : most_astray_rough; }
-
 /// What a trial step shows.
 struct StepMeasure {
   double angle = 0, correction = 0; ///< between the tangents [rad]; from the predicted point [steps]
-  double allowed = most_astray;     ///< [rad]
-  bool turns_too_far() const { return angle > step_limits.most_angle; }
+  bool smooth = true;               ///< the curve
+  bool turns_too_far() const { return angle > aims_of(smooth).most_angle; }
   /// Where the step points elsewhere although the tangents agree, it led to another piece of the curve.
   bool lies_too_far() const;
-  bool refused() const { return turns_too_far() || lies_too_far(); }
+  bool may_be_kink() const { return angle > step_limits.kink_angle || lies_too_far(); }
   bool straight() const { return angle < step_limits.straight && correction < step_limits.straight; }
 };
 

@@ -80,8 +80,7 @@ Stepper::Outcome Stepper::take_trial(double step) {
   TangentPredictor().predict(here_, step, predicted_);
   check(VecAXPY(predicted_, -1, trial_.y), "measuring a correction");
   const std::vector<double> products = curve_->norm.products({{here_.t, trial_.t}, {predicted_, predicted_}});
-  const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step,
-                            allowed_astray(curve_->problem.is_smooth())};
+  const StepMeasure measure{angle_of(products[0]), std::sqrt(products[1]) / step, curve_->problem.is_smooth()};
   const bool kink = halvings_.add(measure);
   off_ = {0, 0};
   const bool jump = control_.adaptive() && !belongs(step, measure, kink);

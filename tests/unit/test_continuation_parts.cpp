@@ -26,14 +26,16 @@ Amplitude quartic(double s) { return {std::pow(s, 4), 4 * std::pow(s, 3)}; }
 } // namespace
 
 TEST(StepMeasure, is_refused_beyond_its_limits) {
-  EXPECT_FALSE((StepMeasure{0.64, 0.1}.turns_too_far()));
-  EXPECT_TRUE((StepMeasure{0.641, 0.1}.turns_too_far()));
+  EXPECT_FALSE((StepMeasure{1.05, 0.1}.turns_too_far()));
+  EXPECT_TRUE((StepMeasure{1.051, 0.1}.turns_too_far()));
+  EXPECT_FALSE((StepMeasure{0.64, 0.1, false}.turns_too_far() || StepMeasure{0.64, 0.1}.may_be_kink()));
+  EXPECT_TRUE((StepMeasure{0.641, 0.1, false}.turns_too_far() && StepMeasure{0.641, 0.1}.may_be_kink()));
   EXPECT_FALSE((StepMeasure{0.3, std::tan(0.399)}.lies_too_far())); // a tenth beyond the angle
   EXPECT_TRUE((StepMeasure{0.3, std::tan(0.401)}.lies_too_far()));
   EXPECT_TRUE((StepMeasure{0.29, 0.29}.straight()));
   EXPECT_FALSE((StepMeasure{0.31, 0.29}.straight()) || (StepMeasure{0.29, 0.31}.straight()));
-  EXPECT_EQ(allowed_astray(true), 0.1);
-  EXPECT_EQ(allowed_astray(false), 0.8);
+  EXPECT_EQ(smooth_aims.astray, 0.1);
+  EXPECT_EQ(rough_aims.astray, 0.8);
 }
 
 TEST(Halvings, show_a_kink_where_angles_stay_and_corrections_halve) {

@@ -17,7 +17,7 @@ Trial trial_between(SmallCurve &scene, const CurvePoint &from, const CurvePoint 
   return {scene.curve, from, to, step, measure, kink, EventLocator(scene.curve, from, to, 1e-11)};
 }
 
-const StepMeasure turned{1.0, std::tan(0.5)}, beside{0.1, 2}, smooth{0.1, 0.05};
+const StepMeasure turned{1.1, std::tan(0.55)}, beside{0.1, 2}, smooth{0.1, 0.05};
 
 } // namespace
 
@@ -101,7 +101,7 @@ TEST(OrientationCheck, refuses_a_step_to_the_branch_beside) {
 TEST(StepChecks, the_first_that_refuses_says_why) {
   SmallCurve scene(circle(), 1);
   const CurvePoint here = scene.at(1, 0), there = scene.on(here, 0.1);
-  Trial both = trial_between(scene, here, there, 0.1, {1.0, 100}),
+  Trial both = trial_between(scene, here, there, 0.1, {1.1, 100}),
         none = trial_between(scene, here, there, 0.1, smooth);
   EXPECT_EQ(refused(both), "the curve turns too far within one step");
   EXPECT_FALSE(refused(none));

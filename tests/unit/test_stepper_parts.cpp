@@ -99,7 +99,7 @@ double eighth(double step) { return std::exp2(std::floor(8 * std::log2(step) + 1
 // Of a step from (x, p) along (along x, along p), by the largest motion and a range.
 double limited(double wanted, const std::vector<double> &y, const std::vector<double> &t, double range) {
   return eighth(std::min({wanted, 1.0, smooth_aims.parameter * range / std::abs(t[1]),
-                          std::max(step_limits.longest_motion_step * std::abs(y[0]) / std::abs(t[0]), 1e-3)}));
+                          std::max(smooth_aims.motion * std::abs(y[0]) / std::abs(t[0]), 1e-3)}));
 }
 
 } // namespace
