@@ -16,8 +16,8 @@ constexpr double rounding = 1e-9; // so that one of these lengths stays what it 
 bool StepMeasure::lies_too_far() const { return std::atan(correction) > angle + aims_of(smooth).astray; }
 
 bool Halvings::add(const StepMeasure &now) {
-  const bool alike =
-      last_.may_be_kink() && now.angle > alike_ratio * last_.angle && now.correction < 2 * alike_ratio * last_.correction;
+  const bool alike = last_.may_be_kink() && now.angle > alike_ratio * last_.angle &&
+                     now.correction < 2 * alike_ratio * last_.correction;
   alike_ = alike ? alike_ + 1 : 0;
   last_ = now;
   return alike_ >= 2;
@@ -36,8 +36,7 @@ void StepControl::limit(const Rates &rates, bool smooth) {
   const StepAims &aims = aims_of(smooth);
   step_ = std::min(step_, aims.longest);
   if (rates.parameter > 0) step_ = std::min(step_, aims.parameter / rates.parameter);
-  if (rates.motion > 0)
-    step_ = std::min(step_, std::max(aims.motion * rates.size / rates.motion, step_limits.careful));
+  if (rates.motion > 0) step_ = std::min(step_, std::max(aims.motion * rates.size / rates.motion, step_limits.careful));
   step_ = std::max(step_, 10 * shortest_);
   if (smooth) step_ = std::exp2(std::floor(lengths_per_octave * std::log2(step_) + rounding) / lengths_per_octave);
 }

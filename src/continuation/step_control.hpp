@@ -14,8 +14,8 @@ struct StepAims {
   int newton;                ///< iterations
   double most_growth;        ///< of the length, or shrinking, from one step to the next
 };
-/// The middle of a step along a smooth curve is looked at, so that it may be long; kinks may be too close to be followed
-/// one by one.
+/// The middle of a step along a smooth curve is looked at, so that it may be long; kinks may be too close to be
+/// followed one by one.
 constexpr StepAims smooth_aims{1, 0.1, 0.8, 1.05, 0.1, 0.5, 6, 4}, rough_aims{0.1, 0.01, 0.25, 0.64, 0.8, 0.25, 4, 2};
 inline const StepAims &aims_of(bool smooth) { return smooth ? smooth_aims : rough_aims; }
 
