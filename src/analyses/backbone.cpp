@@ -4,8 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "analyses/saved_points.hpp"
-#include "continuation/stepper.hpp"
+#include "analyses/backbone_stepper.hpp"
 #include "support/error.hpp"
 
 namespace dovetail {
@@ -14,105 +13,12 @@ namespace {
 using End = BranchSummary::End;
 
 constexpr const char *doing = "following a mode";
-constexpr double decade = 1;        // counts as much as the largest motion
-constexpr double longest_unit = 2;  // StepAims::parameter of it is a tenth of a decade, which readers interpolate in
-constexpr double begin_below = 0.5; // of the onset, where the mode is a straight line there
+constexpr double begin_below = 0.5;     // of the onset, where the mode is a straight line there
 constexpr double begin_slipping = 1e-3; // of the next onset, where some point slips from amplitude 0 on
 constexpr double short_of = 1e-9;       // relative, of the onset: the step to it ends before the corner
 constexpr double least_alike = 0.9;     // cosine between the shape and the one that the phase is referred to
 
-class Backbone : public Stepper {
-public:
-  Backbone(HarmonicSystem &system, const NewtonSettings &newton, const BackboneSettings &settings,
-           const BackboneObserver &observer)
-      : Stepper(StepControl(true, settings.step, settings.between), longest_unit, newton.step_tolerance),
-        settings_(settings), observer_(observer), mode_(system), own_(mode_, newton, decade, true, counts_) {
-    take_curve(own_);
-  }
-
-  BranchSummary run(const BranchState *state) {
-    if (state)
-      restore(*state);
-    else
-      begin();
-    if (!ended_ && enough(load_)) {
-      tell_state();
-      end(End::arrived, "mode.to_force is reached at the first amplitude already");
-    }
-    if (!ended_ && (!straight_ || go_straight())) follow();
-    summary_.counts.newton = counts_.newton, summary_.counts.linear = counts_.linear;
-    summary_.counts.inexact = counts_.inexact;
-    summary_.parameter = std::pow(10, here_.parameter);
-    summary_.farthest = std::pow(10, std::max(farthest_, here_.parameter));
-    return summary_;
-  }
-
-private:
-  void begin();
-  void begin_steps();
-  bool go_straight();
-  void follow();
-  bool goes_on();
-  void restore(const BranchState &state);
-  BranchState state();
-  void tell_state() { // results of a run before stay until there is a point
-    if (observer_.state && summary_.counts.points > 0) observer_.state(state());
-  }
-  void archive(Archive &archive, SavedVectors &vectors);
-  void set_stuck(double amplitude);
-  bool solve_at(double amplitude, CurvePoint &s);
-  void report(const CurvePoint &s, double arclength, bool located);
-  void report_fold(Vec normal, double step);
-  std::optional<Located> at_force(Vec normal, double step, double force);
-  double load_at(Vec y) { return balance_of(mode_, mode_.evaluate(y)).load; }
-  void keep(double load) { // infinite where the load does no work: nothing is reached there
-    if (std::isfinite(load)) load_ = load;
-  }
-  bool enough(double load) const { return settings_.to_force > 0 && std::isfinite(load) && load >= settings_.to_force; }
-  bool end(End how, const std::string &why = "") {
-    summary_.end = how, summary_.why = why;
-    ended_ = true;
-    return false;
-  }
-  bool interrupted() { return observer_.interrupted && observer_.interrupted(); }
-  void notify(BranchEvent::Kind kind, const std::string &text, double parameter) {
-    observer_.event({kind, text, std::pow(10, parameter)});
-  }
-
-  std::vector<std::pair<double, bool>> wanted() const;
-  Outcome pass_wanted(double value, bool last);
-  Outcome arrive(CurvePoint &s);
-
-  Outcome pass(Vec normal, double step, bool at_kink) override;
-  Outcome settle(Vec way) override;
-  void halved(const std::string &why) override {
-    ++summary_.counts.cuts;
-    notify(BranchEvent::Kind::cut, why + ", step halved", here_.parameter);
-  }
-  void turned_kink(double angle, double parameter) override {
-    ++summary_.counts.corners;
-    notify(BranchEvent::Kind::corner,
-           "corner of the curve, turning by " + std::to_string(std::lround(angle * 180 / M_PI)) + " degrees",
-           parameter);
-  }
-  Outcome no_step() override {
-    end(End::stalled, refusal_);
-    return Outcome::ended;
-  }
-
-  const BackboneSettings &settings_;
-  const BackboneObserver &observer_;
-  SolveCounts counts_;
-  BranchSummary summary_;
-  NonlinearMode mode_;
-  Curve own_;
-  double arclength_ = 0, load_ = 0; // at here_
-  double least_ = 0;                // log10 of the amplitude it begins at
-  bool straight_ = false;           // here_ lies where the mode is a straight line
-  double at_force_ = INFINITY;      // amplitude there with the force to be reached
-  double farthest_ = -HUGE_VAL;     // log10 of the largest amplitude of a point so far
-  bool ended_ = false;
-};
+} // namespace
 
 // The mode of the stuck structure, with what its damping feeds on.
 void Backbone::set_stuck(double amplitude) {
@@ -202,9 +108,8 @@ void Backbone::follow() {
 
 void Backbone::report_fold(Vec normal, double step) {
   if (parameter_of(here_.t) * parameter_of(trial_.t) >= 0) return;
-  auto fold = locator().between(normal, {0, here_.y, parameter_of(here_.t), here_.t},
-                                {step, trial_.y, parameter_of(trial_.t), trial_.t},
-                                [](CurvePoint &s) { return parameter_of(s.t); });
+  auto fold = locator().within(normal, step, {parameter_of(here_.t), parameter_of(trial_.t)},
+                               [](CurvePoint &s) { return parameter_of(s.t); });
   if (!fold) return;
   ++summary_.counts.folds;
   if (fold->at.parameter < std::log10(settings_.from)) return;
@@ -214,9 +119,8 @@ void Backbone::report_fold(Vec normal, double step) {
 
 // Where the load of the case has reached the factor within the step.
 std::optional<Located> Backbone::at_force(Vec normal, double step, double force) {
-  return locator().between(normal, {0, here_.y, load_ - settings_.to_force, here_.t},
-                           {step, trial_.y, force - settings_.to_force, trial_.t},
-                           [&](CurvePoint &s) { return load_at(s.y) - settings_.to_force; });
+  return locator().within(normal, step, {load_ - settings_.to_force, force - settings_.to_force},
+                          [&](CurvePoint &s) { return load_at(s.y) - settings_.to_force; });
 }
 
 // log10 of the amplitudes wanted within the step, in its order, and whether the mode ends there.
@@ -309,83 +213,6 @@ void Backbone::report(const CurvePoint &s, double arclength, bool located) {
   const double progress = s.parameter >= end ? 1 : (s.parameter - begin) / (end - begin);
   observer_.point({mode_, state, balance_of(mode_, state), arclength, s.newton, progress, located});
 }
-
-BranchState Backbone::state() {
-  const Layout &layout = mode_.system().layout();
-  BranchState state;
-  state.harmonics = mode_.system().harmonics(), state.samples = mode_.system().samples();
-  SavedVectors vectors(layout);
-  vectors.add(here_.y), vectors.add(here_.t);
-  Archive brought, saved;
-  archive(brought, vectors);
-  vectors.bring();
-  state.y = vectors.take(), state.tangent = vectors.take();
-  state.counts = summary_.counts;
-  state.counts.newton = counts_.newton, state.counts.linear = counts_.linear, state.counts.inexact = counts_.inexact;
-  archive(saved, vectors);
-  state.fields = saved.fields();
-  return state;
-}
-
-void Backbone::restore(const BranchState &state) {
-  const Layout &layout = mode_.system().layout();
-  set_numbers(layout, state.y, here_.y);
-  set_numbers(layout, state.tangent, here_.t);
-  here_.parameter = parameter_of(here_.y);
-  summary_.counts = state.counts;
-  static_cast<SolveCounts &>(counts_) = state.counts;
-  Archive saved(state.fields);
-  SavedVectors vectors(layout);
-  archive(saved, vectors);
-}
-
-// Cosine and sine of the own dofs, in the places of the first harmonic in y.
-void archive_shape(Archive &archive, SavedVectors &vectors, const Layout &layout, Vec y, std::vector<double> &shape) {
-  const auto exchange = [&](bool into) {
-    double *own;
-    check(VecGetArray(y, &own), doing);
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-      double &place = own[i / 2 * layout.width + (i % 2 ? sine(1) : cosine(1))];
-      (into ? place : shape[i]) = into ? shape[i] : place;
-    }
-    check(VecRestoreArray(y, &own), doing);
-  };
-  if (!archive.restores()) exchange(true);
-  vectors.field(archive, "reference", y);
-  if (archive.restores()) exchange(false);
-}
-
-// Saved and restored by the same list.
-void Backbone::archive(Archive &archive, SavedVectors &vectors) {
-  const Layout &layout = mode_.system().layout();
-  archive.field("straight", straight_);
-  archive.field("at_force", at_force_);
-  archive.field("arclength", arclength_);
-  archive.field("load", load_);
-  archive.field("least", least_);
-  archive.field("farthest_parameter", farthest_);
-  archive.part("stepper", [&] { archive_steps(archive); });
-
-  std::vector<double> reference = mode_.reference();
-  archive_shape(archive, vectors, layout, mode_.unknowns(), reference);
-  if (archive.restores()) mode_.refer_to(std::move(reference));
-
-  double largest = curve_->norm.largest_motion();
-  archive.field("largest_motion", largest);
-  if (archive.restores()) { // the metric sees a vector that is so long
-    const UniqueVec seen = mode_.unknowns();
-    if (layout.rank == 0) check(VecSetValue(seen, 0, largest, INSERT_VALUES), doing);
-    check(VecAssemblyBegin(seen), doing);
-    check(VecAssemblyEnd(seen), doing);
-    curve_->norm.see(seen);
-  }
-  vectors.point(archive, "before", *curve_, before_);
-  vectors.ahead(archive, *curve_, ahead_, [](CurvePoint &) {});
-  archive_memory(archive, *curve_);
-  if (observer_.archive) observer_.archive(archive);
-}
-
-} // namespace
 
 BranchSummary follow_backbone(HarmonicSystem &system, const NewtonSettings &newton, const BackboneSettings &settings,
                               const BackboneObserver &observer, const BranchState *state) {

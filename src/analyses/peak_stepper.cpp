@@ -166,8 +166,7 @@ Stepper::Outcome PeakStepper::pass_wanted(const CurvePoint &until) {
 // along another corner.
 Stepper::Outcome PeakStepper::meet_minimum(Vec normal, double step) {
   const Measured rate = [](CurvePoint &s) { return parameter_of(s.t); };
-  std::optional<Located> fold =
-      locator().between(normal, {0, here_.y, rate(here_), here_.t}, {step, trial_.y, rate(trial_), trial_.t}, rate);
+  std::optional<Located> fold = locator().within(normal, step, {rate(here_), rate(trial_)}, rate);
   const bool corner = leg_->lies_in_corner(), phase = settings_.kind == TrackedPeak::phase;
   if (fold) {
     if (const Outcome outcome = pass_wanted(fold->at); outcome != Outcome::on) return outcome;

@@ -23,6 +23,11 @@ Place place_at(const Curve &curve, const CurvePoint &s, Place::Kind kind, double
   return place;
 }
 
+std::optional<Place> placed(std::optional<Located> found, Place::Kind kind) {
+  if (!found) return std::nullopt;
+  return Place{std::move(*found), kind};
+}
+
 bool in_order(const Place &a, const Place &b) { return a.along < b.along; }
 
 } // namespace
@@ -54,10 +59,9 @@ void PlaceFinder::tell_later(int &count, BranchEvent::Kind kind, const std::stri
       [this, kind, text, parameter, amplitude, &count] { report_.event(count, kind, text, parameter, amplitude); });
 }
 
-std::optional<Place> PlaceFinder::locate(Place::Kind kind, const Bound &from, const Bound &to, const Measured &f) {
-  std::optional<Located> found = locator_.between(span_.normal, from, to, f);
-  if (!found) return std::nullopt;
-  return Place{std::move(*found), kind};
+// values: of f at both ends.
+std::optional<Place> PlaceFinder::locate(Place::Kind kind, std::array<double, 2> values, const Measured &f) {
+  return placed(locator_.within(span_.normal, span_.step, values, f), kind);
 }
 
 // What cannot be located in a kink is the one of both ends that lies `beyond`, farther on or higher. values: of f
@@ -109,7 +113,8 @@ void PlaceFinder::find_folds() {
   bounds.push_back({span_.step, span_.trial.y, next, span_.trial.t});
   for (std::size_t i = 1; i < bounds.size(); ++i) {
     if (bounds[i - 1].value * bounds[i].value >= 0) continue;
-    if (!keep(locate(Place::Kind::fold, bounds[i - 1], bounds[i], rate_of))) ++found_.unlocated_folds;
+    if (!keep(placed(locator_.between(span_.normal, bounds[i - 1], bounds[i], rate_of), Place::Kind::fold)))
+      ++found_.unlocated_folds;
   }
   for (int i = 0; i < found_.unlocated_folds; ++i)
     tell_later(report_.counts.folds, BranchEvent::Kind::fold, "turning point, not located", span_.here.parameter);
@@ -121,16 +126,14 @@ void PlaceFinder::find_peak() {
   const Measured slope = [&](CurvePoint &s) { return response_.amplitude(s).slope; };
   if (span_.at_kink)
     keep(in_kink(Place::Kind::peak, next.value > now.value, {now.slope, next.slope}, slope));
-  else if (!keep(locate(Place::Kind::peak, {0, span_.here.y, now.slope, span_.here.t},
-                        {span_.step, span_.trial.y, next.slope, span_.trial.t}, slope)))
+  else if (!keep(locate(Place::Kind::peak, {now.slope, next.slope}, slope)))
     tell_later(report_.counts.peaks, BranchEvent::Kind::peak, "maximum, not located", span_.here.parameter, now.value);
 }
 
 void PlaceFinder::find_limit() {
   const double now = span_.amplitude.value, next = span_.next.value;
   if (!(limit_ > 0 && now < limit_ && next >= limit_)) return;
-  if (!keep(locate(Place::Kind::limit, {0, span_.here.y, now - limit_, span_.here.t},
-                   {span_.step, span_.trial.y, next - limit_, span_.trial.t},
+  if (!keep(locate(Place::Kind::limit, {now - limit_, next - limit_},
                    [&](CurvePoint &s) { return response_.amplitude(s).value - limit_; })))
     keep(place_at(response_.curve(), span_.trial, Place::Kind::limit, span_.step));
 }
@@ -146,8 +149,7 @@ void PlaceFinder::find_stability_change() {
   if (!change->fold && span_.at_kink)
     place = place_at(response_.curve(), span_.trial, Place::Kind::stability, span_.step);
   else if (!change->fold && change->growth_before)
-    place = locate(Place::Kind::stability, {0, span_.here.y, *change->growth_before, span_.here.t},
-                   {span_.step, span_.trial.y, stability_.verdict()->growth, span_.trial.t},
+    place = locate(Place::Kind::stability, {*change->growth_before, stability_.verdict()->growth},
                    [&](CurvePoint &s) { return stability_.judge(s)->growth; });
   if (place)
     found_.list.push_back(std::move(*place));

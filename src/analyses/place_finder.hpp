@@ -65,7 +65,7 @@ private:
   bool hides_folds(double rate, double next) const;
   std::vector<std::pair<double, CurvePoint>> points_between();
 
-  std::optional<Place> locate(Place::Kind kind, const Bound &from, const Bound &to, const Measured &f);
+  std::optional<Place> locate(Place::Kind kind, std::array<double, 2> values, const Measured &f);
   Place in_kink(Place::Kind kind, bool beyond, std::array<double, 2> values, const Measured &f);
   bool keep(std::optional<Place> place);
   void tell_later(int &count, BranchEvent::Kind kind, const std::string &text, double parameter, double amplitude = 0);

@@ -33,6 +33,12 @@ std::string shared(MPI_Comm comm, std::string text, int from) {
 
 } // namespace
 
+int ranks_of(MPI_Comm comm) {
+  int ranks;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
+}
+
 void refuse_unshared(MPI_Comm comm, const std::filesystem::path &folder, std::string token) {
   int rank;
   MPI_Comm_rank(comm, &rank);

@@ -7,6 +7,8 @@
 
 namespace dovetail {
 
+int ranks_of(MPI_Comm comm);
+
 /// Throws InputError unless every rank sees in the folder what rank 0 has written there: `token`, the text of the
 /// folder's lock, given on rank 0; empty: nothing to look for. Collective.
 void refuse_unshared(MPI_Comm comm, const std::filesystem::path &folder, std::string token);

@@ -91,6 +91,11 @@ std::optional<Located> EventLocator::between(Vec normal, const Bound &from, cons
   return found;
 }
 
+std::optional<Located> EventLocator::within(Vec normal, double step, std::array<double, 2> values,
+                                            const Measured &f) const {
+  return between(normal, {0, here_.y, values[0], here_.t}, {step, trial_.y, values[1], trial_.t}, f);
+}
+
 // Planes across the direction between both tangents meet the curve once; from the kink on, which is near where the
 // tangents meet, it is near the straight line to either end.
 std::optional<Located> EventLocator::in_kink(double step, std::array<double, 2> values, const Measured &f) const {

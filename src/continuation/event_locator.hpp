@@ -34,6 +34,8 @@ public:
   /// Where f passes zero, on planes across `normal`: by interpolation, or halving, for f may jump at a kink of the
   /// curve. Nothing if Newton's method fails in between. Collective.
   std::optional<Located> between(Vec normal, const Bound &from, const Bound &to, const Measured &f) const;
+  /// The same within the whole step, of that length. values: of f at both ends.
+  std::optional<Located> within(Vec normal, double step, std::array<double, 2> values, const Measured &f) const;
   /// In a kink between here and trial, on planes across the direction between both tangents: planes across either leg
   /// may miss the other one. values: of f at both ends.
   std::optional<Located> in_kink(double step, std::array<double, 2> values, const Measured &f) const;

@@ -17,12 +17,13 @@ namespace {
 
 constexpr double rigid_stiffness = 1e-9; // relative to the largest: below it a motion meets no elastic resistance
 constexpr double adrift_stiffness = 1e-6;
-constexpr int first_guess = 8;   // motions looked for: those of a body, and some
-constexpr int enough_solves = 4; // a motion a hundred times stiffer than a rigid one may be is gone to 1e-8
+constexpr PetscBLASInt lapack_block = 64; // columns that it takes at once, at most
+constexpr int first_guess = 8;            // motions looked for: those of a body, and some
+constexpr int enough_solves = 4;          // a motion a hundred times stiffer than a rigid one may be is gone to 1e-8
 
 // Eigenvalues of a symmetric matrix (n, n), ascending; A holds the eigenvectors afterwards, one after the other.
 std::vector<double> eigenvalues(PetscBLASInt n, std::vector<double> &A) {
-  PetscBLASInt room = 64 * n, info = 0;
+  PetscBLASInt room = lapack_block * n, info = 0;
   std::vector<double> values(n), work(room);
   LAPACKsyev_("V", "L", &n, A.data(), &n, values.data(), work.data(), &room, &info);
   if (info != 0) std::fill(values.begin(), values.end(), 1.0); // not a number in it: that is told elsewhere
