@@ -37,6 +37,10 @@ std::vector<double> factors_at(std::size_t place, const Case &study, const std::
   return factors;
 }
 
+bool is_varying(const LoadCourse &load) {
+  return std::any_of(load.fourier.begin() + 1, load.fourier.end(), [](double value) { return value != 0; });
+}
+
 // `sums`: one for each kind of entry, as their units differ. Where no load varies the structure rests, and may.
 void refuse(const Case &study, const std::filesystem::path &file, const std::vector<std::string> &patterns,
             const std::vector<Sum> &sums, double rounding) {
@@ -57,11 +61,13 @@ void refuse(const Case &study, const std::filesystem::path &file, const std::vec
   if (varies)
     throw InputError(place + "all load patterns together, each times its course, add up to no force that varies, "
                              "nothing would vibrate; change one of them");
-  if (any) return;
+  const bool asked = std::any_of(study.loads.begin(), study.loads.end(), is_varying);
+  if (any && !asked) return;
   std::string names;
-  for (const LoadCourse &load : study.loads) names += (names.empty() ? "\"" : ", \"") + load.pattern + '"';
-  throw InputError(place + "the load pattern " + names +
-                   " has no force other than zero, nothing would move; write forces there, or name another pattern");
+  for (const LoadCourse &load : study.loads)
+    if (is_varying(load) || !any) names += (names.empty() ? "\"" : ", \"") + load.pattern + '"';
+  throw InputError(place + "the load pattern " + names + " has no force other than zero, nothing would " +
+                   (any ? "vibrate" : "move") + "; write forces there, or name another pattern");
 }
 
 // Of vectors of the reduced model: `vector` of each load.
