@@ -40,19 +40,16 @@ ModalKrylov::ModalKrylov(const StuckBases &bases, const Layout &layout)
 void ModalKrylov::begin(bool for_one) {
   weights_.clear();
   coarse_.forget();
-  coarse_state_ = for_one && layout_.dofs() < large ? Coarse::idle : Coarse::none;
+  coarse_due_ = !for_one || layout_.dofs() >= large;
 }
 
 void ModalKrylov::take(const JacobianParts &parts, Vec r) {
   structure_ = parts.structure;
   operator_.take(parts.contact, parts.held, structure_);
-  const bool anew = coarse_state_ == Coarse::none;
-  std::vector<float> matrix = coarse_part(anew);
+  const bool anew = std::exchange(coarse_due_, false) && coarse_.used();
+  std::vector<float> matrix = anew ? coarse_.part(operator_, structure_) : std::vector<float>();
   prepare_border(parts, r, matrix);
-  if (anew)
-    factor_coarse(std::move(matrix));
-  else if (coarse_state_ == Coarse::fresh)
-    coarse_state_ = Coarse::stale;
+  if (anew) coarse_.factor(std::move(matrix), structure_);
   prepare_inverse();
 }
 
@@ -62,17 +59,15 @@ double ModalKrylov::work() const {
 }
 
 bool ModalKrylov::solve(Vec r, Vec x, double accuracy, int most) {
-  const bool anew = accuracy < usual_accuracy_ && coarse_state_ == Coarse::stale; // the sign may be asked
-  if (std::exchange(taken_, nullptr) != r || anew) {
-    std::vector<float> matrix = coarse_part(anew);
+  if (std::exchange(taken_, nullptr) != r) {
     const ReadValues from(r);
     const Values to(right_);
     const double last = layout_.owns_omega() ? from[layout_.own_coefficients()] : 0;
     std::vector<double> sums;
     if (share_.everywhere) sums = {last};
-    operator_.to_modes({{from, to}}, sums, matrix);
+    std::vector<float> nothing;
+    operator_.to_modes({{from, to}}, sums, nothing);
     if (share_.holds_last) to[own_modal_] = share_.everywhere ? sums[0] : last;
-    if (anew) factor_coarse(std::move(matrix)), prepare_inverse();
   }
   weigh(Values(right_));
   PetscInt count;
@@ -159,16 +154,6 @@ void ModalKrylov::prepare_border(const JacobianParts &parts, Vec r, std::vector<
   moved_border_ = border, taken_ = r;
   if (!share_.holds_last) return;
   to[own_modal_] = sums[right], corner_ = sums[corner];
-}
-
-// This rank's part of the coarse space's matrix, or nothing.
-std::vector<float> ModalKrylov::coarse_part(bool wanted) {
-  return wanted && coarse_.used() ? coarse_.part(operator_, structure_) : std::vector<float>();
-}
-
-void ModalKrylov::factor_coarse(std::vector<float> matrix) {
-  if (coarse_.used()) coarse_.factor(std::move(matrix), structure_);
-  coarse_state_ = Coarse::fresh;
 }
 
 // Those of the first Jacobian serve a whole Newton solve.

@@ -44,8 +44,6 @@ public:
 
 private:
   void prepare_border(const JacobianParts &parts, Vec r, std::vector<float> &matrix);
-  std::vector<float> coarse_part(bool wanted);
-  void factor_coarse(std::vector<float> matrix);
   void prepare_inverse();
   void prepare_weights();
   void apply(Vec y, Vec out);                    // the bordered operator
@@ -61,8 +59,7 @@ private:
   PetscInt own_modal_; // their coefficients
   ModalOperator operator_;
   CoarseSpace coarse_;
-  enum class Coarse { none, stale, fresh, idle };
-  Coarse coarse_state_ = Coarse::none; // factored of no Jacobian yet, an earlier one, this one; not at all
+  bool coarse_due_ = true; // it is to be factored of the next Jacobian, for a whole Newton solve
   DynamicStiffness structure_;
   double corner_ = 0;                                 // last entry of the border, where that is held
   std::vector<double> b_, c_, inverse_b_, inverse_c_; // (own modal unknowns) Phi^T b, c; with the diagonal's inverse
