@@ -41,7 +41,7 @@ bool is_varying(const LoadCourse &load) {
   return std::any_of(load.fourier.begin() + 1, load.fourier.end(), [](double value) { return value != 0; });
 }
 
-// `sums`: one for each kind of entry, as their units differ. Where no load varies the structure rests, and may.
+// `sums`: one for each kind of entry, as their units differ. Where no load is to vary the structure rests, and may.
 void refuse(const Case &study, const std::filesystem::path &file, const std::vector<std::string> &patterns,
             const std::vector<Sum> &sums, double rounding) {
   bool any = false, varies = false;

@@ -10,9 +10,7 @@ namespace {
 
 // Relative, of Newton's steps where the solver iterates: from this on it chooses itself.
 constexpr double newton_accuracy = 0.5;
-constexpr double roughest = 0.03, finest = 1e-4; // of those that may be rough: below, too, the solver chooses itself
-constexpr double enough = 0.3;                   // of the residual allowed: a step need not leave less
-constexpr double rough_accuracy = 0.2;           // relative, of corrections
+constexpr double rough_accuracy = 0.2; // relative, of corrections
 constexpr const char *doing = "measuring rounding errors";
 constexpr double falling = 0.5;    // of the residual before: one that does not may have come to its rounding errors
 constexpr double room = 30;        // times those of last bits: the largest that rounding is held to leave,
@@ -83,21 +81,8 @@ PetscErrorCode Corrector::converged(SNES, PetscInt it, PetscReal y, PetscReal dy
       *reason = SNES_CONVERGED_SNORM_RELATIVE;
     else if ((self.given_up_ = self.why_give_up(it, {f, dy})))
       *reason = SNES_DIVERGED_MAX_IT;
-    else if (self.jacobian_->may_be_rough())
-      self.aim(f);
     self.iterates_.push_back({f, dy});
   });
-}
-
-// No better than the residual is going to fall, squared as it was falling: Eisenstat and Walker (1996), choice 2.
-void Corrector::aim(double residual) {
-  const double fall = iterates_.empty() ? 1 : residual / iterates_.back().residual,
-               rough = std::max(fall * fall, enough * settings_.residual_tolerance / residual);
-  KSP ksp;
-  check(SNESGetKSP(snes_, &ksp), "Newton");
-  check(KSPSetTolerances(ksp, rough > finest ? std::min(rough, roughest) : newton_accuracy, PETSC_DEFAULT,
-                         PETSC_DEFAULT, PETSC_DEFAULT),
-        "Newton");
 }
 
 // No more iterations lower it.

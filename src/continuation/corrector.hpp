@@ -74,7 +74,6 @@ private:
   struct Iterate {
     double residual, correction; // norms
   };
-  void aim(double residual);                                              // of the linear solve to come
   bool is_rounding(double residual);                                      // of the iterate at hand
   const char *why_give_up(PetscInt iterations, const Iterate &now) const; // null: there is hope
   bool grows(double residual) const;

@@ -31,9 +31,6 @@ public:
   virtual int determinant_sign(KSP) { return 0; }
   /// After a solve that failed: what went wrong, in words; `ksp` is fit for the next.
   virtual std::string recover(KSP) { return "the linear solver failed"; }
-  /// Whether steps of Newton's method may be solved for as roughly as `ksp` is asked to. Else a solver that iterates
-  /// chooses itself.
-  virtual bool may_be_rough() const { return false; }
   /// What solves took since last asked; `solves`: iterations of `ksp`.
   virtual LinearEffort take_effort(int solves) { return {solves, 0}; }
   /// Operations spent since last asked, roughly; infinite where they are not counted.

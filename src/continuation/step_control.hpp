@@ -28,11 +28,12 @@ struct StepLimits {
   double most_off = 0.05;     ///< of a step, by which the curve may miss its middle; smooth ones: 1e-3 and less;
                               ///< and of the way round a kink, by which the tangents' lines may miss each other
   double most_hidden = 0.01; ///< of the motion at the middle, by which it may be missed: at a resonance it is much more
-  int most_newton = 8;       ///< iterations of a step, for shorter ones converge in fewer
-  double straight = 0.3;     ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
-  double kink_step = 2e-3;   ///< shorter steps that fail may be at a kink of the curve
-  double close_to_kink = 1e-4; ///< so near, both sides of a kink are tried, with the settings' iterations
-  int most_refinements = 8;    ///< of the problem, for one step
+  double most_of_middle = 0.75; ///< of a step, that its middle lies behind its begin
+  int most_newton = 8;          ///< iterations of a step, for shorter ones converge in fewer
+  double straight = 0.3;        ///< angle [rad] and correction [steps] up to which a curve runs on smoothly
+  double kink_step = 2e-3;      ///< shorter steps that fail may be at a kink of the curve
+  double close_to_kink = 1e-4;  ///< so near, both sides of a kink are tried, with the settings' iterations
+  int most_refinements = 8;     ///< of the problem, for one step
 };
 constexpr StepLimits step_limits{};
 

@@ -99,15 +99,17 @@ Stepper::Outcome Stepper::take_trial(double step) {
   return outcome;
 }
 
-// A point about half way to trial_ becomes the trial; what trial_ was is kept for the next step.
+// A point about half way to trial_ becomes the trial; what trial_ was is kept for the next step. By the plain norm the
+// middle of what is drawn may lie ahead of its end.
 Stepper::Outcome Stepper::refine_drawing() {
   ahead_.push_back(std::move(trial_));
   trial_ = curve_->point();
   trial_.y = std::move(middle_);
   branch_point_.reset();
-  const double step = length_to(trial_);
+  const double step = length_to(trial_), whole = length_to(ahead_.back());
   Outcome outcome = Outcome::refused;
-  if (step > 0 && curve_->solve_across(here_.t, trial_, {false, step_limits.most_newton, step}))
+  if (0 < step && step < step_limits.most_of_middle * whole &&
+      curve_->solve_across(here_.t, trial_, {false, step_limits.most_newton, step}))
     outcome = take_trial(step);
   else
     refusal_ = "the middle of the step is not found";

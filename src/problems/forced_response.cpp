@@ -14,7 +14,6 @@ public:
   void set_up(KSP ksp) override { system_.set_up(ksp, matrix_); }
   void assemble(Vec y, Vec border) override { system_.jacobian(y, border, matrix_); }
   int determinant_sign(KSP ksp) override { return system_.determinant_sign(ksp); }
-  bool may_be_rough() const override { return true; }
   std::string recover(KSP ksp) override { return system_.recover(ksp, matrix_); }
   LinearEffort take_effort(int solves) override { return system_.take_effort(matrix_, solves); }
   double take_work() override { return system_.take_solver_work(matrix_); }

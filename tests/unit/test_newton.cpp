@@ -89,27 +89,6 @@ TEST(Newton, is_given_up_where_and_as_its_settings_say) {
     EXPECT_GT(std::count(met.begin(), met.end(), why), 0) << why;
 }
 
-// Far from a solution roughly, then to the square of what the residual fell by, and at last to a third of what is
-// allowed.
-TEST(Newton, solves_no_better_than_a_step_gains) {
-  for (const double tolerance : {1e-3, 1e-12}) {
-    ToldProblem problem(equation(square, square_slope)), usual(equation(square, square_slope));
-    problem.told.rough = true;
-    Corrector corrector(problem, {1e-8, tolerance, 20}), other(usual, {1e-8, tolerance, 20});
-    const UniqueVec y = problem.vector({4, at}), z = problem.vector({4, at}), e = problem.vector({0, 1});
-    const int newton = corrector.solve(y, e, at).newton;
-    other.solve(z, e, at);
-    ASSERT_EQ(problem.told.asked.size(), newton);
-    double x = 4, before = square(x);
-    for (const double asked : problem.told.asked) {
-      const double now = std::abs(square(x)), rough = std::max(std::pow(now / before, 2), 0.3 * tolerance / now);
-      EXPECT_NEAR(asked, rough > 1e-4 ? std::min(rough, 0.03) : 0.5, 1e-6) << x;
-      before = now, x -= square(x) / square_slope(x);
-    }
-    EXPECT_EQ(usual.told.asked, std::vector<double>(newton, 0.5)); // whoever does not say so is never asked for less
-  }
-}
-
 // Where it goes slowly towards a solution, residuals and corrections become smaller by 1 and 2 per cent.
 TEST(Newton, slow_progress_is_no_circle) {
   const auto f = [](double x) { return std::copysign(std::pow(std::abs(x), 0.505), x); };

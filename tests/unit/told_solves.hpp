@@ -13,7 +13,6 @@ struct Told {
   std::vector<double> begun; ///< memories
   int solves = 0, recoveries = 0;
   double memory = 0;
-  bool rough = false;                ///< it may be asked for less than Newton's method usually wants
   int fail_at = -1, fail_until = -1; ///< factorisations, from 0 on
   int spoil_at = -1;                 ///< solve, from 1 on, whose solution is not finite
   PCFailedReason reason = PC_FACTOR_OUTMEMORY;
@@ -43,7 +42,6 @@ public:
     const int solves = std::exchange(told_.pending, 0);
     return {3 * solves, solves};
   }
-  bool may_be_rough() const override { return told_.rough; }
   double memory() const override { return told_.memory; }
   void begin(double memory) override { told_.begun.push_back(memory); }
 

@@ -338,12 +338,3 @@ def test_a_curve_without_error_says_so(tmp_path):
     """One mass that sticks: all of it is in one harmonic. It had been "at most 0.0e+00 (at 0 rad/s)"."""
     done = run(cases.stuck_mass(tmp_path))
     assert "estimated errors: 0 at every point" in done.out
-
-
-def test_a_structure_that_rests_has_no_error(tmp_path):
-    """The one force beside a constant one is zero. With a tolerance it ended in "cannot create std::vector"."""
-    structure = cases.random_structure()
-    structure.force = np.array([structure.force, 0 * structure.force])
-    done = run(cases.several_points(tmp_path, structure=structure, loads={"constant": [0.1], "zero": [0, 1]}, harmonics=None, samples=None,
-                                    tolerance=1e-2, modes=None, omega=[0.8, 1.2]))
-    assert np.all(done.points["coefficients"][:, :, 1:] == 0) and "estimated errors: 0 at every point" in done.out
