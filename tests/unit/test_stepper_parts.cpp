@@ -140,9 +140,27 @@ TEST(Steps, are_as_long_as_angle_and_iterations_tell) {
     const auto &to = walk.tangents.back(), y = walk.points.back();
     const double turned = std::acos(from[0] * to[0] + from[1] * to[1]); // of radius 1: plain lengths
     const double factor =
-        std::clamp(std::min(std::exp2((6 - walk.steps.back().newton) / 2.0), 0.5 / turned), 0.25, 4.0);
+        std::clamp(std::min(std::exp2((6 - walk.steps.back().newton) / 2.0), smooth_aims.angle / turned), 0.25, 4.0);
     EXPECT_NEAR(walk.next(), limited(factor * walk.steps.back().length, y, to, 1), 1e-9) << i;
   }
+}
+
+// From the lowest point of x = 100 (p - 1)^2, beside a motion of 100: by the plain norm the middle of the cubic to
+// p = 1.045 lies ahead of that, so a point there would lead from middle to middle.
+TEST(Steps, are_halved_where_their_middle_lies_ahead_of_their_end) {
+  Watched walk(one([](double x, double p) { return x - 100 * (p - 1) * (p - 1); }, [](double, double) { return 1.0; },
+                   [](double, double p) { return -200 * (p - 1); }),
+               1);
+  const CurvePoint large = walk.curve().point();
+  check(VecSetValue(large.y, 0, 100, INSERT_VALUES), ""), check(VecAssemblyBegin(large.y), "");
+  check(VecAssemblyEnd(large.y), "");
+  walk.curve().norm.see(large.y);
+  walk.begin({0}, 1, 1);
+  walk.set(0.045);
+  ASSERT_EQ(walk.step(), Outcome::on);
+  ASSERT_FALSE(walk.whys.empty());
+  EXPECT_EQ(walk.whys[0], "the middle of the step is not found");
+  for (const CurvePoint &s : walk.ahead()) EXPECT_LE(s.parameter, 1.0225 + 1e-9);
 }
 
 // Guesses lie on the plane across the tangent: the first beside the curve by the square of the step, then by its fourth
