@@ -57,16 +57,19 @@ void refuse(const Case &study, const std::filesystem::path &file, const std::vec
       varies = true;
     }
   }
-  const std::string place = study.loads[0].where + ": of " + file.string() + " ";
+  const auto place = [&](const LoadCourse &load) { return load.where + ": of " + file.string() + " "; };
   if (varies)
-    throw InputError(place + "all load patterns together, each times its course, add up to no force that varies, "
-                             "nothing would vibrate; change one of them");
-  const bool asked = std::any_of(study.loads.begin(), study.loads.end(), is_varying);
-  if (any && !asked) return;
-  std::string names;
-  for (const LoadCourse &load : study.loads)
-    if (is_varying(load) || !any) names += (names.empty() ? "\"" : ", \"") + load.pattern + '"';
-  throw InputError(place + "the load pattern " + names + " has no force other than zero, nothing would " +
+    throw InputError(place(study.loads[0]) +
+                     "all load patterns together, each times its course, add up to no force that "
+                     "varies, nothing would vibrate; change one of them");
+  if (any && std::none_of(study.loads.begin(), study.loads.end(), is_varying)) return;
+  std::string names, first;
+  for (const LoadCourse &load : study.loads) {
+    if (any && !is_varying(load)) continue;
+    if (names.empty()) first = place(load);
+    names += (names.empty() ? "\"" : ", \"") + load.pattern + '"';
+  }
+  throw InputError(first + "the load pattern " + names + " has no force other than zero, nothing would " +
                    (any ? "vibrate" : "move") + "; write forces there, or name another pattern");
 }
 
