@@ -4,7 +4,6 @@
 #include "app/choose_modes.hpp"
 #include "app/hosts.hpp"
 #include "app/own_files.hpp"
-#include "case/number_text.hpp"
 #include "case/restart.hpp"
 
 namespace dovetail {

@@ -87,7 +87,7 @@ Stepper::Outcome Stepper::take_trial(double step) {
   if (jump && !takes_jump(measure.correction * step)) return Outcome::refused;
   if (jump) off_ = {0, 0};
   const bool hides = off_.part > step_limits.most_hidden && curve_->problem.resonates();
-  if (off_.length > control_.between() || hides) return refine_drawing();
+  if (off_.length > control_.between() || hides) return refine_drawing(step);
   const int newton = trial_.newton.newton;
   if (refine(trial_)) return Outcome::refined;
   const Outcome outcome = accept_step(here_.t, step, jump);
@@ -99,14 +99,14 @@ Stepper::Outcome Stepper::take_trial(double step) {
   return outcome;
 }
 
-// A point about half way to trial_ becomes the trial; what trial_ was is kept for the next step. By the plain norm the
-// middle of what is drawn may lie ahead of its end.
-Stepper::Outcome Stepper::refine_drawing() {
+// A point about half way to trial_, `whole` ahead, becomes the trial; what trial_ was is kept for the next step. By the
+// plain norm the middle of what is drawn may lie ahead of its end.
+Stepper::Outcome Stepper::refine_drawing(double whole) {
   ahead_.push_back(std::move(trial_));
   trial_ = curve_->point();
   trial_.y = std::move(middle_);
   branch_point_.reset();
-  const double step = length_to(trial_), whole = length_to(ahead_.back());
+  const double step = length_to(trial_);
   Outcome outcome = Outcome::refused;
   if (0 < step && step < step_limits.most_of_middle * whole &&
       curve_->solve_across(here_.t, trial_, {false, step_limits.most_newton, step}))

@@ -76,7 +76,7 @@ protected:
 private:
   Outcome try_step(double step);
   Outcome take_trial(double step);
-  Outcome refine_drawing();
+  Outcome refine_drawing(double whole);
   bool solve_trial(double step);
   bool belongs(double step, const StepMeasure &measure, bool kink);
   double length_to(const CurvePoint &point) const;
