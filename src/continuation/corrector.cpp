@@ -216,11 +216,22 @@ Corrector::Direction Corrector::correct(Vec r, Vec c) {
   return direction;
 }
 
+void Corrector::assemble(Vec y, Vec border) {
+  KSP ksp;
+  jacobian_->assemble(y, border);
+  check(SNESGetKSP(snes_, &ksp), "taking a Jacobian");
+  check(KSPSetOperators(ksp, jacobian_->matrix(), jacobian_->matrix()), "taking a Jacobian");
+}
+
+void Corrector::for_corrections(Vec y, Vec border) {
+  jacobian_->begin(memory(), true);
+  assemble(y, border);
+}
+
 Corrector::Direction Corrector::tangent_at(Vec y, Vec border, Vec t) {
   KSP ksp;
   check(SNESGetKSP(snes_, &ksp), "computing a tangent");
-  jacobian_->assemble(y, border);
-  check(KSPSetOperators(ksp, jacobian_->matrix(), jacobian_->matrix()), "computing a tangent");
+  assemble(y, border);
   const Direction direction = tangent(t);
   if (!direction.found) jacobian_->recover(ksp);
   return direction;

@@ -48,9 +48,11 @@ public:
   /// solve with the factors of its last iteration, which lies within eps_x of the solution. The determinant of
   /// [d residual / d y; t] has the same sign as that with the border in place of t. Collective.
   Direction tangent(Vec t);
-  /// c with [d residual / d y] c = r and border . c = 0, after tangent and by the same factors, roughly where the
-  /// solver iterates. r's last entry is 0. Collective.
+  /// c with [d residual / d y] c = r and border . c = 0, after tangent or for_corrections and by the same factors,
+  /// roughly where the solver iterates. r's last entry is 0. Collective.
   Direction correct(Vec r, Vec c);
+  /// The Jacobian at any y, with a border: corrections that follow are by it.
+  void for_corrections(Vec y, Vec border);
   /// A tangent with the Jacobian at any y, on the curve or beside it, and a border.
   Direction tangent_at(Vec y, Vec border, Vec t);
 
@@ -60,7 +62,7 @@ public:
 
   double take_work() { return jacobian_->take_work(); } ///< see BorderedJacobian
   double memory() const { return jacobian_->memory(); } ///< see BorderedJacobian
-  void recall(double memory) { jacobian_->begin(memory); }
+  void recall(double memory) { jacobian_->begin(memory, false); }
 
   /// Of tangents, relative, where the solver iterates.
   double tangent_accuracy = usual_accuracy;
@@ -78,6 +80,7 @@ private:
   const char *why_give_up(PetscInt iterations, const Iterate &now) const; // null: there is hope
   bool grows(double residual) const;
   Outcome solve_once(Vec y, Vec border, double target, const NewtonEffort &effort, bool &lacked_memory);
+  void assemble(Vec y, Vec border);
   Direction solve_again(Vec r, Vec x, double accuracy);
 
   Problem &problem_;

@@ -97,8 +97,8 @@ bool Curve::finish(CurvePoint &s) {
 
 bool Curve::correct(const CurvePoint &s, Vec r, Vec c) {
   if (s.solve != solve_) {
-    int sign;
-    if (!tangent_at(s.y, s.t, c, sign)) return false;
+    norm.weigh(s.t, row_);
+    corrector_.for_corrections(s.y, row_);
     solve_ = s.solve;
   }
   const auto correction = corrector_.correct(r, c);

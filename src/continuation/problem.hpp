@@ -36,8 +36,9 @@ public:
   /// Operations spent since last asked, roughly; infinite where they are not counted.
   virtual double take_work() { return std::numeric_limits<double>::infinity(); }
   /// What the solver has learned, as a number, and a beginning with nothing but that: a restart does the same then.
+  /// `for_one`: a single Jacobian follows, of which factors serve no other.
   virtual double memory() const { return 0; }
-  virtual void begin(double /*memory*/) {}
+  virtual void begin(double /*memory*/, bool /*for_one*/) {}
 };
 
 /// How arc length is measured: a scalar product on y.

@@ -18,7 +18,7 @@ public:
   LinearEffort take_effort(int solves) override { return system_.take_effort(matrix_, solves); }
   double take_work() override { return system_.take_solver_work(matrix_); }
   double memory() const override { return system_.solver_memory(matrix_); }
-  void begin(double memory) override { system_.begin_solves(matrix_, memory); }
+  void begin(double memory, bool for_one) override { system_.begin_solves(matrix_, memory, for_one); }
 
 private:
   HarmonicSystem &system_;

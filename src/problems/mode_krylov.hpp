@@ -18,7 +18,7 @@ public:
   LinearEffort take_effort(int solves) override;
   double take_work() override { return system_.take_solver_work(damped_); }
   double memory() const override { return system_.solver_memory(damped_); }
-  void begin(double memory) override { system_.begin_solves(damped_, memory); }
+  void begin(double memory, bool for_one) override { system_.begin_solves(damped_, memory, for_one); }
 
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 

@@ -20,7 +20,7 @@ public:
   LinearEffort take_effort(int solves) override { return system_.take_effort(response_, solves); }
   double take_work() override { return system_.take_solver_work(response_); }
   double memory() const override { return system_.solver_memory(response_); }
-  void begin(double memory) override { system_.begin_solves(response_, memory); }
+  void begin(double memory, bool for_one) override { system_.begin_solves(response_, memory, for_one); }
 
   template <class Work> PetscErrorCode run(Work &&work) { return courier_.run(work); }
 

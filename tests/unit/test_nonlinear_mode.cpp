@@ -109,7 +109,7 @@ TEST(NonlinearMode, both_forms_have_one_jacobian) {
         check(KSPCreate(PETSC_COMM_WORLD, ksp.out()), "");
         J->set_up(ksp);
         check(KSPSetTolerances(ksp, 1e-11, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT), "");
-        J->begin(J->memory());
+        J->begin(J->memory(), false);
         J->assemble(y, plane);
         check(MatMult(J->matrix(), r, product), "");
         check(KSPSolve(ksp, r, x), "");

@@ -43,7 +43,7 @@ public:
     return {3 * solves, solves};
   }
   double memory() const override { return told_.memory; }
-  void begin(double memory) override { told_.begun.push_back(memory); }
+  void begin(double memory, bool) override { told_.begun.push_back(memory); }
 
 private:
   static PetscErrorCode asked(KSP ksp, Vec, Vec, void *context) {
