@@ -12,6 +12,7 @@ namespace {
 
 constexpr double uneven = 0.25; // part of the parameter's rate that is missing in the mean over a step
 constexpr int pieces = 4;       // of a step that may hide turning points
+constexpr int looked_at = 8;    // parts of a step whose ends tell of maxima on the cubic that it is drawn by
 constexpr double still = 1e-12; // rate of the parameter, of its range: a curve at one value has no turning points
 
 Place place_at(const Curve &curve, const CurvePoint &s, Place::Kind kind, double along) {
@@ -34,7 +35,7 @@ bool in_order(const Place &a, const Place &b) { return a.along < b.along; }
 
 Places PlaceFinder::find(std::optional<Located> crossing) {
   find_folds();
-  find_peak();
+  find_peaks();
   find_limit();
   if (crossing) keep(Place{std::move(*crossing), Place::Kind::branch});
   std::sort(found_.list.begin(), found_.list.end(), in_order);
@@ -120,13 +121,69 @@ void PlaceFinder::find_folds() {
     tell_later(report_.counts.folds, BranchEvent::Kind::fold, "turning point, not located", span_.here.parameter);
 }
 
-void PlaceFinder::find_peak() {
+// Of the step's cubic, with its derivative for a tangent.
+CurvePoint PlaceFinder::on_cubic(int part) {
+  const double s = double(part) / looked_at, left = 1 - s, chord = response_.curve().chord(span_.here.y, span_.trial.y),
+               from = chord / plain_length(span_.here.t), to = chord / plain_length(span_.trial.t);
+  CurvePoint at = response_.curve().point();
+  check(VecWAXPY(at.t, -1, span_.here.y, span_.trial.y), "looking for maxima");
+  check(VecWAXPY(at.y, s * s * (3 - 2 * s), at.t, span_.here.y), "looking for maxima");
+  check(VecAXPBYPCZ(at.y, from * s * left * left, -to * s * s * left, 1, span_.here.t, span_.trial.t),
+        "looking for maxima");
+  check(VecAXPBYPCZ(at.t, from * left * (1 - 3 * s), to * s * (3 * s - 2), 6 * s * left, span_.here.t, span_.trial.t),
+        "looking for maxima");
+  return at;
+}
+
+// Of the amplitude: at both ends, and on the cubic of a smooth curve in between.
+std::vector<double> PlaceFinder::slopes_within() {
+  std::vector<double> slopes{span_.amplitude.slope};
+  for (int part = 1; part < looked_at && response_.curve().problem.is_smooth(); ++part)
+    slopes.push_back(response_.amplitude(on_cubic(part)).slope);
+  slopes.push_back(span_.next.slope);
+  return slopes;
+}
+
+std::optional<std::pair<double, CurvePoint>> PlaceFinder::on_curve(int part) {
+  ResponseCurve &curve = response_.curve();
+  CurvePoint s = on_cubic(part);
+  if (!curve.solve_across(span_.normal, s, {false, step_limits.most_newton})) return std::nullopt;
+  const double along = curve.plane(span_.normal, s.y) - curve.plane(span_.normal, span_.here.y);
+  return std::pair{along, std::move(s)};
+}
+
+// Where the cubic has a maximum that the ends of the step do not show, if the curve has one.
+bool PlaceFinder::find_peak_in(int part, const Measured &slope) {
+  Bound a{0, span_.here.y, span_.amplitude.slope, span_.here.t},
+      b{span_.step, span_.trial.y, span_.next.slope, span_.trial.t};
+  std::optional<std::pair<double, CurvePoint>> from, to;
+  const auto bound = [&](auto &on, int at, Bound &end) {
+    if (at == 0 || at == looked_at) return true;
+    if (!(on = on_curve(at))) return false;
+    end = {on->first, on->second.y, slope(on->second), on->second.t};
+    return true;
+  };
+  return bound(from, part, a) && bound(to, part + 1, b) && a.along < b.along && a.value > 0 && b.value < 0 &&
+         keep(placed(locator_.between(span_.normal, a, b, slope), Place::Kind::peak));
+}
+
+// What is watched may be the motion of whatever moves most: one may pass its maximum, and another take over and rise.
+void PlaceFinder::find_peaks() {
   const Amplitude &now = span_.amplitude, &next = span_.next;
-  if (!(now.slope > 0 && next.slope < 0)) return;
   const Measured slope = [&](CurvePoint &s) { return response_.amplitude(s).slope; };
-  if (span_.at_kink)
-    keep(in_kink(Place::Kind::peak, next.value > now.value, {now.slope, next.slope}, slope));
-  else if (!keep(locate(Place::Kind::peak, {now.slope, next.slope}, slope)))
+  const bool shown = now.slope > 0 && next.slope < 0;
+  if (span_.at_kink) {
+    if (shown) keep(in_kink(Place::Kind::peak, next.value > now.value, {now.slope, next.slope}, slope));
+    return;
+  }
+  const std::vector<double> slopes = slopes_within();
+  std::vector<int> maxima;
+  for (std::size_t i = 1; i < slopes.size(); ++i)
+    if (slopes[i - 1] > 0 && slopes[i] < 0) maxima.push_back(static_cast<int>(i) - 1);
+  bool found = false;
+  if (!shown || maxima.size() > 1)
+    for (const int part : maxima) found = find_peak_in(part, slope) || found;
+  if (shown && !found && !keep(locate(Place::Kind::peak, {now.slope, next.slope}, slope)))
     tell_later(report_.counts.peaks, BranchEvent::Kind::peak, "maximum, not located", span_.here.parameter, now.value);
 }
 

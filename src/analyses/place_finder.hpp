@@ -51,7 +51,7 @@ public:
 
 private:
   void find_folds();
-  void find_peak();
+  void find_peaks();
   void find_limit();
   void find_stability_change();
   void find_wanted();
@@ -64,6 +64,10 @@ private:
   bool solve_wanted(const CurvePoint &a, const CurvePoint &b, double value, Place &place);
   bool hides_folds(double rate, double next) const;
   std::vector<std::pair<double, CurvePoint>> points_between();
+  std::vector<double> slopes_within();
+  std::optional<std::pair<double, CurvePoint>> on_curve(int part);
+  bool find_peak_in(int part, const Measured &slope);
+  CurvePoint on_cubic(int part);
 
   std::optional<Place> locate(Place::Kind kind, std::array<double, 2> values, const Measured &f);
   Place in_kink(Place::Kind kind, bool beyond, std::array<double, 2> values, const Measured &f);

@@ -5,6 +5,7 @@ force has the mean N0(m, A) and the first harmonic N1(m, A). The mean follows fr
 so that the whole curve is known as Omega(A).
 """
 
+import sys
 from types import SimpleNamespace
 
 import h5py
@@ -17,6 +18,9 @@ from scipy.optimize import brentq, minimize_scalar
 import cases
 import chain
 from dovetail import Model, Results
+
+sys.path.insert(0, str(launch.ROOT / "scripts/bench"))
+import atlas_scenes
 
 FAR = 1e4  # [N/m] stiffness of directions that nothing excites
 M, K, XI, FORCE = 1.0, 1.0, 0.03, 0.1
@@ -198,3 +202,17 @@ def test_an_end_is_told_where_it_lies_above_all_peaks(tmp_path, omega, told):
     """Both curves fall at first, behind a peak at 1.47 rad/s, and have others."""
     done = launch.run(cases.always_stuck(tmp_path, omega=omega, fourier=[0, 1], harmonics=1))
     assert done.summary["peaks"] > 0 and ("  no peak, falling from the beginning of the curve" in done.out) == told
+
+
+@pytest.mark.parametrize("name", ["048", "158", "246"])
+def test_a_maximum_is_met_where_something_else_takes_over_within_the_step(tmp_path, name):
+    """What moves most passes its maximum, then another unknown moves more and rises. All maxima of finer steps are met."""
+    built = atlas_scenes.build(atlas_scenes.scenes()[name])
+    path = atlas_scenes.write(built, tmp_path)
+    usual = launch.run(SimpleNamespace(path=path), out="usual").summary
+    path.write_text(path.read_text() + "\n[accuracy]\nbetween = 1e-6\n")
+    finer = launch.run(SimpleNamespace(path=path), out="finer").summary
+    assert 3 * usual["points"] < finer["points"]
+    peaks, expected = ([(peak["unknown"], peak["omega"]) for peak in run["located"]["peaks"]] for run in (usual, finer))
+    for unknown, omega in expected:
+        assert any(unknown == of and abs(omega - at) < 1e-4 * omega for of, at in peaks), (unknown, omega, peaks)
