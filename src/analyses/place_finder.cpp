@@ -187,12 +187,20 @@ void PlaceFinder::find_peaks() {
     tell_later(report_.counts.peaks, BranchEvent::Kind::peak, "maximum, not located", span_.here.parameter, now.value);
 }
 
+// Also where the amplitude is below it again at the end of the step.
 void PlaceFinder::find_limit() {
-  const double now = span_.amplitude.value, next = span_.next.value;
-  if (!(limit_ > 0 && now < limit_ && next >= limit_)) return;
-  if (!keep(locate(Place::Kind::limit, {now - limit_, next - limit_},
-                   [&](CurvePoint &s) { return response_.amplitude(s).value - limit_; })))
-    keep(place_at(response_.curve(), span_.trial, Place::Kind::limit, span_.step));
+  const double now = span_.amplitude.value;
+  if (!(limit_ > 0 && now < limit_)) return;
+  const Measured above = [&](CurvePoint &s) { return response_.amplitude(s).value - limit_; };
+  const auto keep_before = [&](const CurvePoint &end, double along, double value) {
+    const Bound from{0, span_.here.y, now - limit_, span_.here.t}, to{along, end.y, value - limit_, end.t};
+    if (!keep(placed(locator_.between(span_.normal, from, to, above), Place::Kind::limit)))
+      keep(place_at(response_.curve(), end, Place::Kind::limit, along));
+  };
+  for (const Place &place : found_.list)
+    if (place.kind == Place::Kind::peak && place.amplitude >= limit_ && !span_.at_kink)
+      return keep_before(located_at(response_.curve(), place.at, place.along).at, place.along, place.amplitude);
+  if (span_.next.value >= limit_) keep_before(span_.trial, span_.step, span_.next.value);
 }
 
 // At a turning point, if there is one since the last point that was certain, else by bisection where the largest

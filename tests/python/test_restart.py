@@ -395,6 +395,18 @@ def test_stop_at_amplitude_of_the_watched_unknown(tmp_path):
         assert amplitude[-1] == pytest.approx(2.0, rel=1e-6) and amplitude[:-1].max() < 2.0
 
 
+@pytest.mark.parametrize("part", [0.9, 0.998, 1 - 1e-6])
+def test_an_amplitude_that_is_passed_within_a_step_ends_the_run(tmp_path, part):
+    """At both ends of the step round a peak it was below."""
+    from dovetail import Results
+
+    scene = {"kind": "auto", "watch": "x1.t1", "harmonics": 3, "samples": "exact"}
+    most = run(cases.dof5(tmp_path, **scene), out="whole").summary["located"]["peaks"][0]["amplitude"]
+    done = run(cases.dof5(tmp_path, stop_at_amplitude=part * most, **scene), out="out")
+    assert done.summary["end"] == "amplitude"
+    assert Results(done.folder / "results.h5").amplitude("x1.t1")[-1] == pytest.approx(part * most, rel=1e-6)
+
+
 def test_amplitude_that_is_beyond_its_limit_at_once(tmp_path):
     """The sweep went all through."""
     done = run(cases.dof5(tmp_path, watch="x1.t2", stop_at_amplitude=1e-3, **SMALL), out="out")
