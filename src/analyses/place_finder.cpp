@@ -12,7 +12,7 @@ namespace {
 
 constexpr double uneven = 0.25; // part of the parameter's rate that is missing in the mean over a step
 constexpr int pieces = 4;       // of a step that may hide turning points
-constexpr int looked_at = 8;    // parts of a step whose ends tell of maxima on the cubic that it is drawn by
+constexpr int looked_at = 4;    // parts of a step whose ends tell of maxima on the cubic that it is drawn by
 constexpr double still = 1e-12; // rate of the parameter, of its range: a curve at one value has no turning points
 
 Place place_at(const Curve &curve, const CurvePoint &s, Place::Kind kind, double along) {
